@@ -1,0 +1,1 @@
+"""A robot controller in software that speaks the LBR iiwa text protocol."""

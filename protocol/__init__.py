@@ -1,0 +1,1 @@
+"""What is said on the wire, as data: one table per protocol. Installed as iiwa_sim.protocol."""

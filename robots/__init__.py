@@ -1,0 +1,1 @@
+"""What moves, as data: one folder per robot, robot.urdf and robot.toml. Installed as iiwa_sim.robots."""
