@@ -1,1 +1,1 @@
-"""A robot controller in software that speaks the LBR iiwa text protocol."""
+"""iiwa-sim: a robot controller in software that speaks the text protocol of the KUKA LBR iiwa."""

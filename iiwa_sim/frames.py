@@ -1,0 +1,219 @@
+"""Rigid transforms and the frames x y z alpha beta gamma of the wire.
+
+Plain Python floats throughout: for one transform at a time they are faster than arrays. Lengths are metres in
+a `Transform` and millimetres in a `Frame`; angles are radians. Nothing here checks for finite numbers.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, pi, sin, sqrt
+from typing import NamedTuple
+
+Vector = tuple[float, float, float]
+Rotation = tuple[float, float, float, float, float, float, float, float, float]
+"""A rotation matrix, row by row."""
+Quaternion = tuple[float, float, float, float]
+"""A unit quaternion x, y, z, w."""
+
+# Closer to beta = +-90 deg than this (rad), alpha and gamma turn about one axis and their split is noise.
+_GIMBAL_LOCK = 5e-13
+
+
+class Transform(NamedTuple):
+    """Pose of an inner frame in an outer one: a point p moves to `rotation @ p + translation`."""
+
+    rotation: Rotation
+    translation: Vector
+    """m"""
+
+
+IDENTITY = Transform((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+
+
+class Frame(NamedTuple):
+    """A frame as on the wire: mm, and intrinsic Z-Y-X angles in rad (alpha about z, beta y, gamma x)."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    alpha: float
+    beta: float
+    gamma: float
+
+    @classmethod
+    def from_transform(cls, transform: Transform) -> Frame:
+        x, y, z = transform.translation
+        return cls(1e3 * x, 1e3 * y, 1e3 * z, *euler_from_rotation(transform.rotation))
+
+    def to_transform(self) -> Transform:
+        x_mm, y_mm, z_mm, alpha, beta, gamma = self
+        return transform_from_euler(1e-3 * x_mm, 1e-3 * y_mm, 1e-3 * z_mm, alpha, beta, gamma)
+
+
+def multiply(a: Rotation, b: Rotation) -> Rotation:
+    """The rotation `a @ b`."""
+    a0, a1, a2, a3, a4, a5, a6, a7, a8 = a
+    b0, b1, b2, b3, b4, b5, b6, b7, b8 = b
+    return (
+        a0 * b0 + a1 * b3 + a2 * b6,
+        a0 * b1 + a1 * b4 + a2 * b7,
+        a0 * b2 + a1 * b5 + a2 * b8,
+        a3 * b0 + a4 * b3 + a5 * b6,
+        a3 * b1 + a4 * b4 + a5 * b7,
+        a3 * b2 + a4 * b5 + a5 * b8,
+        a6 * b0 + a7 * b3 + a8 * b6,
+        a6 * b1 + a7 * b4 + a8 * b7,
+        a6 * b2 + a7 * b5 + a8 * b8,
+    )
+
+
+def transpose(rotation: Rotation) -> Rotation:
+    """The inverse rotation."""
+    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
+    return (r0, r3, r6, r1, r4, r7, r2, r5, r8)
+
+
+def rotate(rotation: Rotation, vector: Vector) -> Vector:
+    """`rotation @ vector`."""
+    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
+    x, y, z = vector
+    return (r0 * x + r1 * y + r2 * z, r3 * x + r4 * y + r5 * z, r6 * x + r7 * y + r8 * z)
+
+
+def compose(a: Transform, b: Transform) -> Transform:
+    """Pose of c in the outer frame: `a` is the pose of b in the outer frame, `b` the pose of c in b."""
+    (a0, a1, a2, a3, a4, a5, a6, a7, a8), (ax, ay, az) = a
+    (b0, b1, b2, b3, b4, b5, b6, b7, b8), (bx, by, bz) = b
+    return Transform(
+        (
+            a0 * b0 + a1 * b3 + a2 * b6,
+            a0 * b1 + a1 * b4 + a2 * b7,
+            a0 * b2 + a1 * b5 + a2 * b8,
+            a3 * b0 + a4 * b3 + a5 * b6,
+            a3 * b1 + a4 * b4 + a5 * b7,
+            a3 * b2 + a4 * b5 + a5 * b8,
+            a6 * b0 + a7 * b3 + a8 * b6,
+            a6 * b1 + a7 * b4 + a8 * b7,
+            a6 * b2 + a7 * b5 + a8 * b8,
+        ),
+        (
+            a0 * bx + a1 * by + a2 * bz + ax,
+            a3 * bx + a4 * by + a5 * bz + ay,
+            a6 * bx + a7 * by + a8 * bz + az,
+        ),
+    )
+
+
+def inverse(t: Transform) -> Transform:
+    """Pose of the outer frame in the inner one."""
+    (r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z) = t
+    return Transform(
+        (r0, r3, r6, r1, r4, r7, r2, r5, r8),
+        (-(r0 * x + r3 * y + r6 * z), -(r1 * x + r4 * y + r7 * z), -(r2 * x + r5 * y + r8 * z)),
+    )
+
+
+def apply(t: Transform, point: Vector) -> Vector:
+    """A point (m) of the inner frame, in the outer frame (m)."""
+    (r0, r1, r2, r3, r4, r5, r6, r7, r8), (tx, ty, tz) = t
+    x, y, z = point
+    return (r0 * x + r1 * y + r2 * z + tx, r3 * x + r4 * y + r5 * z + ty, r6 * x + r7 * y + r8 * z + tz)
+
+
+def transform_from_euler(
+    x_m: float, y_m: float, z_m: float, alpha: float, beta: float, gamma: float
+) -> Transform:
+    """Transform with the rotation Rz(alpha) Ry(beta) Rx(gamma) (rad) and the translation x, y, z (m)."""
+    ca, sa, cb, sb, cg, sg = cos(alpha), sin(alpha), cos(beta), sin(beta), cos(gamma), sin(gamma)
+    return Transform(
+        (
+            ca * cb,
+            ca * sb * sg - sa * cg,
+            ca * sb * cg + sa * sg,
+            sa * cb,
+            sa * sb * sg + ca * cg,
+            sa * sb * cg - ca * sg,
+            -sb,
+            cb * sg,
+            cb * cg,
+        ),
+        (x_m, y_m, z_m),
+    )
+
+
+def euler_from_rotation(rotation: Rotation) -> Vector:
+    """Angles alpha, beta, gamma (rad) with `rotation` = Rz(alpha) Ry(beta) Rx(gamma).
+
+    alpha and gamma lie in (-pi, pi], beta in [-pi/2, pi/2]. At beta = +-pi/2, where only the sum or
+    difference of the other two is defined, gamma is 0. Whatever alpha comes out near there, gamma is taken
+    from the rest of the rotation, so the three always give the rotation back.
+    """
+    r00, r01, r02, r10, r11, r12, r20, _, _ = rotation
+    cos_beta = hypot(r00, r10)
+    if cos_beta < _GIMBAL_LOCK:
+        return (_half_open(atan2(-r01, r11)), atan2(-r20, cos_beta), 0.0)
+    sa, ca = r10 / cos_beta, r00 / cos_beta
+    gamma = atan2(sa * r02 - ca * r12, ca * r11 - sa * r01)
+    return (_half_open(atan2(r10, r00)), atan2(-r20, cos_beta), _half_open(gamma))
+
+
+def rotation_from_quaternion(quaternion: Quaternion) -> Rotation:
+    """Rotation of a quaternion x, y, z, w, which need not have unit length (but not zero either)."""
+    x, y, z, w = quaternion
+    scale = 2.0 / (x * x + y * y + z * z + w * w)
+    sx, sy, sz = scale * x, scale * y, scale * z
+    xx, yy, zz, xy, xz, yz = sx * x, sy * y, sz * z, sx * y, sx * z, sy * z
+    wx, wy, wz = sx * w, sy * w, sz * w
+    return (
+        1.0 - yy - zz, xy - wz, xz + wy,
+        xy + wz, 1.0 - xx - zz, yz - wx,
+        xz - wy, yz + wx, 1.0 - xx - yy,
+    )  # fmt: skip
+
+
+def quaternion_from_rotation(rotation: Rotation) -> Quaternion:
+    """Unit quaternion x, y, z, w of a rotation, with w >= 0 (of the two that describe it)."""
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = rotation
+    # Divide by the largest of the four, so that none loses digits.
+    trace = r00 + r11 + r22
+    largest = max(trace, r00, r11, r22)
+    if largest == trace:
+        x, y, z, w = r21 - r12, r02 - r20, r10 - r01, 1.0 + trace
+    elif largest == r00:
+        x, y, z, w = 1.0 + r00 - r11 - r22, r01 + r10, r02 + r20, r21 - r12
+    elif largest == r11:
+        x, y, z, w = r01 + r10, 1.0 - r00 + r11 - r22, r12 + r21, r02 - r20
+    else:
+        x, y, z, w = r02 + r20, r12 + r21, 1.0 - r00 - r11 + r22, r10 - r01
+    scale = 1.0 / sqrt(x * x + y * y + z * z + w * w)
+    if w < 0.0:
+        scale = -scale
+    return (scale * x, scale * y, scale * z, scale * w)
+
+
+def rotation_vector(rotation: Rotation) -> tuple[Vector, float]:
+    """Unit axis and angle (rad, in [0, pi]) of a rotation; without rotation the axis is z."""
+    x, y, z, w = quaternion_from_rotation(rotation)
+    sine = hypot(x, y, z)
+    if sine == 0.0:
+        return ((0.0, 0.0, 1.0), 0.0)
+    return ((x / sine, y / sine, z / sine), 2.0 * atan2(sine, w))
+
+
+def rotation_about(axis: Vector, angle: float) -> Rotation:
+    """Rotation by `angle` (rad) about a unit axis."""
+    x, y, z = axis
+    c, s = cos(angle), sin(angle)
+    half = sin(0.5 * angle)
+    k = 2.0 * half * half  # 1 - cos(angle) without losing digits at small angles
+    kx, ky, kz = k * x, k * y, k * z
+    return (
+        c + kx * x, kx * y - s * z, kx * z + s * y,
+        kx * y + s * z, c + ky * y, ky * z - s * x,
+        kx * z - s * y, ky * z + s * x, c + kz * z,
+    )  # fmt: skip
+
+
+def _half_open(angle: float) -> float:
+    """The angle of atan2 with -pi, which it gives for a negative zero, as pi."""
+    return pi if angle <= -pi else angle

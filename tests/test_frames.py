@@ -1,0 +1,155 @@
+"""Frames: every conversion gives back what went in, also where the usual formulas lose their footing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from iiwa_sim.frames import (
+    IDENTITY,
+    Frame,
+    Rotation,
+    Transform,
+    apply,
+    compose,
+    euler_from_rotation,
+    inverse,
+    multiply,
+    quaternion_from_rotation,
+    rotate,
+    rotation_about,
+    rotation_from_quaternion,
+    rotation_vector,
+    transform_from_euler,
+    transpose,
+)
+
+angles = st.floats(-math.pi, math.pi)
+lengths_m = st.floats(-2.0, 2.0)
+small = st.sampled_from([0.0, 1e-300, 1e-17, 1e-15, 1e-12, 3e-12, 1e-9, 1e-6])
+transforms = st.builds(transform_from_euler, lengths_m, lengths_m, lengths_m, angles, angles, angles)
+rotations = transforms.map(lambda t: t.rotation)
+directions = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 1e-3)
+axes = directions.map(lambda v: (v[0] / math.hypot(*v), v[1] / math.hypot(*v), v[2] / math.hypot(*v)))
+
+
+def matrix(rotation: Rotation) -> np.ndarray:
+    return np.array(rotation).reshape(3, 3)
+
+
+def assert_same(a: Rotation, b: Rotation, tolerance: float = 1e-12) -> None:
+    assert np.abs(np.subtract(a, b)).max() <= tolerance
+
+
+def about_z_y_x(alpha: float, beta: float, gamma: float) -> Rotation:
+    """The definition of the angles on the wire, one axis after the other."""
+    about_y_x = multiply(rotation_about((0, 1, 0), beta), rotation_about((1, 0, 0), gamma))
+    return multiply(rotation_about((0, 0, 1), alpha), about_y_x)
+
+
+@given(angles, angles, angles)
+def test_euler_angles_are_intrinsic_z_y_x(alpha: float, beta: float, gamma: float) -> None:
+    rotation = transform_from_euler(0, 0, 0, alpha, beta, gamma).rotation
+    assert_same(rotation, about_z_y_x(alpha, beta, gamma), 1e-15)
+
+
+@given(angles, angles, angles)
+def test_euler_angles_round_trip_in_their_ranges(alpha: float, beta: float, gamma: float) -> None:
+    rotation = about_z_y_x(alpha, beta, gamma)
+    a, b, c = euler_from_rotation(rotation)
+    assert -math.pi < a <= math.pi
+    assert abs(b) <= math.pi / 2
+    assert -math.pi < c <= math.pi
+    assert_same(about_z_y_x(a, b, c), rotation)
+
+
+@given(angles, angles, small, st.sampled_from([1.0, -1.0]))
+def test_euler_angles_round_trip_at_gimbal_lock(alpha: float, gamma: float, off: float, side: float) -> None:
+    rotation = about_z_y_x(alpha, side * (math.pi / 2 - off), gamma)
+    assert_same(about_z_y_x(*euler_from_rotation(rotation)), rotation)
+
+
+@given(angles, st.sampled_from([1.0, -1.0]), st.lists(st.floats(-3e-16, 3e-16), min_size=9, max_size=9))
+def test_gimbal_lock_is_calm_under_rounding_noise(alpha: float, side: float, noise: list[float]) -> None:
+    exact = about_z_y_x(alpha, side * math.pi / 2, 0.0)
+    r0, r1, r2, r3, r4, r5, r6, r7, r8 = (value + bit for value, bit in zip(exact, noise, strict=True))
+    a, b, c = euler_from_rotation((r0, r1, r2, r3, r4, r5, r6, r7, r8))
+    assert abs(math.remainder(a - alpha, math.tau)) < 1e-14
+    assert abs(b - side * math.pi / 2) < 1e-14
+    assert c == 0.0
+
+
+def test_half_turns_are_written_as_plus_pi() -> None:
+    assert euler_from_rotation((-1.0, 0.0, 0.0, -0.0, -1.0, 0.0, 0.0, 0.0, 1.0))[0] == math.pi
+
+
+@given(transforms, transforms)
+def test_compose_is_the_matrix_product(a: Transform, b: Transform) -> None:
+    c = compose(a, b)
+    assert np.allclose(matrix(c.rotation), matrix(a.rotation) @ matrix(b.rotation), rtol=0, atol=1e-15)
+    moved = matrix(a.rotation) @ b.translation + a.translation
+    assert np.allclose(c.translation, moved, rtol=0, atol=1e-15 * 4)
+    assert c.rotation == multiply(a.rotation, b.rotation)
+
+
+@given(transforms, st.tuples(lengths_m, lengths_m, lengths_m))
+def test_inverse_undoes(t: Transform, point: tuple[float, float, float]) -> None:
+    back = compose(inverse(t), t)
+    assert_same(back.rotation, IDENTITY.rotation)
+    assert np.abs(back.translation).max() <= 1e-12
+    assert apply(inverse(t), apply(t, point)) == pytest.approx(point, abs=1e-12)
+    assert rotate(transpose(t.rotation), rotate(t.rotation, point)) == pytest.approx(point, abs=1e-12)
+
+
+@given(rotations)
+@example((1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0))
+@example((-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, -1.0))
+@example((-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0))
+def test_quaternion_round_trip_and_sign(rotation: Rotation) -> None:
+    quaternion = quaternion_from_rotation(rotation)
+    assert quaternion[3] >= 0.0
+    assert sum(value * value for value in quaternion) == pytest.approx(1.0, abs=1e-14)
+    assert_same(rotation_from_quaternion(quaternion), rotation)
+
+
+@given(st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: math.hypot(*q) > 1e-3))
+def test_a_quaternion_and_its_negative_are_the_same_rotation(q: tuple[float, float, float, float]) -> None:
+    assert_same(rotation_from_quaternion(q), rotation_from_quaternion((-q[0], -q[1], -q[2], -q[3])), 0.0)
+    back = quaternion_from_rotation(rotation_from_quaternion(q))
+    unit = np.array(q) / math.hypot(*q)
+    assert min(np.abs(back - unit).max(), np.abs(back + unit).max()) <= 1e-12
+
+
+@given(axes, st.one_of(st.floats(1e-3, math.pi - 1e-3), small, small.map(lambda off: math.pi - off)))
+def test_rotation_vector_round_trip(axis: tuple[float, float, float], angle: float) -> None:
+    found_axis, found_angle = rotation_vector(rotation_about(axis, angle))
+    assert 0.0 <= found_angle <= math.pi
+    assert found_angle == pytest.approx(angle, abs=1e-12)
+    assert math.hypot(*found_axis) == pytest.approx(1.0, abs=1e-14)
+    assert_same(rotation_about(found_axis, found_angle), rotation_about(axis, angle))
+
+
+@given(axes, st.floats(1e-9, 1e-3))
+def test_small_rotations_keep_their_digits(axis: tuple[float, float, float], angle: float) -> None:
+    found_axis, found_angle = rotation_vector(rotation_about(axis, angle))
+    assert np.abs(np.multiply(found_angle, found_axis) - np.multiply(angle, axis)).max() <= 1e-12
+
+
+def test_rotation_vector_is_exact_at_none_and_half_a_turn() -> None:
+    assert rotation_vector(IDENTITY.rotation)[1] == 0.0
+    axis, angle = rotation_vector((1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0))
+    assert (axis, angle) == ((1.0, 0.0, 0.0), math.pi)
+
+
+@pytest.mark.requirement("FRC005")
+@given(transforms)
+def test_frame_and_transform(t: Transform) -> None:
+    frame = Frame.from_transform(t)
+    back = frame.to_transform()
+    assert_same(back.rotation, t.rotation)
+    assert np.abs(np.subtract(back.translation, t.translation)).max() <= 1e-12
+    assert np.allclose(frame[:3], np.multiply(1e3, t.translation), rtol=0, atol=1e-9)
