@@ -1,0 +1,108 @@
+"""A wake-up at an absolute instant of the monotonic clock, inside an asyncio loop.
+
+Linux's timerfd wakes the loop some 60 us after the instant. `loop.call_at` is the fall-back elsewhere: it
+waits in whole milliseconds and is ten times as late.
+"""
+
+import asyncio
+import os
+import sys
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+
+class Timer(Protocol):
+    """Calls back once for each instant it was set to."""
+
+    def wake_at(self, instant_ns: int) -> None:
+        """Call back at `instant_ns` (> 0) of `time.monotonic_ns`; the instant set before is forgotten."""
+
+    def close(self) -> None:
+        """Call back no more."""
+
+
+class LoopTimer:
+    """The loop's own timer."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._wake = wake
+        self._loop = asyncio.get_running_loop()
+        self._handle: asyncio.TimerHandle | None = None
+
+    def wake_at(self, instant_ns: int) -> None:
+        self.close()
+        self._handle = self._loop.call_at(instant_ns * 1e-9, self._wake)
+
+    def close(self) -> None:
+        if self._handle is not None:
+            self._handle.cancel()
+            self._handle = None
+
+
+class TimerFd:
+    """A timerfd. Linux only."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        self._fd = _create()
+        self._loop = asyncio.get_running_loop()
+        self._loop.add_reader(self._fd, self._woken)
+        self._wake = wake
+
+    def wake_at(self, instant_ns: int) -> None:
+        _set(self._fd, instant_ns)
+
+    def close(self) -> None:
+        self._loop.remove_reader(self._fd)
+        os.close(self._fd)
+
+    def _woken(self) -> None:
+        try:
+            os.read(self._fd, 8)
+        except BlockingIOError:  # set anew since it expired: that instant is forgotten
+            return
+        self._wake()
+
+
+def open_timer(wake: Callable[[], None]) -> Timer:
+    """The best timer this machine has, for the running loop."""
+    return TimerFd(wake) if sys.platform == "linux" else LoopTimer(wake)
+
+
+if sys.version_info >= (3, 13):
+
+    def _create() -> int:
+        return os.timerfd_create(time.CLOCK_MONOTONIC, flags=os.TFD_NONBLOCK | os.TFD_CLOEXEC)
+
+    def _set(fd: int, instant_ns: int) -> None:
+        os.timerfd_settime_ns(fd, flags=os.TFD_TIMER_ABSTIME, initial=instant_ns)
+
+else:
+    import ctypes
+
+    class _TimerSpec(ctypes.Structure):
+        """struct itimerspec of timerfd_settime(2)."""
+
+        _fields_ = (
+            ("interval_s", ctypes.c_long),
+            ("interval_ns", ctypes.c_long),
+            ("instant_s", ctypes.c_long),
+            ("instant_ns", ctypes.c_long),
+        )
+
+    _TFD_TIMER_ABSTIME = 1  # <sys/timerfd.h>
+    _libc = ctypes.CDLL(None, use_errno=True)
+
+    def _checked(result: int) -> int:
+        if result < 0:
+            code = ctypes.get_errno()
+            raise OSError(code, os.strerror(code))
+        return result
+
+    def _create() -> int:
+        # TFD_NONBLOCK and TFD_CLOEXEC are defined as the flags of open(2).
+        return _checked(_libc.timerfd_create(time.CLOCK_MONOTONIC, os.O_NONBLOCK | os.O_CLOEXEC))
+
+    def _set(fd: int, instant_ns: int) -> None:
+        spec = _TimerSpec(0, 0, *divmod(instant_ns, 1_000_000_000))
+        _checked(_libc.timerfd_settime(fd, _TFD_TIMER_ABSTIME, ctypes.byref(spec), None))
