@@ -1,0 +1,1 @@
+"""The arm: what is known of it (`description`), where its flange is (`model`), the way back (`inverse`)."""

@@ -1,0 +1,132 @@
+"""What is known of a robot: its folder, read and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from iiwa_sim.frames import Transform
+from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.robot.settings import read_settings
+
+__all__ = ["DEFAULT_ROBOT", "RobotDescription", "RobotFault", "built_in_robots", "load_robot"]
+
+DEFAULT_ROBOT = "lbr_iiwa_7_r800"
+SETTINGS_FILE = "robot.toml"
+URDF_FILE = "robot.urdf"
+
+
+@dataclass(frozen=True)
+class RobotDescription:
+    """A robot as its robot.toml describes it. One value per joint, base first; rad, m, s, Nm."""
+
+    name: str
+    kinematics: str
+    """Kind of the inverse kinematics, see `iiwa_sim.robot.inverse`."""
+    joints: tuple[str, ...]
+    """Names of the joints in the URDF."""
+    flange: str
+    """Link of the URDF that is the flange."""
+    tool_in_flange: Transform
+    """Pose of the TCP in the flange until a client sets another tool."""
+    home: tuple[float, ...]
+    position_min: tuple[float, ...]
+    position_max: tuple[float, ...]
+    velocity: tuple[float, ...]
+    torque: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    """Limit of planned motion."""
+    jerk: tuple[float, ...]
+    """Limit of planned motion."""
+    stop_rate_per_s: float
+    """In a stop the rate of the planned motion's time falls from 1 to 0, no faster than this ..."""
+    stop_rate_change_per_s2: float
+    """... and the rate's slope changes no faster than this."""
+    settings_path: str
+    """Where this was read, for messages."""
+    urdf_path: str
+    """Where `urdf` was read, for messages."""
+    urdf: str
+    """Text of the URDF."""
+
+    @property
+    def stop_acceleration(self) -> tuple[float, ...]:
+        """Acceleration limit (rad/s^2) in a stop.
+
+        On the path q(t) at the rate r of its time, q'' = r^2 a + r' v, with r <= 1.
+        """
+        return tuple(
+            a + self.stop_rate_per_s * v for a, v in zip(self.acceleration, self.velocity, strict=True)
+        )
+
+    @property
+    def stop_jerk(self) -> tuple[float, ...]:
+        """Jerk limit (rad/s^3) in a stop: q''' = r^3 j + 3 r r' a + r'' v, with r <= 1."""
+        return tuple(
+            j + 3.0 * self.stop_rate_per_s * a + self.stop_rate_change_per_s2 * v
+            for j, a, v in zip(self.jerk, self.acceleration, self.velocity, strict=True)
+        )
+
+
+def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
+    """The robot of that name that comes along, or else the one in that folder.
+
+    Raises `RobotFault` for a folder that is not there or does not describe a robot. What the URDF says is
+    checked when the `Model` is built, and whether its geometry suits the kinematics when the inverse is.
+    """
+    folder = _folder(name_or_folder)
+    settings_path = str(folder / SETTINGS_FILE)
+    urdf_path = str(folder / URDF_FILE)
+    settings = read_settings(settings_path, _text(folder, SETTINGS_FILE, name_or_folder))
+    limits = settings.limits
+    velocity = limits.velocity()
+    acceleration = tuple(limits.acceleration_per_velocity_per_s * v for v in velocity)
+    return RobotDescription(
+        name=settings.name,
+        kinematics=settings.kinematics,
+        joints=tuple(settings.joints),
+        flange=settings.flange,
+        tool_in_flange=settings.tool_in_flange.to_transform(),
+        home=settings.home(),
+        position_min=limits.position_min(),
+        position_max=limits.position_max(),
+        velocity=velocity,
+        torque=tuple(limits.torque_nm),
+        acceleration=acceleration,
+        jerk=tuple(limits.jerk_per_acceleration_per_s * a for a in acceleration),
+        stop_rate_per_s=settings.stop.rate_per_s,
+        stop_rate_change_per_s2=settings.stop.rate_change_per_s2,
+        settings_path=settings_path,
+        urdf_path=urdf_path,
+        urdf=_text(folder, URDF_FILE, name_or_folder),
+    )
+
+
+def built_in_robots() -> list[str]:
+    """Names of the robots that come along."""
+    return sorted(
+        folder.name for folder in files("iiwa_sim.robots").iterdir() if (folder / SETTINGS_FILE).is_file()
+    )
+
+
+def _folder(name_or_folder: str | Path) -> Traversable:
+    names = built_in_robots()
+    if str(name_or_folder) in names:
+        return files("iiwa_sim.robots") / str(name_or_folder)
+    folder = Path(name_or_folder)
+    if not folder.is_dir():
+        raise RobotFault("robot", "folder", name_or_folder, f"a folder, or one of {', '.join(names)}")
+    return folder
+
+
+def _text(folder: Traversable, file: str, name_or_folder: str | Path) -> str:
+    try:
+        return (folder / file).read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise RobotFault(
+            str(folder / file), "", "", f"this file in the robot's folder {name_or_folder}"
+        ) from None
+    except (OSError, UnicodeDecodeError) as fault:
+        raise RobotFault(str(folder / file), "", "", f"a readable text file ({fault})") from None
