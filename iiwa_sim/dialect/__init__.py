@@ -1,0 +1,1 @@
+"""The wire on one side, the controller on the other; no sockets."""

@@ -1,0 +1,195 @@
+r"""The iiwa's line protocol: bytes of one connection in, calls on the controller, replies out.
+
+Each line is answered by one line that ends with `\r\n`, in the order in which they came; whatever a line
+holds, and whatever happens in the controller, there is a reply. The session knows no sockets: a shell hands
+it bytes and asks for answers while there are lines waiting.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialect.decimals import format_decimals, readable
+from iiwa_sim.dialect.help import overview, usage
+from iiwa_sim.dialect.lines import OVERLONG, LineSplitter
+from iiwa_sim.dialect.table import (
+    COMMUNICATION_FAILURE,
+    COMPONENT_NOT_READY,
+    ERROR,
+    Refusal,
+    Request,
+    load_table,
+)
+from iiwa_sim.frames import Frame
+
+if TYPE_CHECKING:
+    from iiwa_sim.controller.controller import Controller
+    from iiwa_sim.dialect.log import DialectLog
+
+_LINES_AT_ONCE = 512  # answered in a few milliseconds; then the event loop gets its turn
+_DONE = b"done\r\n"
+_MOVING = b"moving\r\n"
+_STOPPED = b"stopped\r\n"
+
+Values = tuple[float, ...]
+
+
+class Session:
+    """One connection to the robot."""
+
+    def __init__(self, controller: Controller, log: DialectLog, name: str) -> None:
+        """`name` tells this connection from others in the log."""
+        self._controller = controller
+        self._log = log
+        self._name = name
+        self._table = load_table("iiwa")
+        self._splitter = LineSplitter()
+        self._lines: deque[bytes] = deque()
+        self._last_move: int | None = None  # accepted from this connection
+        self._planned = False  # a move, within the present answer()
+        self._closing = False
+        self._written: dict[str, tuple[Values, bytes]] = {}
+
+    @property
+    def waiting(self) -> bool:
+        """Whether lines wait for an answer."""
+        return bool(self._lines)
+
+    @property
+    def closing(self) -> bool:
+        """Whether the client has said bye: the shell sends what is to be sent and closes."""
+        return self._closing
+
+    def receive(self, data: bytes) -> None:
+        """Bytes from the client."""
+        if not self._closing:
+            self._lines.extend(self._splitter.feed(data))
+
+    def end(self) -> None:
+        """The client sends no more; what it sent last counts as a line, with or without a line end."""
+        if not self._closing:
+            self._lines.extend(self._splitter.finish())
+
+    def answer(self) -> bytes:
+        r"""The replies to the next waiting lines, each with its `\r\n`.
+
+        To a slice of them, and only as far as the first move, so that a thousand plans do not keep the
+        robot's ticks waiting: to be called again while `waiting`.
+        """
+        lines = self._lines
+        log = self._log if self._log.commands else None
+        replies: list[bytes] = []
+        self._planned = False
+        for _ in range(min(len(lines), _LINES_AT_ONCE)):
+            line = lines.popleft()
+            reply = self._reply(line)
+            replies.append(reply)
+            if log is not None:
+                log.command(self._name, _text(line), reply[:-2].decode())
+            if self._planned or self._closing:
+                break
+        return b"".join(replies)
+
+    def lost(self) -> None:
+        """The connection has gone: stops the robot if a move of this session is still to be done."""
+        self._lines.clear()
+        self._closing = True
+        if self._last_move is not None and self._controller.is_pending(self._last_move):
+            self._controller.stop()
+        self._last_move = None
+
+    def _reply(self, line: bytes) -> bytes:
+        request = self._table.parse(line)
+        log = self._log
+        if isinstance(request, Refusal):
+            log.refused(self._name, _text(line), request.code, request.reason)
+            return _line(request.reply)
+        try:
+            return self._carry_out(request)
+        except Refused as refused:
+            log.refused(self._name, _text(line), refused.code, refused.reason)
+        except Exception as fault:  # a fault of ours must not cost the client its connection
+            log.exception(self._name, _text(line), fault)
+        return _line(ERROR)
+
+    def _carry_out(self, request: Request) -> bytes:
+        name = request.command.name
+        values_of = _VALUES.get(name)
+        if values_of is not None:
+            return self._write(name, values_of(self._controller))
+        if name == "get status":
+            return _MOVING if self._controller.moving else _STOPPED
+        plan = _MOVES.get(name)
+        if plan is not None:
+            self._planned = True  # refused or not, it has cost a plan
+            self._last_move = plan(self._controller, request.values)
+            return _DONE
+        carry_out = _OTHERS.get(name)
+        if carry_out is None:
+            raise Refused(COMPONENT_NOT_READY, f"not available in this version: {name}")
+        return carry_out(self, request)
+
+    def _write(self, name: str, values: Sequence[float]) -> bytes:
+        # Within a tick, and while the robot rests, the same values are asked for again and again.
+        last = self._written.get(name)
+        if last is not None and last[0] == values:
+            return last[1]
+        reply = format_decimals(values) + b"\r\n"
+        self._written[name] = (tuple(values), reply)
+        return reply
+
+    def _hello(self, _: Request) -> bytes:
+        return _line("hello")
+
+    def _bye(self, _: Request) -> bytes:
+        self._lines.clear()
+        self._closing = True
+        self._controller.stop()
+        return _line("bye")
+
+    def _stop(self, _: Request) -> bytes:
+        self._controller.stop()
+        return _DONE
+
+    def _help(self, request: Request) -> bytes:
+        if not request.phrase:
+            return _line(overview(self._table, AVAILABLE))
+        command = self._table.commands.get(request.phrase)
+        if command is None:
+            raise Refused(COMMUNICATION_FAILURE, f"help: no command {request.phrase!r}")
+        return _line(usage(command, AVAILABLE))
+
+
+def _line(text: str) -> bytes:
+    return text.encode() + b"\r\n"
+
+
+def _text(line: bytes) -> str:
+    return "(too long)" if line is OVERLONG else readable(line)
+
+
+# Frames on the wire are what Frame holds: mm and rad, intrinsic Z-Y-X.
+_MOVES: dict[str, Callable[[Controller, Values], int]] = {
+    "joint move": lambda controller, v: controller.joint_move(v[:7], v[7:]),
+    "lin move": lambda controller, v: controller.lin_move(Frame(*v[:6]), v[6], v[7]),
+    "ptp move": lambda controller, v: controller.ptp_move(Frame(*v[:6]), v[6], v[7]),
+    "linr move": lambda controller, v: controller.lin_move(Frame(*v[:6]), v[6], v[7], v[8]),
+    "ptpr move": lambda controller, v: controller.ptp_move(Frame(*v[:6]), v[6], v[7], v[8]),
+}
+_VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
+    "get tool frame": lambda controller: controller.tool_frame(),
+    "get flange frame": lambda controller: controller.flange_frame(),
+    "get joint position": lambda controller: controller.joints,
+    "get joint torque": lambda controller: controller.joint_torque(),
+    "get cartesian force": lambda controller: controller.cartesian_force(),
+}
+_OTHERS: dict[str, Callable[[Session, Request], bytes]] = {
+    "hello": Session._hello,
+    "bye": Session._bye,
+    "stop": Session._stop,
+    "help": Session._help,
+}
+AVAILABLE = frozenset([*_MOVES, *_VALUES, *_OTHERS, "get status"])

@@ -1,0 +1,120 @@
+r"""Bytes in, lines out: what a line is, whichever way the bytes are cut into packets.
+
+- A line ends with `\n`, `\r`, `\r\n` or `\n\r`. Ends are paired greedily from the left: `\r\n\r\n` are two
+  ends, and so are `\n\r\n` (`\n\r`, then `\n`) and `\n\n`. A `\r` at the end of a packet ends its line at
+  once; a `\n` that opens the next packet still belongs to it.
+- Telnet's commands are dropped: IAC WILL/WONT/DO/DONT x, IAC SB ... IAC SE, IAC IAC, and any other IAC x.
+  Where x is a line end, only the IAC goes, so that a stray 255 costs nobody a reply. NUL goes too: telnet
+  sends `\r\0` for a bare return (RFC 854).
+- A line of more than MAX_LINE_BYTES yields OVERLONG as soon as that is seen, and is skipped to its end.
+
+At most MAX_LINE_BYTES and the bytes of one packet are held at any time.
+"""
+
+import re
+
+MAX_LINE_BYTES = 4096
+OVERLONG = b"\n"  # stands for a line that was too long; no line can hold a line end
+
+_END = re.compile(rb"\r\n|\n\r|\r|\n")
+_PARTNER = {b"\r": b"\n", b"\n": b"\r"}
+
+_IAC, _SB, _SE, _WILL, _DONT = 255, 250, 240, 251, 254
+_IAC_BYTE = bytes([_IAC])
+
+
+class LineSplitter:
+    """One connection's way from bytes to lines."""
+
+    def __init__(self) -> None:
+        self._rest = b""  # of a line whose end has not come yet
+        self._skipping = False  # within a line that was too long
+        self._partner = b""  # opens the next packet as the second half of the last line end, if at all
+        self._telnet = b""  # a telnet command cut short by the end of a packet
+        self._subnegotiation = False
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """The lines that `data` completes, without their ends."""
+        if _IAC_BYTE in data or self._telnet or self._subnegotiation:
+            data = self._without_telnet(data)
+        if b"\0" in data:
+            data = data.replace(b"\0", b"")
+        if not data:
+            return []
+        if self._partner:
+            if data.startswith(self._partner):
+                data = data[1:]
+            self._partner = b""
+            if not data:
+                return []
+        if data[-1] in b"\r\n":
+            self._partner = _open_partner(data)
+        lines = _split(data)
+        lines[0] = self._rest + lines[0]
+        self._rest = lines.pop()
+        if self._skipping:
+            self._skip(lines)
+        if len(data) > MAX_LINE_BYTES or (lines and len(lines[0]) > MAX_LINE_BYTES):
+            lines = [line if len(line) <= MAX_LINE_BYTES else OVERLONG for line in lines]
+        if len(self._rest) > MAX_LINE_BYTES:
+            self._rest = b""
+            self._skipping = True
+            lines.append(OVERLONG)
+        return lines
+
+    def finish(self) -> list[bytes]:
+        """What stands after the last line end when the stream ends is a line as well."""
+        rest, self._rest = self._rest, b""
+        return [rest] if rest else []
+
+    def _skip(self, lines: list[bytes]) -> None:
+        """Drop what belongs to the line that was too long; it has been told of already."""
+        if lines:
+            del lines[0]
+            self._skipping = False
+        else:
+            self._rest = b""
+
+    def _without_telnet(self, data: bytes) -> bytes:
+        data = self._telnet + data
+        self._telnet = b""
+        kept = []
+        position = 0
+        while True:
+            found = data.find(_IAC_BYTE, position)
+            if not self._subnegotiation:
+                kept.append(data[position:found] if found >= 0 else data[position:])
+            if found < 0:
+                break
+            command = data[found + 1 : found + 2]
+            negotiates = command and _WILL <= command[0] <= _DONT and not self._subnegotiation
+            if not command or (negotiates and found + 2 == len(data)):
+                self._telnet = data[found:]
+                break
+            position = found + (3 if negotiates else 2)
+            if self._subnegotiation:
+                self._subnegotiation = command[0] != _SE
+            elif command[0] == _SB:
+                self._subnegotiation = True
+            elif command in b"\r\n":
+                position -= 1
+        return b"".join(kept)
+
+
+def _split(data: bytes) -> list[bytes]:
+    # Splitting at one byte is several times faster than by the expression, and gives the same where all pairs
+    # are of one kind.
+    if b"\r" not in data:
+        return data.split(b"\n")
+    if b"\n\r" not in data:
+        return data.replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
+    if b"\r\n" not in data:
+        return data.replace(b"\n\r", b"\n").replace(b"\r", b"\n").split(b"\n")
+    return _END.split(data)
+
+
+def _open_partner(data: bytes) -> bytes:
+    """What would complete the line end that `data` ends with; nothing if that is a pair already."""
+    run = data[len(data.rstrip(b"\r\n")) :]
+    end = run if len(run) == 1 else _END.findall(run)[-1]
+    return _PARTNER.get(end, b"")

@@ -1,0 +1,234 @@
+"""A protocol table: the commands of a line protocol, read from protocol/NAME.toml, and how a line is parsed.
+
+A line reads `command : parameters`. Letter case is ignored, any run of blanks and tabs counts as one blank. A
+line that names no command (empty, `:`, more than one `:`) is answered `unknown command`, one with wrong
+parameters `error`. Parameters behind a command that takes none are ignored.
+"""
+
+from functools import cache
+from importlib.resources import files
+from typing import NamedTuple
+
+import msgspec
+
+from iiwa_sim.dialect.decimals import NotANumberError, parse_decimals, readable
+from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG
+
+UNKNOWN_COMMAND = "unknown command"
+ERROR = "error"
+
+# Codes of robot_movement_interface results, as the log and `get error` use them.
+COMPONENT_NOT_READY = 3010
+COMMUNICATION_FAILURE = 3040
+
+_CACHED_LINES = 1024
+
+
+class TableError(Exception):
+    """A protocol table is wrong; one line that names file, key and what was expected."""
+
+
+class Quantity(NamedTuple):
+    """A number on the wire: `above < value`, `minimum <= value`, `value <= maximum` where they are given."""
+
+    name: str
+    unit: str
+    meaning: str
+    above: float | None
+    minimum: float | None
+    maximum: float | None
+
+    @property
+    def range(self) -> str:
+        """The range as an inequality, such as `0 < speed <= 1`; empty where the table gives none."""
+        low = f"{self.above:g} < " if self.above is not None else ""
+        low = f"{self.minimum:g} <= " if self.minimum is not None else low
+        high = f" <= {self.maximum:g}" if self.maximum is not None else ""
+        return f"{low}{self.name}{high}" if low or high else ""
+
+
+class Command(NamedTuple):
+    """One command of the table.
+
+    It takes numbers (`parameters`) or words (`phrase` names them) or nothing, and answers one of
+    `reply_words`, numbers (`reply_values`) or a line of prose.
+    """
+
+    name: str
+    summary: str
+    mode: str
+    requirements: tuple[str, ...]
+    extension: bool
+    parameters: tuple[Quantity, ...]
+    phrase: str
+    reply_words: tuple[str, ...]
+    reply_values: tuple[Quantity, ...]
+
+    def usage(self) -> str:
+        """How to write it, with units and ranges, and what it answers."""
+        takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in self.parameters)
+        takes = takes or (f"[{self.phrase}]" if self.phrase else "")
+        gives = " ".join(f"{each.name}[{each.unit}]" for each in self.reply_values)
+        gives = gives or " / ".join(self.reply_words) or "text"
+        return f"{self.name}{' : ' if takes else ''}{takes} -> {gives}"
+
+
+def _unit_and_range(quantity: Quantity) -> str:
+    unit = "" if quantity.unit == "1" else quantity.unit
+    return ", ".join(part for part in (unit, quantity.range) if part)
+
+
+class Request(NamedTuple):
+    """A line understood: the command, its numbers or its words."""
+
+    command: Command
+    values: tuple[float, ...]
+    phrase: str
+
+
+class Refusal(NamedTuple):
+    """A line turned down before the controller has seen it."""
+
+    reply: str
+    code: int
+    reason: str
+
+
+class Table:
+    """The commands of one protocol, by name in lower case, in the order of the table."""
+
+    def __init__(self, commands: dict[str, Command]) -> None:
+        self.commands = commands
+        self._by_spelling: dict[bytes, Command] = {}
+        self._lines: dict[bytes, Request | Refusal] = {}
+        self._forget_lines()
+
+    def parse(self, line: bytes) -> Request | Refusal:
+        """What a line (without its end, or OVERLONG) asks for."""
+        known = self._lines.get(line)
+        return known if known is not None else self._parse(line)
+
+    def find(self, spelling: bytes) -> Command | None:
+        """The command so called, whatever its letter case and blanks."""
+        command = self._by_spelling.get(spelling)
+        if command is None:
+            command = self.commands.get(" ".join(_words(spelling)).lower())
+            if command is not None:
+                if len(self._by_spelling) >= _CACHED_LINES:
+                    self._by_spelling.clear()
+                self._by_spelling[spelling] = command
+        return command
+
+    def _parse(self, line: bytes) -> Request | Refusal:
+        spelling, colon, rest = line.partition(b":")
+        command = self.find(spelling)
+        if command is None:
+            return _unknown(f"no command '{readable(spelling.strip())}'")
+        if colon and b":" in rest:
+            return _unknown("more than one ':'")
+        if command.phrase:
+            return Request(command, (), " ".join(_words(rest)).lower())
+        if not command.parameters:
+            return self._remember(line, Request(command, (), ""))
+        words = rest.replace(b"\t", b" ").split(b" ")
+        words = [word for word in words if word]
+        if len(words) != len(command.parameters):
+            return _error(f"{command.name} takes {len(command.parameters)} parameters, got {len(words)}")
+        try:
+            return Request(command, parse_decimals(words), "")
+        except NotANumberError as fault:
+            return _error(f"{command.name}: {fault}")
+
+    def _remember(self, line: bytes, request: Request) -> Request:
+        if len(self._lines) >= _CACHED_LINES:
+            self._forget_lines()
+        self._lines[line] = request
+        return request
+
+    def _forget_lines(self) -> None:
+        self._lines.clear()
+        self._lines[OVERLONG] = _error(f"a line of more than {MAX_LINE_BYTES} bytes")
+
+
+def _words(text: bytes) -> list[str]:
+    return [word for word in text.replace(b"\t", b" ").decode("ascii", "backslashreplace").split(" ") if word]
+
+
+def _unknown(reason: str) -> Refusal:
+    return Refusal(UNKNOWN_COMMAND, COMMUNICATION_FAILURE, reason)
+
+
+def _error(reason: str) -> Refusal:
+    return Refusal(ERROR, COMMUNICATION_FAILURE, reason)
+
+
+class _ValueRow(msgspec.Struct, forbid_unknown_fields=True):
+    unit: str
+    meaning: str
+    above: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+
+
+class _ReplyRow(msgspec.Struct, forbid_unknown_fields=True):
+    words: list[str] = []
+    values: str = ""
+    prose: bool = False
+
+
+class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
+    summary: str
+    mode: str
+    requirements: list[str]
+    reply: _ReplyRow
+    parameters: str = ""
+    phrase: str = ""
+    extension: bool = False
+
+
+class _TableRows(msgspec.Struct, forbid_unknown_fields=True):
+    title: str
+    source: str
+    value: dict[str, _ValueRow]
+    command: dict[str, _CommandRow]
+
+
+@cache
+def load_table(name: str) -> Table:
+    """The table protocol/NAME.toml; raises TableError where it is wrong."""
+    return read_table(files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_bytes(), f"{name}.toml")
+
+
+def read_table(text: bytes, source: str) -> Table:
+    """A table from its TOML text; `source` names it in the fault."""
+    try:
+        rows = msgspec.toml.decode(text, type=_TableRows)
+    except msgspec.DecodeError as fault:
+        raise TableError(f"{source}: {fault}") from None
+    return Table({name: _command(source, name, row, rows.value) for name, row in rows.command.items()})
+
+
+def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueRow]) -> Command:
+    def quantities(key: str, names: str) -> tuple[Quantity, ...]:
+        for each in names.split():
+            if each not in values:
+                raise TableError(f"{source}: command.{name}.{key}: {each} has no row in [value]")
+        return tuple(Quantity(each, *msgspec.structs.astuple(values[each])) for each in names.split())
+
+    if name != " ".join(name.lower().split()):
+        raise TableError(f"{source}: command.{name}: expected a name in lower case with single blanks")
+    if row.phrase and row.parameters:
+        raise TableError(f"{source}: command.{name}: expected either parameters or phrase")
+    if (bool(row.reply.words), bool(row.reply.values), row.reply.prose).count(True) != 1:
+        raise TableError(f"{source}: command.{name}.reply: expected one of words, values, prose")
+    return Command(
+        name=name,
+        summary=row.summary,
+        mode=row.mode,
+        requirements=tuple(row.requirements),
+        extension=row.extension,
+        parameters=quantities("parameters", row.parameters),
+        phrase=row.phrase,
+        reply_words=tuple(row.reply.words),
+        reply_values=quantities("reply.values", row.reply.values),
+    )
