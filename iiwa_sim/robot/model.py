@@ -55,7 +55,7 @@ class Model:
         return jacobian  # Pinocchio makes a new one every time
 
     def axes_at_zero(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Directions (n, 3) of the joint axes and points (n, 3) on them (m) in the base, all joints at zero."""
+        """Directions (n, 3) of the joint axes, and points (n, 3) on them (m), in the base at zero pose."""
         zero = np.zeros(self.joint_count)
         pin.computeJointJacobians(self._model, self._data, zero)
         places = [self._data.oMi[joint] for joint in range(1, self.joint_count + 1)]

@@ -1,0 +1,77 @@
+"""Inverse kinematics as the rest of the house sees it, whatever the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Transform
+from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.srs import Srs
+
+
+class Inverse(Protocol):
+    """Joint positions for a pose of the flange in the base (m). Joints and redundancy in rad.
+
+    The status says which of the branches is meant; where two merge, at a singular pose, either may be asked
+    for. A joint that is free there keeps its position in `seed`. Joint limits are not looked at; angles are
+    in (-pi, pi]. A robot without redundancy ignores `redundancy`.
+    """
+
+    @property
+    def statuses(self) -> Sequence[int]:
+        """The statuses there are."""
+
+    @property
+    def redundancy_range(self) -> tuple[float, float] | None:
+        """Least and greatest redundancy within the joint limits; None for a robot that has none."""
+
+    def joints(
+        self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
+    ) -> tuple[float, ...] | None:
+        """Joint positions on one branch, or None where it does not reach the pose."""
+
+    def branches(
+        self, flange: Transform, redundancy: float, seed: Sequence[float]
+    ) -> list[tuple[int, tuple[float, ...]]]:
+        """Status and joint positions of every branch that reaches the pose."""
+
+    def joints_batch(
+        self,
+        rotations: NDArray[np.float64],
+        translations: NDArray[np.float64],
+        redundancies: NDArray[np.float64],
+        status: int | NDArray[np.int64],
+        seed: Sequence[float],
+    ) -> NDArray[np.float64]:
+        """Joint positions (N, n) for rotations (N, 3, 3), translations (N, 3) and redundancies (N,).
+
+        The status is one for all or (N,). Rows out of reach are NaN.
+        """
+
+    def status(self, q: Sequence[float]) -> int:
+        """The branch of joint positions."""
+
+    def merging_statuses(self, q: Sequence[float]) -> Sequence[int]:
+        """The branches that meet at joint positions, their own first: more than one at singular poses."""
+
+    def turn(self, q: Sequence[float]) -> int:
+        """Signs of the joint positions: bit i is set where joint i + 1 is negative."""
+
+    def redundancy(self, q: Sequence[float]) -> float:
+        """The redundancy of joint positions."""
+
+
+def inverse_of(model: Model) -> Inverse:
+    """The inverse kinematics its description asks for.
+
+    Raises `RobotFault` for a kind there is not, and where the geometry of the URDF is not of that kind.
+    """
+    description = model.description
+    if description.kinematics == "srs":
+        return Srs(model)
+    raise RobotFault(description.settings_path, "kinematics", repr(description.kinematics), "'srs'")
