@@ -17,6 +17,7 @@ MAX_LINE_BYTES = 4096
 OVERLONG = b"\n"  # stands for a line that was too long; no line can hold a line end
 
 _END = re.compile(rb"\r\n|\n\r|\r|\n")
+_ENDS = (b"\r", b"\n")
 _PARTNER = {b"\r": b"\n", b"\n": b"\r"}
 
 _IAC, _SB, _SE, _WILL, _DONT = 255, 250, 240, 251, 254
@@ -47,10 +48,11 @@ class LineSplitter:
             self._partner = b""
             if not data:
                 return []
-        if data[-1] in b"\r\n":
+        if data.endswith(_ENDS):
             self._partner = _open_partner(data)
         lines = _split(data)
-        lines[0] = self._rest + lines[0]
+        if self._rest:
+            lines[0] = self._rest + lines[0]
         self._rest = lines.pop()
         if self._skipping:
             self._skip(lines)
@@ -115,6 +117,10 @@ def _split(data: bytes) -> list[bytes]:
 
 def _open_partner(data: bytes) -> bytes:
     """What would complete the line end that `data` ends with; nothing if that is a pair already."""
+    end, before = data[-2:], data[-3:-2]
+    if end[:-1] not in _ENDS:
+        return _PARTNER[end[-1:]]
+    if end == b"\r\n" and before not in _ENDS:
+        return b""
     run = data[len(data.rstrip(b"\r\n")) :]
-    end = run if len(run) == 1 else _END.findall(run)[-1]
-    return _PARTNER.get(end, b"")
+    return _PARTNER.get(_END.findall(run)[-1], b"")
