@@ -6,8 +6,8 @@
         print(robot.get_joint_position())
 
 Methods are called as the commands of protocol/iiwa.toml, and its units hold: mm, rad, N, Nm, speeds relative
-to the limits (0 < speed <= 1). `target` is x y z (mm, base frame) alpha beta gamma (rad, intrinsic Z-Y-X), as a
-Frame holds it. It needs nothing of the simulator and works with any server of the protocol.
+to the limits (0 < speed <= 1). `target` is x y z (mm, base frame) alpha beta gamma (rad, intrinsic Z-Y-X), as
+a Frame holds it. It needs nothing of the simulator and works with any server of the protocol.
 """
 
 import math
@@ -87,10 +87,10 @@ class CartesianForce(NamedTuple):
 class Iiwa:
     """One connection. Not for use by several threads at once.
 
-    Every command raises CommandError where the robot answers `error`, ReplyError where the answer makes no sense,
-    and OSError (TimeoutError among them) where the connection fails. The latter two close the connection: a late
-    reply would be taken for the next one's. Wrong counts and numbers that are not finite raise ValueError before
-    anything is sent.
+    Every command raises CommandError where the robot answers `error`, ReplyError where the answer makes no
+    sense, and OSError (TimeoutError among them) where the connection fails. The latter two close the
+    connection: a late reply would be taken for the next one's. Wrong counts and numbers that are not finite
+    raise ValueError before anything is sent.
     """
 
     def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:

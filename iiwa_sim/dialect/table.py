@@ -17,9 +17,7 @@ from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
 
-# Codes of robot_movement_interface results, as the log and `get error` use them.
-COMPONENT_NOT_READY = 3010
-COMMUNICATION_FAILURE = 3040
+COMMUNICATION_FAILURE = 3040  # robot_movement_interface's result code for a line that makes no sense
 
 _CACHED_LINES = 1024
 
