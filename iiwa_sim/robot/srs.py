@@ -25,6 +25,8 @@ ON_AXIS_M2 = 4e-20
 """Square of the wrist point's distance from the axis of A1 where it is on it, and A1 is free."""
 ALIGNED_RAD = 4e-10
 """With less than this between the axes of A5 and A7, A6 is zero and A5 is free."""
+NEARLY_ALIGNED_RAD = 2e-8
+"""With less than this rounding shows in A5 by more than 1e-8 rad."""
 NEAR_STRAIGHT = 2.5e-10
 """Square of the sine of half of A4 where the arm counts as nearly straight (A4 of 3e-5 rad)."""
 NEAR_FOLD_M2 = 1e-10
@@ -118,6 +120,10 @@ class Srs:
         t2 = c4 * z - s4 * x
         s6 = sqrt(t0 * t0 + t1 * t1)
         if s6 > ALIGNED_RAD:
+            if s6 < NEARLY_ALIGNED_RAD:
+                followed = follow_seed(self._model, self._status_x, flange, redundancy, status, seed)
+                if followed is not None:
+                    return followed
             if status & 4:
                 s6 = -s6
             c5 = t0 / s6
@@ -169,7 +175,7 @@ class Srs:
             translations,
             redundancies,
             status,
-            (NEAR_STRAIGHT, NEAR_FOLD_M2, ALIGNED_RAD),
+            (NEAR_STRAIGHT, NEAR_FOLD_M2, NEARLY_ALIGNED_RAD),
         )
         statuses = np.broadcast_to(status, len(joints))
         for row in near.nonzero()[0]:

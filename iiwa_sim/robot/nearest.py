@@ -1,0 +1,235 @@
+"""Which of all joint positions that reach a target a move goes to.
+
+A target leaves the redundancy open, and the branch always. The rule: stay as the robot is wherever that
+reaches the target within the joint limits; otherwise change as little as does it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import degrees, radians
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Transform
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.inverse import Inverse
+
+OUT_OF_REACH = 3021
+"""The arm is too short for the target or cannot fold that far, whatever its redundancy."""
+ROBOT_CONFIGURATION = 3022
+"""The target is reachable, but not with the redundancy given or on the branch to be kept."""
+JOINT_LIMIT = 3023
+"""The target is reachable but for a joint limit."""
+
+# Joint positions beyond a limit by rounding are put on it.
+_ROUNDING_RAD = 1e-10
+_GRID_RAD = radians(1.0)
+_COARSE_GRID_RAD = radians(3.0)
+# Halvings of a grid step that leave less than 1e-6 rad.
+_HALVINGS = 15
+
+
+class Unreachable(Exception):
+    """No joint positions serve. `code` is one of the published codes above, `reason` one line."""
+
+    def __init__(self, code: int, reason: str) -> None:
+        super().__init__(reason)
+        self.code = code
+        self.reason = reason
+
+
+class Found(NamedTuple):
+    joints: tuple[float, ...]
+    """rad, within the limits"""
+    status: int
+    """The branch they are on."""
+    changed: bool
+    """Whether the redundancy (unless it was given) or the status is another than at the present joints."""
+
+
+class _Candidates(NamedTuple):
+    joints: NDArray[np.float64]
+    """(N, n), NaN where out of reach"""
+    statuses: NDArray[np.int64]
+    redundancies: NDArray[np.float64]
+    feasible: NDArray[np.bool_]
+
+
+class Nearest:
+    """The rule for one robot."""
+
+    def __init__(self, inverse: Inverse, description: RobotDescription) -> None:
+        self._inverse = inverse
+        self._names = description.joints
+        self._low = description.position_min
+        self._high = description.position_max
+        self._limits = tuple(zip(self._low, self._high, strict=True))
+
+    def find(
+        self,
+        flange: Transform,
+        present: Sequence[float],
+        redundancy: float | None = None,
+        keep_status: bool = False,
+    ) -> Found:
+        """Joint positions for the pose `flange` (in the base, m), coming from `present` (joints, rad).
+
+        Without `redundancy` (rad) the present one is kept where it serves, else the nearest one that does on
+        the present branch is taken, to 1e-6 rad; where none does, of the other branches the joint positions
+        nearest to the present ones. With it, exactly that, on the present branch if it serves, else on the
+        branch nearest in joints. At a singular pose every branch that meets there is a present one.
+        `keep_status` rules the other branches out, as a straight line must.
+
+        Raises `Unreachable`.
+        """
+        inverse = self._inverse
+        own = inverse.merging_statuses(present)
+        others = [status for status in inverse.statuses if status not in own]
+        limits = inverse.redundancy_range
+        kept = inverse.redundancy(present) if redundancy is None else redundancy
+        if redundancy is not None and limits is not None and not limits[0] <= redundancy <= limits[1]:
+            allowed = f"{degrees(limits[0]):g} to {degrees(limits[1]):g} deg"
+            raise Unreachable(JOINT_LIMIT, f"the redundancy of {degrees(kept):.3f} deg is outside {allowed}")
+        searched = None if redundancy is not None else limits
+        found = self._best(flange, kept, own, present)
+        if found is not None:
+            return Found(*found, changed=False)
+        candidates = self._candidates(flange, _grid(kept, searched, _GRID_RAD), own, present)
+        if candidates.feasible.any():
+            return Found(*self._refined(flange, kept, candidates, present), changed=True)
+        elsewhere = self._candidates(flange, _grid(kept, searched, _COARSE_GRID_RAD), others, present)
+        if keep_status or not elsewhere.feasible.any():
+            raise self._reason(flange, redundancy, candidates, elsewhere, present)
+        distances = ((elsewhere.joints - present) ** 2).sum(axis=1)
+        row = int(np.where(elsewhere.feasible, distances, np.inf).argmin())
+        joints = self._within_limits(elsewhere.joints[row].tolist())
+        assert joints is not None
+        return Found(joints, int(elsewhere.statuses[row]), changed=True)
+
+    def _best(
+        self, flange: Transform, redundancy: float, statuses: Iterable[int], present: Sequence[float]
+    ) -> tuple[tuple[float, ...], int] | None:
+        """Of the branches that serve the one nearest in joints, with its status."""
+        best, least = None, float("inf")
+        for status in statuses:
+            joints = self._serving(flange, redundancy, status, present)
+            if joints is not None:
+                distance = sum((a - b) ** 2 for a, b in zip(joints, present, strict=True))
+                if distance < least:
+                    best, least = (joints, status), distance
+        return best
+
+    def _serving(
+        self, flange: Transform, redundancy: float, status: int, present: Sequence[float]
+    ) -> tuple[float, ...] | None:
+        joints = self._inverse.joints(flange, redundancy, status, present)
+        return None if joints is None else self._within_limits(joints)
+
+    def _within_limits(self, joints: Sequence[float]) -> tuple[float, ...] | None:
+        """The joint positions, if they are within the limits but for rounding, which is taken away."""
+        for position, (low, high) in zip(joints, self._limits, strict=True):
+            if not low <= position <= high:
+                break
+        else:
+            return tuple(joints)
+        clipped = tuple(
+            min(max(position, low), high) for position, (low, high) in zip(joints, self._limits, strict=True)
+        )
+        off = max(abs(a - b) for a, b in zip(clipped, joints, strict=True))
+        return clipped if off <= _ROUNDING_RAD else None
+
+    def _candidates(
+        self,
+        flange: Transform,
+        redundancies: NDArray[np.float64],
+        statuses: Sequence[int],
+        present: Sequence[float],
+    ) -> _Candidates:
+        """Every redundancy on every branch."""
+        rows = len(redundancies) * len(statuses)
+        every_redundancy = np.tile(redundancies, len(statuses))
+        every_status = np.repeat(np.array(statuses, dtype=np.int64), len(redundancies))
+        rotations = np.broadcast_to(np.reshape(flange.rotation, (3, 3)), (rows, 3, 3))
+        translations = np.broadcast_to(flange.translation, (rows, 3))
+        joints = self._inverse.joints_batch(rotations, translations, every_redundancy, every_status, present)
+        # half the rounding, so that `_within_limits` agrees with every one of these
+        low, high = np.array(self._low) - 0.5 * _ROUNDING_RAD, np.array(self._high) + 0.5 * _ROUNDING_RAD
+        feasible: NDArray[np.bool_] = np.all((joints >= low) & (joints <= high), axis=1)
+        return _Candidates(joints, every_status, every_redundancy, feasible)
+
+    def _refined(
+        self, flange: Transform, kept: float, candidates: _Candidates, present: Sequence[float]
+    ) -> tuple[tuple[float, ...], int]:
+        """The feasible redundancy nearest to `kept`, between the points of the grid too."""
+        best: tuple[tuple[float, ...], int] | None = None
+        nearest = float("inf")
+        offsets = candidates.redundancies - kept
+        for side in (1.0, -1.0):
+            away = np.where(candidates.feasible & (offsets * side >= 0.0), offsets * side, np.inf)
+            row = int(away.argmin())
+            serves = float(away[row])
+            if serves - _GRID_RAD >= nearest or serves == float("inf"):
+                continue
+            status = int(candidates.statuses[row])
+            joints = self._within_limits(candidates.joints[row].tolist())
+            fails = max(serves - _GRID_RAD, 0.0)
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (fails + serves)
+                closer = self._serving(flange, kept + side * middle, status, present)
+                if closer is None:
+                    fails = middle
+                else:
+                    serves, joints = middle, closer
+            if joints is not None and serves < nearest:
+                best, nearest = (joints, status), serves
+        assert best is not None
+        return best
+
+    def _reason(
+        self,
+        flange: Transform,
+        redundancy: float | None,
+        own: _Candidates,
+        others: _Candidates,
+        present: Sequence[float],
+    ) -> Unreachable:
+        if others.feasible.any():
+            status = int(others.statuses[others.feasible][0])
+            reason = f"the target is reachable with another status only (such as {status})"
+            return Unreachable(ROBOT_CONFIGURATION, reason)
+        joints = np.concatenate((own.joints, others.joints))
+        joints = joints[~np.isnan(joints).any(axis=1)]
+        if len(joints):
+            return self._blocking(joints)
+        if redundancy is not None:
+            every = _grid(redundancy, self._inverse.redundancy_range, _COARSE_GRID_RAD)
+            anywhere = self._candidates(flange, every, self._inverse.statuses, present)
+            if not np.isnan(anywhere.joints).all():
+                reason = f"the target is out of reach with a redundancy of {degrees(redundancy):.3f} deg"
+                return Unreachable(ROBOT_CONFIGURATION, reason)
+        x, y, z = (1e3 * value for value in flange.translation)
+        return Unreachable(
+            OUT_OF_REACH, f"the flange cannot reach {x:.1f} {y:.1f} {z:.1f} mm in that orientation"
+        )
+
+    def _blocking(self, joints: NDArray[np.float64]) -> Unreachable:
+        """The joint that stands in the way where the limits are least exceeded."""
+        excess = np.maximum(np.subtract(self._low, joints), np.subtract(joints, self._high)).clip(min=0.0)
+        row = int(excess.max(axis=1).argmin())
+        joint = int(excess[row].argmax())
+        low, high = (degrees(limit) for limit in self._limits[joint])
+        position = degrees(float(joints[row, joint]))
+        where = f"{self._names[joint]} would have to be at {position:.3f} deg"
+        return Unreachable(JOINT_LIMIT, f"{where}, its limits are {low:g} and {high:g} deg")
+
+
+def _grid(centre: float, limits: tuple[float, float] | None, step: float) -> NDArray[np.float64]:
+    """Points at multiples of `step` from the centre, itself included, within the limits; and the limits."""
+    if limits is None:
+        return np.array([centre])
+    low, high = limits
+    first, last = int(np.ceil((low - centre) / step)), int(np.floor((high - centre) / step))
+    return np.concatenate(([low], centre + step * np.arange(first, last + 1), [high]))
