@@ -11,11 +11,18 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.decimals import format_decimals, readable
 from iiwa_sim.dialect.help import overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, LineSplitter
-from iiwa_sim.dialect.table import COMMUNICATION_FAILURE, ERROR, Refusal, Request, load_table
+from iiwa_sim.dialect.table import (
+    COMMUNICATION_FAILURE,
+    COMPONENT_NOT_READY,
+    ERROR,
+    Refusal,
+    Request,
+    load_table,
+)
 from iiwa_sim.frames import Frame
 
 if TYPE_CHECKING:

@@ -17,7 +17,10 @@ from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
 
-COMMUNICATION_FAILURE = 3040  # robot_movement_interface's result code for a line that makes no sense
+# Result codes of robot_movement_interface: for what this version cannot do, and for a line that makes no
+# sense.
+COMPONENT_NOT_READY = 3010
+COMMUNICATION_FAILURE = 3040
 
 _CACHED_LINES = 1024
 
