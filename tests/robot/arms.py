@@ -1,0 +1,63 @@
+"""What the tests of this folder share: arms, random joint positions, distances between poses."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Transform
+from iiwa_sim.robot.description import RobotDescription, load_robot
+from iiwa_sim.robot.inverse import Inverse, inverse_of
+from iiwa_sim.robot.model import Model
+
+BUILT_IN = ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820")
+
+
+@dataclass(frozen=True)
+class Arm:
+    description: RobotDescription
+    model: Model
+    inverse: Inverse
+
+    def anywhere(self, rng: np.random.Generator, count: int) -> NDArray[np.float64]:
+        """Joint positions (count, n) within the limits."""
+        d = self.description
+        return rng.uniform(d.position_min, d.position_max, (count, len(d.joints)))
+
+    def within_limits(self, q: Sequence[float]) -> bool:
+        d = self.description
+        return all(low <= a <= high for low, a, high in zip(d.position_min, q, d.position_max, strict=True))
+
+
+@cache
+def arm_named(name: str, flange: str = "flange_media_126") -> Arm:
+    model = Model(replace(load_robot(name), flange=flange))
+    return Arm(model.description, model, inverse_of(model))
+
+
+def distance(a: Sequence[Transform], b: Sequence[Transform]) -> float:
+    """The largest difference of two rows of poses, in m or in a rotation's elements."""
+    rotations = np.subtract([t.rotation for t in a], [t.rotation for t in b])
+    translations = np.subtract([t.translation for t in a], [t.translation for t in b])
+    return float(max(np.abs(rotations).max(), np.abs(translations).max()))
+
+
+def copy_of_robot(folder: Path, name: str = BUILT_IN[0]) -> Path:
+    """A user's own folder: a copy of a robot that comes along, to be changed."""
+    folder.mkdir()
+    for file in ("robot.toml", "robot.urdf"):
+        shutil.copy(str(files("iiwa_sim.robots") / name / file), folder)
+    return folder
+
+
+def edit(file: Path, old: str, new: str) -> None:
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new, 1))

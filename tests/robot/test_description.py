@@ -1,0 +1,229 @@
+"""A robot's folder: what comes along, a user's own, and one line for everything that can be wrong in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import RobotDescription, RobotFault, built_in_robots, load_robot
+from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.model import Model
+from tests.robot.arms import BUILT_IN, Arm, copy_of_robot, edit
+
+
+def use(folder: Path | str) -> RobotDescription:
+    """All that is done with a robot's folder before anything moves."""
+    description = load_robot(folder)
+    inverse_of(Model(description))
+    return description
+
+
+def test_the_arms_that_come_along() -> None:
+    assert set(built_in_robots()) == set(BUILT_IN)
+    assert load_robot() == load_robot("lbr_iiwa_7_r800")
+
+
+@pytest.mark.parametrize(
+    ("robot", "velocity_deg_per_s", "torque_nm"),
+    [
+        ("lbr_iiwa_7_r800", (98, 98, 100, 130, 140, 180, 180), (176, 176, 110, 110, 110, 40, 40)),
+        ("lbr_iiwa_14_r820", (85, 85, 100, 75, 130, 135, 135), (320, 320, 176, 176, 110, 40, 40)),
+    ],
+)
+def test_published_limits(
+    robot: str, velocity_deg_per_s: tuple[float, ...], torque_nm: tuple[float, ...]
+) -> None:
+    d = load_robot(robot)
+    position_deg = (170, 120, 170, 120, 170, 120, 175)
+    assert np.degrees(d.position_max) == pytest.approx(position_deg)
+    assert np.degrees(d.position_min) == pytest.approx(np.negative(position_deg))
+    assert np.degrees(d.velocity) == pytest.approx(velocity_deg_per_s)
+    assert d.torque == torque_nm
+    assert np.divide(d.acceleration, d.velocity) == pytest.approx([5.0] * 7)
+
+
+def test_limits_that_follow_from_others(arm: Arm) -> None:
+    d = arm.description
+    assert np.divide(d.jerk, d.acceleration) == pytest.approx([25.0] * 7)
+    assert np.divide(d.stop_acceleration, d.velocity) == pytest.approx([20.0] * 7)
+    assert np.divide(d.stop_jerk, d.velocity) == pytest.approx([950.0] * 7)
+
+
+def test_home_and_tool(arm: Arm) -> None:
+    assert np.degrees(arm.description.home) == pytest.approx((0, 30, 0, -60, 0, 90, 0))
+    assert arm.description.tool_in_flange == Frame(150.0, 0.0, 40.0, 0.0, 1.5708, 0.0).to_transform()
+
+
+def test_a_users_own_folder(tmp_path: Path) -> None:
+    folder = copy_of_robot(tmp_path / "mine")
+    edit(folder / "robot.toml", 'flange = "flange_media_126"', 'flange = "flange_touch_152"')
+    edit(folder / "robot.toml", 'name = "LBR iiwa 7 R800"', 'name = "mine"')
+    mine = use(folder)
+    assert (mine.name, mine.flange) == ("mine", "flange_touch_152")
+    assert Model(mine).flange([0.0] * 7).translation == pytest.approx((0.0, 0.0, 1.292))
+
+
+def in_toml(old: str, new: str) -> Callable[[Path], None]:
+    return lambda folder: edit(folder / "robot.toml", old, new)
+
+
+def in_urdf(old: str, new: str) -> Callable[[Path], None]:
+    return lambda folder: edit(folder / "robot.urdf", old, new)
+
+
+def without(file: str) -> Callable[[Path], None]:
+    return lambda folder: (folder / file).unlink()
+
+
+A2 = '<child link="iiwa_link_2"/>\n    <origin xyz="0 0 0.19"/>\n    <axis xyz="0 1 0"/>'
+FAULTS = [
+    # the change, then file, key, value and what was expected
+    (without("robot.toml"), "robot.toml", "", "", "this file in the robot's folder"),
+    (without("robot.urdf"), "robot.urdf", "", "", "this file in the robot's folder"),
+    (in_toml("home_deg = [", "home_deg = ["[:-1]), "robot.toml", "", "", "TOML: .*line"),
+    (
+        in_toml("rate_per_s = 15.0", "rate_per_s = 'x'"),
+        "robot.toml",
+        "stop.rate_per_s",
+        "'x'",
+        "float, not str",
+    ),
+    (in_toml("[170,", "[true,"), "robot.toml", r"limits.position_max_deg\[0\]", "True", "float, not bool"),
+    (in_toml("x_mm = 150", ""), "robot.toml", "tool_in_flange.x_mm", r"\(missing\)", "this key"),
+    (in_toml("home_deg", "hme_deg"), "robot.toml", "home_deg|hme_deg", ".*", "this key|no such key"),
+    (in_toml("x_mm = 150", "x_mm = 150\nw = 2"), "robot.toml", "tool_in_flange.w", "2", "no such key"),
+    (in_toml("x_mm = 150", "x_mm = nan"), "robot.toml", "tool_in_flange.x_mm", "nan", "a finite number"),
+    (in_toml("[0, 30,", "[30,"), "robot.toml", "home_deg", r"\[30.*\]", "7 values, one per joint"),
+    (in_toml("[0, 30,", "[inf, 30,"), "robot.toml", "home_deg", r"\[inf.*\]", "finite numbers"),
+    (in_toml("[0, 30,", "[0, 121,"), "robot.toml", r"home_deg\[1\]", "121.0", "within A2's -120 to 120 deg"),
+    (
+        in_toml("[98,", "[0,"),
+        "robot.toml",
+        "limits.velocity_deg_per_s",
+        r"\[0.0.*\]",
+        "more than 0, and finite",
+    ),
+    (in_toml("[176,", "[-1,"), "robot.toml", "limits.torque_nm", r"\[-1.0.*\]", "more than 0, and finite"),
+    (in_toml("[-170,", "[170,"), "robot.toml", r"limits.position_min_deg\[0\]", "170.0", "less than .*, 170"),
+    (in_toml("per_s = 5.0", "per_s = inf"), "robot.toml", "limits.acceleration_per.*", "inf", "more than 0"),
+    (
+        in_toml("rate_per_s = 15.0", "rate_per_s = 9"),
+        "robot.toml",
+        "stop.rate_per_s",
+        "9.0",
+        ".*a stop within 100 ms.*126",
+    ),
+    (in_toml('"srs"', '"magic"'), "robot.toml", "kinematics", "'magic'", "'srs'"),
+    (in_toml('"A2"', '"A1"'), "robot.toml", "joints", r"\['A1', 'A1'.*", "each joint once"),
+    (
+        in_toml('"A1", "A2"', '"A2", "A1"'),
+        "robot.toml",
+        "joints",
+        r"\['A2', 'A1'.*",
+        "the movable joints of .*urdf",
+    ),
+    (
+        in_toml('"flange_media_126"  #', '"nose"  #'),
+        "robot.toml",
+        "flange",
+        "'nose'",
+        "a link of .*robot.urdf",
+    ),
+    (in_toml('"flange_media_126"  #', '"A7"  #'), "robot.toml", "flange", "'A7'", "a link of .*robot.urdf"),
+    (
+        in_toml('"flange_media_126"  #', '"iiwa_link_3"  #'),
+        "robot.toml",
+        "flange",
+        "'iiwa_link_3'",
+        ".*fixed to .*A7",
+    ),
+    (in_urdf("</robot>", ""), "robot.urdf", "", "", "XML: "),
+    (
+        in_urdf('<child link="iiwa_link_2"/>', '<child link="no"/>'),
+        "robot.urdf",
+        "",
+        "",
+        "a URDF that Pinocchio can read",
+    ),
+    (
+        in_urdf('name="A2" type="revolute"', 'name="A2" type="prismatic"'),
+        "robot.urdf",
+        "joint A2: type",
+        ".*",
+        "a revolute",
+    ),
+    (
+        in_urdf('name="A2" type="revolute"', 'name="A2" type="continuous"'),
+        "robot.urdf",
+        "joint A2: type",
+        ".*",
+        "a revolute",
+    ),
+    (
+        in_urdf('xyz="0 -1 0"', 'xyz="0 1 0"'),
+        "robot.urdf",
+        "joint A4: axis",
+        "0 1 0",
+        "at zero pose 0 -1 0 in the base",
+    ),
+    (
+        in_urdf(A2, A2.replace('"0 0 0.19"', '"0.01 0 0.19"')),
+        "robot.urdf",
+        "joint A2: origin",
+        "0.01 0 0.34 m",
+        "an axis through",
+    ),
+    (
+        in_urdf('xyz="0 0 0.046"', 'xyz="0 0.02 0.046"'),
+        "robot.urdf",
+        "link flange_media_126: origin",
+        "0 0.02 1.266 m",
+        "x = y = 0",
+    ),
+]
+
+
+@pytest.mark.parametrize(("spoil", "file", "key", "value", "expected"), FAULTS)
+def test_a_fault_is_one_line_that_says_where_and_what(
+    tmp_path: Path,
+    capfd: pytest.CaptureFixture[str],
+    spoil: Callable[[Path], None],
+    file: str,
+    key: str,
+    value: str,
+    expected: str,
+) -> None:
+    folder = copy_of_robot(tmp_path / "mine")
+    spoil(folder)
+    with pytest.raises(RobotFault) as fault:
+        use(folder)
+    place = f"({key}) = ({value})" if key else ""
+    pattern = f"{re.escape(str(folder / file))}: {place}{': ' if key else ''}expected .*({expected})"
+    assert re.match(pattern, str(fault.value)), str(fault.value)
+    assert "\n" not in str(fault.value)
+    assert fault.value.__suppress_context__ or fault.value.__context__ is None
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_robot_that_is_not_there() -> None:
+    with pytest.raises(
+        RobotFault, match=r"robot: folder = /no/such/arm: expected .*lbr_iiwa_7_r800"
+    ) as fault:
+        use("/no/such/arm")
+    assert "\n" not in str(fault.value)
+
+
+def test_six_joints_are_no_srs_arm(tmp_path: Path) -> None:
+    folder = copy_of_robot(tmp_path / "six")
+    text = (folder / "robot.toml").read_text().replace(', "A7"', "")
+    (folder / "robot.toml").write_text(re.sub(r", -?\d+\](?= *(#|\n))", "]", text))
+    edit(folder / "robot.urdf", 'name="A7" type="revolute"', 'name="A7" type="fixed"')
+    six = load_robot(folder)
+    assert Model(six).jacobian(six.home).shape == (6, 6)
+    with pytest.raises(RobotFault, match=r"robot.toml: joints = .*: expected 7 joints for kinematics 'srs'"):
+        use(folder)

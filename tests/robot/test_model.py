@@ -1,0 +1,120 @@
+"""Forward kinematics against figures of the arm, and the Jacobian against differences."""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from iiwa_sim.frames import Frame, multiply, rotation_vector, transpose
+from tests.robot.arms import Arm, arm_named
+
+SEVEN, FOURTEEN = "lbr_iiwa_7_r800", "lbr_iiwa_14_r820"
+MEDIA, TOUCH = "flange_media_126", "flange_touch_152"
+ZERO, TRANSPORT, HOME = (0,) * 7, (0, 25, 0, 90, 0, 0, 0), (0, 30, 0, -60, 0, 90, 0)
+ROLLED = (10, 20, 30, 40, 50, 60, 70)
+
+
+@pytest.mark.requirement("FRC005", "FRO001")
+@pytest.mark.parametrize(
+    ("robot", "flange", "joints_deg", "position_mm", "angles_deg"),
+    [
+        (SEVEN, MEDIA, ZERO, (0, 0, 1266), (0, 0, 0)),
+        (SEVEN, TOUCH, ZERO, (0, 0, 1292), (0, 0, 0)),
+        (FOURTEEN, MEDIA, ZERO, (0, 0, 1306), (0, 0, 0)),
+        (SEVEN, MEDIA, TRANSPORT, (-307.671, 0, 924.820), (0, -65, 0)),
+        (SEVEN, TOUCH, TRANSPORT, (-331.235, 0, 935.808), (0, -65, 0)),
+        (FOURTEEN, MEDIA, TRANSPORT, (-299.218, 0, 962.946), (0, -65, 0)),
+        (SEVEN, MEDIA, HOME, (600, 0, 560.410), (180, 0, 180)),
+        (SEVEN, TOUCH, HOME, (600, 0, 534.410), (180, 0, 180)),
+        (FOURTEEN, MEDIA, HOME, (610, 0, 597.731), (180, 0, 180)),
+        (SEVEN, MEDIA, ROLLED, (43.852, -42.581, 1178.064), (157.514, 21.958, 32.924)),
+        (SEVEN, TOUCH, ROLLED, (41.717, -26.402, 1198.305), (157.514, 21.958, 32.924)),
+        (FOURTEEN, MEDIA, ROLLED, (50.589, -41.393, 1216.858), (157.514, 21.958, 32.924)),
+    ],
+)
+def test_flange_is_where_the_real_arm_has_it(
+    robot: str,
+    flange: str,
+    joints_deg: tuple[float, ...],
+    position_mm: tuple[float, ...],
+    angles_deg: tuple[float, ...],
+) -> None:
+    model = arm_named(robot, flange).model
+    frame = Frame.from_transform(model.flange([math.radians(value) for value in joints_deg]))
+    assert frame[:3] == pytest.approx(position_mm, abs=1e-3)
+    off = [math.remainder(a - math.radians(b), math.tau) for a, b in zip(frame[3:], angles_deg, strict=True)]
+    assert np.degrees(off) == pytest.approx([0, 0, 0], abs=1e-3)
+
+
+def test_jacobian_is_the_derivative_of_the_flange(arm: Arm) -> None:
+    step = 1e-6
+    for q in arm.anywhere(np.random.default_rng(3), 50).tolist():
+        jacobian = arm.model.jacobian(q)
+        assert jacobian.shape == (6, 7)
+        for joint in range(7):
+            ahead, behind = list(q), list(q)
+            ahead[joint] += step
+            behind[joint] -= step
+            a, b = arm.model.flange(ahead), arm.model.flange(behind)
+            linear = np.subtract(a.translation, b.translation) / (2 * step)
+            axis, angle = rotation_vector(multiply(a.rotation, transpose(b.rotation)))
+            angular = np.multiply(axis, angle / (2 * step))
+            assert jacobian[:, joint] == pytest.approx([*linear, *angular], abs=1e-8)
+
+
+def test_results_outlive_the_next_call(arm: Arm) -> None:
+    first, jacobian = arm.model.flange([0.1] * 7), arm.model.jacobian([0.1] * 7)
+    kept, kept_jacobian = (tuple(first.rotation), tuple(first.translation)), jacobian.copy()
+    arm.model.flange([0.7] * 7)
+    arm.model.jacobian([0.7] * 7)
+    assert tuple(first) == kept
+    assert (jacobian == kept_jacobian).all()
+    assert all(type(value) is float for part in first for value in part)
+
+
+def test_non_finite_joints_show_in_the_result(arm: Arm) -> None:
+    assert all(map(math.isnan, arm.model.flange([math.nan] + [0.0] * 6).translation[:2]))
+
+
+@pytest.mark.requirement("FRO001")
+@pytest.mark.parametrize(("robot", "weight_kg"), [(SEVEN, 23.9), (FOURTEEN, 29.9)])
+def test_urdf_weighs_what_the_arm_weighs(robot: str, weight_kg: float) -> None:
+    links = ET.fromstring(arm_named(robot).description.urdf).iter("mass")
+    assert sum(float(mass.attrib["value"]) for mass in links) == pytest.approx(weight_kg, abs=1e-9)
+
+
+@pytest.mark.requirement("FRO001")
+def test_urdf_has_a_body_to_look_at_and_to_collide_with(arm: Arm) -> None:
+    robot = ET.fromstring(arm.description.urdf)
+    for index in range(8):
+        link = robot.find(f"link[@name='iiwa_link_{index}']")
+        assert link is not None
+        assert link.find("visual/geometry") is not None
+        assert link.find("collision/geometry") is not None
+    assert not list(robot.iter("mesh"))
+
+
+@pytest.mark.requirement("FRO001")
+def test_urdf_inertias_are_those_of_real_bodies(arm: Arm) -> None:
+    for inertia in ET.fromstring(arm.description.urdf).iter("inertia"):
+        x, y, z = sorted(float(inertia.attrib[key]) for key in ("ixx", "iyy", "izz"))
+        assert x > 0
+        assert z <= x + y
+
+
+@pytest.mark.requirement("FRO001")
+def test_urdf_limits_are_those_of_the_controller(arm: Arm) -> None:
+    d = arm.description
+    joints = ET.fromstring(d.urdf).findall("joint[@type='revolute']")
+    assert [joint.attrib["name"] for joint in joints] == list(d.joints)
+    for index, joint in enumerate(joints):
+        limit = joint.find("limit")
+        assert limit is not None
+        found = {key: float(value) for key, value in limit.attrib.items()}
+        wanted = (d.position_min[index], d.position_max[index], d.torque[index], d.velocity[index])
+        assert found == pytest.approx(
+            dict(zip(("lower", "upper", "effort", "velocity"), wanted, strict=True)), abs=1e-8
+        )
