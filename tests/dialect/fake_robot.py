@@ -1,0 +1,118 @@
+"""A robot that only remembers what it was told, and a conversation with it."""
+
+from collections.abc import Iterable, Sequence
+
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.frames import Frame
+
+
+class FakeRobot:
+    """Stands for the controller: plans nothing, accepts every move unless told otherwise."""
+
+    def __init__(self) -> None:
+        self.moves: list[tuple[object, ...]] = []
+        self.stops = 0
+        self.pending: set[int] = set()
+        self.refuses: Refused | None = None
+        self.breaks: Exception | None = None
+        self.moving = False
+        self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
+
+    def _accept(self, *move: object) -> int:
+        if self.refuses is not None:
+            raise self.refuses
+        if self.breaks is not None:
+            raise self.breaks
+        self.moves.append(move)
+        self.pending.add(len(self.moves))
+        return len(self.moves)
+
+    def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+        return self._accept("joint", tuple(joints), tuple(speeds_rel))
+
+    def lin_move(
+        self, target: Frame, speed: float, blending_mm: float, redundancy: float | None = None
+    ) -> int:
+        return self._accept("lin", target, speed, blending_mm, redundancy)
+
+    def ptp_move(
+        self, target: Frame, speed: float, blending_mm: float, redundancy: float | None = None
+    ) -> int:
+        return self._accept("ptp", target, speed, blending_mm, redundancy)
+
+    def stop(self) -> None:
+        self.stops += 1
+        self.pending.clear()
+
+    def is_pending(self, move: int) -> bool:
+        return move in self.pending
+
+    def tool_frame(self) -> Frame:
+        return Frame(600.0, 0.0, 500.5, 3.0, -0.0, 1e-5)
+
+    def flange_frame(self) -> Frame:
+        return Frame(1.0, 2.0, 3.0, 0.4, 0.5, 0.6)
+
+    def cartesian_force(self) -> tuple[float, ...]:
+        return (1.5, -2.5, 3.0, 0.0, 0.0, -0.125)
+
+    def joint_torque(self) -> tuple[float, ...]:
+        return (7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0)
+
+
+class Journal:
+    """A log that remembers."""
+
+    def __init__(self, commands: bool = False) -> None:
+        self.commands = commands
+        self.said: list[tuple[str, str, str]] = []
+        self.refusals: list[tuple[str, str, int, str]] = []
+        self.faults: list[tuple[str, str, Exception]] = []
+
+    def command(self, session: str, line: str, reply: str) -> None:
+        self.said.append((session, line, reply))
+
+    def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        self.refusals.append((session, line, code, reason))
+
+    def exception(self, session: str, line: str, fault: Exception) -> None:
+        self.faults.append((session, line, fault))
+
+
+class Conversation:
+    """One client's session with a robot."""
+
+    def __init__(
+        self, robot: FakeRobot | None = None, journal: Journal | None = None, name: str = "client"
+    ) -> None:
+        self.robot = robot or FakeRobot()
+        self.journal = journal or Journal()
+        self.session = Session(self.robot, self.journal, name)
+
+    def send(self, packets: Iterable[bytes]) -> list[str]:
+        """Everything answered to these packets, line by line."""
+        answered = b""
+        for packet in packets:
+            self.session.receive(packet)
+            answered += self.hear()
+        return replies(answered)
+
+    def hear(self) -> bytes:
+        answered = b""
+        while self.session.waiting:
+            answered += self.session.answer()
+        return answered
+
+    def ask(self, line: str) -> str:
+        """The one reply to one line."""
+        (reply,) = self.send([line.encode() + b"\n"])
+        return reply
+
+
+def replies(answered: bytes) -> list[str]:
+    """The lines answered; each ends as the protocol says."""
+    lines = answered.decode("ascii").split("\r\n")
+    assert lines.pop() == "", "the last reply lacks its line end"
+    assert not any("\r" in line or "\n" in line for line in lines)
+    return lines

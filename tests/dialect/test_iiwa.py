@@ -1,0 +1,260 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialect.decimals import format_decimals
+from iiwa_sim.dialect.table import ERROR, load_table
+from iiwa_sim.frames import Frame
+from tests.dialect.fake_robot import Conversation, FakeRobot, Journal, replies
+from tests.dialect.packets import cut
+
+TABLE = load_table("iiwa")
+REST = FakeRobot()
+
+LIN = "lin move : 600 0 500 3 0 3 0.5 0"
+LATER = [name for name, command in TABLE.commands.items() if command.mode in ("smart", "direct", "impedance")]
+LATER += [name for name in TABLE.commands if "force" in name and "move" in name]
+
+
+def written(values) -> str:
+    return format_decimals(values).decode()
+
+
+# A line of any kind, with what is answered to it while the robot rests.
+exchanges = st.sampled_from(
+    [
+        ("hello", "hello"),
+        ("get status : ", "stopped"),
+        ("Get  Joint Position", written(REST.joints)),
+        ("get tool frame", "600.0 0.0 500.5 3.0 0.0 0.00001"),
+        ("get joint torque", "7.0 6.0 5.0 4.0 3.0 2.0 1.0"),
+        ("stop", "done"),
+        (LIN, "done"),
+        ("ptp move : 1 2 3 4 5 6 0.5 0 7", "error"),
+        ("joint move : 1 2", "error"),
+        ("smart joint move :" + " 0.1" * 14, "error"),
+        ("help : nonsense", "error"),
+        ("x" * 5000, "error"),
+        ("", "unknown command"),
+        (":", "unknown command"),
+        ("\u00fc\u0007\u001b[31m", "unknown command"),
+        ("get status : : ", "unknown command"),
+    ]
+)
+ends = st.sampled_from(["\r\n", "\n\r", "\n", "\r"])
+
+
+@st.composite
+def dialogues(draw: st.DrawFn) -> tuple[list[bytes], list[str]]:
+    """Packets, and what is to be answered to them."""
+    end = draw(ends)  # one kind: a bare end before an empty line and another end would read as a pair
+    said = draw(st.lists(exchanges, max_size=30))
+    stream = "".join(line + end for line, _ in said).encode()
+    return draw(cut(stream)), [reply for _, reply in said]
+
+
+@pytest.mark.requirement("FRC001")
+@given(dialogues())
+def test_every_line_is_answered_once_and_in_order(dialogue):
+    packets, answers = dialogue
+    assert Conversation().send(packets) == answers
+
+
+@pytest.mark.requirement("FRA006", "FRC001")
+def test_moves_reach_the_controller_as_they_were_said():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    frame = Frame(600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
+    assert talk.ask("lin move : 600 -.5 5e2 3. 0.25 -3 0.5 10") == "done"
+    assert talk.ask("ptp move : 600 -.5 5e2 3. 0.25 -3 0.5 10") == "done"
+    assert talk.ask("linr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
+    assert talk.ask("ptpr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
+    assert talk.ask("joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
+    assert robot.moves == [
+        ("lin", frame, 0.5, 10.0, None),
+        ("ptp", frame, 0.5, 10.0, None),
+        ("lin", frame, 0.5, 10.0, 1.25),
+        ("ptp", frame, 0.5, 10.0, 1.25),
+        ("joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+    ]
+    assert robot.stops == 0
+    assert talk.ask("stop") == "done"
+    assert robot.stops == 1
+
+
+@pytest.mark.requirement("FRA007")
+def test_status_is_the_controllers():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("get status") == "stopped"
+    robot.moving = True
+    assert talk.ask("get status") == "moving"
+    assert talk.ask("get joint position") == written(robot.joints)
+    robot.joints = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+    assert talk.ask("get joint position") == "1.0 2.0 3.0 4.0 5.0 6.0 7.0"
+    assert talk.ask("get flange frame") == "1.0 2.0 3.0 0.4 0.5 0.6"
+    assert talk.ask("get cartesian force") == "1.5 -2.5 3.0 0.0 0.0 -0.125"
+
+
+@pytest.mark.parametrize("name", TABLE.commands)
+def test_no_command_of_the_table_is_unknown(name):
+    command = TABLE.commands[name]
+    robot = FakeRobot()
+    reply = Conversation(robot).ask(f"{name} : {' '.join(['0.5'] * len(command.parameters))}")
+    if name in LATER:
+        assert reply == ERROR
+        assert robot.moves == []
+    elif command.reply_words:
+        assert reply in command.reply_words
+    elif command.reply_values:
+        assert len([float(word) for word in reply.split()]) == len(command.reply_values)
+    else:
+        assert "lin move" in reply
+
+
+@pytest.mark.parametrize("name", LATER)
+def test_what_comes_later_says_so_in_the_log(name):
+    talk = Conversation()
+    talk.ask(f"{name} : {' '.join(['0.5'] * len(TABLE.commands[name].parameters))}")
+    ((session, line, _, reason),) = talk.journal.refusals
+    assert session == "client"
+    assert line.startswith(name)
+    assert reason == f"not available in this version: {name}"
+    assert "not available in this version" in talk.ask(f"help : {name}")
+
+
+def test_a_refusal_is_an_error_with_its_reason_in_the_log():
+    robot = FakeRobot()
+    robot.refuses = Refused(3021, "out of reach")
+    talk = Conversation(robot)
+    assert talk.ask(LIN) == "error"
+    assert talk.journal.refusals == [("client", LIN, 3021, "out of reach")]
+    assert talk.ask("hello") == "hello"
+
+
+def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
+    robot = FakeRobot()
+    robot.breaks = ZeroDivisionError("ours")
+    talk = Conversation(robot)
+    assert talk.ask(LIN) == "error"
+    assert talk.journal.faults == [("client", LIN, robot.breaks)]
+    assert robot.breaks.__traceback__ is not None
+    robot.breaks = None
+    assert talk.ask(LIN) == "done"
+
+
+def test_a_value_that_is_not_finite_is_a_fault_and_never_sent():
+    robot = FakeRobot()
+    robot.joints = (float("nan"),) * 7
+    talk = Conversation(robot)
+    assert talk.ask("get joint position") == "error"
+    assert len(talk.journal.faults) == 1
+
+
+@given(st.binary(max_size=50).filter(lambda line: not set(line) & set(b"\r\n\xff\0")))
+def test_what_the_log_hears_is_printable(line):
+    journal = Journal(commands=True)
+    Conversation(journal=journal).send([line + b"\n"])
+    texts = [text for entry in journal.said + journal.refusals for text in entry if isinstance(text, str)]
+    assert texts
+    assert all(text.isprintable() for text in texts)
+
+
+def test_commands_are_told_only_to_a_log_that_wants_them():
+    quiet, curious = Journal(), Journal(commands=True)
+    Conversation(journal=quiet).ask("Hello")
+    Conversation(journal=curious, name="peer").ask("Hello")
+    assert quiet.said == []
+    assert curious.said == [("peer", "Hello", "hello")]
+
+
+def test_the_rest_at_the_end_of_the_stream_is_a_line():
+    talk = Conversation()
+    assert talk.send([b"hello\nget sta", b"tus"]) == ["hello"]
+    talk.session.end()
+    assert replies(talk.hear()) == ["stopped"]
+
+
+def test_bye_stops_the_robot_and_closes():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.send([b"hello\nBye\nhello\n" + LIN.encode(), b"\nhello\n"]) == ["hello", "bye"]
+    talk.session.end()
+    assert talk.session.closing
+    assert not talk.session.waiting
+    assert robot.stops == 1
+    assert robot.moves == []
+    talk.session.lost()
+    assert robot.stops == 1
+
+
+def test_a_client_that_vanishes_stops_the_move_it_asked_for():
+    robot = FakeRobot()
+    mover, watcher = Conversation(robot), Conversation(robot)
+    mover.ask(LIN)
+    watcher.ask("get status")
+    watcher.session.lost()
+    assert robot.stops == 0
+    mover.session.receive(b"hello\n")
+    mover.session.lost()
+    assert robot.stops == 1
+    assert not mover.session.waiting
+
+
+def test_a_client_that_vanishes_leaves_other_moves_alone():
+    robot = FakeRobot()
+    early, late = Conversation(robot), Conversation(robot)
+    early.ask(LIN)
+    robot.pending.clear()  # it has arrived
+    late.ask(LIN)
+    early.session.lost()
+    assert robot.stops == 0
+    assert robot.pending
+
+
+def test_a_refused_move_is_not_this_clients_to_stop():
+    robot = FakeRobot()
+    talk, other = Conversation(robot), Conversation(robot)
+    robot.refuses = Refused(3021, "out of reach")
+    talk.ask(LIN)
+    robot.refuses = None
+    other.ask(LIN)
+    talk.session.lost()
+    assert robot.stops == 0
+
+
+def test_one_move_is_planned_at_a_time():
+    talk = Conversation()
+    talk.session.receive((LIN + "\nhello\n" + LIN + "\nhello\n").encode())
+    assert replies(talk.session.answer()) == ["done"]
+    assert replies(talk.session.answer()) == ["hello", "done"]
+    assert replies(talk.session.answer()) == ["hello"]
+    assert talk.session.answer() == b""
+
+
+def test_a_flood_is_answered_in_slices():
+    talk = Conversation()
+    talk.session.receive(b"hello\n" * 2000)
+    slices = []
+    while talk.session.waiting:
+        slices.append(len(replies(talk.session.answer())))
+    assert sum(slices) == 2000
+    assert max(slices) <= 512
+
+
+@pytest.mark.requirement("FRA005")
+def test_help_names_every_command_and_its_usage():
+    talk = Conversation()
+    overview = talk.ask("help")
+    for name, command in TABLE.commands.items():
+        assert name in overview
+        usage = talk.ask(f"help : {name}")
+        assert usage.startswith(command.usage())
+        assert command.summary in usage
+        assert ("(extension)" in usage) == command.extension
+    listed = dict(part.split(": ") for part in overview.split("; "))
+    assert listed["extensions"].split(", ") == [
+        name for name, each in TABLE.commands.items() if each.extension
+    ]
+    assert sorted(listed["not available in this version"].split(", ")) == sorted(LATER)

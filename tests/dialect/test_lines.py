@@ -1,0 +1,129 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG, LineSplitter
+from tests.dialect.packets import cut
+
+IAC, DONT, DO, WILL, SB, NOP, SE = b"\xff", b"\xfe", b"\xfd", b"\xfb", b"\xfa", b"\xf1", b"\xf0"
+
+text = st.sampled_from([b"a", b"get status", b" ", b"\t", b"\0", b"\xe4", b":"])
+ends = st.sampled_from([b"\r", b"\n", b"\r\n", b"\n\r"])
+telnet = st.sampled_from(
+    [IAC, DONT, DO, WILL, SB, NOP, SE, b"\x18", IAC + WILL + b"\x03", IAC + SB, IAC + SE]
+)
+long_text = st.integers(MAX_LINE_BYTES // 2 - 2, MAX_LINE_BYTES + 2).map(lambda length: b"x" * length)
+
+
+def streams(*pieces: st.SearchStrategy[bytes]) -> st.SearchStrategy[bytes]:
+    return st.lists(st.one_of(*pieces), max_size=25).map(b"".join)
+
+
+def lines_of(packets: list[bytes]) -> list[bytes]:
+    splitter = LineSplitter()
+    lines = [line for packet in packets for line in splitter.feed(packet)]
+    return lines + splitter.finish()
+
+
+def without_telnet(stream: bytes) -> bytes:
+    """The stream as RFC 854 reads it, one byte at a time."""
+    kept, state = bytearray(), "text"
+    for byte in stream:
+        if state == "text":
+            if byte == IAC[0]:
+                state = "command"
+            elif byte != 0:
+                kept.append(byte)
+        elif state == "command":
+            if byte in b"\r\n":
+                kept.append(byte)
+            state = "option" if WILL[0] <= byte <= DONT[0] else "within" if byte == SB[0] else "text"
+        elif state == "option":
+            state = "text"
+        elif state == "within":
+            state = "leaving" if byte == IAC[0] else "within"
+        elif state == "leaving":
+            state = "text" if byte == SE[0] else "within"
+    return bytes(kept)
+
+
+def read_by_the_book(stream: bytes) -> list[bytes]:
+    """What the module's docstring promises, in the plainest way."""
+    lines, line, rest = [], b"", without_telnet(stream)
+    while rest:
+        if rest[:1] in (b"\r", b"\n"):
+            lines.append(line)
+            line = b""
+            rest = rest[2:] if rest[:2] in (b"\r\n", b"\n\r") else rest[1:]
+        else:
+            line += rest[:1]
+            rest = rest[1:]
+    lines += [line] if line else []
+    return [each if len(each) <= MAX_LINE_BYTES else OVERLONG for each in lines]
+
+
+@given(streams(text, ends, telnet).flatmap(lambda stream: st.tuples(st.just(stream), cut(stream))))
+def test_lines_are_the_same_however_the_stream_is_cut(case):
+    stream, packets = case
+    assert lines_of(packets) == read_by_the_book(stream)
+
+
+@given(streams(text, ends))
+def test_lines_are_the_same_byte_by_byte(stream):
+    assert lines_of([stream[i : i + 1] for i in range(len(stream))]) == read_by_the_book(stream)
+
+
+@given(streams(long_text, ends).flatmap(lambda stream: st.tuples(st.just(stream), cut(stream))))
+def test_a_line_that_is_too_long_is_told_of_once(case):
+    stream, packets = case
+    assert lines_of(packets) == read_by_the_book(stream)
+
+
+@given(st.binary(max_size=60).flatmap(lambda stream: st.tuples(st.just(stream), cut(stream))))
+def test_any_bytes_make_lines(case):
+    stream, packets = case
+    assert lines_of(packets) == read_by_the_book(stream)
+
+
+@pytest.mark.parametrize(
+    ("stream", "lines"),
+    [
+        (b"a\nb\rc\r\nd\n\re", [b"a", b"b", b"c", b"d", b"e"]),
+        (b"\r\n\r\n", [b"", b""]),
+        (b"\n\r\n", [b"", b""]),
+        (b"\n\n\r\r", [b"", b"", b""]),
+        (b"", []),
+    ],
+)
+def test_line_ends_pair_from_the_left(stream, lines):
+    assert lines_of([stream]) == lines
+
+
+def test_a_bare_return_at_the_end_of_a_packet_ends_its_line_at_once():
+    splitter = LineSplitter()
+    assert splitter.feed(b"hello\r") == [b"hello"]
+    assert splitter.feed(b"\nhello\r") == [b"hello"]
+    assert splitter.feed(b"hello\r") == [b"hello"]
+
+
+def test_a_bare_return_typed_into_telnet_ends_a_line():
+    assert lines_of([b"hello\r\0get status\r\0"]) == [b"hello", b"get status"]
+
+
+def test_a_line_that_is_too_long_is_told_of_before_its_end():
+    splitter = LineSplitter()
+    assert splitter.feed(b"x" * MAX_LINE_BYTES) == []
+    assert splitter.feed(b"x") == [OVERLONG]
+    assert splitter.feed(b"x" * MAX_LINE_BYTES) == []
+    assert splitter.feed(b"x\nhello\n") == [b"hello"]
+
+
+@pytest.mark.parametrize(
+    "flood", [b"x" * 50_000, b"\xff\xfa" + b"x" * 50_000, b"\xff" * 49_999, b"\0" * 50_000]
+)
+def test_what_is_held_is_bounded(flood):
+    splitter = LineSplitter()
+    for _ in range(20):
+        splitter.feed(flood)
+        held = sum(len(value) for value in vars(splitter).values() if isinstance(value, bytes))
+        assert held <= MAX_LINE_BYTES

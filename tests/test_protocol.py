@@ -1,0 +1,112 @@
+"""The protocol table against the requirements' Appendix B, written down here a second time."""
+
+import re
+
+import pytest
+
+from iiwa_sim.dialect.table import load_table
+
+FRAME = "x y z alpha beta gamma"
+JOINTS = "j0 j1 j2 j3 j4 j5 j6"
+SPEEDS = "v0 v1 v2 v3 v4 v5 v6"
+FORCE = "fx fy fz tx ty tz"
+THRESHOLDS = "thresholdX thresholdY thresholdZ"
+
+# command: (parameters, words or values of the reply)
+APPENDIX_B = {
+    "hello": ("", "hello"),
+    "bye": ("", "bye"),
+    "smart joint move": (f"{JOINTS} {SPEEDS}", "done"),
+    "direct joint move": (f"{JOINTS} {SPEEDS}", "done"),
+    "smart cartesian move": (f"{FRAME} speed", "done"),
+    "direct cartesian move": (f"{FRAME} speed", "done"),
+    "joint move": (f"{JOINTS} {SPEEDS}", "done"),
+    "lin move": (f"{FRAME} speed blending", "done"),
+    "ptp move": (f"{FRAME} speed blending", "done"),
+    "linr move": (f"{FRAME} speed blending r", "done"),
+    "ptpr move": (f"{FRAME} speed blending r", "done"),
+    "linforcez move": (f"{FRAME} speed blending thresholdZ", "done"),
+    "ptpforcez move": (f"{FRAME} speed blending thresholdZ", "done"),
+    "linforce move": (f"{FRAME} speed blending {THRESHOLDS}", "done"),
+    "ptpforce move": (f"{FRAME} speed blending {THRESHOLDS}", "done"),
+    "linstiff move": (f"{FRAME} speed stiffness {FORCE}", "done"),
+    "ptpstiff move": (f"{FRAME} speed stiffness {FORCE}", "done"),
+    "start gravity": (
+        "joint_stiffness",
+        "done",
+    ),  # the text's `stiffness`, but of the joints and in another unit
+    "get tool frame": ("", FRAME),
+    "get flange frame": ("", FRAME),
+    "get status": ("", "moving stopped"),
+    "get cartesian force": ("", FORCE),
+    "get joint position": ("", JOINTS),
+    "get joint torque": ("", "t0 t1 t2 t3 t4 t5 t6"),
+    "stop": ("", "done"),
+}
+UNITS = {
+    "mm": "x y z blending",
+    "rad": f"alpha beta gamma r {JOINTS}",
+    "N": f"fx fy fz {THRESHOLDS}",
+    "Nm": "tx ty tz t0 t1 t2 t3 t4 t5 t6",
+    "N/m": "stiffness",
+    "Nm/rad": "joint_stiffness",
+    "1": f"speed {SPEEDS}",
+}
+MODES = {"any", "normal", "impedance", "smart", "direct"}
+
+TABLE = load_table("iiwa")
+COMMANDS = pytest.mark.parametrize("command", TABLE.commands.values(), ids=TABLE.commands)
+
+
+def test_the_table_holds_appendix_b_and_what_else_it_holds_is_an_extension():
+    ours = {name for name, command in TABLE.commands.items() if command.extension}
+    assert set(TABLE.commands) - ours == set(APPENDIX_B)
+    assert not ours & set(APPENDIX_B)
+
+
+@pytest.mark.parametrize("name", APPENDIX_B)
+def test_a_command_takes_and_answers_what_appendix_b_says(name):
+    command = TABLE.commands[name]
+    parameters, reply = APPENDIX_B[name]
+    assert [each.name for each in command.parameters] == parameters.split()
+    assert [each.name for each in command.reply_values] or list(command.reply_words) == reply.split()
+    assert not command.phrase
+
+
+def test_quantities_have_the_units_of_appendix_b():
+    used = {
+        (each.name, each.unit)
+        for command in TABLE.commands.values()
+        for each in (*command.parameters, *command.reply_values)
+    }
+    assert used == {(name, unit) for unit, names in UNITS.items() for name in names.split()}
+
+
+@COMMANDS
+def test_a_command_is_fully_described(command):
+    assert command.mode in MODES
+    assert command.summary.endswith(".")
+    assert command.requirements
+    assert all(re.fullmatch(r"FR[ACO]\d{3}", each) for each in command.requirements)
+    assert all(each.meaning for each in (*command.parameters, *command.reply_values))
+
+
+@pytest.mark.parametrize(
+    ("parameter", "written"),
+    [
+        ("speed", "0 < speed <= 1"),
+        ("v6", "0 < v6 <= 1"),
+        ("blending", "0 <= blending"),
+        ("thresholdX", "0 < thresholdX"),
+        ("stiffness", "0 <= stiffness <= 5000"),
+        ("x", ""),
+    ],
+)
+def test_ranges(parameter, written):
+    found = {
+        each.range
+        for command in TABLE.commands.values()
+        for each in command.parameters
+        if each.name == parameter
+    }
+    assert found == {written}
