@@ -56,8 +56,11 @@ class Inverse(Protocol):
     def status(self, q: Sequence[float]) -> int:
         """The branch of joint positions."""
 
-    def merging_statuses(self, q: Sequence[float]) -> Sequence[int]:
-        """The branches that meet at joint positions, their own first: more than one at singular poses."""
+    def merging_statuses(self, q: Sequence[float], near: float = 1e-6) -> Sequence[int]:
+        """The branches that meet at joint positions, their own first: more than one at singular poses.
+
+        Positions count as singular from `near` (rad, m) on.
+        """
 
     def turn(self, q: Sequence[float]) -> int:
         """Signs of the joint positions: bit i is set where joint i + 1 is negative."""

@@ -32,9 +32,6 @@ NEAR_STRAIGHT = 2.5e-10
 NEAR_FOLD_M2 = 1e-10
 """Square of the wrist point's x in the frame of A1 where the two solutions for A2 nearly meet."""
 
-_MERGING_RAD = 1e-6
-_MERGING_M = 1e-6
-
 
 class Srs:
     """Closed form with A3 as the redundancy; see `iiwa_sim.robot.inverse.Inverse` for the interface."""
@@ -189,13 +186,9 @@ class Srs:
     def status(self, q: Sequence[float]) -> int:
         return (self._status_x(q) < 0.0) | (q[3] < 0.0) << 1 | (q[5] <= 0.0) << 2
 
-    def merging_statuses(self, q: Sequence[float]) -> Sequence[int]:
+    def merging_statuses(self, q: Sequence[float], near: float = 1e-6) -> Sequence[int]:
         statuses = [self.status(q)]
-        for bit, distance, near in (
-            (1, self._status_x(q), _MERGING_M),
-            (2, q[3], _MERGING_RAD),
-            (4, q[5], _MERGING_RAD),
-        ):
+        for bit, distance in ((1, self._status_x(q)), (2, q[3]), (4, q[5])):
             if abs(distance) < near:
                 statuses += [status ^ bit for status in statuses]
         return statuses

@@ -1,0 +1,150 @@
+"""From what a command asks for to a path and a timing, or to the reason why there are none."""
+
+from collections.abc import Sequence
+from math import degrees, isfinite
+
+import numpy as np
+
+from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
+from iiwa_sim.frames import Frame, Transform, compose, inverse
+from iiwa_sim.motion.curve_timing import plan_timing
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.lin import Line, LineOutOfReach, SingularLine
+from iiwa_sim.motion.path import Joints, Path
+from iiwa_sim.motion.ptp import STANDSTILL_RAD, JointLine
+from iiwa_sim.motion.tcp_line import TcpLine
+from iiwa_sim.motion.timing import AtOnce, Timing
+from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Found, Nearest, Unreachable
+
+Plan = tuple[Path, Timing]
+
+
+class Planner:
+    """Plans moves of one robot. Each method raises `Refused` where the move cannot be done as asked for."""
+
+    def __init__(self, model: Model) -> None:
+        description = model.description
+        self._description = description
+        self._model = model
+        self._inverse = inverse_of(model)
+        self._nearest = Nearest(self._inverse, description)
+        self._limits = JointLimits(
+            np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)
+        )
+
+    def joint_line(self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]) -> Plan:
+        """PTP to joint positions (rad), at a relative speed of each joint."""
+        n = len(self._description.joints)
+        if len(joints) != n or len(speeds_rel) != n:
+            raise Refused(EXECUTION, f"{n} joint positions and {n} speeds are needed")
+        _check_finite("joint position", joints)
+        for speed_rel in speeds_rel:
+            _check_speed(speed_rel)
+        self._check_range(joints)
+        return self._ptp(start, tuple(map(float, joints)), speeds_rel)
+
+    def ptp(
+        self, start: Joints, tcp: Frame, speed_rel: float, redundancy: float | None, tool_in_flange: Transform
+    ) -> Plan:
+        """PTP to a pose of the TCP in the base."""
+        flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
+        return self._ptp(start, self._find(flange, start, redundancy).joints, speed_rel)
+
+    def lin(
+        self, start: Joints, tcp: Frame, speed_rel: float, redundancy: float | None, tool_in_flange: Transform
+    ) -> Plan:
+        """LIN to a pose of the TCP in the base."""
+        flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
+        tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
+        line = self._line_to(flange, start, redundancy, tcp_line)
+        if float(np.abs(line.samples.q - line.samples.q[0]).max()) < STANDSTILL_RAD:
+            return line, AtOnce()
+        return line, plan_timing(line.samples, self._limits.at_speed(speed_rel))
+
+    def _find(
+        self, flange: Transform, start: Joints, redundancy: float | None, keep_status: bool = False
+    ) -> Found:
+        try:
+            return self._nearest.find(flange, start, redundancy, keep_status)
+        except Unreachable as unreachable:
+            raise Refused(unreachable.code, unreachable.reason) from None
+
+    def _line_to(self, flange: Transform, start: Joints, redundancy: float | None, tcp_line: TcpLine) -> Line:
+        """The line with the redundancy kept or given where that reaches the target, else with the nearest."""
+        kept = self._inverse.redundancy(start) if redundancy is None else redundancy
+        refused: Refused | None = None
+        # At a singular start branches meet, and the line may go on along any of them.
+        for status in self._inverse.merging_statuses(start):
+            try:
+                return self._line(start, tcp_line, kept, status)
+            except Refused as reason:
+                refused = refused or reason
+        assert refused is not None
+        end = self._find(flange, start, redundancy, keep_status=True)
+        if not end.changed:
+            raise refused
+        return self._line(start, tcp_line, self._inverse.redundancy(end.joints), end.status)
+
+    def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Line:
+        try:
+            line = Line(self._inverse, start, tcp_line, redundancy, status)
+        except LineOutOfReach as out:
+            raise Refused(OUT_OF_REACH, f"the line is out of reach after {out.s:.1%} of its way") from None
+        except SingularLine as singular:
+            name = self._description.joints[singular.joint]
+            where = f"after {singular.s:.1%} of the line, close to a singular pose"
+            raise Refused(CROSSING_SINGULARITY, f"{name} would have to jump {where}") from None
+        self._check_line(line)
+        return line
+
+    def _ptp(self, start: Joints, end: Joints, speed_rel: float | Sequence[float]) -> Plan:
+        line = JointLine(start, end)
+        return line, line.timing(self._limits.at_speed(speed_rel))
+
+    def _check_range(self, joints: Sequence[float]) -> None:
+        d = self._description
+        for name, q, lower, upper in zip(d.joints, joints, d.position_min, d.position_max, strict=True):
+            if not lower <= q <= upper:
+                raise Refused(
+                    JOINT_LIMIT,
+                    f"{name} at {degrees(q):.3f} deg is outside {degrees(lower):g} to {degrees(upper):g} deg",
+                )
+
+    def _check_line(self, line: Line) -> None:
+        """Joint limits along a line, with what a joint may bulge out between two samples."""
+        samples = line.samples
+        bulge = np.abs(samples.ddq) * samples.s[1] ** 2 / 8.0
+        bulge[0] = bulge[-1] = 0.0
+        lower = samples.q - bulge < self._description.position_min
+        upper = samples.q + bulge > self._description.position_max
+        outside = lower | upper
+        if outside.any():
+            place, joint = divmod(int(outside.argmax()), outside.shape[1])
+            raise Refused(
+                JOINT_LIMIT,
+                f"{self._description.joints[joint]} would leave its limits after {samples.s[place]:.1%} "
+                f"of the line, at {degrees(samples.q[place, joint]):.3f} deg",
+            )
+
+
+def _flange_of(
+    tcp: Frame, speed_rel: float, redundancy: float | None, tool_in_flange: Transform
+) -> Transform:
+    """The checked target as a pose of the flange."""
+    _check_finite("frame", tcp)
+    _check_speed(speed_rel)
+    if redundancy is not None:
+        _check_finite("redundancy", [redundancy])
+    return compose(tcp.to_transform(), inverse(tool_in_flange))
+
+
+def _check_finite(what: str, values: Sequence[float]) -> None:
+    if not all(map(isfinite, values)):
+        raise Refused(EXECUTION, f"a {what} that is not finite")
+
+
+def _check_speed(speed_rel: float) -> None:
+    if not 0.0 < speed_rel <= 1.0:
+        raise Refused(EXECUTION, f"speed {speed_rel:g}: expected above 0 and up to 1")

@@ -1,0 +1,103 @@
+"""The timing of a curved path within velocity, acceleration and jerk limits of all joints.
+
+The fastest run without jerk limits (`phase_plane`) goes through a moving average (`smooth`). Its window is
+chosen so that a lone change of acceleration keeps the jerk limit; where several coincide, or the path curves
+within a window, limits can still be passed. There the run is planned again with a smaller share of the
+acceleration limits, a few times; what then remains is taken away by running the whole move slower by some
+percent.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.motion.limits import Array, JointLimits
+from iiwa_sim.motion.path import PathSamples
+from iiwa_sim.motion.phase_plane import PhasePlane
+from iiwa_sim.motion.smooth import SmoothStates, SmoothTiming
+
+WINDOW = 1.25  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
+ROUNDS = 3  # times to plan again with smaller shares
+CLOSE = 1.003  # a limit passed by less is left to the final slowing
+AIM = 0.995  # of the limits: what interpolation between samples may hide
+
+
+def plan_timing(samples: PathSamples, limits: JointLimits) -> SmoothTiming:
+    """A timing from rest to rest that keeps the limits, as far as interpolation between samples tells."""
+    plane = PhasePlane(samples, limits)
+    loads = _Loads(samples, limits)
+    window_s = WINDOW * float((limits.acceleration / limits.jerk).max())
+    share = np.full(len(samples.s), AIM)
+    best: SmoothTiming | None = None
+    best_slowing = 1.0
+    for _ in range(ROUNDS + 1):
+        timing = _run(samples, plane, share, window_s)
+        states = timing.extremes()
+        load, slowing = loads.of(states)
+        if best is None or timing.duration_s * slowing < best.duration_s * best_slowing:
+            best, best_slowing = timing, slowing
+        over = np.flatnonzero(load > CLOSE)
+        if not len(over):
+            break
+        share = share * _relief(samples, states, load, over)
+    assert best is not None
+    return best.slower(best_slowing)
+
+
+def _run(samples: PathSamples, plane: PhasePlane, share: Array, window_s: float) -> SmoothTiming:
+    """The fastest run with these shares, smoothed.
+
+    From one sample to the next its acceleration is constant. In the first and last step this would waste time
+    where full acceleration reaches the speed of the next sample earlier, so these two get a knot in between.
+    """
+    speeds, take_off, braking = plane.fastest(share)
+    positions: list[float] = samples.s.tolist()
+    ramp = speeds[-2] ** 2 / (2.0 * braking) if braking > 0.0 else 1.0
+    if ramp < 0.9 * (positions[-1] - positions[-2]):
+        positions.insert(-1, positions[-1] - ramp)
+        speeds.insert(-1, speeds[-2])
+    ramp = speeds[1] ** 2 / (2.0 * take_off) if take_off > 0.0 else 1.0
+    if ramp < 0.9 * positions[1]:
+        positions.insert(1, ramp)
+        speeds.insert(1, speeds[1])
+    return SmoothTiming(positions, speeds, window_s)
+
+
+class _Loads:
+    """How much of the limits a motion along a path takes."""
+
+    def __init__(self, samples: PathSamples, limits: JointLimits) -> None:
+        # Joints come first: reductions over joints then run along memory.
+        self._limits = [limit[:, None] for limit in limits]
+        shape = np.stack([samples.dq.T, samples.ddq.T, samples.dddq.T])
+        self._shape = shape
+        self._slope = np.diff(shape, axis=2)
+
+    def of(self, states: SmoothStates) -> tuple[Array, float]:
+        """The load of each state (k,), and how much slower the whole must run for all limits to hold.
+
+        A load counts like an acceleration: a jerk of r times its limit goes away if accelerations shrink by
+        r^(2/3).
+        """
+        intervals = self._slope.shape[2]
+        place = states.s * intervals
+        k = np.minimum(place.astype(int), intervals - 1)
+        dq, ddq, dddq = self._shape[:, :, k] + (place - k) * self._slope[:, :, k]
+        velocity_limit, acceleration_limit, jerk_limit = self._limits
+        _, ds, dds, after, _, _ = states
+        square = ds * ds
+        velocity = np.abs(dq / velocity_limit).max(axis=0) * ds
+        acceleration = np.abs((dq * dds + ddq * square) / acceleration_limit).max(axis=0)
+        dq /= jerk_limit
+        curving = (ddq * (3.0 * ds * dds) + dddq * (square * ds)) / jerk_limit
+        jerk = np.abs(np.stack([dq * after, dq * np.roll(after, 1)]) + curving).max(axis=(0, 1))
+        slowing = max(velocity.max(), acceleration.max() ** (1 / 2), jerk.max() ** (1 / 3))
+        return np.maximum(acceleration, jerk ** (2 / 3)), max(float(slowing) / AIM, 1.0)
+
+
+def _relief(samples: PathSamples, states: SmoothStates, load: Array, over: NDArray[np.intp]) -> Array:
+    """The factors (m,) for the shares that take from the states `over` what they have too much."""
+    step = samples.s[1]
+    after_start = samples.s > states.window_start[over, None] - step
+    before_end = samples.s < states.window_end[over, None] + step
+    relief: Array = np.where(after_start & before_end, 1.0 / load[over, None], 1.0).min(axis=0)
+    return relief

@@ -1,0 +1,32 @@
+"""PTP: straight in joint space, all joints starting and ending together."""
+
+import numpy as np
+
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.timing import AtOnce, OptimalTiming, Timing
+
+STANDSTILL_RAD = 1e-9  # a way shorter than this is none: its end is its start
+
+
+class JointLine:
+    """The straight line between two joint positions (rad)."""
+
+    def __init__(self, start: Joints, end: Joints) -> None:
+        self.end = end
+        self._start = start
+        self._way = tuple(b - a for a, b in zip(start, end, strict=True))
+
+    def joints(self, s: float) -> Joints:
+        """See `Path`."""
+        if s >= 1.0:
+            return self.end
+        return tuple([a + s * d for a, d in zip(self._start, self._way, strict=True)])
+
+    def timing(self, limits: JointLimits) -> Timing:
+        """The fastest timing within limits."""
+        way = np.abs(self._way)
+        if way.max() < STANDSTILL_RAD:
+            return AtOnce()
+        goes = way > 0.0
+        return OptimalTiming(*(float((limit[goes] / way[goes]).min()) for limit in limits))

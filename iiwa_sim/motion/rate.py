@@ -1,0 +1,61 @@
+"""The rate of planned time: 1 as planned, 0 at a stop, with a bounded slope between.
+
+On a planned motion q(t) with velocity v, acceleration a and jerk j, at the rate r of planned time, joints see
+the velocity r v, the acceleration r^2 a + r' v and the jerk r^3 j + 3 r r' a + r'' v. So bounds on r' and r''
+are stop limits of the joints that hold on any path, and the path itself is never left.
+"""
+
+from ruckig import ControlInterface, InputParameter, Result, Ruckig, Trajectory
+
+
+class PlannedTime:
+    """Planned time over ticks."""
+
+    def __init__(self, tick_s: float, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
+        self._tick_s = tick_s
+        self._task = InputParameter(1)
+        self._task.control_interface = ControlInterface.Velocity
+        self._task.max_acceleration = [largest_slope_per_s]
+        self._task.max_jerk = [largest_bend_per_s2]
+        self._ruckig = Ruckig(1)
+        self.start(0.0)
+
+    def start(self, time_s: float) -> None:
+        """Run from this time at full rate."""
+        self.time_s = time_s
+        self._slowing: Trajectory | None = None
+        self._slowing_s = 0.0
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the rate goes, or has come, to 0."""
+        return self._slowing is not None
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the rate has come to 0."""
+        return self._slowing is not None and self._slowing_s >= self._slowing.duration
+
+    def stop(self) -> float:
+        """Bring the rate to 0 as fast as its bounds allow; returns the time at which it will be 0."""
+        if self._slowing is None:
+            self._task.current_position = [self.time_s]
+            self._task.current_velocity = [1.0]
+            self._task.current_acceleration = [0.0]
+            self._task.target_velocity = [0.0]
+            self._task.target_acceleration = [0.0]
+            slowing = Trajectory(1)
+            result = self._ruckig.calculate(self._task, slowing)
+            if result != Result.Working:
+                raise ArithmeticError(f"Ruckig: {result} for a stop at {self.time_s} s")
+            self._slowing, self._slowing_s = slowing, 0.0
+        rest: float = self._slowing.at_time(self._slowing.duration)[0][0]
+        return rest
+
+    def step(self) -> None:
+        """One tick."""
+        if self._slowing is None:
+            self.time_s += self._tick_s
+        else:
+            self._slowing_s += self._tick_s
+            self.time_s = self._slowing.at_time(min(self._slowing_s, self._slowing.duration))[0][0]

@@ -1,0 +1,65 @@
+"""The pose of the flange while the TCP moves in a straight line and turns on the shortest arc."""
+
+from math import cos, sin
+
+import numpy as np
+
+from iiwa_sim.frames import Rotation, Transform, Vector, compose, multiply, rotate, rotation_vector, transpose
+from iiwa_sim.motion.limits import Array
+
+
+class TcpLine:
+    """A straight line of the TCP; s is the part of the way, and of the turn, that is done."""
+
+    def __init__(self, start_flange: Transform, target_flange: Transform, tool_in_flange: Transform) -> None:
+        """Poses in the base."""
+        start, target = compose(start_flange, tool_in_flange), compose(target_flange, tool_in_flange)
+        (x, y, z), self._angle = rotation_vector(multiply(target.rotation, transpose(start.rotation)))
+        # Rodrigues: R(s) = R0 + sin(s angle) K R0 + (1 - cos(s angle)) K K R0 turns the flange. Its origin
+        # lies at -R(s) tool from the TCP, which moves straight. So each of the twelve numbers of its pose is
+        # fixed + s way + sin sine + (1 - cos) versine.
+        cross: Rotation = (0.0, -z, y, z, 0.0, -x, -y, x, 0.0)
+        sine = multiply(cross, start_flange.rotation)
+        versine = multiply(cross, sine)
+        tool_x, tool_y, tool_z = tool_in_flange.translation
+        from_tcp: Vector = (-tool_x, -tool_y, -tool_z)
+        self._fixed = (*start_flange.rotation, *start_flange.translation)
+        self._sine = (*sine, *rotate(sine, from_tcp))
+        self._versine = (*versine, *rotate(versine, from_tcp))
+        self._way = tuple(b - a for a, b in zip(start.translation, target.translation, strict=True))
+
+    def flange(self, s: float) -> Transform:
+        """Pose of the flange in the base."""
+        f0, f1, f2, f3, f4, f5, f6, f7, f8, fx, fy, fz = self._fixed
+        wx, wy, wz = self._way
+        fx, fy, fz = fx + s * wx, fy + s * wy, fz + s * wz
+        if self._angle == 0.0:
+            return Transform((f0, f1, f2, f3, f4, f5, f6, f7, f8), (fx, fy, fz))
+        a0, a1, a2, a3, a4, a5, a6, a7, a8, ax, ay, az = self._sine
+        b0, b1, b2, b3, b4, b5, b6, b7, b8, bx, by, bz = self._versine
+        a, b = sin(s * self._angle), 1.0 - cos(s * self._angle)
+        return Transform(
+            (
+                f0 + a * a0 + b * b0,
+                f1 + a * a1 + b * b1,
+                f2 + a * a2 + b * b2,
+                f3 + a * a3 + b * b3,
+                f4 + a * a4 + b * b4,
+                f5 + a * a5 + b * b5,
+                f6 + a * a6 + b * b6,
+                f7 + a * a7 + b * b7,
+                f8 + a * a8 + b * b8,
+            ),
+            (fx + a * ax + b * bx, fy + a * ay + b * by, fz + a * az + b * bz),
+        )
+
+    def flanges(self, s: Array) -> tuple[Array, Array]:
+        """Rotations (m, 3, 3) and translations (m, 3) of the flange at values of s (m,)."""
+        turned = s * self._angle
+        poses = (
+            np.array(self._fixed)
+            + np.sin(turned)[:, None] * np.array(self._sine)
+            + (1.0 - np.cos(turned))[:, None] * np.array(self._versine)
+        )
+        poses[:, 9:] += s[:, None] * np.array(self._way)
+        return poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]
