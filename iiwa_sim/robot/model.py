@@ -100,7 +100,7 @@ def _read_urdf(description: RobotDescription) -> pin.Model:
     try:
         ET.fromstring(description.urdf)
     except ET.ParseError as fault:
-        raise RobotFault(path, "", "", f"XML: {fault}") from None
+        raise RobotFault(path, "", "", f"valid XML ({fault})") from None
     try:
         with _silent_stderr():
             return pin.buildModelFromXML(description.urdf)

@@ -76,7 +76,7 @@ def read_settings(path: str, text: str) -> Settings:
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
-        raise RobotFault(path, "", "", f"TOML: {fault}") from None
+        raise RobotFault(path, "", "", f"valid TOML ({fault})") from None
     try:
         settings = msgspec.convert(table, Settings)
     except msgspec.ValidationError as fault:
@@ -92,7 +92,7 @@ def _type_fault(path: str, table: dict[str, Any], message: str) -> RobotFault:
     if "unknown field" in expected or "missing required field" in expected:
         field = expected.split("`")[1]
         key = f"{key}.{field}" if key else field
-        fault = "no such key" if "unknown" in expected else "this key"
+        fault = "no key of this name" if "unknown" in expected else "this key"
         return RobotFault(path, key, _value(table, key), fault)
     expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
     return RobotFault(path, key, _value(table, key), expected)
@@ -156,6 +156,6 @@ def _check_values(path: str, settings: Settings) -> None:
         "stop.rate_per_s",
         stop.rate_per_s,
         duration_s <= LONGEST_STOP_S,
-        f"with rate_change_per_s2 = {stop.rate_change_per_s2:g} a stop within {longest_ms:g} ms; "
+        f"a stop within {longest_ms:g} ms; with rate_change_per_s2 = {stop.rate_change_per_s2:g} "
         f"it takes {1e3 * duration_s:.1f} ms",
     )

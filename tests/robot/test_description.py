@@ -85,7 +85,7 @@ FAULTS = [
     # the change, then file, key, value and what was expected
     (without("robot.toml"), "robot.toml", "", "", "this file in the robot's folder"),
     (without("robot.urdf"), "robot.urdf", "", "", "this file in the robot's folder"),
-    (in_toml("home_deg = [", "home_deg = ["[:-1]), "robot.toml", "", "", "TOML: .*line"),
+    (in_toml("home_deg = [", "home_deg = ["[:-1]), "robot.toml", "", "", r"valid TOML \(.*line"),
     (
         in_toml("rate_per_s = 15.0", "rate_per_s = 'x'"),
         "robot.toml",
@@ -95,8 +95,14 @@ FAULTS = [
     ),
     (in_toml("[170,", "[true,"), "robot.toml", r"limits.position_max_deg\[0\]", "True", "float, not bool"),
     (in_toml("x_mm = 150", ""), "robot.toml", "tool_in_flange.x_mm", r"\(missing\)", "this key"),
-    (in_toml("home_deg", "hme_deg"), "robot.toml", "home_deg|hme_deg", ".*", "this key|no such key"),
-    (in_toml("x_mm = 150", "x_mm = 150\nw = 2"), "robot.toml", "tool_in_flange.w", "2", "no such key"),
+    (in_toml("home_deg", "hme_deg"), "robot.toml", "home_deg|hme_deg", ".*", "this key|no key of this name"),
+    (
+        in_toml("x_mm = 150", "x_mm = 150\nw = 2"),
+        "robot.toml",
+        "tool_in_flange.w",
+        "2",
+        "no key of this name",
+    ),
     (in_toml("x_mm = 150", "x_mm = nan"), "robot.toml", "tool_in_flange.x_mm", "nan", "a finite number"),
     (in_toml("[0, 30,", "[30,"), "robot.toml", "home_deg", r"\[30.*\]", "7 values, one per joint"),
     (in_toml("[0, 30,", "[inf, 30,"), "robot.toml", "home_deg", r"\[inf.*\]", "finite numbers"),
@@ -142,7 +148,7 @@ FAULTS = [
         "'iiwa_link_3'",
         ".*fixed to .*A7",
     ),
-    (in_urdf("</robot>", ""), "robot.urdf", "", "", "XML: "),
+    (in_urdf("</robot>", ""), "robot.urdf", "", "", r"valid XML \("),
     (
         in_urdf('<child link="iiwa_link_2"/>', '<child link="no"/>'),
         "robot.urdf",

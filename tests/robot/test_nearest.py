@@ -1,0 +1,194 @@
+"""The rule for targets that leave redundancy and branch open."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from iiwa_sim.frames import IDENTITY, Transform
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found, Nearest, Unreachable
+from tests.robot.arms import Arm, distance
+
+
+def rule(arm: Arm) -> Nearest:
+    return Nearest(arm.inverse, arm.description)
+
+
+def assert_good(arm: Arm, found: Found, flange: Transform) -> None:
+    assert arm.within_limits(found.joints)
+    assert distance([arm.model.flange(found.joints)], [flange]) <= 1e-9
+    assert found.status in arm.inverse.merging_statuses(found.joints)
+
+
+def serves(arm: Arm, flange: Transform, redundancy: float, status: int, seed: list[float]) -> bool:
+    joints = arm.inverse.joints(flange, redundancy, status, seed)
+    return joints is not None and arm.within_limits(joints)
+
+
+def pairs(arm: Arm, seed: int, count: int) -> list[tuple[list[float], list[float]]]:
+    """Present joints, and joints whose flange is the target."""
+    rng = np.random.default_rng(seed)
+    return list(zip(arm.anywhere(rng, count).tolist(), arm.anywhere(rng, count).tolist(), strict=True))
+
+
+@pytest.mark.requirement("FRC005", "FRC006")
+def test_redundancy_and_status_are_kept_where_that_serves(arm: Arm) -> None:
+    kept = 0
+    for present, there in pairs(arm, 30, 400):
+        flange = arm.model.flange(there)
+        status = arm.inverse.status(present)
+        found = rule(arm).find(flange, present)
+        assert_good(arm, found, flange)
+        can_keep = serves(arm, flange, present[2], status, present)
+        assert found.changed == (not can_keep)
+        if can_keep:
+            kept += 1
+            assert (found.joints[2], found.status) == (present[2], status)
+    assert 50 < kept < 350
+
+
+@pytest.mark.requirement("FRC006")
+def test_otherwise_the_nearest_redundancy_on_the_same_branch(arm: Arm) -> None:
+    searched = 0
+    low, high = arm.description.position_min[2], arm.description.position_max[2]
+    for present, there in pairs(arm, 31, 300):
+        flange = arm.model.flange(there)
+        found = rule(arm).find(flange, present)
+        status = arm.inverse.status(present)
+        if not found.changed or found.status != status:
+            continue
+        searched += 1
+        off = abs(found.joints[2] - present[2])
+        nearer = [present[2] + side * off * part for side in (1, -1) for part in np.linspace(0.0, 1.0, 200)]
+        for redundancy in nearer:
+            if low <= redundancy <= high and abs(redundancy - present[2]) < off - 1e-6:
+                # finer than the grid of the search a window narrower than it may have been missed
+                assert not serves(arm, flange, redundancy, status, present) or narrow(
+                    arm, flange, redundancy, status, present
+                )
+        # a hair nearer on the side taken it no longer serves
+        hair = present[2] + math.copysign(off - 2e-6, found.joints[2] - present[2])
+        assert not serves(arm, flange, hair, status, present)
+    assert searched > 50
+
+
+def narrow(arm: Arm, flange: Transform, redundancy: float, status: int, seed: list[float]) -> bool:
+    step = math.radians(1.0)
+    around = [redundancy + step * part for part in np.linspace(-1.0, 1.0, 41)]
+    return sum(serves(arm, flange, value, status, seed) for value in around) < 20
+
+
+@pytest.mark.requirement("FRC006")
+def test_otherwise_another_branch_unless_the_status_is_to_be_kept(arm: Arm) -> None:
+    elsewhere = 0
+    for present, there in pairs(arm, 32, 3000):
+        flange = arm.model.flange(there)
+        found = rule(arm).find(flange, present)
+        if found.status in arm.inverse.merging_statuses(present):
+            continue
+        elsewhere += 1
+        assert_good(arm, found, flange)
+        assert found.changed
+        with pytest.raises(Unreachable) as refusal:
+            rule(arm).find(flange, present, keep_status=True)
+        assert refusal.value.code == ROBOT_CONFIGURATION
+        assert str(refusal.value) == refusal.value.reason
+    assert elsewhere > 5
+
+
+def test_kept_status_is_kept(arm: Arm) -> None:
+    for present, there in pairs(arm, 33, 200):
+        flange = arm.model.flange(there)
+        status = arm.inverse.status(present)
+        grid = np.linspace(arm.description.position_min[2], arm.description.position_max[2], 100)
+        if not any(serves(arm, flange, redundancy, status, present) for redundancy in grid.tolist()):
+            continue  # nothing there, or something narrow
+        found = rule(arm).find(flange, present, keep_status=True)
+        assert found.status == arm.inverse.status(present)
+        assert_good(arm, found, flange)
+
+
+@pytest.mark.requirement("FRC005")
+def test_a_given_redundancy_is_taken_exactly(arm: Arm) -> None:
+    kept = changed = 0
+    for present, there in pairs(arm, 34, 300):
+        flange = arm.model.flange(there)
+        found = rule(arm).find(flange, present, redundancy=there[2])
+        assert_good(arm, found, flange)
+        assert found.joints[2] == there[2]
+        status = arm.inverse.status(present)
+        if serves(arm, flange, there[2], status, present):
+            kept += 1
+            assert (found.status, found.changed) == (status, False)
+            continue
+        changed += 1
+        assert found.changed
+        others = [q for _, q in arm.inverse.branches(flange, there[2], present) if arm.within_limits(q)]
+        nearest = min(math.dist(q, present) for q in others)
+        assert math.dist(found.joints, present) == pytest.approx(nearest, abs=1e-9)
+    assert kept > 20
+    assert changed > 20
+
+
+def test_where_branches_meet_the_nearest_of_them_is_the_present_one(arm: Arm) -> None:
+    transport = [0.0, math.radians(25), 0.0, math.radians(90), 0.0, 0.0, 0.0]
+    for a6 in (0.4, -0.4, 1e-9, 0.0):
+        there = [*transport[:5], a6, 0.0]
+        flange = arm.model.flange(there)
+        found = rule(arm).find(flange, transport, keep_status=True)
+        assert found.joints == pytest.approx(there, abs=1e-8)
+        assert not found.changed
+    upright = [0.0] * 7
+    assert rule(arm).find(arm.model.flange(upright), upright).joints == pytest.approx(upright, abs=1e-9)
+
+
+def test_a_joint_on_its_limit_stays_there_despite_rounding(arm: Arm) -> None:
+    d = arm.description
+    for sign, limit in ((1, d.position_max), (-1, d.position_min)):
+        present = [value if joint in (0, 1, 4, 6) else sign * 0.5 for joint, value in enumerate(limit)]
+        found = rule(arm).find(arm.model.flange(present), present)
+        assert found.joints == pytest.approx(present, abs=1e-9)
+        assert not found.changed
+        assert arm.within_limits(found.joints)
+
+
+def refusal(
+    arm: Arm, flange: Transform, present: list[float], redundancy: float | None = None
+) -> tuple[int, str]:
+    with pytest.raises(Unreachable) as refused:
+        rule(arm).find(flange, present, redundancy)
+    assert "\n" not in refused.value.reason
+    return refused.value.code, refused.value.reason
+
+
+def test_out_of_reach(arm: Arm) -> None:
+    away = Transform(IDENTITY.rotation, (1.0, 0.9, 0.3))
+    for redundancy in (None, 0.5):
+        code, reason = refusal(arm, away, list(arm.description.home), redundancy)
+        assert code == OUT_OF_REACH
+        assert "1000.0 900.0 300.0 mm" in reason
+
+
+def test_a_joint_limit_names_the_joint(arm: Arm) -> None:
+    """The one on the present branch, where A4 is negative."""
+    folded = [0.2, 0.3, 0.0, math.radians(130), 0.1, 0.8, 0.0]
+    code, reason = refusal(arm, arm.model.flange(folded), list(arm.description.home))
+    assert code == JOINT_LIMIT
+    assert reason == "A4 would have to be at -130.000 deg, its limits are -120 and 120 deg"
+
+
+def test_a_redundancy_beyond_its_limits(arm: Arm) -> None:
+    home = list(arm.description.home)
+    code, reason = refusal(arm, arm.model.flange(home), home, math.radians(171))
+    assert code == JOINT_LIMIT
+    assert reason == "the redundancy of 171.000 deg is outside -170 to 170 deg"
+
+
+def test_a_redundancy_that_does_not_reach_what_another_does(arm: Arm) -> None:
+    """The wrist point on the axis of A1 with the elbow bent: the forearm cannot stick out sideways."""
+    close = [0.0, math.atan2(math.sin(1.5), 1.0 + math.cos(1.5)), 0.0, 1.5, 0.2, 0.7, 0.0]
+    code, reason = refusal(arm, arm.model.flange(close), close, math.radians(90))
+    assert code == ROBOT_CONFIGURATION
+    assert reason == "the target is out of reach with a redundancy of 90.000 deg"
