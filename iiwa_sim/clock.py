@@ -14,7 +14,8 @@ DEFAULT_RATE_HZ = 500
 
 CATCH_UP_TICKS = 10
 """Ticks made up for at once. A virtual machine that stalls for 100 ms must not answer with a burst of 50
-ticks, which would keep clients waiting and show them a robot that jumps: what lies further back is dropped."""
+ticks, which would keep clients waiting and show them a robot that jumps: what lies further back is
+dropped."""
 
 _SECOND_NS = 1_000_000_000
 
@@ -26,8 +27,8 @@ class RealTimeClock:
 
     Deadlines are absolute: a late tick does not delay the following ones. After a stall at most
     `CATCH_UP_TICKS` are made up for and the rest is dropped, so simulated time then lags behind real time for
-    good. `step` may fail: the clock logs the traceback (of a fault that recurs at the same place, once a second)
-    and goes on.
+    good. `step` may fail: the clock logs the traceback (once a second for a fault that recurs at the same
+    place) and goes on.
 
     `now_ns` and `timer` are the source of time; tests put their own in. Raises ValueError for a rate outside
     100 to 1000 Hz.
@@ -43,7 +44,6 @@ class RealTimeClock:
     ) -> None:
         if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
             raise ValueError(f"rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {MAX_RATE_HZ}")
-        self.tick_s = 1.0 / rate_hz
         self.dropped_ticks = 0
         self._step = step
         self._period_ns = round(_SECOND_NS / rate_hz)
@@ -89,7 +89,7 @@ class RealTimeClock:
 
     def _drop(self, ticks: int) -> None:
         self.dropped_ticks += ticks
-        logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", ticks, ticks * self.tick_s * 1e3)
+        logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", ticks, ticks * self._period_ns * 1e-6)
 
     def _recurring(self, fault: Exception) -> "_Recurring":
         where = traceback.extract_tb(fault.__traceback__)[-1]

@@ -1,0 +1,126 @@
+"""`iiwa-sim`: its options, its messages, its exit codes.
+
+Exit code 0 after SIGTERM or SIGINT; 2, with one line on stderr, for options, a robot or an address it cannot
+use.
+"""
+
+import argparse
+import asyncio
+import gc
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from importlib import metadata
+from typing import NoReturn
+
+from iiwa_sim import log
+from iiwa_sim.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
+from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
+from iiwa_sim.serve.tcp import ListenFault, host_and_port
+
+PORT = 30000
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the simulator until SIGTERM or SIGINT; returns the exit code."""
+    ending = _Ending()
+    options = _parser().parse_args(arguments)
+    if options.version:
+        print("iiwa-sim", metadata.version("iiwa-sim"))
+        return 0
+    if sys.stderr is not None:
+        log.configure(options.log_level, options.log_json, sys.stderr.fileno())
+    gc.disable()  # nothing made during the start is garbage
+    try:
+        asyncio.run(_serve(options, ending))
+    except (RobotFault, ListenFault) as fault:
+        print(f"iiwa-sim: {fault}", file=sys.stderr)
+        return 2
+    return 0
+
+
+async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
+    # Pinocchio and Ruckig take their time to load: not before the options are known to be right.
+    from iiwa_sim.simulator import Simulator
+
+    simulator = Simulator(options.robot, host=options.host, port=options.port, rate_hz=options.rate)
+    async with simulator:
+        ending.watch()
+        print(f"listening on {host_and_port(simulator.host, simulator.port)}", flush=True)
+        if sys.stderr is not None and sys.stderr.isatty():
+            print(_banner(simulator.description.name, simulator.host, simulator.port), file=sys.stderr)
+        gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
+        gc.enable()
+        await ending.asked.wait()
+    gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
+
+
+class _Ending:
+    """SIGTERM and SIGINT, both an orderly end; also in a container, whose process 1 has no default for them."""
+
+    def __init__(self) -> None:
+        self.asked = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._signalled)
+
+    def watch(self) -> None:
+        """From now on, set `asked` instead of leaving at once. To be called inside the loop."""
+        self._loop = asyncio.get_running_loop()
+
+    def _signalled(self, *_: object) -> None:
+        if self._loop is None:
+            sys.exit(0)
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self.asked.set)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def _parser() -> _Parser:
+    # Subcommands to come get parsers of their own, chosen by the first argument.
+    parser = _Parser(
+        prog="iiwa-sim",
+        description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        allow_abbrev=False,
+    )
+    names = ", ".join(built_in_robots())
+    parser.add_argument("--robot", default=DEFAULT_ROBOT, metavar="NAME|FOLDER", help=f"{names}, or your own")
+    parser.add_argument("--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all")
+    parser.add_argument("--port", type=_whole(0, 65535), default=PORT, help="port to listen on; 0 picks one")
+    parser.add_argument(
+        "--rate",
+        type=_whole(MIN_RATE_HZ, MAX_RATE_HZ),
+        default=DEFAULT_RATE_HZ,
+        metavar="HZ",
+        help="ticks per second",
+    )
+    parser.add_argument(
+        "--log-level",
+        choices=log.LEVELS,
+        default=log.DEFAULT_LEVEL,
+        help="info: connections; debug: every command",
+    )
+    parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
+    parser.add_argument("--version", action="store_true", help="print the version and leave")
+    return parser
+
+
+def _whole(low: int, high: int) -> Callable[[str], int]:
+    def whole_number(text: str) -> int:
+        if not (text.isascii() and text.isdigit() and low <= int(text) <= high):
+            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {low} to {high}")
+        return int(text)
+
+    return whole_number
+
+
+def _banner(robot: str, host: str, port: int) -> str:
+    here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # what listens everywhere listens here too
+    return f"{robot}, simulated. To try it: telnet {here} {port}, then type help. Ctrl-C ends it."

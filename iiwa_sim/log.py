@@ -1,0 +1,129 @@
+"""What the program says of itself, on stderr: one line per event, plain or as JSON.
+
+Everything goes through the standard library's logging, so a program that uses the simulator as a library sets
+it up its own way; only the command line calls `configure`. Levels: `warning` tells of refused commands and
+dropped clients, `info` of clients that come and go, `debug` of every command.
+"""
+
+import contextlib
+import json
+import logging
+import os
+import select
+from datetime import UTC, datetime
+
+LEVELS = ("error", "warning", "info", "debug")
+DEFAULT_LEVEL = "warning"
+
+logger = logging.getLogger(__name__)
+
+
+class SessionLog:
+    """The `DialectLog` that hands on to logging."""
+
+    @property
+    def commands(self) -> bool:
+        return logger.isEnabledFor(logging.DEBUG)
+
+    def command(self, session: str, line: str, reply: str) -> None:
+        logger.debug(
+            "%s '%s' -> %s",
+            session,
+            line,
+            reply,
+            extra={"fields": {"session": session, "line": line, "reply": reply}},
+        )
+
+    def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        logger.warning(
+            "%s refused '%s': %s",
+            session,
+            line,
+            reason,
+            extra={"fields": {"session": session, "line": line, "code": code, "reason": reason}},
+        )
+
+    def exception(self, session: str, line: str, fault: Exception) -> None:
+        logger.error(
+            "%s internal fault at '%s'",
+            session,
+            line,
+            exc_info=fault,
+            extra={"fields": {"session": session, "line": line}},
+        )
+
+
+def configure(level: str, as_json: bool, descriptor: int) -> None:
+    """Write what weighs `level` (one of LEVELS) or more to the file `descriptor`."""
+    handler = _NeverWaitingHandler(descriptor)
+    handler.setFormatter(_JsonFormatter() if as_json else _PlainFormatter())
+    logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
+
+
+class _NeverWaitingHandler(logging.Handler):
+    """Loses lines rather than wait for whoever reads them.
+
+    Whoever starts the simulator with a pipe for stderr and never reads it would otherwise stop the robot in
+    mid-air once the pipe is full. How many lines were lost is said when the reader is back.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        super().__init__()
+        self._descriptor = descriptor
+        self._poll = select.poll()
+        self._poll.register(descriptor, select.POLLOUT)
+        self._lost = 0
+        self._cut = False
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if self._lost:
+            words = ("%d log lines lost: nobody read them", (self._lost,))
+            note = logger.makeRecord(logger.name, logging.WARNING, __file__, 0, *words, None)
+            if self._write(note):
+                self._lost = 0
+        if self._lost or not self._write(record):
+            self._lost += 1
+
+    def _write(self, record: logging.LogRecord) -> bool:
+        line = self.format(record).encode() + b"\n"
+        rest = b"\n" + line if self._cut else line
+        with contextlib.suppress(OSError):  # the reader has gone
+            while rest and self._poll.poll(0):
+                # A pipe that is ready takes as much as this without making the writer wait.
+                rest = rest[os.write(self._descriptor, rest[: select.PIPE_BUF]) :]
+                self._cut = bool(rest)
+        return not rest
+
+
+class _PlainFormatter(logging.Formatter):
+    """`12:34:56.789 warning 127.0.0.1:40000 refused 'lin move : 1': ...`, tracebacks indented below."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        time = datetime.fromtimestamp(record.created).astimezone().isoformat(" ", "milliseconds")[11:23]
+        text = f"{time} {record.levelname.lower()} {_harmless(record.getMessage())}"
+        if record.exc_info:
+            below = self.formatException(record.exc_info).splitlines()
+            text += "".join(f"\n    {_harmless(line)}" for line in below)
+        return text
+
+
+class _JsonFormatter(logging.Formatter):
+    """One object per line: time (UTC), level, message, and the fields the event has of its own."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        event = {
+            "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
+            "level": record.levelname.lower(),
+            "message": record.getMessage(),
+            **getattr(record, "fields", {}),
+        }
+        if record.exc_info:
+            event["traceback"] = self.formatException(record.exc_info)
+        return json.dumps(event)
+
+
+def _harmless(text: str) -> str:
+    """Text that cannot pass for another log line, nor steer a terminal."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -1,0 +1,1 @@
+"""Shells with sockets: bytes in, bytes out, nothing of what they mean."""
