@@ -51,6 +51,7 @@ def test_any_bytes_are_a_finite_number_or_refused_in_printable_words(word):
 
 
 @given(st.lists(usual | finite, min_size=1, max_size=7))
+@example([2996925887.5])
 @example([-0.0])
 @example([-1e-12, 600.0, -math.pi / 2])
 @example([1e-6, 1e16, 1e300])

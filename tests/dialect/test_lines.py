@@ -1,3 +1,5 @@
+import itertools
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -83,6 +85,30 @@ def test_a_line_that_is_too_long_is_told_of_once(case):
 def test_any_bytes_make_lines(case):
     stream, packets = case
     assert lines_of(packets) == read_by_the_book(stream)
+
+
+@pytest.mark.parametrize(
+    ("alphabet", "longest"),
+    [((b"a", b"\r", b"\n"), 6), ((b"a", b"\n", IAC, WILL, SB, SE), 4)],
+    ids=["line ends", "telnet"],
+)
+def test_every_short_stream_in_every_two_packets(alphabet, longest):
+    for pieces in itertools.product(alphabet, repeat=longest):
+        stream = b"".join(pieces)
+        for place in range(len(stream)):
+            assert lines_of([stream[:place], stream[place:]]) == read_by_the_book(stream)
+
+
+def test_a_subnegotiation_ends_with_its_own_end_only():
+    assert lines_of([IAC + SB + b"a" + IAC + WILL + IAC + IAC + SE + b"b\n" + IAC + SE + b"c"]) == [b"c"]
+    assert lines_of([IAC + SB + IAC + WILL, IAC + SE + b"c"]) == [b"c"]
+
+
+@pytest.mark.parametrize("length", [MAX_LINE_BYTES, MAX_LINE_BYTES + 1])
+def test_the_longest_line_may_come_in_two_packets(length):
+    line = b"x" * length
+    for place in (1, length - 1, length):
+        assert lines_of([line[:place], line[place:] + b"\n"]) == read_by_the_book(line)
 
 
 @pytest.mark.parametrize(
