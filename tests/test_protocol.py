@@ -4,7 +4,11 @@ import re
 
 import pytest
 
-from iiwa_sim.dialect.table import load_table
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.dialect.iiwa import AVAILABLE
+from iiwa_sim.dialect.table import Quantity, load_table
+from iiwa_sim.robot.description import load_robot
+from tests.dialect.fake_robot import Conversation
 
 FRAME = "x y z alpha beta gamma"
 JOINTS = "j0 j1 j2 j3 j4 j5 j6"
@@ -110,3 +114,49 @@ def test_ranges(parameter, written):
         if each.name == parameter
     }
     assert found == {written}
+
+
+def fitting_line(name: str, robot: Controller, parameter: str, value: float) -> str:
+    """A move to where the robot is, with one parameter at a given value."""
+    frame = dict(zip(FRAME.split(), robot.tool_frame(), strict=True))
+    joints = dict(zip(JOINTS.split(), robot.joints, strict=True))
+    fitting = {**frame, **joints, "blending": 0.0, "r": robot.joints[2], parameter: value}
+    words = [repr(fitting.get(each.name, 0.5)) for each in TABLE.commands[name].parameters]
+    return f"{name} : {' '.join(words)}"
+
+
+def edges(quantity: Quantity) -> tuple[list[float], list[float]]:
+    """Values just inside and just outside of a range."""
+    inside, outside = [], []
+    if quantity.above is not None:
+        inside += [quantity.above + 1e-3]
+        outside += [quantity.above, quantity.above - 1e-3]
+    if quantity.minimum is not None:
+        inside += [quantity.minimum]
+        outside += [quantity.minimum - 1e-3]
+    if quantity.maximum is not None:
+        inside += [quantity.maximum]
+        outside += [quantity.maximum + 1e-3]
+    return inside, outside
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter"),
+    [
+        (name, each.name)
+        for name, command in TABLE.commands.items()
+        if name in AVAILABLE
+        for each in command.parameters
+        if each.range
+    ],
+)
+def test_the_controller_keeps_the_tables_ranges(name, parameter):
+    (quantity,) = [each for each in TABLE.commands[name].parameters if each.name == parameter]
+    inside, outside = edges(quantity)
+    robot = Controller(load_robot("lbr_iiwa_7_r800"), 0.002)
+    talk = Conversation(robot)
+    for value in outside:
+        assert talk.ask(fitting_line(name, robot, parameter, value)) == "error"
+    assert not robot.moving
+    for value in inside:
+        assert talk.ask(fitting_line(name, robot, parameter, value)) == "done"

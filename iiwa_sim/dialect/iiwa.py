@@ -5,29 +5,17 @@ holds, and whatever happens in the controller, there is a reply. The session kno
 it bytes and asks for answers while there are lines waiting.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
-from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
 from iiwa_sim.dialect.decimals import format_decimals, readable
 from iiwa_sim.dialect.help import overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, LineSplitter
-from iiwa_sim.dialect.table import (
-    COMMUNICATION_FAILURE,
-    COMPONENT_NOT_READY,
-    ERROR,
-    Refusal,
-    Request,
-    load_table,
-)
+from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.table import COMMUNICATION_FAILURE, ERROR, Refusal, Request, load_table
 from iiwa_sim.frames import Frame
-
-if TYPE_CHECKING:
-    from iiwa_sim.controller.controller import Controller
-    from iiwa_sim.dialect.log import DialectLog
 
 _LINES_AT_ONCE = 512  # answered in a few milliseconds; then the event loop gets its turn
 _DONE = b"done\r\n"

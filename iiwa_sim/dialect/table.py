@@ -17,10 +17,7 @@ from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
 
-# Result codes of robot_movement_interface: for what this version cannot do, and for a line that makes no
-# sense.
-COMPONENT_NOT_READY = 3010
-COMMUNICATION_FAILURE = 3040
+COMMUNICATION_FAILURE = 3040  # robot_movement_interface's result code for a line that makes no sense
 
 _CACHED_LINES = 1024
 

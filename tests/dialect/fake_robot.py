@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.frames import Frame
@@ -84,7 +85,10 @@ class Conversation:
     """One client's session with a robot."""
 
     def __init__(
-        self, robot: FakeRobot | None = None, journal: Journal | None = None, name: str = "client"
+        self,
+        robot: FakeRobot | Controller | None = None,
+        journal: Journal | None = None,
+        name: str = "client",
     ) -> None:
         self.robot = robot or FakeRobot()
         self.journal = journal or Journal()
