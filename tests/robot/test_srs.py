@@ -147,6 +147,18 @@ def test_free_joints_keep_the_position_of_the_seed(arm: Arm) -> None:
     assert joints == pytest.approx([0.3, 0.0, 0.5, 0.0, 0.7, 0.0, -1.5], abs=1e-9)
 
 
+def test_rounding_of_the_pose_moves_no_free_joint(arm: Arm) -> None:
+    """The arm upright, the hand anywhere: the wrist point is on the axis of A1 but for the last bits."""
+    seed = [0.3, 0.4, 0.5, -0.6, 0.7, 0.8, 0.9]
+    for q in arm.anywhere(np.random.default_rng(26), 100).tolist():
+        flange = arm.model.flange([q[0], 0.0, q[2], 0.0, *q[4:]])
+        for a3, status in itertools.product((0.0, 0.5), range(8)):
+            joints = arm.inverse.joints(flange, a3, status, seed)
+            assert_closes(arm, flange, joints)
+            assert joints is not None
+            assert joints[:4] == pytest.approx((0.3, 0.0, a3, 0.0), abs=1e-12)
+
+
 def test_a_nearly_aligned_wrist_keeps_a5_and_still_closes(arm: Arm) -> None:
     q = [0.1, 1.5, 0.5, 1.2, 0.4, 3e-10, 0.3]
     flange = arm.model.flange(q)
