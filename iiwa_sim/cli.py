@@ -23,11 +23,11 @@ PORT = 30000
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGTERM or SIGINT; returns the exit code."""
-    ending = _Ending()
     options = _parser().parse_args(arguments)
     if options.version:
         print("iiwa-sim", metadata.version("iiwa-sim"))
         return 0
+    ending = _Ending()
     if sys.stderr is not None:
         log.configure(options.log_level, options.log_json, sys.stderr.fileno())
     gc.disable()  # nothing made during the start is garbage
@@ -56,7 +56,7 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
 
 
 class _Ending:
-    """SIGTERM and SIGINT, both an orderly end; also in a container, whose process 1 has no default for them."""
+    """SIGTERM and SIGINT end in good order; process 1 of a container has no default for them."""
 
     def __init__(self) -> None:
         self.asked = asyncio.Event()

@@ -82,9 +82,9 @@ class TcpServer:
         """Listen. Raises ListenFault."""
         host, port = self._asked
         try:
-            family, address, number = await _resolve(host, port)
+            family, address = await _resolve(host)
             self._server = await asyncio.get_running_loop().create_server(
-                lambda: Connection(self), address, number, family=family, backlog=BACKLOG
+                lambda: Connection(self), address, port, family=family, backlog=BACKLOG
             )
         except (OSError, OverflowError, UnicodeError) as fault:
             raise ListenFault(f"cannot listen on {host_and_port(host, port)}: {_why(fault)}") from fault
@@ -238,13 +238,13 @@ def host_and_port(host: str, port: int) -> str:
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
-async def _resolve(host: str, port: int) -> tuple[socket.AddressFamily, str, int]:
+async def _resolve(host: str) -> tuple[socket.AddressFamily, str]:
     # One address only: with two, port 0 would stand for two ports.
     found = await asyncio.get_running_loop().getaddrinfo(
-        host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
     )
     family, _, _, _, address = min(found, key=lambda info: info[0] != socket.AF_INET)
-    return family, str(address[0]), int(address[1])
+    return family, str(address[0])
 
 
 def _tune(connection: socket.socket) -> None:

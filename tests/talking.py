@@ -1,0 +1,72 @@
+"""The other end of the wire: a client over a real socket, every wait with a deadline."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import struct
+from collections.abc import Callable
+from typing import Self
+
+DEADLINE_S = 60.0  # for what takes milliseconds: only a fault takes longer
+
+
+class Client:
+    """A driver on a socket of its own."""
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._reader = reader
+        self._writer = writer
+
+    @classmethod
+    async def connect(cls, port: int, host: str = "127.0.0.1") -> Self:
+        async with asyncio.timeout(DEADLINE_S):
+            return cls(*await asyncio.open_connection(host, port))
+
+    async def ask(self, command: str) -> str:
+        """One command, one reply."""
+        self.send(command.encode() + b"\r\n")
+        return await self.reply()
+
+    def send(self, data: bytes) -> None:
+        self._writer.write(data)
+
+    async def sent(self) -> None:
+        """Until the system has taken what was sent."""
+        async with asyncio.timeout(DEADLINE_S):
+            await self._writer.drain()
+
+    async def reply(self) -> str:
+        async with asyncio.timeout(DEADLINE_S):
+            line = await self._reader.readuntil(b"\r\n")
+        return line[:-2].decode()
+
+    async def rest(self) -> bytes:
+        """All that still comes, up to the end of the stream."""
+        async with asyncio.timeout(DEADLINE_S):
+            return await self._reader.read()
+
+    def sends_no_more(self) -> None:
+        self._writer.write_eof()
+
+    async def leaves(self) -> None:
+        """Closes the connection as a driver does that ends in good order."""
+        self._writer.close()
+        with contextlib.suppress(ConnectionError):  # the server may have closed first
+            await self._writer.wait_closed()
+
+    def vanishes(self) -> None:
+        """Resets the connection, as a driver does that crashed."""
+        connection = self._writer.get_extra_info("socket")
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self._writer.transport.abort()
+
+
+async def until(condition: Callable[[], bool]) -> None:
+    """Lets the loop run until something holds."""
+    async with asyncio.timeout(DEADLINE_S):
+        while True:
+            if condition():
+                return
+            await asyncio.sleep(0)
