@@ -23,7 +23,7 @@ logger = logging.getLogger(__name__)
 
 
 class RealTimeClock:
-    """Calls `step` `rate_hz` times a second while the asyncio loop runs.
+    """Makes `rate_hz` steps a second while the asyncio loop runs.
 
     Deadlines are absolute: a late tick does not delay the following ones. After a stall at most
     `CATCH_UP_TICKS` are made up for and the rest is dropped, so simulated time then lags behind real time for
@@ -36,7 +36,6 @@ class RealTimeClock:
 
     def __init__(
         self,
-        step: Callable[[], None],
         rate_hz: int = DEFAULT_RATE_HZ,
         *,
         now_ns: Callable[[], int] = time.monotonic_ns,
@@ -44,8 +43,8 @@ class RealTimeClock:
     ) -> None:
         if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
             raise ValueError(f"rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {MAX_RATE_HZ}")
+        self.tick_s = 1.0 / rate_hz
         self.dropped_ticks = 0
-        self._step = step
         self._period_ns = round(_SECOND_NS / rate_hz)
         self._now_ns = now_ns
         self._open_timer = timer
@@ -53,8 +52,9 @@ class RealTimeClock:
         self._deadline_ns = 0
         self._faults: dict[tuple[str, str, int | None], _Recurring] = {}
 
-    def start(self) -> None:
-        """Begin to tick, the first time one period from now. Must be called inside the running loop."""
+    def start(self, step: Callable[[], None]) -> None:
+        """Call `step` at every tick, first one period from now. Must be called inside the running loop."""
+        self._step = step
         self._timer = self._open_timer(self._wake)
         self._deadline_ns = self._now_ns() + self._period_ns
         self._timer.wake_at(self._deadline_ns)

@@ -32,8 +32,8 @@ class Simulator:
         rate_hz: int = DEFAULT_RATE_HZ,
     ) -> None:
         self.description = load_robot(robot)
-        self.controller = Controller(self.description, 1.0 / rate_hz)
-        self._clock = RealTimeClock(self.controller.step, rate_hz)
+        self._clock = RealTimeClock(rate_hz)
+        self.controller = Controller(self.description, self._clock.tick_s)
         self._log = SessionLog()
         self._server = TcpServer(self._open_session, host, port)
 
@@ -49,7 +49,7 @@ class Simulator:
 
     async def __aenter__(self) -> Self:
         await self._server.start()
-        self._clock.start()
+        self._clock.start(self.controller.step)
         return self
 
     async def __aexit__(

@@ -53,8 +53,8 @@ class Ticks:
 
 
 def started(rate_hz: int, step: Callable[[], None], time: HandTime) -> RealTimeClock:
-    clock = RealTimeClock(step, rate_hz, now_ns=lambda: time.now_ns, timer=time.open)
-    clock.start()
+    clock = RealTimeClock(rate_hz, now_ns=lambda: time.now_ns, timer=time.open)
+    clock.start(step)
     return clock
 
 
@@ -140,7 +140,7 @@ def test_a_stopped_clock_makes_no_ticks_and_can_start_again() -> None:
     clock.stop()
     clock.stop()
     assert time.wake is None
-    clock.start()
+    clock.start(ticks)
     time.pass_until_woken()
     assert len(ticks.at_ns) == 1
 
@@ -148,7 +148,7 @@ def test_a_stopped_clock_makes_no_ticks_and_can_start_again() -> None:
 @pytest.mark.parametrize("rate_hz", [99, 1001, 0, -500])
 def test_a_rate_out_of_range_is_refused(rate_hz: int) -> None:
     with pytest.raises(ValueError, match="expected 100 to 1000"):
-        RealTimeClock(lambda: None, rate_hz)
+        RealTimeClock(rate_hz)
 
 
 @pytest.mark.parametrize("kind", [timer.LoopTimer, timer.open_timer])
@@ -162,8 +162,8 @@ async def test_the_machines_timers_wake_the_clock(kind: Callable[[Callable[[], N
         if ticks == 20:
             done.set()
 
-    clock = RealTimeClock(step, 1000, timer=kind)
-    clock.start()
+    clock = RealTimeClock(1000, timer=kind)
+    clock.start(step)
     try:
         async with asyncio.timeout(30):
             await done.wait()

@@ -1,0 +1,25 @@
+"""What many tests start from."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+
+import pytest
+
+from iiwa_sim.simulator import Simulator
+from tests.talking import Client
+
+
+@pytest.fixture
+async def simulator() -> AsyncIterator[Simulator]:
+    """A simulator that listens, inside the test's own loop."""
+    async with Simulator() as simulator:
+        yield simulator
+
+
+@pytest.fixture
+async def client(simulator: Simulator) -> AsyncIterator[Client]:
+    """A driver connected to it."""
+    client = await Client.connect(simulator.port)
+    yield client
+    await client.leaves()

@@ -1,0 +1,140 @@
+"""The simulator as a whole, in process, over real sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.robot.description import RobotFault
+from iiwa_sim.serve.tcp import ListenFault
+from iiwa_sim.simulator import Simulator
+from tests.talking import Client, until
+
+HOME = "0.0 0.523598776 0.0 -1.047197551 0.0 1.570796327 0.0"  # 0 30 0 -60 0 90 0 deg
+FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
+NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
+
+
+@pytest.mark.requirement("FRA003", "FRA004", "FRA102")
+async def test_ready_means_listening(client: Client) -> None:
+    assert await client.ask("hello") == "hello"
+    assert await client.ask("get joint position") == HOME
+    assert await client.ask("get status") == "stopped"
+
+
+@pytest.mark.requirement("FRA006", "FRA101", "FRA104")
+async def test_a_move_runs_while_the_client_goes_on_asking(simulator: Simulator, client: Client) -> None:
+    assert await client.ask(NEAR) == "done"
+    answers = ["moving"]
+    while answers[-1] == "moving":
+        answers.append(await client.ask("get status"))
+    assert answers[1] == "moving", "done means accepted, not arrived"
+    assert await client.ask("get joint position") == "0.01 0.52 0.0 -1.04 0.0 1.57 0.0"
+    assert simulator.controller.tick > 0
+
+
+@pytest.mark.requirement("FRA006", "FRA101")
+async def test_stop_is_carried_out_in_mid_move(client: Client) -> None:
+    assert await client.ask(FAR) == "done"
+    assert await client.ask("stop") == "done"
+    while await client.ask("get status") == "moving":
+        pass
+    joints = [float(word) for word in (await client.ask("get joint position")).split()]
+    assert joints[0] < 0.5, "it stopped on its way"
+
+
+@pytest.mark.parametrize("how", ["leaves", "vanishes", "bye", "sends no more"])
+async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(simulator: Simulator, how: str) -> None:
+    client = await Client.connect(simulator.port)
+    for _ in range(3):
+        assert await client.ask(FAR) == "done"
+    await until(lambda: simulator.controller.joints[0] > 0)
+    if how == "leaves":
+        await client.leaves()
+    elif how == "vanishes":
+        client.vanishes()
+    elif how == "bye":
+        assert await client.ask("bye") == "bye"
+        assert await client.rest() == b""
+    else:
+        client.sends_no_more()
+        assert await client.rest() == b""
+    await until(lambda: not simulator.controller.moving)
+    assert simulator.controller.joints[0] < 0.5
+    await client.leaves()
+
+
+async def test_a_client_that_only_looks_on_may_go(simulator: Simulator, client: Client) -> None:
+    looker_on = await Client.connect(simulator.port)
+    assert await client.ask(FAR) == "done"
+    assert await looker_on.ask("get status") == "moving"
+    looker_on.vanishes()
+    await until(lambda: len(simulator._server.connections) == 1)
+    assert await client.ask("get status") == "moving"
+    assert await client.ask(FAR) == "done"
+
+
+@pytest.mark.requirement("FRA003", "FRA104")
+async def test_200_connections_at_once(simulator: Simulator) -> None:
+    clients = await asyncio.gather(*(Client.connect(simulator.port) for _ in range(200)))
+    assert await clients[0].ask(FAR) == "done"
+
+    async def converse(client: Client) -> list[str]:
+        return [await client.ask(command) for command in ["hello", "get status", "nonsense"] * 5]
+
+    conversations = await asyncio.gather(*(converse(client) for client in clients))
+    assert conversations == [["hello", "moving", "unknown command"] * 5] * 200
+    await asyncio.gather(*(client.leaves() for client in clients))
+
+
+async def test_the_reason_of_a_refusal_is_logged(client: Client, caplog: pytest.LogCaptureFixture) -> None:
+    assert await client.ask("joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1") == "error"
+    (record,) = caplog.records
+    assert record.levelno == logging.WARNING
+    assert "refused 'joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1': " in record.getMessage()
+
+
+async def test_two_simulators_in_one_loop_are_two_robots(simulator: Simulator, client: Client) -> None:
+    async with Simulator("lbr_iiwa_14_r820", rate_hz=1000) as second:
+        other = await Client.connect(second.port)
+        assert await client.ask(FAR) == "done"
+        assert await other.ask("get status") == "stopped"
+        assert await other.ask("get joint position") == HOME
+        assert (simulator.controller.tick_s, second.controller.tick_s) == (0.002, 0.001)
+        await other.leaves()
+
+
+async def test_after_the_context_nothing_listens_and_nothing_ticks() -> None:
+    async with Simulator() as simulator:
+        port = simulator.port
+        client = await Client.connect(port)
+        await until(lambda: simulator.controller.tick > 5)
+    assert await client.rest() == b""
+    with pytest.raises(ConnectionRefusedError):
+        await Client.connect(port)
+    tick = simulator.controller.tick
+    async with Simulator() as second:  # as a measure of time
+        await until(lambda: second.controller.tick > 5)
+    assert simulator.controller.tick == tick
+    await client.leaves()
+
+
+async def test_a_port_in_use_is_told(simulator: Simulator) -> None:
+    second = Simulator(port=simulator.port)
+    with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.port}: "):
+        await second.__aenter__()
+    assert second.controller.tick == 0
+
+
+@pytest.mark.parametrize("rate_hz", [99, 1001, 0])
+def test_a_rate_out_of_range_is_refused(rate_hz: int) -> None:
+    with pytest.raises(ValueError, match="expected 100 to 1000"):
+        Simulator(rate_hz=rate_hz)
+
+
+def test_a_robot_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(RobotFault):
+        Simulator(tmp_path / "nothing")
