@@ -1,0 +1,44 @@
+"""`iiwa-sim` as a process of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from tests.talking import DEADLINE_S
+
+IIWA_SIM = (sys.executable, "-m", "iiwa_sim")
+
+
+class Process:
+    """One that listens on a port of its own choice."""
+
+    def __init__(self, process: subprocess.Popen[str], port: int) -> None:
+        self.process = process
+        self.port = port
+
+    def ends(self, signal_number: int) -> tuple[int, str]:
+        """Exit code after a signal, and what it wrote to stderr."""
+        self.process.send_signal(signal_number)
+        _, said = self.process.communicate(timeout=DEADLINE_S)
+        return self.process.returncode, said
+
+
+@contextmanager
+def running(
+    *options: str, program: tuple[str, ...] = IIWA_SIM, stderr: int = subprocess.PIPE
+) -> Iterator[Process]:
+    """An `iiwa-sim --port 0 OPTIONS` that listens; it is killed at the end if it is still there."""
+    process = subprocess.Popen(
+        [*program, "--port", "0", *options], stdout=subprocess.PIPE, stderr=stderr, text=True
+    )
+    with process:
+        try:
+            assert process.stdout is not None
+            line = process.stdout.readline()  # or the end of the stream, if it does not come to that
+            assert line.startswith("listening on 127.0.0.1:"), line
+            yield Process(process, int(line.rsplit(":", 1)[1]))
+        finally:
+            process.kill()

@@ -1,0 +1,50 @@
+"""The options of `iiwa-sim`, in process: what is wrong is said before anything starts."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from iiwa_sim.cli import main
+from iiwa_sim.robot.description import built_in_robots
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--rate", "99"], "argument --rate: '99' is not a whole number from 100 to 1000"),
+        (["--rate", "1001"], "from 100 to 1000"),
+        (["--rate", "500.5"], "argument --rate: '500.5'"),
+        (["--rate", "\u0665\u0660\u0660"], "argument --rate"),
+        (["--port", "65536"], "from 0 to 65535"),
+        (["--port", "-1"], "argument --port"),
+        (["--port"], "argument --port: expected one argument"),
+        (["--log-level", "loud"], "argument --log-level"),
+        (["--prot", "1"], "unrecognized arguments: --prot 1"),
+        (["cell.toml"], "unrecognized arguments: cell.toml"),
+    ],
+)
+def test_wrong_arguments_end_with_one_line(
+    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    out, err = capsys.readouterr()
+    assert caught.value.code == 2
+    assert out == ""
+    assert re.fullmatch(r"iiwa-sim: [^\n]+\n", err)
+    assert told in err
+
+
+def test_the_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert re.fullmatch(r"iiwa-sim \d+\.\d+\.\d+\S*\n", capsys.readouterr().out)
+
+
+def test_help_names_the_robots_that_come_along(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["--help"])
+    assert caught.value.code == 0
+    out = capsys.readouterr().out
+    assert all(robot in out for robot in built_in_robots())

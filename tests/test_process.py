@@ -1,0 +1,139 @@
+"""`iiwa-sim` as a process: what it prints, how it ends, what its log says."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import signal
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from tests.processes import IIWA_SIM, running
+from tests.talking import DEADLINE_S
+
+FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+
+
+def fails(*options: str) -> str:
+    """What a call that cannot work says: one line, exit code 2, nothing on stdout."""
+    done = subprocess.run(
+        [*IIWA_SIM, *options], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    assert done.returncode == 2, done.stderr
+    assert done.stdout == ""
+    assert re.fullmatch(r"iiwa-sim: [^\n]+\n", done.stderr)
+    return done.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_it_ends_in_good_order_while_the_robot_moves(number: int) -> None:
+    with running() as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
+        robot.joint_move(*FAR)
+        assert simulator.ends(number) == (0, "")
+        with pytest.raises((OSError, EOFError)):
+            robot.get_status()
+
+
+def test_a_second_signal_changes_nothing() -> None:
+    with running() as simulator:
+        simulator.process.send_signal(signal.SIGTERM)
+        assert simulator.ends(signal.SIGINT) == (0, "")
+
+
+def test_a_port_in_use() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert fails("--port", str(port)) == (
+            f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
+        )
+
+
+def test_a_robot_folder_with_a_fault(tmp_path: Path) -> None:
+    (tmp_path / "robot.toml").write_text("name = 7\n")
+    (tmp_path / "robot.urdf").write_text("<robot/>")
+    assert str(tmp_path / "robot.toml") in fails("--robot", str(tmp_path), "--port", "0")
+
+
+def test_a_robot_that_is_not_there() -> None:
+    assert "no_such_robot" in fails("--robot", "no_such_robot", "--port", "0")
+
+
+def test_a_log_that_nobody_reads_does_not_stop_the_robot() -> None:
+    with running() as simulator, socket.create_connection(("127.0.0.1", simulator.port)) as client:
+        client.settimeout(DEADLINE_S)
+        refused = 3_000  # some 300 kB of log, into a pipe that holds 64
+        client.sendall(b"lin move : this is not a frame at all, and will be refused\r\n" * refused)
+        replies = b""
+        while len(replies) < len(b"error\r\n" * refused):
+            replies += client.recv(1 << 16)
+        assert replies == b"error\r\n" * refused
+        assert simulator.process.stderr is not None
+        read = os.read(simulator.process.stderr.fileno(), 1 << 20).decode()  # the reader is back
+        client.sendall(b"last words\r\n")
+        assert client.recv(1024) == b"unknown command\r\n"
+        code, said = simulator.ends(signal.SIGTERM)
+    lines = (read + said).splitlines()
+    assert code == 0
+    kept = [line for line in lines if "this is not a frame" in line]
+    (note,) = [line for line in lines if "log lines lost" in line]
+    lost = int(note.split(" log lines lost")[0].split()[-1])
+    assert len(kept) + lost == refused
+    assert "last words" in lines[-1]
+
+
+def test_the_log_as_json() -> None:
+    with running("--log-json", "--log-level", "debug") as simulator:
+        with socket.create_connection(("127.0.0.1", simulator.port)) as client:
+            name = "{}:{}".format(*client.getsockname())
+            for line in (b"hello", b"get joint position : 1\x1b[2J\xe2\x80\xae", b'{"level": "error"}'):
+                client.sendall(line + b"\n")
+                assert client.recv(1024)
+            client.sendall(b"bye\r\n")
+            while client.recv(1024):
+                pass
+        code, said = simulator.ends(signal.SIGTERM)
+    assert code == 0
+    assert said.isascii()
+    events = [json.loads(line) for line in said.splitlines()]
+    ours = [event for event in events if event.get("session") == name]
+    assert [event["level"] for event in ours] == [
+        "info", "debug", "debug", "warning", "debug", "debug", "info"
+    ]  # fmt: skip
+    assert (ours[1]["line"], ours[1]["reply"]) == ("hello", "hello")
+    assert ours[3]["line"] == '{"level": "error"}'
+    assert ours[3]["reason"]
+    assert {"time", "level", "message"} <= set(events[0])
+
+
+def test_a_client_cannot_forge_log_lines() -> None:
+    with running("--log-level", "debug") as simulator:
+        with socket.create_connection(("127.0.0.1", simulator.port)) as client:
+            client.sendall(b"x\x0b12:00:00.000 error\x1b[31m \xc2\x85 forged\x7f\r\n")
+            assert client.recv(1024) == b"unknown command\r\n"
+        _, said = simulator.ends(signal.SIGTERM)
+    lines = said.removesuffix("\n").split("\n")
+    assert all(re.match(r"\d\d:\d\d:\d\d\.\d{3} (debug|info|warning) ", line) for line in lines)
+    assert said.replace("\n", "").isprintable()
+    assert "forged" in said
+
+
+def test_at_a_terminal_it_says_how_to_try_it() -> None:
+    ours, theirs = pty.openpty()
+    with running("--robot", "lbr_iiwa_14_r820", stderr=theirs) as simulator:
+        os.close(theirs)
+        said = b""
+        while b"help" not in said:
+            said += os.read(ours, 1024)
+        simulator.process.send_signal(signal.SIGTERM)
+        assert simulator.process.wait(DEADLINE_S) == 0
+        assert simulator.process.stdout is not None
+        assert simulator.process.stdout.read() == "", "stdout holds the listening line and nothing else"
+    os.close(ours)
+    assert f"telnet 127.0.0.1 {simulator.port}" in said.decode()
+    assert "LBR iiwa 14 R820" in said.decode()
