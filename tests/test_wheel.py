@@ -71,8 +71,8 @@ def test_the_installed_program_answers(wheel: Path, tmp_path: Path, monkeypatch:
     venv.create(home, with_pip=False)
     fresh_python = home / "bin" / "python"
     pip("--python", fresh_python, "install", "--no-deps", "--no-index", wheel)
-    # The libraries are borrowed from this environment instead of downloaded again. Path files in a folder that
-    # is named by a path file are not read: an editable iiwa_sim there stays out.
+    # The libraries are borrowed from this environment instead of downloaded again. Path files in a folder
+    # that is named by a path file are not read: an editable iiwa_sim there stays out.
     (packages,) = (home / "lib").glob("python*/site-packages")
     borrowed = [sysconfig.get_path("purelib"), *pinocchio_paths()]
     (packages / "borrowed.pth").write_text("\n".join(borrowed) + "\n")
