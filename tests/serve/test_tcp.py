@@ -255,7 +255,7 @@ async def test_a_server_can_be_closed_twice_and_before_it_listens() -> None:
     server = TcpServer(EchoSession, "127.0.0.1", 0)
     await server.close()
     with pytest.raises(RuntimeError, match="does not listen"):
-        server.address  # noqa: B018
+        _ = server.address
     await server.start()
     await server.close()
     await server.close()
