@@ -8,7 +8,7 @@ import numpy as np
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
 from iiwa_sim.frames import Frame, Transform, compose, inverse
 from iiwa_sim.motion.curve_timing import plan_timing
-from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.lin import Line, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.ptp import STANDSTILL_RAD, JointLine
@@ -17,6 +17,9 @@ from iiwa_sim.motion.timing import AtOnce, Timing
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Found, Nearest, Unreachable
+
+LONGEST_MOVE_S = 86400.0
+"""A move that would take longer is refused: its speed is a mistake."""
 
 Plan = tuple[Path, Timing]
 
@@ -59,9 +62,11 @@ class Planner:
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
         tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
         line = self._line_to(flange, start, redundancy, tcp_line)
-        if float(np.abs(line.samples.q - line.samples.q[0]).max()) < STANDSTILL_RAD:
+        travel = np.abs(np.diff(line.samples.q, axis=0)).sum(axis=0)
+        limits = self._limits_at(speed_rel, travel)
+        if travel.max() < STANDSTILL_RAD:
             return line, AtOnce()
-        return line, plan_timing(line.samples, self._limits.at_speed(speed_rel))
+        return line, plan_timing(line.samples, limits)
 
     def _find(
         self, flange: Transform, start: Joints, redundancy: float | None, keep_status: bool = False
@@ -89,7 +94,7 @@ class Planner:
 
     def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Line:
         try:
-            line = Line(self._inverse, start, tcp_line, redundancy, status)
+            line = Line(self._inverse, self._limits, start, tcp_line, redundancy, status)
         except LineOutOfReach as out:
             raise Refused(OUT_OF_REACH, f"the line is out of reach after {out.s:.1%} of its way") from None
         except SingularLine as singular:
@@ -101,7 +106,14 @@ class Planner:
 
     def _ptp(self, start: Joints, end: Joints, speed_rel: float | Sequence[float]) -> Plan:
         line = JointLine(start, end)
-        return line, line.timing(self._limits.at_speed(speed_rel))
+        return line, line.timing(self._limits_at(speed_rel, np.abs(np.subtract(end, start))))
+
+    def _limits_at(self, speed_rel: float | Sequence[float], travel: Array) -> JointLimits:
+        """The limits at a speed with which the joints travel so far (n,) (rad) in a sensible time."""
+        limits = self._limits.at_speed(speed_rel)
+        if (travel > limits.velocity * LONGEST_MOVE_S).any():
+            raise Refused(EXECUTION, f"at this speed the move would take more than {LONGEST_MOVE_S:g} s")
+        return limits
 
     def _check_range(self, joints: Sequence[float]) -> None:
         d = self._description
@@ -115,7 +127,7 @@ class Planner:
     def _check_line(self, line: Line) -> None:
         """Joint limits along a line, with what a joint may bulge out between two samples."""
         samples = line.samples
-        bulge = np.abs(samples.ddq) * samples.s[1] ** 2 / 8.0
+        bulge = np.abs(samples.ddq) * (np.diff(samples.s).max() ** 2 / 8.0)
         bulge[0] = bulge[-1] = 0.0
         lower = samples.q - bulge < self._description.position_min
         upper = samples.q + bulge > self._description.position_max

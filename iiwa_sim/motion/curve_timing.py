@@ -16,9 +16,9 @@ from iiwa_sim.motion.phase_plane import PhasePlane
 from iiwa_sim.motion.smooth import SmoothStates, SmoothTiming
 
 WINDOW = 1.25  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
-ROUNDS = 3  # times to plan again with smaller shares
+ROUNDS = 2  # times to plan again with smaller shares
 CLOSE = 1.003  # a limit passed by less is left to the final slowing
-AIM = 0.995  # of the limits: what interpolation between samples may hide
+AIM = 0.99  # of the limits: what interpolation between samples may hide
 
 
 def plan_timing(samples: PathSamples, limits: JointLimits) -> SmoothTiming:
@@ -68,9 +68,9 @@ class _Loads:
     def __init__(self, samples: PathSamples, limits: JointLimits) -> None:
         # Joints come first: reductions over joints then run along memory.
         self._limits = [limit[:, None] for limit in limits]
-        shape = np.stack([samples.dq.T, samples.ddq.T, samples.dddq.T])
-        self._shape = shape
-        self._slope = np.diff(shape, axis=2)
+        self._s = samples.s
+        self._shape = np.stack([samples.dq.T, samples.ddq.T, samples.dddq.T])
+        self._slope = np.diff(self._shape, axis=2) / np.diff(samples.s)
 
     def of(self, states: SmoothStates) -> tuple[Array, float]:
         """The load of each state (k,), and how much slower the whole must run for all limits to hold.
@@ -78,10 +78,8 @@ class _Loads:
         A load counts like an acceleration: a jerk of r times its limit goes away if accelerations shrink by
         r^(2/3).
         """
-        intervals = self._slope.shape[2]
-        place = states.s * intervals
-        k = np.minimum(place.astype(int), intervals - 1)
-        dq, ddq, dddq = self._shape[:, :, k] + (place - k) * self._slope[:, :, k]
+        k = self._s[1:-1].searchsorted(states.s, side="right")
+        dq, ddq, dddq = self._shape[:, :, k] + (states.s - self._s[k]) * self._slope[:, :, k]
         velocity_limit, acceleration_limit, jerk_limit = self._limits
         _, ds, dds, after, _, _ = states
         square = ds * ds
@@ -96,8 +94,8 @@ class _Loads:
 
 def _relief(samples: PathSamples, states: SmoothStates, load: Array, over: NDArray[np.intp]) -> Array:
     """The factors (m,) for the shares that take from the states `over` what they have too much."""
-    step = samples.s[1]
-    after_start = samples.s > states.window_start[over, None] - step
-    before_end = samples.s < states.window_end[over, None] + step
+    # Each window, and the samples next to it.
+    after_start = np.append(samples.s[1:], np.inf) > states.window_start[over, None]
+    before_end = np.insert(samples.s[:-1], 0, -np.inf) < states.window_end[over, None]
     relief: Array = np.where(after_start & before_end, 1.0 / load[over, None], 1.0).min(axis=0)
     return relief

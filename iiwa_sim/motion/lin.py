@@ -7,15 +7,20 @@ in the plane of the arm, it goes on along the branch that continues it without a
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.differences import EVEN_SAMPLES
+from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path import Joints, PathSamples
 from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.robot.inverse import Inverse
 
-SAMPLES = 65  # to begin with; doubled until the joints turn little enough from one to the next
-MOST_SAMPLES = 1025
-LARGEST_STEP_RAD = 0.08
+MOST_SAMPLES = 400
+SMALLEST_STEP = 1e-6  # between samples
+PARTS = 4  # into which a step is split
+NEAR_END = 1e-4  # steps in s by which the end of a line is looked at that ends in a singular pose
+LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
+LARGEST_UNCERTAINTY = 1.0  # see PathSamples; the real error is some percent of this estimate
 HALVINGS = 50  # of a step, to find where branches meet
 MEETING = 1e-9  # rad or m from a singular pose, where the line is taken to go through it
 
@@ -49,19 +54,29 @@ class Line:
     """Joints along a line of the TCP."""
 
     def __init__(
-        self, inverse: Inverse, start: Joints, line: TcpLine, target_redundancy: float, status: int
+        self,
+        inverse: Inverse,
+        limits: JointLimits,
+        start: Joints,
+        line: TcpLine,
+        target_redundancy: float,
+        status: int,
     ) -> None:
         """From `start` (rad), where the line begins, on the branch `status`.
 
+        The limits are those of full speed; they tell how closely the line has to be sampled.
         Raises `LineOutOfReach` and `SingularLine`.
         """
         self._inverse = inverse
+        self._limits = limits
         self._line = line
         self._redundancy = inverse.redundancy(start)
         self._redundancy_way = target_redundancy - self._redundancy
         self._stretches = [_Stretch(0.0, status, start)]
         self.samples = self._sample()
         self.end: Joints = tuple(self.samples.q[-1].tolist())
+        last = self._stretches[-1]
+        self._stretches.append(_Stretch(0.5 * (last.s + 1.0), last.status, self.end))
 
     def joints(self, s: float) -> Joints:
         """See `Path`."""
@@ -80,39 +95,57 @@ class Line:
         return joints
 
     def _sample(self) -> PathSamples:
-        """The line at as many samples as it needs for the joints to turn little between them."""
-        count = SAMPLES
+        """The line at as many samples as it takes to resolve how the joints move."""
+        s = np.linspace(0.0, 1.0, EVEN_SAMPLES)
+        q = self._from_start_to_end(s)
         while True:
-            s = np.linspace(0.0, 1.0, count)
-            q = self._positions(s)
-            steps = np.abs(np.diff(q, axis=0))
-            jumps = np.flatnonzero(steps.max(axis=1) > LARGEST_STEP_RAD)
-            if not len(jumps):
-                return PathSamples.from_positions(q)
-            place = int(jumps[0])
-            if self._cross(s[place], s[place + 1], tuple(q[place].tolist())):
-                continue
-            if count >= MOST_SAMPLES:
-                raise SingularLine(float(s[place]), int(steps[place].argmax()))
-            count = 2 * count - 1
+            steps = np.abs(np.diff(q, axis=0)).max(axis=1)
+            split = steps > LARGEST_STEP_RAD
+            if split.any():
+                place = int(split.argmax())
+                if self._cross(s[place], s[place + 1], tuple(q[place].tolist())):
+                    q = self._from_start_to_end(s)
+                    continue
+            else:
+                samples = PathSamples.of(s, q)
+                unsure = samples.uncertainty(self._limits) > LARGEST_UNCERTAINTY
+                if not unsure.any():
+                    return samples
+                split = unsure[1:] | unsure[:-1]
+            if np.diff(s)[split].min() < SMALLEST_STEP or len(s) > MOST_SAMPLES:
+                place = int(np.where(split, steps, 0.0).argmax())
+                raise SingularLine(float(s[place]), int(np.abs(q[place + 1] - q[place]).argmax()))
+            between = _between(s, split)
+            s, q = np.concatenate([s, between]), np.concatenate([q, self._positions(between)])
+            order = s.argsort()
+            s, q = s[order], q[order]
+
+    def _from_start_to_end(self, s: Array) -> Array:
+        """Joint positions (m, n) at rising values of s (m,), 0 and 1 included."""
+        q = self._positions(s)
+        q[0] = self._stretches[0].seed
+        last = self._stretches[-1]
+        if len(self._inverse.merging_statuses(q[-1].tolist())) > 1:
+            # The line ends where a joint is free: there it keeps the position that it comes with.
+            a, b, c = (np.array(self._joints(1.0 - k * NEAR_END, last)) for k in (1, 2, 3))
+            coming: Array = 3.0 * a - 3.0 * b + c
+            q[-1] = self._joints(1.0, last._replace(seed=tuple(coming.tolist())))
+        return q
 
     def _positions(self, s: Array) -> Array:
-        """Joint positions (m, n) at equally spaced values of s (m,), 0 and 1 included."""
+        """Joint positions (m, n) at values of s (m,)."""
         rotations, translations = self._line.flanges(s)
         redundancies = self._redundancy + s * self._redundancy_way
-        last = self._stretches[-1]
-        statuses = np.full(len(s), last.status)
-        for stretch, following in zip(self._stretches, self._stretches[1:], strict=False):
-            statuses[(s >= stretch.s) & (s < following.s)] = stretch.status
-        status = last.status if len(self._stretches) == 1 else statuses
-        q = self._inverse.joints_batch(rotations, translations, redundancies, status, last.seed)
+        stretches = self._stretches
+        status: int | NDArray[np.int64] = stretches[-1].status
+        if len(stretches) > 1:
+            starts = np.array([stretch.s for stretch in stretches])
+            places = starts.searchsorted(s, side="right") - 1
+            status = np.array([stretch.status for stretch in stretches])[places]
+        q = self._inverse.joints_batch(rotations, translations, redundancies, status, stretches[-1].seed)
         unreached = np.isnan(q).any(axis=1)
         if unreached.any():
             raise LineOutOfReach(float(s[unreached.argmax()]))
-        # A line may end where a joint is free: there it keeps the position that it comes with.
-        seed = tuple((4.0 * q[-2] - 6.0 * q[-3] + 4.0 * q[-4] - q[-5]).tolist())
-        q[0] = self._stretches[0].seed
-        q[-1] = self._joints(1.0, _Stretch(1.0, last.status, seed))
         return q
 
     def _cross(self, before: float, after: float, coming: Joints) -> bool:
@@ -142,9 +175,17 @@ class Line:
                 else:
                     high = s
             if status in self._inverse.merging_statuses(self._joints(low, own), MEETING):
+                self._stretches.append(_Stretch(before, own.status, coming))
                 self._stretches.append(_Stretch(high, status, coming))
                 return True
         return False
+
+
+def _between(s: Array, split: NDArray[np.bool_]) -> Array:
+    """New samples in those steps between samples s (m,) that are to be split (m - 1,)."""
+    steps = np.diff(s)[split, None]
+    between: Array = s[:-1][split, None] + steps * (np.arange(1, PARTS) / PARTS)
+    return between.ravel()
 
 
 def _distance(a: Joints, b: Joints) -> float:

@@ -1,19 +1,20 @@
 """What a path is: joint positions over a parameter s from 0 to 1, and its shape at samples.
 
-The samples are what a timing is planned from. Derivatives are with respect to s and come from finite
-differences over the samples, so a path has to give positions only.
+The samples are what a timing is planned from; a path has to give positions only, derivatives are taken from
+differences.
 """
 
-from functools import cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.differences import derivatives
+from iiwa_sim.motion.limits import Array, JointLimits
 
 Joints = tuple[float, ...]
 
 STENCIL = 7  # samples in a difference: sixth order for q', fourth for q'''
+COARSE_STENCIL = 5  # to judge by what the samples resolve
 
 
 class Path(Protocol):
@@ -28,7 +29,7 @@ class Path(Protocol):
 
 
 class PathSamples(NamedTuple):
-    """A path at m equally spaced values of s: `s` is (m,), the others (m, n), in rad per unit of s."""
+    """A path at m rising values of s (m,), 0 and 1 included; the others are (m, n), in rad per unit of s."""
 
     s: Array
     q: Array
@@ -37,27 +38,22 @@ class PathSamples(NamedTuple):
     dddq: Array
 
     @classmethod
-    def from_positions(cls, q: Array) -> "PathSamples":
-        """The samples of a path with positions q (m, n) at m equally spaced s, 0 and 1 included."""
-        m = len(q)
-        first, second, third = _differences(m)
-        return cls(np.linspace(0.0, 1.0, m), q, first @ q, second @ q, third @ q)
+    def of(cls, s: Array, q: Array) -> "PathSamples":
+        """The samples of a path with positions q (m, n) at values of s (m,)."""
+        return cls(s, q, *derivatives(s, q, STENCIL))
 
+    def uncertainty(self, limits: JointLimits) -> Array:
+        """How far accelerations and jerks at each sample may be off, as parts of the limits (m,).
 
-@cache
-def _differences(m: int) -> tuple[Array, Array, Array]:
-    """Matrices (m, m) that take m equally spaced positions on 0..1 to their first three derivatives.
-
-    Each row differentiates the polynomial through the STENCIL samples around it, or next to it at the ends.
-    """
-    # By the place of a sample in its stencil: what takes positions to the polynomial's coefficients there.
-    powers = [np.vander(np.arange(STENCIL) - float(place), increasing=True) for place in range(STENCIL)]
-    coefficients = [np.linalg.inv(power) for power in powers]
-    scale = float(m - 1)
-    matrices = np.zeros((3, m, m))
-    for row in range(m):
-        first = min(max(row - STENCIL // 2, 0), m - STENCIL)
-        for order, factorial in ((1, 1.0), (2, 2.0), (3, 6.0)):
-            weights = factorial * scale**order * coefficients[row - first][order]
-            matrices[order - 1, row, first : first + STENCIL] = weights
-    return matrices[0], matrices[1], matrices[2]
+        Estimated by the change that coarser differences make, at the greatest speed that is possible: by
+        the velocity limits there, and by what acceleration and jerk build up on a way of 1 from rest to rest.
+        """
+        _, ddq, dddq = derivatives(self.s, self.q, COARSE_STENCIL)
+        rate = np.maximum(np.abs(self.dq), 1e-9)
+        speed, acceleration, jerk = ((limit / rate).min(axis=1) for limit in limits)
+        fastest = min(float(acceleration.max()) ** (1 / 2), float(jerk.max()) ** (1 / 3))
+        ds = np.minimum(speed, fastest)[:, None]
+        acceleration_off = np.abs(ddq - self.ddq) * ds**2 / limits.acceleration
+        jerk_off = np.abs(dddq - self.dddq) * ds**3 / limits.jerk
+        uncertainty: Array = np.maximum(acceleration_off, jerk_off).max(axis=1)
+        return uncertainty

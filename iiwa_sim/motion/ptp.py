@@ -28,5 +28,4 @@ class JointLine:
         way = np.abs(self._way)
         if way.max() < STANDSTILL_RAD:
             return AtOnce()
-        goes = way > 0.0
-        return OptimalTiming(*(float((limit[goes] / way[goes]).min()) for limit in limits))
+        return OptimalTiming(*(1.0 / float((way / limit).max()) for limit in limits))

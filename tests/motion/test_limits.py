@@ -1,0 +1,47 @@
+"""No tick of any program passes a limit."""
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.robot.description import load_robot
+from tests.programs import programs, run
+from tests.stepped import SteppedRobot, assert_within_limits
+
+# Shrinking a program takes minutes and makes it no clearer than the first that failed.
+SETTINGS = settings(
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    phases=[Phase.explicit, Phase.reuse, Phase.generate],
+)
+
+
+@pytest.mark.requirement("FRC002", "FRC006", "FRC014")
+@pytest.mark.parametrize("name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@SETTINGS
+@given(data=st.data())
+def test_no_tick_of_any_program_passes_a_limit(name: str, data: st.DataObject) -> None:
+    description = load_robot(name)
+    robot = SteppedRobot(description)
+    run(robot, data.draw(programs(description)))
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("tick_s", [0.01, 0.001])
+@settings(SETTINGS, max_examples=10)
+@given(data=st.data())
+def test_nor_at_other_tick_rates(tick_s: float, data: st.DataObject) -> None:
+    description = load_robot()
+    robot = SteppedRobot(description, tick_s)
+    run(robot, data.draw(programs(description)))
+    assert_within_limits(robot)
+
+
+@settings(SETTINGS, max_examples=15)
+@given(program=programs(load_robot()))
+def test_the_same_commands_at_the_same_ticks_give_the_same_motion(program: list[object]) -> None:
+    first, second = SteppedRobot(), SteppedRobot()
+    run(first, program)
+    run(second, program)
+    assert first.joints == second.joints

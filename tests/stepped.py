@@ -1,0 +1,152 @@
+"""A robot in simulated time, and what must hold of its motion, tick by tick."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.frames import Frame, Transform, compose
+from iiwa_sim.robot.description import RobotDescription, load_robot
+from iiwa_sim.robot.model import Model
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1.01  # of planned acceleration and jerk
+ROUNDING = 1e-9
+
+
+class SteppedRobot:
+    """A controller whose every tick is recorded."""
+
+    def __init__(self, robot: str | RobotDescription = "lbr_iiwa_7_r800", tick_s: float = 0.002) -> None:
+        self.description = load_robot(robot) if isinstance(robot, str) else robot
+        self.controller = Controller(self.description, tick_s)
+        self.model = Model(self.description)
+        self.tick_s = tick_s
+        self.joints = [self.controller.joints]
+        self.stopping = [False]
+        self._stopped_at: int | None = None
+
+    def step(self, ticks: int = 1) -> None:
+        for _ in range(ticks):
+            self.controller.step()
+            self.joints.append(self.controller.joints)
+            self.stopping.append(self._stopped_at is not None)
+            if self._stopped_at is not None and len(self.joints) - self._stopped_at > 0.1 / self.tick_s:
+                self._stopped_at = None
+
+    def stop(self) -> None:
+        self.controller.stop()
+        self._stopped_at = len(self.joints)
+
+    def runs_until_stopped(self, limit_s: float = 600.0) -> int:
+        """Ticks until the robot is at rest."""
+        ticks = 0
+        while self.controller.moving:
+            self.step()
+            ticks += 1
+            assert ticks * self.tick_s < limit_s, "still moving"
+        return ticks
+
+    def goes_to(self, joints: Sequence[float]) -> None:
+        """Runs to joint positions at full speed, and forgets how it came there."""
+        self.controller.joint_move(joints, [1.0] * len(joints))
+        self.runs_until_stopped()
+        self.joints, self.stopping = [self.controller.joints], [False]
+
+    def tcp(self, joints: Sequence[float]) -> Transform:
+        return compose(self.model.flange(joints), self.description.tool_in_flange)
+
+    def tcp_frame(self, joints: Sequence[float]) -> Frame:
+        return Frame.from_transform(self.tcp(joints))
+
+
+def worst_loads(robot: SteppedRobot) -> dict[str, float]:
+    """The largest velocity, acceleration and jerk of any joint at any tick, by differences, as parts of the
+    limits: of the planned ones, and of the stop limits where a stop plays a part."""
+    limits = robot.description
+    q = np.array([robot.joints[0]] * 3 + robot.joints + [robot.joints[-1]] * 3)
+    stopping = np.array([False] * 3 + robot.stopping + [robot.stopping[-1]] * 3)
+    worst = {}
+    for order, name, planned, stop in (
+        (1, "velocity", limits.velocity, limits.velocity),
+        (2, "acceleration", limits.acceleration, limits.stop_acceleration),
+        (3, "jerk", limits.jerk, limits.stop_jerk),
+    ):
+        differences = np.abs(np.diff(q, n=order, axis=0)) / robot.tick_s**order
+        touched = np.lib.stride_tricks.sliding_window_view(stopping, order + 1).any(axis=1)
+        bound = np.where(touched[:, None], np.array(stop), np.array(planned))
+        worst[name] = float((differences / bound).max())
+    return worst
+
+
+def assert_within_limits(robot: SteppedRobot) -> None:
+    """At no tick is any joint beyond a limit of position, velocity, acceleration or jerk."""
+    q = np.array(robot.joints)
+    assert (q >= np.array(robot.description.position_min) - ROUNDING).all()
+    assert (q <= np.array(robot.description.position_max) + ROUNDING).all()
+    worst = worst_loads(robot)
+    assert worst["velocity"] <= 1.0 + ROUNDING, worst
+    assert worst["acceleration"] <= TOLERANCE, worst
+    assert worst["jerk"] <= TOLERANCE, worst
+
+
+def line_errors(robot: SteppedRobot, joints: Sequence[Sequence[float]], target: Frame) -> tuple[float, float]:
+    """How far the TCP is off the straight line from where it starts to a target, at worst: m and rad.
+
+    The orientation it should have is the part of the shortest arc that its way is of the line.
+    """
+    poses = [robot.tcp(q) for q in joints]
+    p = np.array([pose.translation for pose in poses])
+    r = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
+    end = target.to_transform()
+    way = np.array(end.translation) - p[0]
+    length = float(np.linalg.norm(way))
+    along = (p - p[0]) @ way / length**2
+    off_line = np.linalg.norm(p - p[0] - along[:, None] * way, axis=1)
+    assert along.min() > -ROUNDING
+    assert along.max() < 1.0 + ROUNDING
+    turn = rotation_log(np.array(end.rotation).reshape(3, 3) @ r[0].T)
+    expected = rotation_exp(along[:, None] * turn) @ r[0]
+    off_arc = np.linalg.norm(expected - r, axis=(1, 2)) / np.sqrt(2.0)
+    return float(off_line.max()), float(off_arc.max())
+
+
+def assert_straight(robot: SteppedRobot, joints: Sequence[Sequence[float]], target: Frame) -> None:
+    """The TCP is on the line at every tick, to 1 um and 1e-6 rad, and at its end after the last."""
+    off_line_m, off_arc_rad = line_errors(robot, joints, target)
+    assert off_line_m < 1e-6
+    assert off_arc_rad < 1e-6
+    assert np.linalg.norm(np.subtract(robot.tcp(joints[-1]).translation, target.to_transform().translation)) < 1e-9
+
+
+def rotation_exp(vectors: Array) -> Array:
+    """Rotation matrices (m, 3, 3) of rotation vectors (m, 3), by Rodrigues."""
+    angles = np.linalg.norm(vectors, axis=1)
+    axes = vectors / np.where(angles > 0.0, angles, 1.0)[:, None]
+    cross = np.zeros((len(vectors), 3, 3))
+    cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -axes[:, 2], axes[:, 1], -axes[:, 0]
+    cross -= cross.transpose(0, 2, 1)
+    sine, versine = np.sin(angles)[:, None, None], (1.0 - np.cos(angles))[:, None, None]
+    rotations: Array = np.eye(3) + sine * cross + versine * cross @ cross
+    return rotations
+
+
+def rotation_log(rotation: Array) -> Array:
+    """The rotation vector (3,) of a matrix whose angle is well below pi."""
+    skew = np.array(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    sine = float(np.linalg.norm(skew)) / 2.0
+    if sine < 1e-15:
+        return np.zeros(3)
+    angle = np.arctan2(sine, (np.trace(rotation) - 1.0) / 2.0)
+    vector: Array = skew / (2.0 * sine) * angle
+    return vector
