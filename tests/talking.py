@@ -42,6 +42,14 @@ class Client:
             line = await self._reader.readuntil(b"\r\n")
         return line[:-2].decode()
 
+    async def until_stopped(self) -> int:
+        """Asks for the status until the robot has stopped; how often it was still moving."""
+        asked = 0
+        async with asyncio.timeout(DEADLINE_S):
+            while await self.ask("get status") == "moving":
+                asked += 1
+        return asked
+
     async def rest(self) -> bytes:
         """All that still comes, up to the end of the stream."""
         async with asyncio.timeout(DEADLINE_S):

@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.serve import tcp
 from iiwa_sim.serve.tcp import ListenFault, TcpServer
 from tests.serve.line_sessions import EchoSession
-from tests.talking import Client, until
+from tests.talking import DEADLINE_S, Client, until
 
 
 class Served:
@@ -69,7 +69,8 @@ async def serving(
     served = Served(open_session, unread_s)
     await served.server.start()
     try:
-        yield served
+        async with asyncio.timeout(DEADLINE_S):
+            yield served
     finally:
         await served.close()
 
@@ -203,9 +204,13 @@ async def test_after_bye_the_connection_closes_and_what_follows_is_not_answered(
         await served.all_lost()
 
 
-async def test_after_bye_a_client_that_does_not_read_is_dropped() -> None:
+@pytest.mark.parametrize("high_water", [1 << 16, 1 << 30])
+async def test_after_bye_a_client_that_does_not_read_is_dropped(high_water: int) -> None:
     async with serving(lambda name: EchoSession(name, blow_up=60_000), unread_s=0.2) as served:
         silent = served.connect_silently()
+        await until(lambda: bool(served.server.connections))
+        (connection,) = served.server.connections
+        connection._transport.set_write_buffer_limits(high_water)  # the replies are above it, or below
         await asyncio.get_running_loop().sock_sendall(silent, b"#123456789\nbye\n")
         await served.all_lost()
 
