@@ -1,0 +1,65 @@
+"""The two servers that are measured side by side, each a process of its own, and a connection to one."""
+
+import contextlib
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from time import perf_counter_ns
+from typing import Self
+
+IIWA_SIM = [sys.executable, "-m", "iiwa_sim", "--port", "0"]
+ECHO = [sys.executable, "-m", "benchmarks.echo"]
+
+
+class Line:
+    """A connection that speaks in lines, as bare as a client can be."""
+
+    def __init__(self, host: str, port: int) -> None:
+        self.socket = socket.create_connection((host, port), timeout=30)
+        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.socket.close()
+
+    def ask(self, line: bytes) -> bytes:
+        """Send one line with its end and give the reply with its own."""
+        self.socket.sendall(line)
+        reply = self.socket.recv(4096)
+        while not reply.endswith(b"\n"):
+            more = self.socket.recv(4096)
+            if not more:
+                raise ConnectionError("the server closed the connection")
+            reply += more
+        return reply
+
+    def timed(self, line: bytes) -> tuple[float, bytes]:
+        """The same, and the microseconds it took."""
+        start = perf_counter_ns()
+        reply = self.ask(line)
+        return (perf_counter_ns() - start) / 1e3, reply
+
+
+@contextlib.contextmanager
+def listening(command: list[str]) -> Iterator[tuple[str, int]]:
+    """A server started by `command`, and its address as read from its `listening on` line."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            said = process.stdout.readline().split()
+            if said[:2] != ["listening", "on"]:
+                raise RuntimeError(f"{command} did not start")
+            host, _, port = said[2].rpartition(":")
+            yield host, int(port)
+        finally:
+            process.terminate()
+
+
+@contextlib.contextmanager
+def both() -> Iterator[tuple[Line, Line]]:
+    """A connection to iiwa-sim and one to the echo server. Both run all the time: disturbed alike."""
+    with listening(IIWA_SIM) as sim, listening(ECHO) as echo, Line(*sim) as to_sim, Line(*echo) as to_echo:
+        yield to_sim, to_echo

@@ -1,0 +1,23 @@
+"""From the start of the process to its first reply."""
+
+from statistics import median
+from time import perf_counter
+
+from benchmarks.figures import Figure
+from benchmarks.peers import ECHO, IIWA_SIM, Line, listening
+
+STARTS = 15
+
+
+def measure() -> list[Figure]:
+    """iiwa-sim and the echo server in turn; the first start of each does not count: it reads from disk."""
+    of_sim: list[float] = []
+    of_echo: list[float] = []
+    for turn in range(STARTS + 1):
+        for command, taken in ((IIWA_SIM, of_sim), (ECHO, of_echo)):
+            start = perf_counter()
+            with listening(command) as address, Line(*address) as line:
+                line.ask(b"hello\r\n")
+                if turn:
+                    taken.append(perf_counter() - start)
+    return [Figure("start to first reply", median(of_sim), "s", median(of_echo))]
