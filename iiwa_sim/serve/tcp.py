@@ -83,11 +83,12 @@ class TcpServer:
         host, port = self._asked
         try:
             family, address = await _resolve(host)
-            self._server = await asyncio.get_running_loop().create_server(
-                lambda: Connection(self), address, port, family=family, backlog=BACKLOG
-            )
+            listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
         except (OSError, OverflowError, UnicodeError) as fault:
             raise ListenFault(f"cannot listen on {host_and_port(host, port)}: {_why(fault)}") from fault
+        self._server = await asyncio.get_running_loop().create_server(
+            lambda: Connection(self), sock=listener, backlog=BACKLOG
+        )
 
     @property
     def listening(self) -> bool:
@@ -260,6 +261,6 @@ def _tune(connection: socket.socket) -> None:
 
 def _why(fault: Exception) -> str:
     if isinstance(fault, OSError) and fault.errno is not None:
-        # asyncio wraps what bind(2) says in words of its own; name resolution has numbers of its own, below 0
+        # Python adds the address to what bind(2) says; name resolution has numbers of its own, below 0
         return os.strerror(fault.errno) if fault.errno > 0 else str(fault.strerror)
     return str(fault)
