@@ -7,10 +7,16 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks import core, moves, replies, start
+from benchmarks import core, durations, moves, replies, start
 from benchmarks.figures import Figure, as_json, table
 
-PARTS = {"replies": replies.measure, "moves": moves.measure, "core": core.measure, "start": start.measure}
+PARTS = {
+    "replies": replies.measure,
+    "moves": moves.measure,
+    "core": core.measure,
+    "start": start.measure,
+    "durations": durations.measure,
+}
 
 
 def main() -> None:

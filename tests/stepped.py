@@ -120,7 +120,10 @@ def assert_straight(robot: SteppedRobot, joints: Sequence[Sequence[float]], targ
     off_line_m, off_arc_rad = line_errors(robot, joints, target)
     assert off_line_m < 1e-6
     assert off_arc_rad < 1e-6
-    assert np.linalg.norm(np.subtract(robot.tcp(joints[-1]).translation, target.to_transform().translation)) < 1e-9
+    assert (
+        np.linalg.norm(np.subtract(robot.tcp(joints[-1]).translation, target.to_transform().translation))
+        < 1e-9
+    )
 
 
 def rotation_exp(vectors: Array) -> Array:

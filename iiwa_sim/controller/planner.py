@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import degrees, isfinite
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,8 +21,15 @@ from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Found, Nearest, Un
 
 LONGEST_MOVE_S = 86400.0
 """A move that would take longer is refused: its speed is a mistake."""
+FARTHEST_MM = 1e6
+"""A target farther away is refused unseen: its squares and products might be too large for floats."""
 
-Plan = tuple[Path, Timing]
+
+class Plan(NamedTuple):
+    """How a move goes."""
+
+    path: Path
+    timing: Timing
 
 
 class Planner:
@@ -65,8 +73,8 @@ class Planner:
         travel = np.abs(np.diff(line.samples.q, axis=0)).sum(axis=0)
         limits = self._limits_at(speed_rel, travel)
         if travel.max() < STANDSTILL_RAD:
-            return line, AtOnce()
-        return line, plan_timing(line.samples, limits)
+            return Plan(line, AtOnce())
+        return Plan(line, plan_timing(line.samples, limits))
 
     def _find(
         self, flange: Transform, start: Joints, redundancy: float | None, keep_status: bool = False
@@ -77,20 +85,29 @@ class Planner:
             raise Refused(unreachable.code, unreachable.reason) from None
 
     def _line_to(self, flange: Transform, start: Joints, redundancy: float | None, tcp_line: TcpLine) -> Line:
-        """The line with the redundancy kept or given where that reaches the target, else with the nearest."""
+        """The line with the redundancy kept or given where that reaches the target, else with the nearest.
+
+        It is tried on the branch on which the target is found, and on the one the robot is on: at a singular
+        start these may differ, and a line that passes a singular pose may reach what its first branch cannot.
+        """
+        own = self._inverse.status(start)
         kept = self._inverse.redundancy(start) if redundancy is None else redundancy
-        refused: Refused | None = None
-        # At a singular start branches meet, and the line may go on along any of them.
-        for status in self._inverse.merging_statuses(start):
+        try:
+            end = self._find(flange, start, redundancy, keep_status=True)
+        except Refused as unreachable:
             try:
-                return self._line(start, tcp_line, kept, status)
-            except Refused as reason:
-                refused = refused or reason
-        assert refused is not None
-        end = self._find(flange, start, redundancy, keep_status=True)
+                return self._line(start, tcp_line, kept, own)
+            except Refused:
+                raise unreachable from None
+        first, second = (kept, own), (self._inverse.redundancy(end.joints), end.status)
         if not end.changed:
-            raise refused
-        return self._line(start, tcp_line, self._inverse.redundancy(end.joints), end.status)
+            first, second = second, first
+        try:
+            return self._line(start, tcp_line, *first)
+        except Refused:
+            if first == second:
+                raise
+            return self._line(start, tcp_line, *second)
 
     def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Line:
         try:
@@ -106,7 +123,7 @@ class Planner:
 
     def _ptp(self, start: Joints, end: Joints, speed_rel: float | Sequence[float]) -> Plan:
         line = JointLine(start, end)
-        return line, line.timing(self._limits_at(speed_rel, np.abs(np.subtract(end, start))))
+        return Plan(line, line.timing(self._limits_at(speed_rel, np.abs(np.subtract(end, start)))))
 
     def _limits_at(self, speed_rel: float | Sequence[float], travel: Array) -> JointLimits:
         """The limits at a speed with which the joints travel so far (n,) (rad) in a sensible time."""
@@ -146,6 +163,8 @@ def _flange_of(
 ) -> Transform:
     """The checked target as a pose of the flange."""
     _check_finite("frame", tcp)
+    if max(map(abs, tcp[:3])) > FARTHEST_MM:
+        raise Refused(OUT_OF_REACH, f"no arm reaches farther than {FARTHEST_MM:g} mm")
     _check_speed(speed_rel)
     if redundancy is not None:
         _check_finite("redundancy", [redundancy])

@@ -16,7 +16,7 @@ from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.robot.inverse import Inverse
 
 MOST_SAMPLES = 400
-SMALLEST_STEP = 1e-6  # between samples
+SMALLEST_STEP = 1e-4  # between samples
 PARTS = 4  # into which a step is split
 NEAR_END = 1e-4  # steps in s by which the end of a line is looked at that ends in a singular pose
 LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
@@ -154,8 +154,8 @@ class Line:
         `coming` are the joints at the sample `before`.
         """
         own = self._stretches[-1]
-        if own.s > before:
-            return False
+        if own.s > before or len(self._inverse.merging_statuses(coming)) > 1:
+            return False  # just crossed, or about to leave a singular pose
         for status in self._inverse.statuses:
             other = _Stretch(after, status, coming)
             try:

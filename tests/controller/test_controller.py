@@ -1,0 +1,124 @@
+"""The controller: what it accepts, what it refuses, and that a refusal changes nothing."""
+
+from __future__ import annotations
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.controller import LONGEST_QUEUE, Controller
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from tests.stepped import SteppedRobot
+
+FULL = [1.0] * 7
+AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
+
+HOME = SteppedRobot().controller.tool_frame()
+REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
+    ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
+    ("joint_move", ([nan, 0, 0, 0, 0, 0, 0], FULL), EXECUTION),
+    ("joint_move", ([0.0] * 7, [1.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0]), EXECUTION),
+    ("joint_move", ([0.0] * 7, [1.0, 1.0, 1.0, 1.1, 1.0, 1.0, 1.0]), EXECUTION),
+    ("joint_move", ([0.0] * 7, [nan] * 7), EXECUTION),
+    ("joint_move", ([0.0] * 7, [1e-9] * 7), EXECUTION),
+    ("joint_move", ([0.0] * 6, FULL), EXECUTION),
+    ("ptp_move", (HOME._replace(x_mm=2000.0), 1.0, 0.0), OUT_OF_REACH),
+    ("ptp_move", (HOME._replace(alpha=inf), 1.0, 0.0), EXECUTION),
+    ("ptp_move", (HOME, -0.5, 0.0), EXECUTION),
+    ("ptp_move", (HOME, 1.0, -1.0), EXECUTION),
+    ("ptp_move", (HOME, 1.0, inf), EXECUTION),
+    ("ptp_move", (HOME, 1.0, 0.0, nan), EXECUTION),
+    ("ptp_move", (HOME, 1.0, 0.0, 3.0), JOINT_LIMIT),
+    ("lin_move", (HOME._replace(x_mm=2000.0), 1.0, 0.0), OUT_OF_REACH),
+    ("lin_move", (HOME._replace(z_mm=nan), 1.0, 0.0), EXECUTION),
+    ("lin_move", (HOME, 2.0, 0.0), EXECUTION),
+    ("lin_move", (HOME, 1.0, nan), EXECUTION),
+    ("lin_move", (HOME._replace(y_mm=100.0), 1e-9, 0.0), EXECUTION),
+]
+
+
+@pytest.mark.parametrize(("command", "parameters", "code"), REFUSED)
+def test_a_refused_move_changes_nothing(command: str, parameters: tuple[Any, ...], code: int) -> None:
+    bothered, left_alone = SteppedRobot(), SteppedRobot()
+    for robot in (bothered, left_alone):
+        robot.controller.joint_move(AWAY, FULL)
+        robot.controller.lin_move(robot.tcp_frame(AWAY)._replace(z_mm=400.0), 0.5, 0.0)
+        robot.step(50)
+    with pytest.raises(Refused) as refused:
+        getattr(bothered.controller, command)(*parameters)
+    assert refused.value.code == code
+    assert refused.value.reason
+    assert "\n" not in refused.value.reason
+    for robot in (bothered, left_alone):
+        robot.runs_until_stopped()
+    assert bothered.joints == left_alone.joints
+
+
+@pytest.mark.requirement("FRC014")
+def test_moves_run_one_after_the_other_in_their_order() -> None:
+    robot = SteppedRobot()
+    targets = [[0.1 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0] for k in range(1, 6)]
+    numbers = [robot.controller.joint_move(target, FULL) for target in targets]
+    assert numbers == sorted(numbers)
+    passed = []
+    for number in numbers:
+        while robot.controller.is_pending(number):
+            robot.step()
+        passed.append(robot.controller.joints[0])
+    assert passed == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5], abs=1e-3)
+    assert not robot.controller.moving
+
+
+@pytest.mark.requirement("FRC016")
+def test_a_stop_discards_every_queued_move() -> None:
+    robot = SteppedRobot()
+    numbers = [robot.controller.joint_move(target, FULL) for target in (AWAY, [0.0] * 7, AWAY)]
+    robot.step(40)
+    robot.stop()
+    assert not any(robot.controller.is_pending(number) for number in numbers)
+    robot.runs_until_stopped(0.1)
+
+
+def test_the_queue_is_bounded_and_takes_moves_again_when_one_has_begun() -> None:
+    controller = Controller(load_robot(), 0.002)
+    targets = ([0.0] * 7, [0.01] * 7)
+    for k in range(LONGEST_QUEUE + 1):  # the first runs, the others wait
+        controller.joint_move(targets[k % 2], FULL)
+    with pytest.raises(Refused, match="waiting"):
+        controller.joint_move(targets[0], FULL)
+    while controller.is_pending(1):
+        controller.step()
+    controller.joint_move(targets[0], FULL)
+
+
+@pytest.mark.requirement("FRC017", "FRC018", "FRA103")
+def test_it_starts_in_the_tick_after_the_command_and_says_where_it_is() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.joint_move(AWAY, FULL)
+    assert controller.moving
+    before = controller.joints
+    controller.step()
+    assert controller.joints != before
+    robot.runs_until_stopped()
+    assert controller.joints == tuple(AWAY)
+    assert controller.flange_frame() == Frame.from_transform(robot.model.flange(AWAY))
+    assert controller.tool_frame() == robot.tcp_frame(AWAY)
+
+
+@settings(max_examples=50, deadline=None)
+@given(values=st.tuples(*[st.floats(allow_nan=True, allow_infinity=True)] * 9))
+def test_whatever_the_numbers_a_move_is_accepted_or_refused(values: tuple[float, ...]) -> None:
+    controller = Controller(load_robot(), 0.002)
+    frame, (speed, blending, redundancy) = Frame(*values[:6]), values[6:]
+    for move in (controller.ptp_move, controller.lin_move):
+        try:
+            move(frame, speed, blending, redundancy)
+        except Refused:
+            assert not controller.moving

@@ -1,0 +1,127 @@
+"""LIN: straight at every tick, calm at singular poses, and refused where it cannot be done."""
+
+from math import radians
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
+
+TRANSPORT = tuple(map(radians, (0, 25, 0, 90, 0, 0, 0)))
+
+
+def goes_straight_to(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> None:
+    """Runs a LIN and checks every tick of it."""
+    first = len(robot.joints) - 1
+    robot.controller.lin_move(target, speed_rel, 0.0)
+    robot.runs_until_stopped()
+    assert_straight(robot, robot.joints[first:], target)
+    assert_within_limits(robot)
+
+
+def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int | None:
+    """The code with which a LIN is refused; None where it is done, and then straight."""
+    try:
+        goes_straight_to(robot, target, speed_rel)
+    except Refused as refused:
+        return refused.code
+    return None
+
+
+@pytest.mark.requirement("FRC009", "FRC005")
+@settings(max_examples=60, deadline=None)
+@given(
+    start=st.tuples(*[st.floats(-0.3, 0.3)] * 7),
+    way_mm=st.tuples(*[st.floats(-250, 250)] * 3).filter(lambda way: np.linalg.norm(way) > 1.0),
+    turn=st.tuples(*[st.floats(-0.6, 0.6)] * 3),
+    speed_rel=st.sampled_from([1.0, 0.5, 0.1]),
+)
+def test_the_tcp_moves_straight_and_turns_on_the_shortest_arc(
+    start: tuple[float, ...], way_mm: tuple[float, ...], turn: tuple[float, ...], speed_rel: float
+) -> None:
+    robot = SteppedRobot()
+    robot.goes_to(np.add(robot.description.home, start).tolist())
+    target = Frame(*np.add(robot.controller.tool_frame(), (*way_mm, *turn)))
+    code = refusal(robot, target, speed_rel)
+    assert code in {None, OUT_OF_REACH, JOINT_LIMIT, CROSSING_SINGULARITY}
+    assert not robot.controller.moving
+
+
+@pytest.mark.requirement("FRC009")
+def test_a3_is_kept_without_and_goes_evenly_with_a_redundancy() -> None:
+    robot = SteppedRobot()
+    target = robot.controller.tool_frame()._replace(y_mm=150.0)
+    goes_straight_to(robot, target)
+    assert np.ptp([q[2] for q in robot.joints]) == 0.0
+    robot.controller.lin_move(target._replace(y_mm=-150.0), 1.0, 0.0, 0.4)
+    first = len(robot.joints)
+    robot.runs_until_stopped()
+    parts = np.array([q[2] for q in robot.joints[first:]]) / 0.4
+    places = np.array([robot.tcp_frame(q).y_mm for q in robot.joints[first:]])
+    np.testing.assert_allclose(places, 150.0 - 300.0 * parts, atol=1e-6)
+
+
+def test_a_line_in_the_plane_of_the_arm_passes_the_stretched_wrist() -> None:
+    robot = SteppedRobot()
+    robot.goes_to(TRANSPORT)
+    frame = robot.controller.tool_frame()
+    goes_straight_to(robot, frame._replace(z_mm=frame.z_mm + 60.0))
+    side = robot.controller.joints[5]
+    goes_straight_to(robot, frame._replace(z_mm=frame.z_mm - 60.0))
+    assert robot.controller.joints[5] * side < 0.0
+    assert max(abs(q[4]) for q in robot.joints) < 1e-9
+
+
+def test_a_line_ends_and_starts_calmly_at_the_stretched_wrist() -> None:
+    robot = SteppedRobot()
+    robot.goes_to([0.1, 0.5, 0.0, 1.4, 0.8, -0.4, 0.2])
+    frame = robot.controller.tool_frame()
+    goes_straight_to(robot, robot.tcp_frame(TRANSPORT))
+    assert abs(robot.controller.joints[5]) < 1e-9
+    goes_straight_to(robot, frame)
+
+
+def test_a_line_beside_the_stretched_wrist_turns_the_wrist_within_limits_or_is_refused() -> None:
+    for off in (1e-4, 1e-3, 1e-2, 5e-2):
+        robot = SteppedRobot()
+        robot.goes_to([0, radians(25), 0, radians(90), off, 0.2, 0])
+        target = robot.tcp_frame([0, radians(35), 0, radians(90), 0, -0.2, off])
+        assert refusal(robot, target) in {None, CROSSING_SINGULARITY, JOINT_LIMIT}
+
+
+def test_a_line_from_the_straight_arm_is_refused_with_the_joint() -> None:
+    robot = SteppedRobot()
+    robot.goes_to([0.0] * 7)
+    frame = robot.controller.tool_frame()
+    with pytest.raises(Refused) as refused:
+        robot.controller.lin_move(frame._replace(x_mm=frame.x_mm + 50, z_mm=frame.z_mm - 100), 1.0, 0.0)
+    assert refused.value.code == CROSSING_SINGULARITY
+    assert "A4" in refused.value.reason
+
+
+def test_lines_of_no_or_hardly_any_length_are_moves_too() -> None:
+    robot = SteppedRobot()
+    frame = robot.controller.tool_frame()
+    robot.controller.lin_move(frame, 1.0, 0.0)
+    assert robot.runs_until_stopped() == 1
+    for length_mm in (1e-9, 1e-6, 1e-3, 0.1):
+        robot.controller.lin_move(frame._replace(x_mm=frame.x_mm + length_mm), 1.0, 0.0)
+        robot.runs_until_stopped()
+    assert_within_limits(robot)
+
+
+def test_a_line_that_would_leave_the_workspace_half_way_is_refused() -> None:
+    robot = SteppedRobot()
+    robot.goes_to([radians(150), radians(60), 0, radians(-60), 0, radians(60), 0])
+    frame = robot.controller.tool_frame()
+    mirrored = robot.tcp_frame([radians(-150), radians(60), 0, radians(-60), 0, radians(60), 0])
+    with pytest.raises(Refused) as refused:
+        robot.controller.lin_move(mirrored, 1.0, 0.0)
+    assert refused.value.code in {JOINT_LIMIT, OUT_OF_REACH, CROSSING_SINGULARITY}
+    assert not robot.controller.moving
+    assert robot.controller.tool_frame() == frame
