@@ -1,8 +1,8 @@
 """The fastest a path can be run at all: without jerk limits, and a straight joint line with them.
 
 Without: a fine backward and forward pass over b = (ds/dt)^2. Backwards the largest b from which the end can
-still be reached within velocity and acceleration limits of all joints, solved exactly at each of many samples
-as a small linear programme in b and dds; forwards with all the acceleration there is (reachability analysis as
+still be reached within velocity and acceleration limits of all joints, solved exactly at many samples, each
+a small linear programme in b and dds; forwards with all the acceleration there is (reachability analysis as
 in TOPP-RA, Pham and Pham 2018). With: Ruckig.
 """
 

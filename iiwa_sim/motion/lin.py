@@ -154,8 +154,8 @@ class Line:
         `coming` are the joints at the sample `before`.
         """
         own = self._stretches[-1]
-        if own.s > before or len(self._inverse.merging_statuses(coming)) > 1:
-            return False  # just crossed, or about to leave a singular pose
+        if own.s > before or (before == 0.0 and len(self._inverse.merging_statuses(coming)) > 1):
+            return False  # just crossed, or the line starts in a singular pose
         for status in self._inverse.statuses:
             other = _Stretch(after, status, coming)
             try:
