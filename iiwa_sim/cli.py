@@ -16,7 +16,7 @@ from typing import NoReturn
 from iiwa_sim import log
 from iiwa_sim.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
-from iiwa_sim.serve.tcp import ListenFault, host_and_port
+from iiwa_sim.serve.tcp import MAX_PORT, ListenFault, host_and_port
 
 PORT = 30000
 
@@ -93,7 +93,7 @@ def _parser() -> _Parser:
     names = ", ".join(built_in_robots())
     parser.add_argument("--robot", default=DEFAULT_ROBOT, metavar="NAME|FOLDER", help=f"{names}, or your own")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all")
-    parser.add_argument("--port", type=_whole(0, 65535), default=PORT, help="port to listen on; 0 picks one")
+    parser.add_argument("--port", type=_whole(0, MAX_PORT), default=PORT, help="port to listen on; 0 picks one")
     parser.add_argument(
         "--rate",
         type=_whole(MIN_RATE_HZ, MAX_RATE_HZ),

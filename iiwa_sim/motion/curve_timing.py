@@ -15,9 +15,9 @@ from iiwa_sim.motion.path import PathSamples
 from iiwa_sim.motion.phase_plane import PhasePlane
 from iiwa_sim.motion.smooth import SmoothStates, SmoothTiming
 
-WINDOW = 1.25  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
+WINDOW = 1.15  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
 ROUNDS = 2  # times to plan again with smaller shares
-CLOSE = 1.003  # a limit passed by less is left to the final slowing
+CLOSE = 1.02  # where slowing by less suffices, it is not planned again
 AIM = 0.99  # of the limits: what interpolation between samples may hide
 
 
@@ -35,8 +35,8 @@ def plan_timing(samples: PathSamples, limits: JointLimits) -> SmoothTiming:
         load, slowing = loads.of(states)
         if best is None or timing.duration_s * slowing < best.duration_s * best_slowing:
             best, best_slowing = timing, slowing
-        over = np.flatnonzero(load > CLOSE)
-        if not len(over):
+        over = np.flatnonzero(load > 1.0)
+        if slowing < CLOSE or not len(over):
             break
         share = share * _relief(samples, states, load, over)
     assert best is not None

@@ -59,10 +59,22 @@ class Drive:
             self.rest = move.path.joints(move.timing.position(self._time.stop()))
 
     def step(self) -> None:
-        """One tick."""
-        move = self._running
-        if move is None:
+        """One tick.
+
+        Where a path fails, the robot rests where it is, the moves that wait are forgotten, and what the path
+        raised is raised.
+        """
+        if self._running is None:
             return
+        try:
+            self._advance(self._running)
+        except Exception:
+            self._running = None
+            self._waiting.clear()
+            self.rest = self.joints
+            raise
+
+    def _advance(self, move: PlannedMove) -> None:
         self._time.step()
         time_s = self._time.time_s
         while time_s >= move.timing.duration_s:

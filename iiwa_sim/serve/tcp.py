@@ -23,6 +23,8 @@ UNREAD_S = 10.0
 CLOSING_S = 0.3
 """What a closing server grants its clients to take their last replies."""
 
+MAX_PORT = 65535
+
 BACKLOG = 512
 """Clients that may knock at once."""
 
@@ -81,10 +83,12 @@ class TcpServer:
     async def start(self) -> None:
         """Listen. Raises ListenFault."""
         host, port = self._asked
+        if not 0 <= port <= MAX_PORT:
+            raise ListenFault(f"cannot listen on port {port}: expected 0 to {MAX_PORT}")
         try:
             family, address = await _resolve(host)
             listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
-        except (OSError, OverflowError, UnicodeError) as fault:
+        except (OSError, UnicodeError) as fault:
             raise ListenFault(f"cannot listen on {host_and_port(host, port)}: {_why(fault)}") from fault
         self._server = await asyncio.get_running_loop().create_server(
             lambda: Connection(self), sock=listener, backlog=BACKLOG

@@ -296,7 +296,7 @@ async def test_ipv6_is_served() -> None:
         ("192.0.2.1", 0, "Cannot assign requested address"),  # an address kept for documentation
         ("no such host", 0, "cannot listen on no such host:0: "),
         ("x" * 64 + ".invalid", 0, "cannot listen on x"),
-        ("127.0.0.1", 65536, "cannot listen on 127.0.0.1:65536: "),
+        ("127.0.0.1", 65536, "cannot listen on port 65536: expected 0 to 65535"),
     ],
 )
 async def test_an_address_that_cannot_be_listened_on(host: str, port: int | None, why: str) -> None:

@@ -1,0 +1,60 @@
+"""The drive: moves follow each other without a gap, and a path that fails ends them."""
+
+import numpy as np
+import pytest
+
+from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.move import PlannedMove
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.ptp import JointLine
+from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.timing import AtOnce, OptimalTiming
+
+TICK_S = 0.01
+
+
+class Broken:
+    """A path that fails half-way."""
+
+    end: Joints = (1.0,)
+
+    def joints(self, s: float) -> Joints:
+        if s > 0.5:
+            raise ArithmeticError("no joints")
+        return (s,)
+
+
+def drive() -> Drive:
+    return Drive((0.0,), PlannedTime(TICK_S, 15.0, 600.0))
+
+
+def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
+    d = drive()
+    timing = OptimalTiming(1.0, 10.0, 100.0)
+    assert timing.duration_s % TICK_S > 1e-3
+    d.append(PlannedMove(1, JointLine((0.0,), (1.0,)), timing))
+    d.append(PlannedMove(2, JointLine((1.0,), (1.0,)), AtOnce()))
+    d.append(PlannedMove(3, JointLine((1.0,), (2.0,)), timing))
+    ticks = 0
+    while d.moving:
+        d.step()
+        ticks += 1
+    assert d.joints == (2.0,)
+    assert ticks == int(np.ceil(2.0 * timing.duration_s / TICK_S))
+
+
+def test_where_a_path_fails_the_robot_rests_and_takes_new_moves() -> None:
+    d = drive()
+    d.append(PlannedMove(1, Broken(), OptimalTiming(1.0, 10.0, 100.0)))
+    d.append(PlannedMove(2, JointLine((1.0,), (2.0,)), OptimalTiming(1.0, 10.0, 100.0)))
+    with pytest.raises(ArithmeticError):
+        for _ in range(1000):
+            d.step()
+    assert not d.moving
+    assert d.waiting == 0
+    assert d.rest == d.joints
+    assert 0.45 < d.joints[0] <= 0.5
+    d.append(PlannedMove(3, JointLine(d.rest, (0.0,)), OptimalTiming(1.0, 10.0, 100.0)))
+    while d.moving:
+        d.step()
+    assert d.joints == (0.0,)
