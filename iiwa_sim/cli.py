@@ -93,7 +93,9 @@ def _parser() -> _Parser:
     names = ", ".join(built_in_robots())
     parser.add_argument("--robot", default=DEFAULT_ROBOT, metavar="NAME|FOLDER", help=f"{names}, or your own")
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all")
-    parser.add_argument("--port", type=_whole(0, MAX_PORT), default=PORT, help="port to listen on; 0 picks one")
+    parser.add_argument(
+        "--port", type=_whole(0, MAX_PORT), default=PORT, help="port to listen on; 0 picks one"
+    )
     parser.add_argument(
         "--rate",
         type=_whole(MIN_RATE_HZ, MAX_RATE_HZ),
