@@ -18,7 +18,8 @@ from iiwa_sim.robot.inverse import Inverse
 MOST_SAMPLES = 400
 SMALLEST_STEP = 1e-4  # between samples
 PARTS = 4  # into which a step is split
-NEAR_END = 1e-4  # steps in s by which the end of a line is looked at that ends in a singular pose
+FREE_AT_END = 2e-8  # rad or m from a singular pose, where a line is taken to end in it
+TAIL = 1e-3  # of such a line, at its end
 LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
 LARGEST_UNCERTAINTY = 1.0  # see PathSamples; the real error is some percent of this estimate
 HALVINGS = 50  # of a step, to find where branches meet
@@ -73,15 +74,18 @@ class Line:
         self._redundancy = inverse.redundancy(start)
         self._redundancy_way = target_redundancy - self._redundancy
         self._stretches = [_Stretch(0.0, status, start)]
+        self._tail: Array | None = None
         self.samples = self._sample()
         self.end: Joints = tuple(self.samples.q[-1].tolist())
-        last = self._stretches[-1]
-        self._stretches.append(_Stretch(0.5 * (last.s + 1.0), last.status, self.end))
 
     def joints(self, s: float) -> Joints:
         """See `Path`."""
         if s >= 1.0:
             return self.end
+        if self._tail is not None and s > 1.0 - TAIL:
+            left = (1.0 - s) / TAIL
+            a, b, c, d = self._tail
+            return tuple((a + left * (b + left * (c + left * d))).tolist())
         k = len(self._stretches) - 1
         while self._stretches[k].s > s:
             k -= 1
@@ -124,13 +128,23 @@ class Line:
         """Joint positions (m, n) at rising values of s (m,), 0 and 1 included."""
         q = self._positions(s)
         q[0] = self._stretches[0].seed
-        last = self._stretches[-1]
-        if len(self._inverse.merging_statuses(q[-1].tolist())) > 1:
-            # The line ends where a joint is free: there it keeps the position that it comes with.
-            a, b, c = (np.array(self._joints(1.0 - k * NEAR_END, last)) for k in (1, 2, 3))
-            coming: Array = 3.0 * a - 3.0 * b + c
-            q[-1] = self._joints(1.0, last._replace(seed=tuple(coming.tolist())))
+        if len(self._inverse.merging_statuses(q[-1].tolist(), FREE_AT_END)) > 1:
+            self._tail = self._singular_tail()
+            q[-1] = self._tail[0]
         return q
+
+    def _singular_tail(self) -> Array:
+        """Coefficients (4, n) of the joints over (1 - s) / TAIL, where the line ends in a singular pose.
+
+        There a joint is free and keeps the position that it comes with. The inverse cannot tell it, and next
+        to the end the last digits of the target decide on it.
+        """
+        last = self._stretches[-1]
+        before = np.array([self._joints(1.0 - k * TAIL, last) for k in (1, 2, 3, 4)])
+        coefficients: Array = np.linalg.solve(np.vander([1.0, 2.0, 3.0, 4.0], increasing=True), before)
+        end = self._joints(1.0, last._replace(seed=tuple(coefficients[0].tolist())))
+        # What is missing to the exact end is added on the way there, smoothly.
+        return coefficients + np.outer((1.0, -3.0, 3.0, -1.0), np.subtract(end, coefficients[0]))
 
     def _positions(self, s: Array) -> Array:
         """Joint positions (m, n) at values of s (m,)."""

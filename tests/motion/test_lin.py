@@ -126,3 +126,11 @@ def test_a_line_that_would_leave_the_workspace_half_way_is_refused() -> None:
     assert refused.value.code in {JOINT_LIMIT, OUT_OF_REACH, CROSSING_SINGULARITY}
     assert not robot.controller.moving
     assert robot.controller.tool_frame() == frame
+
+
+def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
+    for digits in (9, 12):
+        robot = SteppedRobot()
+        frame = Frame(*(round(value, digits) for value in robot.tcp_frame(TRANSPORT)))
+        robot.goes_to([0.1, 0.5, 0.0, 1.4, 0.8, -0.4, 0.2])
+        goes_straight_to(robot, frame)
