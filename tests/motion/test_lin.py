@@ -134,3 +134,12 @@ def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
         frame = Frame(*(round(value, digits) for value in robot.tcp_frame(TRANSPORT)))
         robot.goes_to([0.1, 0.5, 0.0, 1.4, 0.8, -0.4, 0.2])
         goes_straight_to(robot, frame)
+
+
+def test_a_line_that_only_turns_the_straight_arm_about_itself_is_calm() -> None:
+    robot = SteppedRobot()
+    robot.goes_to([0.0, 0.3, 0.0, 0.0, -0.1, 0.25, 2.8])
+    robot.controller.lin_move(robot.controller.tool_frame(), 1.0, 0.0, 1.8)
+    robot.runs_until_stopped()
+    assert robot.controller.joints[2] == pytest.approx(1.8)
+    assert_within_limits(robot)
