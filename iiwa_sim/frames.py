@@ -81,43 +81,22 @@ def rotate(rotation: Rotation, vector: Vector) -> Vector:
 
 
 def compose(a: Transform, b: Transform) -> Transform:
-    """Pose of c in the outer frame: `a` is the pose of b in the outer frame, `b` the pose of c in b."""
-    (a0, a1, a2, a3, a4, a5, a6, a7, a8), (ax, ay, az) = a
-    (b0, b1, b2, b3, b4, b5, b6, b7, b8), (bx, by, bz) = b
-    return Transform(
-        (
-            a0 * b0 + a1 * b3 + a2 * b6,
-            a0 * b1 + a1 * b4 + a2 * b7,
-            a0 * b2 + a1 * b5 + a2 * b8,
-            a3 * b0 + a4 * b3 + a5 * b6,
-            a3 * b1 + a4 * b4 + a5 * b7,
-            a3 * b2 + a4 * b5 + a5 * b8,
-            a6 * b0 + a7 * b3 + a8 * b6,
-            a6 * b1 + a7 * b4 + a8 * b7,
-            a6 * b2 + a7 * b5 + a8 * b8,
-        ),
-        (
-            a0 * bx + a1 * by + a2 * bz + ax,
-            a3 * bx + a4 * by + a5 * bz + ay,
-            a6 * bx + a7 * by + a8 * bz + az,
-        ),
-    )
+    """Pose of c in the outer frame, from `a`, the pose of b in the outer frame, and `b`, the pose of c in b."""
+    return Transform(multiply(a.rotation, b.rotation), apply(a, b.translation))
 
 
 def inverse(t: Transform) -> Transform:
     """Pose of the outer frame in the inner one."""
-    (r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z) = t
-    return Transform(
-        (r0, r3, r6, r1, r4, r7, r2, r5, r8),
-        (-(r0 * x + r3 * y + r6 * z), -(r1 * x + r4 * y + r7 * z), -(r2 * x + r5 * y + r8 * z)),
-    )
+    rotation = transpose(t.rotation)
+    x, y, z = rotate(rotation, t.translation)
+    return Transform(rotation, (-x, -y, -z))
 
 
 def apply(t: Transform, point: Vector) -> Vector:
     """A point (m) of the inner frame, in the outer frame (m)."""
-    (r0, r1, r2, r3, r4, r5, r6, r7, r8), (tx, ty, tz) = t
-    x, y, z = point
-    return (r0 * x + r1 * y + r2 * z + tx, r3 * x + r4 * y + r5 * z + ty, r6 * x + r7 * y + r8 * z + tz)
+    x, y, z = rotate(t.rotation, point)
+    tx, ty, tz = t.translation
+    return (x + tx, y + ty, z + tz)
 
 
 def transform_from_euler(
