@@ -81,7 +81,7 @@ def rotate(rotation: Rotation, vector: Vector) -> Vector:
 
 
 def compose(a: Transform, b: Transform) -> Transform:
-    """Pose of c in the outer frame, from `a`, the pose of b in the outer frame, and `b`, the pose of c in b."""
+    """Pose of c in the outer frame: `a` is the pose of b in the outer frame, `b` the pose of c in b."""
     return Transform(multiply(a.rotation, b.rotation), apply(a, b.translation))
 
 

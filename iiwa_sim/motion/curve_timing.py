@@ -59,18 +59,20 @@ def _run(samples: PathSamples, plane: PhasePlane, share: Array, window_s: float)
     if ramp < 0.9 * positions[1]:
         positions.insert(1, ramp)
         speeds.insert(1, speeds[1])
-    return SmoothTiming(positions, speeds, window_s)
+    return SmoothTiming(np.array(positions), np.array(speeds), window_s)
 
 
 class _Loads:
     """How much of the limits a motion along a path takes."""
 
     def __init__(self, samples: PathSamples, limits: JointLimits) -> None:
+        velocity, acceleration, jerk = (limit[:, None] for limit in limits)
+        dq, ddq, dddq = samples.dq.T, samples.ddq.T, samples.dddq.T
         # Joints come first: reductions over joints then run along memory.
-        self._limits = [limit[:, None] for limit in limits]
+        shape = [dq / velocity, dq / acceleration, ddq / acceleration, dq / jerk, 3.0 * ddq / jerk, dddq / jerk]
         self._s = samples.s
-        self._shape = np.stack([samples.dq.T, samples.ddq.T, samples.dddq.T])
-        self._slope = np.diff(self._shape, axis=2) / np.diff(samples.s)
+        self._shape = np.concatenate(shape)
+        self._slope = np.diff(self._shape) / np.diff(samples.s)
 
     def of(self, states: SmoothStates) -> tuple[Array, float]:
         """The load of each state (k,), and how much slower the whole must run for all limits to hold.
@@ -79,23 +81,28 @@ class _Loads:
         r^(2/3).
         """
         k = self._s[1:-1].searchsorted(states.s, side="right")
-        dq, ddq, dddq = self._shape[:, :, k] + (states.s - self._s[k]) * self._slope[:, :, k]
-        velocity_limit, acceleration_limit, jerk_limit = self._limits
+        here = self._slope.take(k, axis=1)
+        here *= states.s - self._s.take(k)
+        here += self._shape.take(k, axis=1)
+        v1, a1, a2, j1, j2, j3 = here.reshape(6, -1, len(k))
         _, ds, dds, after, _, _ = states
         square = ds * ds
-        velocity = np.abs(dq / velocity_limit).max(axis=0) * ds
-        acceleration = np.abs((dq * dds + ddq * square) / acceleration_limit).max(axis=0)
-        dq /= jerk_limit
-        curving = (ddq * (3.0 * ds * dds) + dddq * (square * ds)) / jerk_limit
-        jerk = np.abs(np.stack([dq * after, dq * np.roll(after, 1)]) + curving).max(axis=(0, 1))
-        slowing = max(velocity.max(), acceleration.max() ** (1 / 2), jerk.max() ** (1 / 3))
-        return np.maximum(acceleration, jerk ** (2 / 3)), max(float(slowing) / AIM, 1.0)
+        velocity = float((np.abs(v1).max(axis=0) * ds).max())
+        acceleration = np.abs(a1 * dds + a2 * square).max(axis=0)
+        curving = j2 * (ds * dds) + j3 * (square * ds)
+        before = np.concatenate([after[:1], after[:-1]])
+        jerk = np.maximum(np.abs(j1 * after + curving), np.abs(j1 * before + curving)).max(axis=0)
+        slowing = max(velocity, float(acceleration.max()) ** (1 / 2), float(jerk.max()) ** (1 / 3))
+        return np.maximum(acceleration, jerk ** (2 / 3)), max(slowing / AIM, 1.0)
 
 
 def _relief(samples: PathSamples, states: SmoothStates, load: Array, over: NDArray[np.intp]) -> Array:
     """The factors (m,) for the shares that take from the states `over` what they have too much."""
-    # Each window, and the samples next to it.
-    after_start = np.append(samples.s[1:], np.inf) > states.window_start[over, None]
-    before_end = np.insert(samples.s[:-1], 0, -np.inf) < states.window_end[over, None]
-    relief: Array = np.where(after_start & before_end, 1.0 / load[over, None], 1.0).min(axis=0)
+    # The steps between samples that each window touches; a sample gets the relief of the steps beside it.
+    touched = samples.s[1:] > states.window_start[over, None]
+    touched &= samples.s[:-1] < states.window_end[over, None]
+    of_steps = np.where(touched, 1.0 / load[over, None], 1.0).min(axis=0)
+    relief = np.ones(len(samples.s))
+    relief[:-1] = of_steps
+    np.minimum(relief[1:], of_steps, out=relief[1:])
     return relief

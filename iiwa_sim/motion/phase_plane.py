@@ -45,8 +45,10 @@ class PhasePlane:
         bent = self._bend[:, :, None] * (cap[:, None] * LEVEL_PARTS)
         room = (self._room * share)[:, :, None]
         # The most that b may gain forwards, and backwards, per unit of s / 2: by direction, sample and level.
-        bound = np.stack([(bent + room).min(axis=0), (room - bent).min(axis=0)])
-        slope = np.diff(bound, axis=2) * (LEVELS / cap)[:, None]
+        bound = np.empty((2, len(cap), LEVELS + 1))
+        (room + bent).min(axis=0, out=bound[0])
+        (room - bent).min(axis=0, out=bound[1])
+        slope = (bound[:, :, 1:] - bound[:, :, :-1]) * (LEVELS / cap)[:, None]
         start = bound[:, :, :-1] - slope * (cap[:, None] * LEVEL_PARTS[:-1])
         # A step takes b to constant + factor * b, with its own two numbers for each level.
         constant = (self._grow * start).reshape(2, -1).tolist()

@@ -32,28 +32,28 @@ class SmoothStates(NamedTuple):
 class SmoothTiming:
     """The moving average of a motion given at knots."""
 
-    def __init__(self, positions: list[float], speeds: list[float], window_s: float) -> None:
+    def __init__(self, positions: Array, speeds: Array, window_s: float) -> None:
         """Knots of S, from rest at 0 to rest at 1; between two of them the acceleration is constant."""
-        times, areas, accelerations = [0.0], [0.0], []
-        time = area = 0.0
-        for k in range(len(positions) - 1):
-            speed, position = speeds[k], positions[k]
-            step = 2.0 * (positions[k + 1] - position) / (speed + speeds[k + 1])
-            acceleration = (speeds[k + 1] - speed) / step
-            area += step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
-            time += step
-            accelerations.append(acceleration)
-            times.append(time)
-            areas.append(area)
-        accelerations.append(0.0)
-        self._times, self._areas, self._accelerations = times, areas, accelerations
-        self._positions, self._speeds = positions, speeds
+        times = np.zeros(len(positions))
+        table = np.zeros((4, len(positions)))
+        areas, table[1], table[2], accelerations = table[0], positions, speeds, table[3]
+        before, after = positions[:-1], positions[1:]
+        slow, fast = speeds[:-1], speeds[1:]
+        steps = 2.0 * (after - before) / (slow + fast)
+        accelerations[:-1] = (fast - slow) / steps
+        (steps * (before + steps * (2.0 * slow + fast) / 6.0)).cumsum(out=areas[1:])
+        steps.cumsum(out=times[1:])
+        self._knots = times, table
         self._window_s = window_s
-        self.duration_s = time + window_s
+        self.duration_s = float(times[-1]) + window_s
+        # A tick asks for one time: plain floats serve that faster than arrays.
+        self._times: list[float] = times.tolist()
+        self._pieces: list[list[float]] = table.T.tolist()
 
     def slower(self, factor: float) -> "SmoothTiming":
         """The same motion taking `factor` times as long."""
-        return SmoothTiming(self._positions, [v / factor for v in self._speeds], self._window_s * factor)
+        _, (_, positions, speeds, _) = self._knots
+        return SmoothTiming(positions, speeds / factor, self._window_s * factor)
 
     def position(self, time_s: float) -> float:
         """See `Timing`."""
@@ -67,25 +67,21 @@ class SmoothTiming:
             return 0.0
         k = bisect_right(self._times, time_s) - 1
         step = time_s - self._times[k]
-        return self._areas[k] + step * (
-            self._positions[k] + step * (self._speeds[k] / 2.0 + step * self._accelerations[k] / 6.0)
-        )
+        area, position, speed, acceleration = self._pieces[k]
+        return area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
 
     def extremes(self) -> SmoothStates:
         """The motion where dds is largest: at the knots of S and a window later, between which dds is linear.
 
         ddds is constant between two of these times; each carries the value that follows it.
         """
-        knots = np.array(self._times)
-        return self._states(np.sort(np.concatenate([knots, knots + self._window_s])))
-
-    def _states(self, times: Array) -> SmoothStates:
-        knots = np.array(self._times)
-        table = np.array([self._areas, self._positions, self._speeds, self._accelerations])
+        knots, table = self._knots
+        times = np.concatenate([knots, knots + self._window_s])
+        times.sort()
         both = np.concatenate([times, times - self._window_s])
         inside = both.clip(0.0, knots[-1])
         k = knots.searchsorted(inside, side="right") - 1
-        area, position, speed, acceleration = table[:, k]
+        area, position, speed, acceleration = table.take(k, axis=1)
         step = inside - knots[k]
         raw = np.empty((4, 2, len(times)))
         flat = raw.reshape(4, -1)
