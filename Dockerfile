@@ -11,8 +11,8 @@ RUN python -m venv /opt/iiwa-sim
 # The libraries on their own: a change of our code does not fetch them again.
 COPY pyproject.toml ./
 RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" \
-        > /tmp/libraries.txt \
-    && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement /tmp/libraries.txt
+        > libraries.txt \
+    && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt
 
 # Headers, static libraries and tests go, a library under three names becomes links to one, symbols go.
 # The .pyc files stay: they halve the start.

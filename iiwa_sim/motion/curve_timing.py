@@ -69,7 +69,8 @@ class _Loads:
         velocity, acceleration, jerk = (limit[:, None] for limit in limits)
         dq, ddq, dddq = samples.dq.T, samples.ddq.T, samples.dddq.T
         # Joints come first: reductions over joints then run along memory.
-        shape = [dq / velocity, dq / acceleration, ddq / acceleration, dq / jerk, 3.0 * ddq / jerk, dddq / jerk]
+        accelerations = [dq / acceleration, ddq / acceleration]
+        shape = [dq / velocity, *accelerations, dq / jerk, 3.0 * ddq / jerk, dddq / jerk]
         self._s = samples.s
         self._shape = np.concatenate(shape)
         self._slope = np.diff(self._shape) / np.diff(samples.s)

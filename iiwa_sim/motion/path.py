@@ -49,11 +49,16 @@ class PathSamples(NamedTuple):
         the velocity limits there, and by what acceleration and jerk build up on a way of 1 from rest to rest.
         """
         _, ddq, dddq = derivatives(self.s, self.q, COARSE_STENCIL)
-        rate = np.maximum(np.abs(self.dq), 1e-9)
-        speed, acceleration, jerk = ((limit / rate).min(axis=1) for limit in limits)
-        fastest = min(float(acceleration.max()) ** (1 / 2), float(jerk.max()) ** (1 / 3))
-        ds = np.minimum(speed, fastest)[:, None]
-        acceleration_off = np.abs(ddq - self.ddq) * ds**2 / limits.acceleration
-        jerk_off = np.abs(dddq - self.dddq) * ds**3 / limits.jerk
-        uncertainty: Array = np.maximum(acceleration_off, jerk_off).max(axis=1)
+        # Joints come first: reductions over joints then run along memory.
+        velocity, acceleration, jerk = (limit[:, None] for limit in limits)
+        rate = np.maximum(np.abs(np.ascontiguousarray(self.dq.T)), 1e-9)
+        fastest = min(
+            float((acceleration / rate).min(axis=0).max()) ** (1 / 2),
+            float((jerk / rate).min(axis=0).max()) ** (1 / 3),
+        )
+        ds = np.minimum((velocity / rate).min(axis=0), fastest)
+        square = ds * ds
+        acceleration_off = (np.abs((ddq - self.ddq).T) / acceleration).max(axis=0) * square
+        jerk_off = (np.abs((dddq - self.dddq).T) / jerk).max(axis=0) * (square * ds)
+        uncertainty: Array = np.maximum(acceleration_off, jerk_off)
         return uncertainty
