@@ -12,15 +12,17 @@ from iiwa_sim.motion.curve_timing import plan_timing
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.lin import Line, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path import Joints, Path
-from iiwa_sim.motion.ptp import STANDSTILL_RAD, JointLine
+from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.tcp_line import TcpLine
-from iiwa_sim.motion.timing import AtOnce, Timing
+from iiwa_sim.motion.timing import STANDSTILL_RAD, AtOnce, Timing
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Found, Nearest, Unreachable
 
 LONGEST_MOVE_S = 86400.0
 """A move that would take longer is refused: its speed is a mistake."""
+ROUNDING_RAD = 1e-9
+"""So far beyond a limit a joint may seem to be that stands on it."""
 FARTHEST_MM = 1e6
 """A target farther away is refused unseen: its squares and products might be too large for floats."""
 
@@ -68,6 +70,7 @@ class Planner:
     ) -> Plan:
         """LIN to a pose of the TCP in the base."""
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
+        self._check_end(start, "start")
         tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
         line = self._line_to(flange, start, redundancy, tcp_line)
         travel = np.abs(np.diff(line.samples.q, axis=0)).sum(axis=0)
@@ -118,8 +121,15 @@ class Planner:
             name = self._description.joints[singular.joint]
             where = f"after {singular.s:.1%} of the line, close to a singular pose"
             raise Refused(CROSSING_SINGULARITY, f"{name} would have to jump {where}") from None
+        self._check_end(line.end, "end")
         self._check_line(line)
         return line
+
+    def _check_end(self, joints: Joints, which: str) -> None:
+        singular = self._inverse.turning_point(joints)
+        if singular is not None:
+            reason = f"a line cannot {which} in a singular pose ({singular}): go there, or leave, by PTP"
+            raise Refused(CROSSING_SINGULARITY, reason)
 
     def _ptp(self, start: Joints, end: Joints, speed_rel: float | Sequence[float]) -> Plan:
         line = JointLine(start, end)
@@ -143,18 +153,20 @@ class Planner:
 
     def _check_line(self, line: Line) -> None:
         """Joint limits along a line, with what a joint may bulge out between two samples."""
-        samples = line.samples
-        bulge = np.abs(samples.ddq) * (np.diff(samples.s).max() ** 2 / 8.0)
-        bulge[0] = bulge[-1] = 0.0
-        lower = samples.q - bulge < self._description.position_min
-        upper = samples.q + bulge > self._description.position_max
-        outside = lower | upper
+        s, q, dq, ddq, _ = line.samples
+        # Between samples a joint goes farther than at them only where it turns back.
+        turns = dq[:-1] * dq[1:] < 0.0
+        bulge = turns * np.maximum(np.abs(ddq[:-1]), np.abs(ddq[1:])) * (np.diff(s)[:, None] ** 2 / 8.0)
+        lowest = np.minimum(q[:-1], q[1:]) - bulge * (dq[:-1] < 0.0)
+        highest = np.maximum(q[:-1], q[1:]) + bulge * (dq[:-1] > 0.0)
+        outside = lowest < np.array(self._description.position_min) - ROUNDING_RAD
+        outside |= highest > np.array(self._description.position_max) + ROUNDING_RAD
         if outside.any():
             place, joint = divmod(int(outside.argmax()), outside.shape[1])
             raise Refused(
                 JOINT_LIMIT,
-                f"{self._description.joints[joint]} would leave its limits after {samples.s[place]:.1%} "
-                f"of the line, at {degrees(samples.q[place, joint]):.3f} deg",
+                f"{self._description.joints[joint]} would leave its limits after {s[place]:.1%} "
+                f"of the line, at {degrees(q[place, joint]):.3f} deg",
             )
 
 

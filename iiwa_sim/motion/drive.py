@@ -82,9 +82,12 @@ class Drive:
             if not self._waiting:
                 self._running = None
                 return
-            left_s = 0.0 if self._time.stopping else time_s - move.timing.duration_s
+            went_at_once = move.timing.duration_s == 0.0
+            left_s = 0.0 if self._time.stopping or went_at_once else time_s - move.timing.duration_s
             move, time_s = self._waiting.popleft(), left_s
             self._begin(move, time_s)
+            if went_at_once:
+                return  # one such step a tick: many might add up to a jump
         self.joints = move.path.joints(move.timing.position(time_s))
         if self._time.stopped:
             self._running = None

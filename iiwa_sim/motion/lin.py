@@ -13,6 +13,7 @@ from iiwa_sim.motion.differences import EVEN_SAMPLES
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path import Joints, PathSamples
 from iiwa_sim.motion.tcp_line import TcpLine
+from iiwa_sim.motion.timing import STANDSTILL_RAD
 from iiwa_sim.robot.inverse import Inverse
 
 MOST_SAMPLES = 400
@@ -112,6 +113,8 @@ class Line:
                     continue
             else:
                 samples = PathSamples.of(s, q)
+                if steps.sum() < STANDSTILL_RAD:
+                    return samples
                 unsure = samples.uncertainty(self._limits) > LARGEST_UNCERTAINTY
                 if not unsure.any():
                     return samples

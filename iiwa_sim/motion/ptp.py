@@ -4,9 +4,7 @@ import numpy as np
 
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.path import Joints
-from iiwa_sim.motion.timing import AtOnce, OptimalTiming, Timing
-
-STANDSTILL_RAD = 1e-9  # a way shorter than this is none: its end is its start
+from iiwa_sim.motion.timing import STANDSTILL_RAD, AtOnce, OptimalTiming, Timing
 
 
 class JointLine:

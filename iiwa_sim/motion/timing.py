@@ -44,8 +44,12 @@ class OptimalTiming:
         return s
 
 
+STANDSTILL_RAD = 2e-8
+"""Joints that have less to go are there at once: within the limits even if each tick takes them back."""
+
+
 class AtOnce:
-    """The timing of a move that has no way to go."""
+    """The timing of a move that has hardly any way to go."""
 
     duration_s = 0.0
 

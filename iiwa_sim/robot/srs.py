@@ -29,12 +29,12 @@ NEARLY_ALIGNED_RAD = 2e-8
 """With less than this rounding shows in A5 by more than 1e-8 rad."""
 NEAR_STRAIGHT = 2.5e-10
 """Square of the sine of half of A4 where the arm counts as nearly straight (A4 of 3e-5 rad)."""
-STRAIGHT_RAD = 1e-6
-"""A4 of an arm that counts as straight."""
-BENT_WRIST_RAD = 1e-2
-"""A6 of a wrist that is far from singular."""
 NEAR_FOLD_M2 = 1e-10
 """Square of the wrist point's x in the frame of A1 where the two solutions for A2 nearly meet."""
+
+# Wider than the neighbourhood in which the seed is followed: lines keep out of it.
+_STRETCHED_RAD = 1e-3
+_SIDEWAYS_M = 1e-4
 
 
 class Srs:
@@ -73,13 +73,9 @@ class Srs:
             settled = settle(half2, h2, d5 * s3)
             if settled is None:
                 return None
-            # An arm that was straight and is straight, and not singular otherwise, has nothing to follow:
-            # following would bend it a little.
-            straight = settled[0] == 0.0 and abs(seed[3]) < STRAIGHT_RAD
-            if not straight or x2 < NEAR_FOLD_M2 or abs(seed[5]) < BENT_WRIST_RAD:
-                followed = follow_seed(self._model, self._status_x, flange, redundancy, status, seed)
-                if followed is not None:
-                    return followed
+            followed = follow_seed(self._model, self._status_x, flange, redundancy, status, seed)
+            if followed is not None:
+                return followed
             half2, x2 = settled
             s4 = 2.0 * sqrt(half2 * (1.0 - half2))
         c4 = 1.0 - 2.0 * half2
@@ -200,6 +196,13 @@ class Srs:
             if abs(distance) < near:
                 statuses += [status ^ bit for status in statuses]
         return statuses
+
+    def turning_point(self, q: Sequence[float]) -> str | None:
+        if abs(q[3]) < _STRETCHED_RAD:
+            return "the arm is stretched"
+        if abs(self._status_x(q)) < _SIDEWAYS_M:
+            return "the wrist is on the axis of A1, or beside it as far as A3 allows"
+        return None
 
     def turn(self, q: Sequence[float]) -> int:
         return sum((position < 0.0) << bit for bit, position in enumerate(q))

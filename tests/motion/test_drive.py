@@ -38,8 +38,7 @@ def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
     timing = OptimalTiming(0.97, 10.0, 100.0)
     assert (2.0 * timing.duration_s) % TICK_S > 1e-3
     d.append(PlannedMove(1, JointLine((0.0,), (1.0,)), timing))
-    d.append(PlannedMove(2, JointLine((1.0,), (1.0,)), AtOnce()))
-    d.append(PlannedMove(3, JointLine((1.0,), (2.0,)), timing))
+    d.append(PlannedMove(2, JointLine((1.0,), (2.0,)), timing))
     ticks = 0
     while d.moving:
         d.step()
@@ -62,3 +61,14 @@ def test_where_a_path_fails_the_robot_rests_and_takes_new_moves() -> None:
     while d.moving:
         d.step()
     assert d.joints == (0.0,)
+
+
+def test_moves_of_hardly_any_way_take_a_tick_each() -> None:
+    d = drive()
+    for k in range(10):
+        d.append(PlannedMove(k + 1, JointLine((1e-9 * k,), (1e-9 * (k + 1),)), AtOnce()))
+    passed = [d.joints[0]]
+    while d.moving:
+        d.step()
+        passed.append(d.joints[0])
+    np.testing.assert_allclose(np.diff(passed), 1e-9)

@@ -94,15 +94,37 @@ def test_a_line_beside_the_stretched_wrist_turns_the_wrist_within_limits_or_is_r
         assert refusal(robot, target) in {None, CROSSING_SINGULARITY, JOINT_LIMIT}
 
 
-def test_a_line_from_the_straight_arm_is_refused_with_the_reason() -> None:
+SINGULAR = {
+    "straight up": (0.0,) * 7,
+    "stretched": (0.3, 0.6, 0.2, 0.0, 0.1, 0.4, 0.0),
+    "wrist above A1": (0.4, 0.5, 0.0, 1.0 - 1e-9, 0.2, 0.7, 0.1),
+    "forearm sideways": tuple(map(radians, (30, 0, 90, 90, 30, -60, -60))),
+}
+
+
+@pytest.mark.parametrize("pose", SINGULAR)
+@pytest.mark.parametrize("redundancy", [None, 1.2])
+def test_lines_from_or_to_poses_that_no_line_can_leave_are_refused(
+    pose: str, redundancy: float | None
+) -> None:
     robot = SteppedRobot()
-    robot.goes_to([0.0] * 7)
-    frame = robot.controller.tool_frame()
-    with pytest.raises(Refused) as refused:
-        robot.controller.lin_move(frame._replace(x_mm=frame.x_mm + 50, z_mm=frame.z_mm - 100), 1.0, 0.0)
-    assert refused.value.code == CROSSING_SINGULARITY
-    assert "would have to jump" in refused.value.reason
-    assert "singular" in refused.value.reason
+    home = robot.controller.tool_frame()
+    singular = robot.tcp_frame(SINGULAR[pose])
+    assert refusal(robot, singular) is not None
+    robot.goes_to(SINGULAR[pose])
+    for target in (home, singular._replace(x_mm=singular.x_mm + 50.0, z_mm=singular.z_mm - 100.0)):
+        with pytest.raises(Refused) as refused:
+            robot.controller.lin_move(target, 1.0, 0.0, redundancy)
+        assert refused.value.code == CROSSING_SINGULARITY
+        assert "singular" in refused.value.reason
+
+
+def test_a_joint_at_its_limit_may_not_swing_out_and_back_between_samples() -> None:
+    robot = SteppedRobot()
+    at_limit = (-2.2856853213636756, -0.931513223045174, -2.069896119293861, -0.3145630102617065)
+    robot.goes_to((*at_limit, 1.296686193469328, 1.1439488728490401, -3.0543261909900767))
+    target = Frame(391.6001405, 697.8269729, 486.0057214, -0.472484553, 0.321101595, -2.525937288)
+    assert refusal(robot, target) == JOINT_LIMIT
 
 
 def test_lines_of_no_or_hardly_any_length_are_moves_too() -> None:
@@ -110,7 +132,7 @@ def test_lines_of_no_or_hardly_any_length_are_moves_too() -> None:
     frame = robot.controller.tool_frame()
     robot.controller.lin_move(frame, 1.0, 0.0)
     assert robot.runs_until_stopped() == 1
-    for length_mm in (1e-9, 1e-6, 1e-3, 0.1):
+    for length_mm in (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 0.1):
         robot.controller.lin_move(frame._replace(x_mm=frame.x_mm + length_mm), 1.0, 0.0)
         robot.runs_until_stopped()
     assert_within_limits(robot)
@@ -134,12 +156,3 @@ def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
         frame = Frame(*(round(value, digits) for value in robot.tcp_frame(TRANSPORT)))
         robot.goes_to([0.1, 0.5, 0.0, 1.4, 0.8, -0.4, 0.2])
         goes_straight_to(robot, frame)
-
-
-def test_a_line_that_only_turns_the_straight_arm_about_itself_is_calm() -> None:
-    robot = SteppedRobot()
-    robot.goes_to([0.0, 0.3, 0.0, 0.0, -0.1, 0.25, 2.8])
-    robot.controller.lin_move(robot.controller.tool_frame(), 1.0, 0.0, 1.8)
-    robot.runs_until_stopped()
-    assert robot.controller.joints[2] == pytest.approx(1.8)
-    assert_within_limits(robot)
