@@ -107,10 +107,13 @@ class Planner:
             first, second = second, first
         try:
             return self._line(start, tcp_line, *first)
-        except Refused:
+        except Refused as refused:
             if first == second:
                 raise
-            return self._line(start, tcp_line, *second)
+            try:
+                return self._line(start, tcp_line, *second)
+            except Refused:
+                raise refused from None
 
     def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Line:
         try:
@@ -148,7 +151,8 @@ class Planner:
             if not lower <= q <= upper:
                 raise Refused(
                     JOINT_LIMIT,
-                    f"{name} at {degrees(q):.3f} deg is outside {degrees(lower):g} to {degrees(upper):g} deg",
+                    f"{name} at {q:.7g} rad is outside {lower:.7g} to {upper:.7g} rad ({degrees(lower):g} to "
+                    f"{degrees(upper):g} deg)",
                 )
 
     def _check_line(self, line: Line) -> None:
@@ -166,7 +170,7 @@ class Planner:
             raise Refused(
                 JOINT_LIMIT,
                 f"{self._description.joints[joint]} would leave its limits after {s[place]:.1%} "
-                f"of the line, at {degrees(q[place, joint]):.3f} deg",
+                f"of the line, at {q[place, joint]:.7g} rad",
             )
 
 

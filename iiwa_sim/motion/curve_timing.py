@@ -18,6 +18,7 @@ from iiwa_sim.motion.smooth import SmoothStates, SmoothTiming
 WINDOW = 1.15  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
 ROUNDS = 2  # times to plan again with smaller shares
 CLOSE = 1.02  # where slowing by less suffices, it is not planned again
+SHORTEST_RAMP = 1e-12  # of the way: knots that are closer are one
 AIM = 0.99  # of the limits: what interpolation between samples may hide
 
 
@@ -52,11 +53,11 @@ def _run(samples: PathSamples, plane: PhasePlane, share: Array, window_s: float)
     speeds, take_off, braking = plane.fastest(share)
     positions: list[float] = samples.s.tolist()
     ramp = speeds[-2] ** 2 / (2.0 * braking) if braking > 0.0 else 1.0
-    if ramp < 0.9 * (positions[-1] - positions[-2]):
+    if SHORTEST_RAMP < ramp < 0.9 * (positions[-1] - positions[-2]):
         positions.insert(-1, positions[-1] - ramp)
         speeds.insert(-1, speeds[-2])
     ramp = speeds[1] ** 2 / (2.0 * take_off) if take_off > 0.0 else 1.0
-    if ramp < 0.9 * positions[1]:
+    if SHORTEST_RAMP < ramp < 0.9 * positions[1]:
         positions.insert(1, ramp)
         speeds.insert(1, speeds[1])
     return SmoothTiming(np.array(positions), np.array(speeds), window_s)

@@ -22,7 +22,7 @@ PARTS = 4  # into which a step is split
 FREE_AT_END = 2e-8  # rad or m from a singular pose, where a line is taken to end in it
 TAIL = 1e-3  # of such a line, at its end
 LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
-LARGEST_UNCERTAINTY = 1.0  # see PathSamples; the real error is some percent of this estimate
+LARGEST_UNCERTAINTY = 0.5  # see PathSamples; the real error is some percent of this estimate
 HALVINGS = 50  # of a step, to find where branches meet
 MEETING = 1e-9  # rad or m from a singular pose, where the line is taken to go through it
 

@@ -76,19 +76,29 @@ class SmoothTiming:
         ddds is constant between two of these times; each carries the value that follows it.
         """
         knots, table = self._knots
-        times = np.concatenate([knots, knots + self._window_s])
+        window_s = self._window_s
+        times = np.concatenate([knots, knots + window_s])
         times.sort()
-        both = np.concatenate([times, times - self._window_s])
+        both = np.concatenate([times, times - window_s])
         inside = both.clip(0.0, knots[-1])
         k = knots.searchsorted(inside, side="right") - 1
         area, position, speed, acceleration = table.take(k, axis=1)
         step = inside - knots[k]
-        raw = np.empty((4, 2, len(times)))
-        flat = raw.reshape(4, -1)
+        raw = np.empty((3, 2, len(times)))
+        flat = raw.reshape(3, -1)
         flat[0] = area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
         flat[0] += (both - inside).clip(0.0)  # after the end S stays 1
         flat[1] = position + step * (speed + step * acceleration / 2.0)
         flat[2] = speed + step * acceleration
-        flat[3] = acceleration * (both == inside)
-        s, ds, dds, ddds = (raw[:, 0] - raw[:, 1]) / self._window_s
+        s, ds, dds = (raw[:, 0] - raw[:, 1]) / window_s
+        # At a knot itself rounding would decide which acceleration counts; half-way to the next it does not.
+        middles = (times[1:] + times[:-1]) / 2.0
+        ddds = np.zeros(len(times))
+        ddds[:-1] = (self._accelerations(middles) - self._accelerations(middles - window_s)) / window_s
         return SmoothStates(s, ds, dds, ddds, raw[1, 1], raw[1, 0])
+
+    def _accelerations(self, times: Array) -> Array:
+        """Those of S, which is at rest before its first knot and after its last."""
+        knots, table = self._knots
+        accelerations: Array = np.append(table[3], 0.0).take(knots.searchsorted(times) - 1)
+        return accelerations

@@ -65,8 +65,8 @@ class Inverse(Protocol):
     def turning_point(self, q: Sequence[float]) -> str | None:
         """What is singular where no straight line can start or end; None elsewhere.
 
-        There, unlike at a stretched wrist, joints go with the square root of the pose, or one of them may have
-        to turn at once to follow a line.
+        There, unlike at a stretched wrist, joints go with the square root of the pose, or one of them may
+        have to turn at once to follow a line.
         """
 
     def turn(self, q: Sequence[float]) -> int:

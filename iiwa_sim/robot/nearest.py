@@ -7,7 +7,7 @@ reaches the target within the joint limits; otherwise change as little as does i
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import degrees, radians
+from math import radians
 from typing import NamedTuple
 
 import numpy as np
@@ -91,8 +91,8 @@ class Nearest:
         limits = inverse.redundancy_range
         kept = inverse.redundancy(present) if redundancy is None else redundancy
         if redundancy is not None and limits is not None and not limits[0] <= redundancy <= limits[1]:
-            allowed = f"{degrees(limits[0]):g} to {degrees(limits[1]):g} deg"
-            raise Unreachable(JOINT_LIMIT, f"the redundancy of {degrees(kept):.3f} deg is outside {allowed}")
+            allowed = f"{limits[0]:.7g} to {limits[1]:.7g} rad"
+            raise Unreachable(JOINT_LIMIT, f"the redundancy of {kept:.7g} rad is outside {allowed}")
         searched = None if redundancy is not None else limits
         found = self._best(flange, kept, own, present)
         if found is not None:
@@ -198,7 +198,7 @@ class Nearest:
     ) -> Unreachable:
         if others.feasible.any():
             status = int(others.statuses[others.feasible][0])
-            reason = f"the target is reachable with another status only (such as {status})"
+            reason = f"the target is reachable only with the arm bent another way (status {status})"
             return Unreachable(ROBOT_CONFIGURATION, reason)
         joints = np.concatenate((own.joints, others.joints))
         joints = joints[~np.isnan(joints).any(axis=1)]
@@ -208,11 +208,11 @@ class Nearest:
             every = _grid(redundancy, self._inverse.redundancy_range, _COARSE_GRID_RAD)
             anywhere = self._candidates(flange, every, self._inverse.statuses, present)
             if not np.isnan(anywhere.joints).all():
-                reason = f"the target is out of reach with a redundancy of {degrees(redundancy):.3f} deg"
+                reason = f"the target is out of reach with a redundancy of {redundancy:.7g} rad"
                 return Unreachable(ROBOT_CONFIGURATION, reason)
         x, y, z = (1e3 * value for value in flange.translation)
         return Unreachable(
-            OUT_OF_REACH, f"the flange cannot reach {x:.1f} {y:.1f} {z:.1f} mm in that orientation"
+            OUT_OF_REACH, f"the flange would have to be at {x:.1f} {y:.1f} {z:.1f} mm, out of reach"
         )
 
     def _blocking(self, joints: NDArray[np.float64]) -> Unreachable:
@@ -220,10 +220,9 @@ class Nearest:
         excess = np.maximum(np.subtract(self._low, joints), np.subtract(joints, self._high)).clip(min=0.0)
         row = int(excess.max(axis=1).argmin())
         joint = int(excess[row].argmax())
-        low, high = (degrees(limit) for limit in self._limits[joint])
-        position = degrees(float(joints[row, joint]))
-        where = f"{self._names[joint]} would have to be at {position:.3f} deg"
-        return Unreachable(JOINT_LIMIT, f"{where}, its limits are {low:g} and {high:g} deg")
+        low, high = self._limits[joint]
+        where = f"{self._names[joint]} would have to be at {joints[row, joint]:.7g} rad"
+        return Unreachable(JOINT_LIMIT, f"{where}, its limits are {low:.7g} and {high:.7g} rad")
 
 
 def _grid(centre: float, limits: tuple[float, float] | None, step: float) -> NDArray[np.float64]:

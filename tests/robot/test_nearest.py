@@ -176,14 +176,14 @@ def test_a_joint_limit_names_the_joint(arm: Arm) -> None:
     folded = [0.2, 0.3, 0.0, math.radians(130), 0.1, 0.8, 0.0]
     code, reason = refusal(arm, arm.model.flange(folded), list(arm.description.home))
     assert code == JOINT_LIMIT
-    assert reason == "A4 would have to be at -130.000 deg, its limits are -120 and 120 deg"
+    assert reason == "A4 would have to be at -2.268928 rad, its limits are -2.094395 and 2.094395 rad"
 
 
 def test_a_redundancy_beyond_its_limits(arm: Arm) -> None:
     home = list(arm.description.home)
     code, reason = refusal(arm, arm.model.flange(home), home, math.radians(171))
     assert code == JOINT_LIMIT
-    assert reason == "the redundancy of 171.000 deg is outside -170 to 170 deg"
+    assert reason == "the redundancy of 2.984513 rad is outside -2.96706 to 2.96706 rad"
 
 
 def test_a_redundancy_that_does_not_reach_what_another_does(arm: Arm) -> None:
@@ -191,4 +191,4 @@ def test_a_redundancy_that_does_not_reach_what_another_does(arm: Arm) -> None:
     close = [0.0, math.atan2(math.sin(1.5), 1.0 + math.cos(1.5)), 0.0, 1.5, 0.2, 0.7, 0.0]
     code, reason = refusal(arm, arm.model.flange(close), close, math.radians(90))
     assert code == ROBOT_CONFIGURATION
-    assert reason == "the target is out of reach with a redundancy of 90.000 deg"
+    assert reason == "the target is out of reach with a redundancy of 1.570796 rad"
