@@ -24,14 +24,14 @@ timings = st.builds(random_timing, st.integers(0, 2**32 - 1), st.integers(3, 40)
 
 @settings(max_examples=60, deadline=None)
 @given(timing=timings)
-def test_no_time_has_a_larger_derivative_than_the_extremes(timing: SmoothTiming) -> None:
+def test_no_time_has_a_larger_acceleration_or_jerk_than_the_extremes(timing: SmoothTiming) -> None:
     extremes = timing.extremes()
     h = 1e-4
     s = np.array([timing.position(t) for t in np.arange(0.0, timing.duration_s + 5 * h, h).tolist()])
     s = np.concatenate([[0.0] * 3, s])
-    for order, found in ((1, extremes.ds), (2, extremes.dds), (3, extremes.ddds)):
+    for order, found in ((2, extremes.dds), (3, extremes.ddds)):
         largest = np.abs(np.diff(s, n=order)).max() / h**order
-        assert largest <= np.abs(found).max() * 1.001 + 1e-14 / h**order
+        assert largest <= np.abs(found).max() * 1.001 + 1e-13 / h**order
 
 
 @settings(max_examples=60, deadline=None)
