@@ -14,29 +14,29 @@ import msgspec
 _to_json = msgspec.json.Encoder().encode  # the quickest shortest form there is; its exponents are kept out
 _NOT_DECIMAL = re.compile(rb"[^0-9eE.+\-]")  # float() takes underscores, nan, inf and words besides
 
+_LONGEST_QUOTE = 40
+
 
 class NotANumberError(ValueError):
-    """A word that should be a finite number is none; the message says which word and why."""
+    """A word that should be a finite number is none; the message quotes it and says what was expected."""
 
 
-def parse_decimals(words: Sequence[bytes]) -> tuple[float, ...]:
-    """The finite numbers that `words` are.
-
-    Raises NotANumberError for the first word that is none.
-    """
-    return tuple([_parse(word) for word in words])
-
-
-def _parse(word: bytes) -> float:
+def parse_decimal(word: bytes) -> float:
+    """The finite number that `word` is; raises NotANumberError if it is none."""
     if _NOT_DECIMAL.search(word):
-        raise NotANumberError(f"{readable(word)} is not a number")
+        raise NotANumberError(f"{quoted(word)}: expected a number")
     try:
         value = float(word)
     except ValueError:
-        raise NotANumberError(f"{readable(word)} is not a number") from None
+        raise NotANumberError(f"{quoted(word)}: expected a number") from None
     if not math.isfinite(value):
-        raise NotANumberError(f"{readable(word)} is not finite")
+        raise NotANumberError(f"{quoted(word)}: expected a finite number")
     return value
+
+
+def quoted(wire: bytes) -> str:
+    """A word from the wire for a message: harmless, and cut where it is long."""
+    return readable(wire[:_LONGEST_QUOTE]) + ("..." if len(wire) > _LONGEST_QUOTE else "")
 
 
 def readable(wire: bytes) -> str:

@@ -2,16 +2,18 @@
 
 A line reads `command : parameters`. Letter case is ignored, any run of blanks and tabs counts as one blank. A
 line that names no command (empty, `:`, more than one `:`) is answered `unknown command`, one with wrong
-parameters `error`. Parameters behind a command that takes none are ignored.
+parameters (too few, too many, no number, out of range) `error`. Parameters behind a command that takes none
+are ignored.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
 
 import msgspec
 
-from iiwa_sim.dialect.decimals import NotANumberError, parse_decimals, readable
+from iiwa_sim.dialect.decimals import NotANumberError, parse_decimal, quoted
 from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG
 
 UNKNOWN_COMMAND = "unknown command"
@@ -44,6 +46,20 @@ class Quantity(NamedTuple):
         high = f" <= {self.maximum:g}" if self.maximum is not None else ""
         return f"{low}{self.name}{high}" if low or high else ""
 
+    def expectation(self, value: float) -> str:
+        """What was expected instead of a value out of range; empty where it is in range."""
+        too_low = (self.above is not None and value <= self.above) or (
+            self.minimum is not None and value < self.minimum
+        )
+        if not too_low and (self.maximum is None or value <= self.maximum):
+            return ""
+        parts = (
+            f"above {self.above:g}" if self.above is not None else "",
+            f"at least {self.minimum:g}" if self.minimum is not None else "",
+            f"up to {self.maximum:g}" if self.maximum is not None else "",
+        )
+        return f"expected {' and '.join(part for part in parts if part)}"
+
 
 class Command(NamedTuple):
     """One command of the table.
@@ -64,11 +80,34 @@ class Command(NamedTuple):
 
     def usage(self) -> str:
         """How to write it, with units and ranges, and what it answers."""
-        takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in self.parameters)
+        takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in _in_series(self.parameters))
         takes = takes or (f"[{self.phrase}]" if self.phrase else "")
-        gives = " ".join(f"{each.name}[{each.unit}]" for each in self.reply_values)
+        gives = " ".join(f"{each.name}[{each.unit}]" for each in _in_series(self.reply_values))
         gives = gives or " / ".join(self.reply_words) or "text"
         return f"{self.name}{' : ' if takes else ''}{takes} -> {gives}"
+
+
+def _in_series(quantities: Sequence[Quantity]) -> list[Quantity]:
+    """With one quantity `j0..j6` in place of j0 to j6, where they differ in nothing but their number."""
+    series: list[list[Quantity]] = []
+    for each in quantities:
+        if series and _follows(series[-1][-1], each):
+            series[-1].append(each)
+        else:
+            series.append([each])
+    return [
+        run[0] if len(run) == 1 else run[0]._replace(name=f"{run[0].name}..{run[-1].name}") for run in series
+    ]
+
+
+def _follows(one: Quantity, other: Quantity) -> bool:
+    stem = one.name.rstrip("0123456789")
+    number = one.name.removeprefix(stem)
+    return (
+        number != ""
+        and other.name == f"{stem}{int(number) + 1}"
+        and one._replace(name="", meaning="") == other._replace(name="", meaning="")
+    )
 
 
 def _unit_and_range(quantity: Quantity) -> str:
@@ -121,7 +160,7 @@ class Table:
         spelling, colon, rest = line.partition(b":")
         command = self.find(spelling)
         if command is None:
-            return _unknown(f"no command '{readable(spelling.strip())}'")
+            return _unknown(self._why_unknown(line))
         if colon and b":" in rest:
             return _unknown("more than one ':'")
         if command.phrase:
@@ -132,10 +171,29 @@ class Table:
         words = [word for word in words if word]
         if len(words) != len(command.parameters):
             return _error(f"{command.name} takes {len(command.parameters)} parameters, got {len(words)}")
-        try:
-            return Request(command, parse_decimals(words), "")
-        except NotANumberError as fault:
-            return _error(f"{command.name}: {fault}")
+        values = []
+        for quantity, word in zip(command.parameters, words, strict=True):
+            try:
+                value = parse_decimal(word)
+            except NotANumberError as fault:
+                return _error(f"{quantity.name} = {fault}")
+            if expected := quantity.expectation(value):
+                return _error(f"{quantity.name} = {quoted(word)}: {expected}")
+            values.append(value)
+        return Request(command, tuple(values), "")
+
+    def _why_unknown(self, line: bytes) -> str:
+        spelling, colon, _ = line.partition(b":")
+        if not line.strip(b" \t:"):
+            return "empty line"
+        words = _words(spelling)
+        if not words:
+            return "no command before the colon"
+        for count in range(len(words) - 1, 0, -1):
+            command = self.commands.get(" ".join(words[:count]).lower())
+            if command is not None and not colon and (command.parameters or command.phrase):
+                return f"expected a colon behind '{command.name}'"
+        return "no such command"
 
     def _remember(self, line: bytes, request: Request) -> Request:
         if len(self._lines) >= _CACHED_LINES:

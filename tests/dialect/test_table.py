@@ -8,6 +8,7 @@ from iiwa_sim.dialect.lines import OVERLONG
 from iiwa_sim.dialect.table import (
     ERROR,
     UNKNOWN_COMMAND,
+    Quantity,
     Refusal,
     Request,
     TableError,
@@ -21,7 +22,26 @@ blanks = st.text(" \t", max_size=3)
 commands = st.sampled_from(list(TABLE.commands.values()))
 parameterless = commands.filter(lambda command: not command.parameters and not command.phrase)
 taking_numbers = commands.filter(lambda command: command.parameters)
-numbers = st.floats(allow_nan=False, allow_infinity=False, width=32)
+
+
+def within(quantity: Quantity) -> st.SearchStrategy[float]:
+    """Numbers that the table allows."""
+    low = quantity.minimum if quantity.above is None else quantity.above
+    return st.floats(
+        low, quantity.maximum, exclude_min=quantity.above is not None, allow_nan=False, allow_infinity=False
+    )
+
+
+def beyond(quantity: Quantity) -> st.SearchStrategy[float]:
+    """Finite numbers that the table does not allow, if it has a range."""
+    parts = []
+    if quantity.above is not None:
+        parts.append(st.floats(max_value=quantity.above, allow_infinity=False))
+    if quantity.minimum is not None:
+        parts.append(st.floats(max_value=quantity.minimum, exclude_max=True, allow_infinity=False))
+    if quantity.maximum is not None:
+        parts.append(st.floats(min_value=quantity.maximum, exclude_min=True, allow_infinity=False))
+    return st.one_of(parts)
 
 
 @st.composite
@@ -52,11 +72,18 @@ def refusal(line: str) -> str:
 
 @given(st.data(), commands)
 def test_letter_case_and_blanks_do_not_matter(data, command):
-    values = tuple(data.draw(st.tuples(*[numbers] * len(command.parameters))))
+    values = tuple(data.draw(within(each)) for each in command.parameters)
     line = data.draw(mangled(command.name.split()))
     if values or data.draw(st.booleans()):
         line += ":" + data.draw(mangled([repr(value) for value in values]))
     assert parse(line) == Request(command, values, "")
+
+
+def reason(line: str) -> str:
+    """Why a line is refused."""
+    refused = parse(line)
+    assert isinstance(refused, Refusal)
+    return refused.reason
 
 
 @given(parameterless, st.text(st.characters(codec="ascii", exclude_characters=":\r\n"), max_size=20))
@@ -80,8 +107,48 @@ def test_a_wrong_number_of_parameters_is_an_error(command, count):
 )
 def test_a_parameter_that_is_no_finite_number_is_an_error(data, command, word):
     words = ["0.5"] * len(command.parameters)
-    words[data.draw(st.integers(0, len(words) - 1))] = word
-    assert refusal(f"{command.name} : {' '.join(words)}") == ERROR
+    place = data.draw(st.integers(0, len(words) - 1))
+    words[place] = word
+    line = f"{command.name} : {' '.join(words)}"
+    assert refusal(line) == ERROR
+    assert reason(line).startswith(f"{command.parameters[place].name} = {word}: expected a ")
+
+
+@given(st.data(), taking_numbers)
+def test_a_parameter_out_of_range_is_an_error_that_names_it(data, command):
+    quantity = data.draw(st.sampled_from([each for each in command.parameters if each.range]))
+    value = data.draw(beyond(quantity))
+    words = [repr(value) if each is quantity else "0.5" for each in command.parameters]
+    line = f"{command.name} : {' '.join(words)}"
+    assert refusal(line) == ERROR
+    assert reason(line).startswith(f"{quantity.name} = {value!r}: expected ")
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 0", "v6 = 0: expected above 0 and up to 1"),
+        ("lin move : 450,0 0 500 3 0 3 0.5 0", "x = 450,0: expected a number"),
+        ("lin move : 450 0 500 3 0 1e999 0.5 0", "gamma = 1e999: expected a finite number"),
+        ("lin move : 450 0 500 3 0 3 50 0", "speed = 50: expected above 0 and up to 1"),
+        ("lin move : 450 0 500 3 0 3 0.5 -1", "blending = -1: expected at least 0"),
+        ("linforcez move : 450 0 500 3 0 3 0.5 0 0", "thresholdZ = 0: expected above 0"),
+        ("start gravity : " + "-" * 4000, "joint_stiffness = " + "-" * 40 + "...: expected a number"),
+        ("lin move : 450 0 500", "lin move takes 8 parameters, got 3"),
+        ("", "empty line"),
+        (" \t", "empty line"),
+        (":", "empty line"),
+        (" : ", "empty line"),
+        (": 1 2", "no command before the colon"),
+        ("?", "no such command"),
+        ("hello robot", "no such command"),
+        ("lin move 1 2", "expected a colon behind 'lin move'"),
+        ("Help  lin move", "expected a colon behind 'help'"),
+        ("get status : :", "more than one ':'"),
+    ],
+)
+def test_what_is_wrong_with_a_line(line, told):
+    assert reason(line) == told
 
 
 @given(taking_numbers)
@@ -178,4 +245,5 @@ def test_usage_tells_units_and_ranges():
     assert read_table(SMALL.encode(), "small.toml").commands["nod"].usage() == "nod : n[0 < n <= 4] -> n[1]"
     assert "x[mm]" in TABLE.commands["lin move"].usage()
     assert "blending[mm, 0 <= blending]" in TABLE.commands["lin move"].usage()
+    assert TABLE.commands["joint move"].usage() == "joint move : j0..j6[rad] v0..v6[0 < v0..v6 <= 1] -> done"
     assert TABLE.commands["get status"].usage() == "get status -> moving / stopped"
