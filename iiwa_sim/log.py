@@ -1,8 +1,9 @@
 """What the program says of itself, on stderr: one line per event, plain or as JSON.
 
 Everything goes through the standard library's logging, so a program that uses the simulator as a library sets
-it up its own way; only the command line calls `configure`. Levels: `warning` tells of refused commands and
-dropped clients, `info` of clients that come and go, `debug` of every command.
+it up its own way; only the command line calls `configure`. Levels: `warning` tells of refused commands and of
+clients that are dropped or vanish while the robot moves, `info` of clients that come and go, `debug` of every
+command.
 """
 
 import contextlib
@@ -43,6 +44,15 @@ class SessionLog:
             extra={"fields": {"session": session, "line": line, "code": code, "reason": reason}},
         )
 
+    def stopped(self, session: str, vanished: bool) -> None:
+        logger.log(
+            logging.WARNING if vanished else logging.INFO,
+            "%s %s while the robot moved: it stops and forgets the moves that wait",
+            session,
+            "vanished" if vanished else "said bye",
+            extra={"fields": {"session": session}},
+        )
+
     def exception(self, session: str, line: str, fault: Exception) -> None:
         logger.error(
             "%s internal fault at '%s'",
@@ -54,10 +64,15 @@ class SessionLog:
 
 
 def configure(level: str, as_json: bool, descriptor: int) -> None:
-    """Write what weighs `level` (one of LEVELS) or more to the file `descriptor`."""
+    """Write what weighs `level` (one of LEVELS) or more to the file `descriptor`.
+
+    Of other people's loggers, asyncio's for one, nothing below a warning.
+    """
     handler = _NeverWaitingHandler(descriptor)
     handler.setFormatter(_JsonFormatter() if as_json else _PlainFormatter())
-    logging.basicConfig(level=level.upper(), handlers=[handler], force=True)
+    ours = logging.getLogger("iiwa_sim")
+    ours.setLevel(level.upper())
+    logging.basicConfig(level=max(ours.level, logging.WARNING), handlers=[handler], force=True)
 
 
 class _NeverWaitingHandler(logging.Handler):

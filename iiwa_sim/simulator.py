@@ -55,6 +55,7 @@ class Simulator:
     async def __aexit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
     ) -> None:
+        self.controller.stop()  # or the log would say that the clients have vanished
         try:
             await self._server.close()
         finally:

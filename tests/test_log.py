@@ -18,12 +18,14 @@ ERRATIC = "odd\n12:00:00.000 error forged\x1b[31m\r\u202e\x85\ud800"
 
 @pytest.fixture
 def root_restored() -> Iterator[None]:
-    root = logging.getLogger()
-    before = root.handlers[:], root.level
+    root, ours = logging.getLogger(), logging.getLogger("iiwa_sim")
+    before = root.handlers[:], root.level, ours.level
     yield
     for handler in set(root.handlers) - set(before[0]):
         handler.close()
-    root.handlers[:], root.level = before
+    root.handlers[:] = before[0]
+    root.setLevel(before[1])
+    ours.setLevel(before[2])
 
 
 class Pipe:
@@ -87,6 +89,30 @@ def test_the_level_decides_what_is_written(level: str) -> None:
     written = [json.loads(line)["level"] for line in pipe.lines()]
     everything = ["debug", "info", "warning", "error"]
     assert written == everything[everything.index(level) :]
+
+
+@pytest.mark.usefixtures("root_restored")
+@pytest.mark.parametrize("level", log.LEVELS)
+def test_of_other_loggers_only_warnings_are_written(level: str) -> None:
+    pipe = Pipe(level, as_json=True)
+    other = logging.getLogger("asyncio")
+    other.debug("using a selector")
+    other.info("something")
+    other.warning("slow")
+    other.error("broken")
+    written = [json.loads(line)["message"] for line in pipe.lines()]
+    assert written == (["broken"] if level == "error" else ["slow", "broken"])
+
+
+@pytest.mark.usefixtures("root_restored")
+def test_a_robot_that_stops_since_its_client_has_gone_is_told() -> None:
+    pipe = Pipe("info", as_json=True)
+    log.SessionLog().stopped("127.0.0.1:1", vanished=True)
+    log.SessionLog().stopped("127.0.0.1:1", vanished=False)
+    vanished, bye = [json.loads(line) for line in pipe.lines()]
+    assert (vanished["level"], bye["level"]) == ("warning", "info")
+    assert vanished["message"].startswith("127.0.0.1:1 vanished while the robot moved: it stops")
+    assert bye["message"].startswith("127.0.0.1:1 said bye while the robot moved: it stops")
 
 
 @pytest.mark.usefixtures("root_restored")

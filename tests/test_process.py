@@ -103,7 +103,7 @@ def test_the_log_as_json() -> None:
     events = [json.loads(line) for line in said.splitlines()]
     ours = [event for event in events if event.get("session") == name]
     assert [event["level"] for event in ours] == [
-        "info", "debug", "debug", "warning", "debug", "debug", "info"
+        "info", "debug", "debug", "warning", "debug", "info"
     ]  # fmt: skip
     assert (ours[1]["line"], ours[1]["reply"]) == ("hello", "hello")
     assert ours[3]["line"] == '{"level": "error"}'

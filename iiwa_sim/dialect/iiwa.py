@@ -11,16 +11,24 @@ from collections.abc import Callable, Sequence
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
 from iiwa_sim.dialect.decimals import format_decimals, readable
-from iiwa_sim.dialect.help import overview, usage
+from iiwa_sim.dialect.help import alternatives, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
-from iiwa_sim.dialect.table import COMMUNICATION_FAILURE, ERROR, Refusal, Request, load_table
+from iiwa_sim.dialect.table import (
+    COMMUNICATION_FAILURE,
+    ERROR,
+    UNKNOWN_COMMAND,
+    Refusal,
+    Request,
+    load_table,
+)
 from iiwa_sim.frames import Frame
 
 _LINES_AT_ONCE = 512  # answered in a few milliseconds; then the event loop gets its turn
 _DONE = b"done\r\n"
 _MOVING = b"moving\r\n"
 _STOPPED = b"stopped\r\n"
+_TOLD_WITH_THEIR_REASON = (f"{ERROR}\r\n".encode(), f"{UNKNOWN_COMMAND}\r\n".encode())
 
 Values = tuple[float, ...]
 
@@ -75,7 +83,7 @@ class Session:
             line = lines.popleft()
             reply = self._reply(line)
             replies.append(reply)
-            if log is not None:
+            if log is not None and reply not in _TOLD_WITH_THEIR_REASON:
                 log.command(self._name, _text(line), reply[:-2].decode())
             if self._planned or self._closing:
                 break
@@ -87,6 +95,7 @@ class Session:
         self._closing = True
         if self._last_move is not None and self._controller.is_pending(self._last_move):
             self._controller.stop()
+            self._log.stopped(self._name, vanished=True)
         self._last_move = None
 
     def _reply(self, line: bytes) -> bytes:
@@ -135,6 +144,8 @@ class Session:
     def _bye(self, _: Request) -> bytes:
         self._lines.clear()
         self._closing = True
+        if self._controller.moving:
+            self._log.stopped(self._name, vanished=False)
         self._controller.stop()
         return _line("bye")
 
@@ -147,7 +158,7 @@ class Session:
             return _line(overview(self._table, AVAILABLE))
         command = self._table.commands.get(request.phrase)
         if command is None:
-            raise Refused(COMMUNICATION_FAILURE, f"help: no command {request.phrase!r}")
+            raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, request.phrase))
         return _line(usage(command, AVAILABLE))
 
 

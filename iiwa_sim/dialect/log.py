@@ -11,10 +11,13 @@ class DialectLog(Protocol):
         """Whether `command` is wanted; asked once for a slice of lines, so it is free where it is not."""
 
     def command(self, session: str, line: str, reply: str) -> None:
-        """Any line and what was answered to it."""
+        """A line that was carried out and what was answered to it."""
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         """The reason of an `error` or `unknown command`; codes are robot_movement_interface's results."""
+
+    def stopped(self, session: str, vanished: bool) -> None:
+        """The robot moved and stops, since its client has vanished, or has said bye."""
 
     def exception(self, session: str, line: str, fault: Exception) -> None:
         """The controller failed at this line, with its traceback on `fault`; it was answered `error`."""

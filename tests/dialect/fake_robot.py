@@ -69,6 +69,7 @@ class Journal:
         self.commands = commands
         self.said: list[tuple[str, str, str]] = []
         self.refusals: list[tuple[str, str, int, str]] = []
+        self.stops: list[tuple[str, bool]] = []
         self.faults: list[tuple[str, str, Exception]] = []
 
     def command(self, session: str, line: str, reply: str) -> None:
@@ -76,6 +77,9 @@ class Journal:
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         self.refusals.append((session, line, code, reason))
+
+    def stopped(self, session: str, vanished: bool) -> None:
+        self.stops.append((session, vanished))
 
     def exception(self, session: str, line: str, fault: Exception) -> None:
         self.faults.append((session, line, fault))

@@ -169,6 +169,14 @@ def test_commands_are_told_only_to_a_log_that_wants_them():
     assert curious.said == [("peer", "Hello", "hello")]
 
 
+@pytest.mark.parametrize("line", ["", "nonsense", "lin move : 1", "help : nonsense", "start gravity : 1"])
+def test_a_refusal_is_told_once(line):
+    journal = Journal(commands=True)
+    Conversation(journal=journal).ask(line)
+    assert len(journal.refusals) == 1
+    assert journal.said == []
+
+
 def test_the_rest_at_the_end_of_the_stream_is_a_line():
     talk = Conversation()
     assert talk.send([b"hello\nget sta", b"tus"]) == ["hello"]
@@ -187,6 +195,17 @@ def test_bye_stops_the_robot_and_closes():
     assert robot.moves == []
     talk.session.lost()
     assert robot.stops == 1
+    assert talk.journal.stops == []
+
+
+def test_bye_in_mid_move_is_told():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    talk.ask(LIN)
+    robot.moving = True
+    assert talk.ask("bye") == "bye"
+    talk.session.lost()
+    assert talk.journal.stops == [("client", False)]
 
 
 def test_a_client_that_vanishes_stops_the_move_it_asked_for():
@@ -199,6 +218,8 @@ def test_a_client_that_vanishes_stops_the_move_it_asked_for():
     mover.session.receive(b"hello\n")
     mover.session.lost()
     assert robot.stops == 1
+    assert mover.journal.stops == [("client", True)]
+    assert watcher.journal.stops == []
     assert not mover.session.waiting
 
 
@@ -210,6 +231,7 @@ def test_a_client_that_vanishes_leaves_other_moves_alone():
     late.ask(LIN)
     early.session.lost()
     assert robot.stops == 0
+    assert early.journal.stops == []
     assert robot.pending
 
 
@@ -253,8 +275,27 @@ def test_help_names_every_command_and_its_usage():
         assert usage.startswith(command.usage())
         assert command.summary in usage
         assert ("(extension)" in usage) == command.extension
-    listed = dict(part.split(": ") for part in overview.split("; "))
-    assert listed["extensions"].split(", ") == [
-        name for name, each in TABLE.commands.items() if each.extension
+    names, _, hint = overview.partition(" (help : ")
+    now, later = (part.split(", ") for part in names.split("; not yet: "))
+    assert sorted(later) == sorted(LATER)
+    assert [name for name in now if name.endswith(" (extension)")] == [
+        f"{name} (extension)" for name, each in TABLE.commands.items() if each.extension
     ]
-    assert sorted(listed["not available in this version"].split(", ")) == sorted(LATER)
+    assert hint == "lin move tells its usage)"
+    assert len(overview) < 600
+
+
+@pytest.mark.parametrize(
+    ("phrase", "told"),
+    [
+        ("gravity", "no such command; alike: start gravity"),
+        ("LINR", "no such command; alike: linr move"),
+        ("frame", "no such command; alike: get tool frame, get flange frame"),
+        ("nonsense", "no such command"),
+    ],
+)
+def test_help_for_what_is_no_command_suggests_some_that_are(phrase, told):
+    talk = Conversation()
+    assert talk.ask(f"help : {phrase}") == "error"
+    ((_, _, _, reason),) = talk.journal.refusals
+    assert reason == told
