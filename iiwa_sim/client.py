@@ -24,10 +24,11 @@ _COMMANDS: dict[str, Any] = _TABLE["command"]
 
 _POLL_PERIOD_S = 0.01
 _MAX_REPLY_BYTES = 65536
+_REASON = "its log has the reason"
 
 
 class CommandError(Exception):
-    """The robot answered `error`; the message is the command."""
+    """The robot answered `error`; the message quotes the command."""
 
 
 class UnknownCommandError(CommandError):
@@ -89,8 +90,9 @@ class Iiwa:
 
     Every command raises CommandError where the robot answers `error`, ReplyError where the answer makes no
     sense, and OSError (TimeoutError among them) where the connection fails. The latter two close the
-    connection: a late reply would be taken for the next one's. Wrong counts and numbers that are not finite
-    raise ValueError before anything is sent.
+    connection: a late reply would be taken for the next one's. On a closed one every command raises
+    ConnectionError, an OSError. Wrong counts and numbers that are not finite raise ValueError before anything
+    is sent.
     """
 
     def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:
@@ -277,6 +279,8 @@ class Iiwa:
 
     def _ask(self, line: str) -> str:
         """Sends a line and returns the line it is answered by."""
+        if self._socket.fileno() < 0:
+            raise ConnectionError("this connection is closed; a new Iiwa(host, port) opens another")
         try:
             self._socket.sendall(line.encode() + b"\r\n")
             reply = self._replies.readline(_MAX_REPLY_BYTES)
@@ -287,7 +291,7 @@ class Iiwa:
             raise
         text = reply.decode("ascii", "replace").strip()
         if text == "unknown command":
-            raise UnknownCommandError(line)
+            raise UnknownCommandError(f"the server answered unknown command to {line!r}; {_REASON}")
         if text == "error":
-            raise CommandError(line)
+            raise CommandError(f"the server answered error to {line!r}; {_REASON}")
         return text
