@@ -6,22 +6,35 @@ r"""Bytes in, lines out: what a line is, whichever way the bytes are cut into pa
 - Telnet's commands are dropped: IAC WILL/WONT/DO/DONT x, IAC SB ... IAC SE, IAC IAC, and any other IAC x.
   Where x is a line end, only the IAC goes, so that a stray 255 costs nobody a reply. NUL goes too: telnet
   sends `\r\0` for a bare return (RFC 854).
+- A subnegotiation, IAC SB ... IAC SE, also ends before a line end and after MAX_SUBNEGOTIATION bytes, a pair
+  of IAC and another byte counted as one: no option was agreed upon, so what seems to open one is noise, and
+  the client that sends it is to be heard again.
 - A line of more than MAX_LINE_BYTES yields OVERLONG as soon as that is seen, and is skipped to its end.
 
-At most MAX_LINE_BYTES and the bytes of one packet are held at any time.
+At most MAX_LINE_BYTES, one telnet command and the bytes of one packet are held at any time.
 """
 
 import re
 
 MAX_LINE_BYTES = 4096
+MAX_SUBNEGOTIATION = 256
 OVERLONG = b"\n"  # stands for a line that was too long; no line can hold a line end
 
 _END = re.compile(rb"\r\n|\n\r|\r|\n")
 _ENDS = (b"\r", b"\n")
 _PARTNER = {b"\r": b"\n", b"\n": b"\r"}
 
-_IAC, _SB, _SE, _WILL, _DONT = 255, 250, 240, 251, 254
-_IAC_BYTE = bytes([_IAC])
+_IAC = b"\xff"
+_OPTION = rb"(?:[^\xff\r\n]|\xff[^\xf0\r\n])"  # of a subnegotiation
+_OPTIONS = _OPTION + rb"{0,%d}+" % (MAX_SUBNEGOTIATION - 1)
+_TELNET = re.compile(
+    rb"\xff(?:"
+    rb"[^\xfa-\xfe\r\n]"  # IAC x
+    rb"|[\xfb-\xfe][\0-\xff]"  # IAC WILL/WONT/DO/DONT x
+    rb"|\xfa" + _OPTIONS + rb"(?:\xff\xf0|\xff?(?=[\r\n])|" + _OPTION + rb")"  # IAC SB ...
+    rb"|(?=[\r\n]))"
+    rb"|(\xff(?:[\xfb-\xfe]|\xfa" + _OPTIONS + rb"\xff?)?\Z)"  # cut short by the end of a packet
+)
 
 
 class LineSplitter:
@@ -32,11 +45,10 @@ class LineSplitter:
         self._skipping = False  # within a line that was too long
         self._partner = b""  # opens the next packet as the second half of the last line end, if at all
         self._telnet = b""  # a telnet command cut short by the end of a packet
-        self._subnegotiation = False
 
     def feed(self, data: bytes) -> list[bytes]:
         """The lines that `data` completes, without their ends."""
-        if _IAC_BYTE in data or self._telnet or self._subnegotiation:
+        if _IAC in data or self._telnet:
             data = self._without_telnet(data)
         if b"\0" in data:
             data = data.replace(b"\0", b"")
@@ -78,29 +90,9 @@ class LineSplitter:
             self._rest = b""
 
     def _without_telnet(self, data: bytes) -> bytes:
-        data = self._telnet + data
-        self._telnet = b""
-        kept = []
-        position = 0
-        while True:
-            found = data.find(_IAC_BYTE, position)
-            if not self._subnegotiation:
-                kept.append(data[position:found] if found >= 0 else data[position:])
-            if found < 0:
-                break
-            command = data[found + 1 : found + 2]
-            negotiates = command and _WILL <= command[0] <= _DONT and not self._subnegotiation
-            if not command or (negotiates and found + 2 == len(data)):
-                self._telnet = data[found:]
-                break
-            position = found + (3 if negotiates else 2)
-            if self._subnegotiation:
-                self._subnegotiation = command[0] != _SE
-            elif command[0] == _SB:
-                self._subnegotiation = True
-            elif command in b"\r\n":
-                position -= 1
-        return b"".join(kept)
+        texts_and_rests = _TELNET.split(self._telnet + data)
+        self._telnet = texts_and_rests[-2] or b"" if len(texts_and_rests) > 1 else b""
+        return b"".join(texts_and_rests[::2])
 
 
 def _split(data: bytes) -> list[bytes]:

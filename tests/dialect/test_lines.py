@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG, LineSplitter
+from iiwa_sim.dialect.lines import MAX_LINE_BYTES, MAX_SUBNEGOTIATION, OVERLONG, LineSplitter
 from tests.dialect.packets import cut
 
 IAC, DONT, DO, WILL, SB, NOP, SE = b"\xff", b"\xfe", b"\xfd", b"\xfb", b"\xfa", b"\xf1", b"\xf0"
@@ -15,6 +15,11 @@ telnet = st.sampled_from(
     [IAC, DONT, DO, WILL, SB, NOP, SE, b"\x18", IAC + WILL + b"\x03", IAC + SB, IAC + SE]
 )
 long_text = st.integers(MAX_LINE_BYTES // 2 - 2, MAX_LINE_BYTES + 2).map(lambda length: b"x" * length)
+
+subnegotiations = st.tuples(
+    st.integers(MAX_SUBNEGOTIATION - 6, MAX_SUBNEGOTIATION + 1).map(lambda length: IAC + SB + b"x" * length),
+    st.lists(st.one_of(text, ends, telnet), max_size=12).map(b"".join),
+).map(b"".join)
 
 
 def streams(*pieces: st.SearchStrategy[bytes]) -> st.SearchStrategy[bytes]:
@@ -28,8 +33,8 @@ def lines_of(packets: list[bytes]) -> list[bytes]:
 
 
 def without_telnet(stream: bytes) -> bytes:
-    """The stream as RFC 854 reads it, one byte at a time."""
-    kept, state = bytearray(), "text"
+    """The stream as RFC 854 reads it, one byte at a time, but for subnegotiations that are broken off."""
+    kept, state, subnegotiated = bytearray(), "text", 0
     for byte in stream:
         if state == "text":
             if byte == IAC[0]:
@@ -42,10 +47,19 @@ def without_telnet(stream: bytes) -> bytes:
             state = "option" if WILL[0] <= byte <= DONT[0] else "within" if byte == SB[0] else "text"
         elif state == "option":
             state = "text"
-        elif state == "within":
-            state = "leaving" if byte == IAC[0] else "within"
-        elif state == "leaving":
-            state = "text" if byte == SE[0] else "within"
+        else:
+            if byte in b"\r\n":
+                kept.append(byte)
+                state = "text"
+            elif state == "within" and byte == IAC[0]:
+                state = "leaving"
+            elif state == "leaving" and byte == SE[0]:
+                state = "text"
+            else:
+                subnegotiated += 1
+                state = "within" if subnegotiated < MAX_SUBNEGOTIATION else "text"
+        if state not in ("within", "leaving"):
+            subnegotiated = 0
     return bytes(kept)
 
 
@@ -99,9 +113,28 @@ def test_every_short_stream_in_every_two_packets(alphabet, longest):
             assert lines_of([stream[:place], stream[place:]]) == read_by_the_book(stream)
 
 
-def test_a_subnegotiation_ends_with_its_own_end_only():
-    assert lines_of([IAC + SB + b"a" + IAC + WILL + IAC + IAC + SE + b"b\n" + IAC + SE + b"c"]) == [b"c"]
+def test_a_subnegotiation_ends_with_its_own_end():
+    assert lines_of([IAC + SB + b"a" + IAC + WILL + IAC + IAC + SE + b"b" + IAC + SE + b"c"]) == [b"c"]
     assert lines_of([IAC + SB + IAC + WILL, IAC + SE + b"c"]) == [b"c"]
+
+
+@pytest.mark.parametrize("noise", [b"", b"hello", IAC, IAC + WILL, b"x" * (MAX_SUBNEGOTIATION - 1)])
+@pytest.mark.parametrize("end", [b"\r", b"\n", b"\r\n", b"\n\r"])
+def test_a_subnegotiation_without_end_costs_one_line_only(noise, end):
+    assert lines_of([IAC + SB + noise + end + b"hello" + end]) == [b"", b"hello"]
+
+
+@given(subnegotiations.flatmap(lambda stream: st.tuples(st.just(stream), cut(stream))))
+def test_a_long_subnegotiation_ends_by_itself(case):
+    stream, packets = case
+    assert lines_of(packets) == read_by_the_book(stream)
+
+
+def test_the_longest_subnegotiation_with_its_end():
+    most = MAX_SUBNEGOTIATION - 1
+    assert lines_of([IAC + SB + b"x" * most + IAC + SE + b"a"]) == [b"a"]
+    assert lines_of([IAC + SB + (IAC + IAC) * most + IAC + SE + b"a"]) == [b"a"]
+    assert lines_of([IAC + SB + b"x" * (most + 1) + b"a"]) == [b"a"]
 
 
 @pytest.mark.parametrize("length", [MAX_LINE_BYTES, MAX_LINE_BYTES + 1])
@@ -152,4 +185,4 @@ def test_what_is_held_is_bounded(flood):
     for _ in range(20):
         splitter.feed(flood)
         held = sum(len(value) for value in vars(splitter).values() if isinstance(value, bytes))
-        assert held <= MAX_LINE_BYTES
+        assert held <= MAX_LINE_BYTES + len(IAC + SB) + 2 * MAX_SUBNEGOTIATION
