@@ -13,6 +13,8 @@ import os
 import select
 from datetime import UTC, datetime
 
+from iiwa_sim.wording import harmless
+
 LEVELS = ("error", "warning", "info", "debug")
 DEFAULT_LEVEL = "warning"
 
@@ -115,10 +117,10 @@ class _PlainFormatter(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         time = datetime.fromtimestamp(record.created).astimezone().isoformat(" ", "milliseconds")[11:23]
-        text = f"{time} {record.levelname.lower()} {_harmless(record.getMessage())}"
+        text = f"{time} {record.levelname.lower()} {harmless(record.getMessage())}"
         if record.exc_info:
             below = self.formatException(record.exc_info).splitlines()
-            text += "".join(f"\n    {_harmless(line)}" for line in below)
+            text += "".join(f"\n    {harmless(line)}" for line in below)
         return text
 
 
@@ -135,10 +137,3 @@ class _JsonFormatter(logging.Formatter):
         if record.exc_info:
             event["traceback"] = self.formatException(record.exc_info)
         return json.dumps(event)
-
-
-def _harmless(text: str) -> str:
-    """Text that cannot pass for another log line, nor steer a terminal."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -8,8 +8,6 @@ import os
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from iiwa_sim import log
 
@@ -121,10 +119,3 @@ def test_a_traceback_longer_than_a_pipe_takes_at_once_is_written_whole() -> None
     log.SessionLog().exception("s", "x" * 20_000, ValueError("y" * 20_000))
     (line,) = pipe.lines()
     assert json.loads(line)["traceback"] == "ValueError: " + "y" * 20_000
-
-
-@given(st.text())
-def test_harmless_text_is_printable_and_left_alone_if_it_was(text: str) -> None:
-    harmless = log._harmless(text)
-    assert harmless.isprintable()
-    assert (harmless == text) == text.isprintable()

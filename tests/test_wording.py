@@ -1,0 +1,30 @@
+"""Text of others, as it comes into a message."""
+
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.wording import harmless, shortened
+
+
+@given(st.text(st.characters()))
+def test_harmless_text_is_one_line_that_prints(text: str) -> None:
+    assert harmless(text).isprintable()
+    assert harmless(text) == text or not text.isprintable()
+
+
+def test_what_does_not_print_is_escaped() -> None:
+    assert harmless("a\nb\x1b\u2028\udcff\u202e\u00e4") == r"a\nb\x1b\u2028\udcff\u202e" + "\u00e4"
+
+
+@given(st.text(max_size=50), st.integers(10, 40))
+def test_shortened_text_keeps_both_ends(text: str, longest: int) -> None:
+    short = shortened(text, longest)
+    if len(text) <= longest:
+        assert short == text
+    else:
+        head, _, tail = short.partition("...") if "..." not in text else (text[:1], "", text[-1:])
+        assert len(short) == longest
+        assert text.startswith(head)
+        assert text.endswith(tail)
