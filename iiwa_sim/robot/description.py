@@ -116,17 +116,24 @@ def _folder(name_or_folder: str | Path) -> Traversable:
     if str(name_or_folder) in names:
         return files("iiwa_sim.robots") / str(name_or_folder)
     folder = Path(name_or_folder)
-    if not folder.is_dir():
-        raise RobotFault("robot", "folder", name_or_folder, f"a folder, or one of {', '.join(names)}")
-    return folder
+    why = ""
+    try:
+        if str(name_or_folder) and folder.is_dir():
+            return folder
+    except OSError as fault:  # a name too long, a parent folder closed to us
+        why = f" ({fault.strerror})"
+    raise RobotFault("robot", "folder", name_or_folder, f"a folder, or one of {', '.join(names)}{why}")
 
 
 def _text(folder: Traversable, file: str, name_or_folder: str | Path) -> str:
+    path = folder / file
     try:
-        return (folder / file).read_text(encoding="utf-8")
+        if isinstance(path, Path) and path.exists() and not path.is_file():  # reading a pipe would never end
+            raise RobotFault(str(path), "", "", "a regular file")
+        return path.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise RobotFault(
-            str(folder / file), "", "", f"this file in the robot's folder {name_or_folder}"
-        ) from None
-    except (OSError, UnicodeDecodeError) as fault:
-        raise RobotFault(str(folder / file), "", "", f"a readable text file ({fault})") from None
+        raise RobotFault(str(path), "", "", f"this file in the robot's folder {name_or_folder}") from None
+    except OSError as fault:
+        raise RobotFault(str(path), "", "", f"a readable text file ({fault.strerror})") from None
+    except UnicodeDecodeError as fault:
+        raise RobotFault(str(path), "", "", f"a readable text file ({fault})") from None

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+import sys
 import tomllib
-from math import isfinite, radians, sqrt
+from math import radians, sqrt
+from operator import attrgetter
 from typing import Any
 
 import msgspec
@@ -13,6 +16,32 @@ from iiwa_sim.robot.fault import RobotFault
 
 LONGEST_STOP_S = 0.1
 """A stop takes at most this: what the original controller is documented to do."""
+
+LONGEST_NAME = 100
+
+_POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
+_LENGTH, _ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
+_RANGES = {
+    "home_deg": _POSITION,
+    "limits.position_min_deg": _POSITION,
+    "limits.position_max_deg": _POSITION,
+    "limits.velocity_deg_per_s": _VELOCITY,
+    "limits.torque_nm": _TORQUE,
+    "limits.acceleration_per_velocity_per_s": (0.1, 1_000.0, " 1/s"),
+    "limits.jerk_per_acceleration_per_s": (0.1, 10_000.0, " 1/s"),
+    "tool_in_flange.x_mm": _LENGTH,
+    "tool_in_flange.y_mm": _LENGTH,
+    "tool_in_flange.z_mm": _LENGTH,
+    "tool_in_flange.alpha": _ANGLE,
+    "tool_in_flange.beta": _ANGLE,
+    "tool_in_flange.gamma": _ANGLE,
+    "stop.rate_per_s": (1.0, 1_000.0, " 1/s"),
+    "stop.rate_change_per_s2": (1.0, 1_000_000.0, " 1/s^2"),
+}
+"""Least and greatest value, by a wide margin, of any arm, and the unit: a number beyond is a slip."""
+
+_PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
+_PART = re.compile(r"(\w+)|\[(\d+)\]")
 
 
 class ToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -77,6 +106,11 @@ def read_settings(path: str, text: str) -> Settings:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as fault:
         raise RobotFault(path, "", "", f"valid TOML ({fault})") from None
+    except ValueError:
+        longest = sys.get_int_max_str_digits()
+        raise RobotFault(path, "", "", f"whole numbers of at most {longest} digits") from None
+    except RecursionError:
+        raise RobotFault(path, "", "", "fewer lists and tables within each other") from None
     try:
         settings = msgspec.convert(table, Settings)
     except msgspec.ValidationError as fault:
@@ -87,27 +121,28 @@ def read_settings(path: str, text: str) -> Settings:
 
 def _type_fault(path: str, table: dict[str, Any], message: str) -> RobotFault:
     """The fault that msgspec found, with the value it is about: it says `what it wants - at $.key[1]`."""
-    expected, _, place = message.partition(" - at ")
-    key = place.strip("`").removeprefix("$").removeprefix(".")
+    place = _PLACE.search(message)
+    key = place[1].removeprefix(".") if place else ""
+    expected = message[: place.start()] if place else message
     if "unknown field" in expected or "missing required field" in expected:
-        field = expected.split("`")[1]
-        key = f"{key}.{field}" if key else field
-        fault = "no key of this name" if "unknown" in expected else "this key"
-        return RobotFault(path, key, _value(table, key), fault)
+        fault = "no key of this name" if "unknown field" in expected else "this key"
+        field = expected[expected.index("`") + 1 : expected.rindex("`")]
+        holder = _value(table, key)
+        value = _quoted(holder[field]) if field in holder else "(missing)"
+        return RobotFault(path, f"{key}.{field}" if key else field, value, fault)
     expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
-    return RobotFault(path, key, _value(table, key), expected)
+    return RobotFault(path, key, _quoted(_value(table, key)), expected)
 
 
-def _value(table: dict[str, Any], key: str) -> str:
+def _quoted(value: object) -> object:
+    return repr(value) if isinstance(value, str) else value
+
+
+def _value(table: dict[str, Any], key: str) -> Any:
     value: Any = table
-    for part in key.replace("[", ".[").split("."):
-        if part.startswith("["):
-            value = value[int(part[1:-1])]
-        elif isinstance(value, dict) and part in value:
-            value = value[part]
-        else:
-            return "(missing)"
-    return repr(value)
+    for name, index in _PART.findall(key):
+        value = value[name] if name else value[int(index)]
+    return value
 
 
 def _check_values(path: str, settings: Settings) -> None:
@@ -115,30 +150,27 @@ def _check_values(path: str, settings: Settings) -> None:
         if not holds:
             raise RobotFault(path, key, value, expected)
 
-    limits, stop, tool = settings.limits, settings.stop, settings.tool_in_flange
+    limits, stop = settings.limits, settings.stop
     names = settings.joints
-    check("name", repr(settings.name), settings.name.strip() != "", "a name")
+    check("name", _quoted(settings.name), settings.name.strip() != "", "a name")
+    check("name", _quoted(settings.name), settings.name.isprintable(), "characters that print")
+    check(
+        "name",
+        _quoted(settings.name),
+        len(settings.name) <= LONGEST_NAME,
+        f"at most {LONGEST_NAME} characters",
+    )
     check("joints", names, len(names) > 0, "at least one joint")
     check("joints", names, len(set(names)) == len(names), "each joint once")
-    for key, values in (
-        ("home_deg", settings.home_deg),
-        ("limits.position_min_deg", limits.position_min_deg),
-        ("limits.position_max_deg", limits.position_max_deg),
-        ("limits.velocity_deg_per_s", limits.velocity_deg_per_s),
-        ("limits.torque_nm", limits.torque_nm),
-    ):
+    for key, (least, greatest, unit) in _RANGES.items():
+        values = attrgetter(key)(settings)
+        each = f"a number from {least:.9g} to {greatest:.9g}{unit}"
+        if isinstance(values, float):
+            check(key, values, least <= values <= greatest, each)
+            continue
         check(key, values, len(values) == len(names), f"{len(names)} values, one per joint")
-        check(key, values, all(map(isfinite, values)), "finite numbers")
-    for key, values in (
-        ("limits.velocity_deg_per_s", limits.velocity_deg_per_s),
-        ("limits.torque_nm", limits.torque_nm),
-        ("limits.acceleration_per_velocity_per_s", [limits.acceleration_per_velocity_per_s]),
-        ("limits.jerk_per_acceleration_per_s", [limits.jerk_per_acceleration_per_s]),
-        ("stop.rate_per_s", [stop.rate_per_s]),
-        ("stop.rate_change_per_s2", [stop.rate_change_per_s2]),
-    ):
-        shown = values if key.endswith(("deg_per_s", "nm")) else values[0]
-        check(key, shown, all(isfinite(value) and value > 0.0 for value in values), "more than 0, and finite")
+        for axis, value in enumerate(values):
+            check(f"{key}[{axis}]", value, least <= value <= greatest, each)
     for axis, (low, home, high) in enumerate(
         zip(limits.position_min_deg, settings.home_deg, limits.position_max_deg, strict=True)
     ):
@@ -147,9 +179,6 @@ def _check_values(path: str, settings: Settings) -> None:
         check(
             f"home_deg[{axis}]", home, low <= home <= high, f"a position within {names[axis]}'s {range_deg}"
         )
-    for field in tool.__struct_fields__:
-        value = getattr(tool, field)
-        check(f"tool_in_flange.{field}", value, isfinite(value), "a finite number")
     longest_ms = 1e3 * LONGEST_STOP_S
     duration_s = stop.duration_s()
     check(

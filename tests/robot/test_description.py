@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -80,11 +81,23 @@ def without(file: str) -> Callable[[Path], None]:
     return lambda folder: (folder / file).unlink()
 
 
+def a_pipe(folder: Path) -> None:
+    (folder / "robot.toml").unlink()
+    os.mkfifo(folder / "robot.toml")
+
+
+def a_folder(folder: Path) -> None:
+    (folder / "robot.urdf").unlink()
+    (folder / "robot.urdf").mkdir()
+
+
 A2 = '<child link="iiwa_link_2"/>\n    <origin xyz="0 0 0.19"/>\n    <axis xyz="0 1 0"/>'
 FAULTS = [
     # the change, then file, key, value and what was expected
     (without("robot.toml"), "robot.toml", "", "", "this file in the robot's folder"),
     (without("robot.urdf"), "robot.urdf", "", "", "this file in the robot's folder"),
+    (a_pipe, "robot.toml", "", "", "a regular file"),
+    (a_folder, "robot.urdf", "", "", "a regular file"),
     (in_toml("home_deg = [", "home_deg = ["[:-1]), "robot.toml", "", "", r"valid TOML \(.*line"),
     (
         in_toml("rate_per_s = 15.0", "rate_per_s = 'x'"),
@@ -103,26 +116,111 @@ FAULTS = [
         "2",
         "no key of this name",
     ),
-    (in_toml("x_mm = 150", "x_mm = nan"), "robot.toml", "tool_in_flange.x_mm", "nan", "a finite number"),
+    (in_toml("x_mm = 150", "x_mm = nan"), "robot.toml", "tool_in_flange.x_mm", "nan", "a number from -10000"),
     (in_toml("[0, 30,", "[30,"), "robot.toml", "home_deg", r"\[30.*\]", "7 values, one per joint"),
-    (in_toml("[0, 30,", "[inf, 30,"), "robot.toml", "home_deg", r"\[inf.*\]", "finite numbers"),
+    (in_toml("[0, 30,", "[inf, 30,"), "robot.toml", r"home_deg\[0\]", "inf", "a number from -720 to 720 deg"),
     (in_toml("[0, 30,", "[0, 121,"), "robot.toml", r"home_deg\[1\]", "121.0", "within A2's -120 to 120 deg"),
     (
         in_toml("[98,", "[0,"),
         "robot.toml",
-        "limits.velocity_deg_per_s",
-        r"\[0.0.*\]",
-        "more than 0, and finite",
+        r"limits.velocity_deg_per_s\[0\]",
+        "0.0",
+        "a number from 0.01 to 10000 deg/s",
     ),
-    (in_toml("[176,", "[-1,"), "robot.toml", "limits.torque_nm", r"\[-1.0.*\]", "more than 0, and finite"),
+    (in_toml("[176,", "[-1,"), "robot.toml", r"limits.torque_nm\[0\]", "-1.0", "a number from 0.01 to"),
     (in_toml("[-170,", "[170,"), "robot.toml", r"limits.position_min_deg\[0\]", "170.0", "less than .*, 170"),
-    (in_toml("per_s = 5.0", "per_s = inf"), "robot.toml", "limits.acceleration_per.*", "inf", "more than 0"),
+    (
+        in_toml("per_s = 5.0", "per_s = inf"),
+        "robot.toml",
+        "limits.acceleration_per.*",
+        "inf",
+        "a number from",
+    ),
     (
         in_toml("rate_per_s = 15.0", "rate_per_s = 9"),
         "robot.toml",
         "stop.rate_per_s",
         "9.0",
         ".*a stop within 100 ms.*126",
+    ),
+    *(
+        (
+            in_toml(old, new),
+            "robot.toml",
+            re.escape(key),
+            re.escape(str(value)),
+            f"a number from .* to .*{unit}$",
+        )
+        for old, new, key, value, unit in (
+            ("[98,", "[1e-320,", "limits.velocity_deg_per_s[0]", 1e-320, " deg/s"),
+            ("[98,", "[10001,", "limits.velocity_deg_per_s[0]", 10001.0, " deg/s"),
+            ("[176,", "[1e6,", "limits.torque_nm[0]", 1e6, " Nm"),
+            ("[-170,", "[-721,", "limits.position_min_deg[0]", -721.0, " deg"),
+            ("per_s = 5.0", "per_s = 1e308", "limits.acceleration_per_velocity_per_s", 1e308, " 1/s"),
+            ("per_s = 25.0", "per_s = 1e-3", "limits.jerk_per_acceleration_per_s", 1e-3, " 1/s"),
+            ("x_mm = 150", "x_mm = 1e308", "tool_in_flange.x_mm", 1e308, " mm"),
+            ("beta = 1.5708", "beta = 90", "tool_in_flange.beta", 90.0, " rad"),
+            ("rate_per_s = 15.0", "rate_per_s = 1e9", "stop.rate_per_s", 1e9, " 1/s"),
+            ("per_s2 = 600.0", "per_s2 = 1e9", "stop.rate_change_per_s2", 1e9, r" 1/s\^2"),
+        )
+    ),
+    (
+        in_toml("x_mm = 150", "x_mm = " + "9" * 5000),
+        "robot.toml",
+        "",
+        "",
+        "whole numbers of at most 4300 digits",
+    ),
+    (
+        in_toml("x_mm = 150", "x_mm = 0x" + "f" * 5000),
+        "robot.toml",
+        "tool_in_flange.x_mm",
+        "a very long int",
+        "Number out of range",
+    ),
+    (
+        in_toml("x_mm = 150", "x_mm = " + "9" * 4000),
+        "robot.toml",
+        "tool_in_flange.x_mm",
+        r"9{20,}\.\.\.9{20,}",
+        "Number out of range",
+    ),
+    (in_toml('name = "', "x = " + "[" * 2000 + '\nname = "'), "robot.toml", "", "", "fewer lists and tables"),
+    (
+        in_toml('name = "', "x = " + "{a=" * 2000 + '\nname = "'),
+        "robot.toml",
+        "",
+        "",
+        "fewer lists and tables",
+    ),
+    (
+        in_toml('name = "', ".".join("a" * 3000) + ' = 1\nname = "'),
+        "robot.toml",
+        "a",
+        ".*",
+        "no key of this name",
+    ),
+    (
+        in_toml('name = "', f'{"k" * 300} = 1\nname = "'),
+        "robot.toml",
+        r"k+\.\.\.k+",
+        "1",
+        "no key of this name",
+    ),
+    (
+        in_toml('name = "', '"name[x] - at `$.q[z]`" = 1\nname = "'),
+        "robot.toml",
+        r"name\[x\] - at `\$.q\[z\]`",
+        "1",
+        "no key of this name",
+    ),
+    (in_toml('name = "', 'name = "\\u001b'), "robot.toml", "name", r"'\\x1bLBR.*'", "characters that print"),
+    (
+        in_toml('name = "', 'name = "' + "x" * 100),
+        "robot.toml",
+        "name",
+        r"'x+\.\.\..*'",
+        "at most 100 characters",
     ),
     (in_toml('"srs"', '"magic"'), "robot.toml", "kinematics", "'magic'", "'srs'"),
     (in_toml('"A2"', '"A1"'), "robot.toml", "joints", r"\['A1', 'A1'.*", "each joint once"),
@@ -211,7 +309,8 @@ def test_a_fault_is_one_line_that_says_where_and_what(
     place = f"({key}) = ({value})" if key else ""
     pattern = f"{re.escape(str(folder / file))}: {place}{': ' if key else ''}expected .*({expected})"
     assert re.match(pattern, str(fault.value)), str(fault.value)
-    assert "\n" not in str(fault.value)
+    assert str(fault.value).isprintable()
+    assert len(str(fault.value)) < len(str(folder / file)) + 600
     assert fault.value.__suppress_context__ or fault.value.__context__ is None
     assert capfd.readouterr() == ("", "")
 
@@ -222,6 +321,14 @@ def test_a_robot_that_is_not_there() -> None:
     ) as fault:
         use("/no/such/arm")
     assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("folder", ["", "x" * 300, "/tmp" + "/x" * 5000, "no\0such"])
+def test_a_folder_that_cannot_be(folder: str) -> None:
+    with pytest.raises(RobotFault, match=r"^robot: folder = .*: expected a folder, or one of ") as fault:
+        use(folder)
+    assert str(fault.value).isprintable()
+    assert len(str(fault.value)) < 300
 
 
 def test_six_joints_are_no_srs_arm(tmp_path: Path) -> None:
