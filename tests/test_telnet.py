@@ -8,6 +8,7 @@ import select
 import shutil
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -16,6 +17,11 @@ import pytest
 
 from tests.processes import running
 from tests.talking import DEADLINE_S
+
+# Runs a program as a shell would: Ctrl-C at the terminal reaches it as a signal.
+AT_ITS_TERMINAL = (
+    "import fcntl, os, sys, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0); os.execv(sys.argv[1], sys.argv[1:])"
+)
 
 
 class Terminal:
@@ -53,7 +59,11 @@ def telnet(port: int) -> Iterator[Terminal]:
         pytest.skip("telnet is not installed")
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
-        [program, "127.0.0.1", str(port)], stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True
+        [sys.executable, "-c", AT_ITS_TERMINAL, program, "127.0.0.1", str(port)],
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
     )
     os.close(theirs)
     with process:
@@ -89,3 +99,15 @@ def test_a_robot_you_can_telnet_into() -> None:
         code, said = simulator.ends(signal.SIGTERM)
     assert code == 0
     assert "refused 'lin move : up'" in said, "who runs it sees why"
+
+
+def test_ctrl_c_in_telnet_does_not_silence_the_robot() -> None:
+    with running() as simulator, telnet(simulator.port) as terminal:
+        terminal.shows("Escape character is")
+        terminal.shows("\r\n")
+        assert terminal.asks("hello") == "hello"
+        for _ in range(2):
+            terminal.types("\x03")
+            terminal.shows("^C")
+            assert terminal.asks("get status") == "stopped"
+        assert terminal.asks("bye") == "bye"

@@ -1,8 +1,9 @@
 r"""The iiwa's line protocol: bytes of one connection in, calls on the controller, replies out.
 
 Each line is answered by one line that ends with `\r\n`, in the order in which they came; whatever a line
-holds, and whatever happens in the controller, there is a reply. The session knows no sockets: a shell hands
-it bytes and asks for answers while there are lines waiting.
+holds, and whatever happens in the controller, there is a reply. Telnet's IAC DO TIMING-MARK is answered by
+IAC WONT TIMING-MARK in its place among them; all else of telnet is ignored. The session knows no sockets: a
+shell hands it bytes and asks for answers while there are lines waiting.
 """
 
 from collections import deque
@@ -12,7 +13,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
 from iiwa_sim.dialect.decimals import format_decimals, readable
 from iiwa_sim.dialect.help import alternatives, overview, usage
-from iiwa_sim.dialect.lines import OVERLONG, LineSplitter
+from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.table import (
     COMMUNICATION_FAILURE,
@@ -28,7 +29,8 @@ _LINES_AT_ONCE = 512  # answered in a few milliseconds; then the event loop gets
 _DONE = b"done\r\n"
 _MOVING = b"moving\r\n"
 _STOPPED = b"stopped\r\n"
-_TOLD_WITH_THEIR_REASON = (f"{ERROR}\r\n".encode(), f"{UNKNOWN_COMMAND}\r\n".encode())
+_REFUSALS = (f"{ERROR}\r\n".encode(), f"{UNKNOWN_COMMAND}\r\n".encode())  # told with their reason
+_NOT_TOLD = (*_REFUSALS, WONT_TIMING_MARK)
 
 Values = tuple[float, ...]
 
@@ -83,7 +85,7 @@ class Session:
             line = lines.popleft()
             reply = self._reply(line)
             replies.append(reply)
-            if log is not None and reply not in _TOLD_WITH_THEIR_REASON:
+            if log is not None and reply not in _NOT_TOLD:
                 log.command(self._name, _text(line), reply[:-2].decode())
             if self._planned or self._closing:
                 break
@@ -102,6 +104,8 @@ class Session:
         request = self._table.parse(line)
         log = self._log
         if isinstance(request, Refusal):
+            if line is TIMING_MARK:
+                return WONT_TIMING_MARK
             log.refused(self._name, _text(line), request.code, request.reason)
             return _line(request.reply)
         try:

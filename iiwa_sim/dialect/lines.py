@@ -6,6 +6,8 @@ r"""Bytes in, lines out: what a line is, whichever way the bytes are cut into pa
 - Telnet's commands are dropped: IAC WILL/WONT/DO/DONT x, IAC SB ... IAC SE, IAC IAC, and any other IAC x.
   Where x is a line end, only the IAC goes, so that a stray 255 costs nobody a reply. NUL goes too: telnet
   sends `\r\0` for a bare return (RFC 854).
+- But IAC DO TIMING-MARK yields TIMING_MARK where it stands, within a line before that line: a telnet program
+  sends it at Ctrl-C, and shows nothing more until it is answered (RFC 860).
 - A subnegotiation, IAC SB ... IAC SE, also ends before a line end and after MAX_SUBNEGOTIATION bytes, a pair
   of IAC and another byte counted as one: no option was agreed upon, so what seems to open one is noise, and
   the client that sends it is to be heard again.
@@ -19,6 +21,8 @@ import re
 MAX_LINE_BYTES = 4096
 MAX_SUBNEGOTIATION = 256
 OVERLONG = b"\n"  # stands for a line that was too long; no line can hold a line end
+TIMING_MARK = b"\r"  # stands for telnet's question, which is no line and is answered by WONT_TIMING_MARK
+WONT_TIMING_MARK = b"\xff\xfc\x06"
 
 _END = re.compile(rb"\r\n|\n\r|\r|\n")
 _ENDS = (b"\r", b"\n")
@@ -30,6 +34,7 @@ _OPTIONS = _OPTION + rb"{0,%d}+" % (MAX_SUBNEGOTIATION - 1)
 _TELNET = re.compile(
     rb"\xff(?:"
     rb"[^\xfa-\xfe\r\n]"  # IAC x
+    rb"|(\xfd\x06)"  # IAC DO TIMING-MARK
     rb"|[\xfb-\xfe][\0-\xff]"  # IAC WILL/WONT/DO/DONT x
     rb"|\xfa" + _OPTIONS + rb"(?:\xff\xf0|\xff?(?=[\r\n])|" + _OPTION + rb")"  # IAC SB ...
     rb"|(?=[\r\n]))"
@@ -47,9 +52,17 @@ class LineSplitter:
         self._telnet = b""  # a telnet command cut short by the end of a packet
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The lines that `data` completes, without their ends."""
-        if _IAC in data or self._telnet:
-            data = self._without_telnet(data)
+        """The lines that `data` completes, without their ends, and each TIMING_MARK between them."""
+        if not (_IAC in data or self._telnet):
+            return self._feed(data)
+        first, *others = self._between_timing_marks(data)
+        lines = self._feed(first)
+        for text in others:
+            lines.append(TIMING_MARK)
+            lines += self._feed(text)
+        return lines
+
+    def _feed(self, data: bytes) -> list[bytes]:
         if b"\0" in data:
             data = data.replace(b"\0", b"")
         if not data:
@@ -89,10 +102,16 @@ class LineSplitter:
         else:
             self._rest = b""
 
-    def _without_telnet(self, data: bytes) -> bytes:
-        texts_and_rests = _TELNET.split(self._telnet + data)
-        self._telnet = texts_and_rests[-2] or b"" if len(texts_and_rests) > 1 else b""
-        return b"".join(texts_and_rests[::2])
+    def _between_timing_marks(self, data: bytes) -> list[bytes]:
+        """What is left without telnet's commands, divided where a timing mark stood."""
+        first, *others = _TELNET.split(self._telnet + data)
+        self._telnet = others[-2] or b"" if others else b""
+        stretches = [[first]]
+        for mark, text in zip(others[::3], others[2::3], strict=True):
+            if mark:
+                stretches.append([])
+            stretches[-1].append(text)
+        return [b"".join(texts) for texts in stretches]
 
 
 def _split(data: bytes) -> list[bytes]:

@@ -177,6 +177,18 @@ def test_a_refusal_is_told_once(line):
     assert journal.said == []
 
 
+@given(cut(b"hello\nget \xff\xf4\xff\xfd\x06status\nno"))
+def test_telnets_question_after_ctrl_c_is_answered_in_its_place(packets):
+    talk = Conversation(journal=Journal(commands=True))
+    answered = b""
+    for packet in packets:
+        talk.session.receive(packet)
+        answered += talk.hear()
+    assert answered == b"hello\r\n\xff\xfc\x06stopped\r\n"
+    assert [line for _, line, _ in talk.journal.said] == ["hello", "get status"]
+    assert talk.journal.refusals == []
+
+
 def test_the_rest_at_the_end_of_the_stream_is_a_line():
     talk = Conversation()
     assert talk.send([b"hello\nget sta", b"tus"]) == ["hello"]

@@ -4,7 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.lines import MAX_LINE_BYTES, MAX_SUBNEGOTIATION, OVERLONG, LineSplitter
+from iiwa_sim.dialect.lines import (
+    MAX_LINE_BYTES,
+    MAX_SUBNEGOTIATION,
+    OVERLONG,
+    TIMING_MARK,
+    LineSplitter,
+)
 from tests.dialect.packets import cut
 
 IAC, DONT, DO, WILL, SB, NOP, SE = b"\xff", b"\xfe", b"\xfd", b"\xfb", b"\xfa", b"\xf1", b"\xf0"
@@ -12,7 +18,7 @@ IAC, DONT, DO, WILL, SB, NOP, SE = b"\xff", b"\xfe", b"\xfd", b"\xfb", b"\xfa", 
 text = st.sampled_from([b"a", b"get status", b" ", b"\t", b"\0", b"\xe4", b":"])
 ends = st.sampled_from([b"\r", b"\n", b"\r\n", b"\n\r"])
 telnet = st.sampled_from(
-    [IAC, DONT, DO, WILL, SB, NOP, SE, b"\x18", IAC + WILL + b"\x03", IAC + SB, IAC + SE]
+    [IAC, DONT, DO, WILL, SB, NOP, SE, b"\x18", IAC + WILL + b"\x03", IAC + SB, IAC + SE, IAC + DO + b"\x06"]
 )
 long_text = st.integers(MAX_LINE_BYTES // 2 - 2, MAX_LINE_BYTES + 2).map(lambda length: b"x" * length)
 
@@ -33,8 +39,11 @@ def lines_of(packets: list[bytes]) -> list[bytes]:
 
 
 def without_telnet(stream: bytes) -> bytes:
-    """The stream as RFC 854 reads it, one byte at a time, but for subnegotiations that are broken off."""
-    kept, state, subnegotiated = bytearray(), "text", 0
+    """The stream as RFC 854 reads it, one byte at a time, but for subnegotiations that are broken off.
+
+    A timing mark leaves a NUL in its place.
+    """
+    kept, state, subnegotiated, negotiation = bytearray(), "text", 0, 0
     for byte in stream:
         if state == "text":
             if byte == IAC[0]:
@@ -44,8 +53,11 @@ def without_telnet(stream: bytes) -> bytes:
         elif state == "command":
             if byte in b"\r\n":
                 kept.append(byte)
+            negotiation = byte
             state = "option" if WILL[0] <= byte <= DONT[0] else "within" if byte == SB[0] else "text"
         elif state == "option":
+            if bytes([negotiation, byte]) == DO + b"\x06":
+                kept.append(0)
             state = "text"
         else:
             if byte in b"\r\n":
@@ -65,17 +77,22 @@ def without_telnet(stream: bytes) -> bytes:
 
 def read_by_the_book(stream: bytes) -> list[bytes]:
     """What the module's docstring promises, in the plainest way."""
-    lines, line, rest = [], b"", without_telnet(stream)
-    while rest:
-        if rest[:1] in (b"\r", b"\n"):
-            lines.append(line)
-            line = b""
-            rest = rest[2:] if rest[:2] in (b"\r\n", b"\n\r") else rest[1:]
+    lines, line, partner = [], b"", b""
+    for byte in without_telnet(stream):
+        this = bytes([byte])
+        if this == b"\0":
+            lines.append(TIMING_MARK)
+        elif this == partner:
+            partner = b""
+        elif this in (b"\r", b"\n"):
+            if len(line) <= MAX_LINE_BYTES:
+                lines.append(line)
+            line, partner = b"", b"\r" if this == b"\n" else b"\n"
         else:
-            line += rest[:1]
-            rest = rest[1:]
-    lines += [line] if line else []
-    return [each if len(each) <= MAX_LINE_BYTES else OVERLONG for each in lines]
+            line, partner = line + this, b""
+            if len(line) == MAX_LINE_BYTES + 1:
+                lines.append(OVERLONG)
+    return [*lines, line] if 0 < len(line) <= MAX_LINE_BYTES else lines
 
 
 @given(streams(text, ends, telnet).flatmap(lambda stream: st.tuples(st.just(stream), cut(stream))))
@@ -186,3 +203,17 @@ def test_what_is_held_is_bounded(flood):
         splitter.feed(flood)
         held = sum(len(value) for value in vars(splitter).values() if isinstance(value, bytes))
         assert held <= MAX_LINE_BYTES + len(IAC + SB) + 2 * MAX_SUBNEGOTIATION
+
+
+def test_a_timing_mark_keeps_its_place_among_the_lines():
+    mark = IAC + DO + b"\x06"
+    stream = b"a\n" + mark + b"b" + mark + b"c\r" + mark + b"\n" + mark + mark + b"d\n"
+    expected = [b"a", TIMING_MARK, TIMING_MARK, b"bc", TIMING_MARK, TIMING_MARK, TIMING_MARK, b"d"]
+    assert lines_of([stream]) == expected
+    for place in range(len(stream)):
+        assert lines_of([stream[:place], stream[place:]]) == expected
+
+
+@pytest.mark.parametrize("other", [WILL + b"\x06", DONT + b"\x06", b"\xfc\x06", DO + b"\x01", IAC + b"\x06"])
+def test_nothing_else_is_a_timing_mark(other):
+    assert TIMING_MARK not in lines_of([b"a" + IAC + other + b"\n"])
