@@ -8,7 +8,7 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.drive import Drive
-from iiwa_sim.motion.move import PlannedMove
+from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.robot.description import RobotDescription
@@ -18,7 +18,7 @@ LONGEST_QUEUE = 1000  # moves that wait; one more is refused
 
 
 class Controller:
-    """One robot. Moves are planned when they are accepted and run one after the other.
+    """One robot. Moves are checked when they are accepted and run one after the other.
 
     Commands either take effect at once and return, or raise `Refused` and change nothing. Frames are in the
     base, those of moves are of the TCP. The same commands at the same ticks give the same motion.
@@ -73,7 +73,7 @@ class Controller:
 
     @property
     def moving(self) -> bool:
-        """Whether a move runs, or is being stopped."""
+        """Whether a move runs, is being stopped, or waits."""
         return self._drive.moving
 
     @property
@@ -107,7 +107,7 @@ class Controller:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
         path, timing = plan(self._drive.rest)
         self._accepted += 1
-        self._drive.append(PlannedMove(self._accepted, path, timing))
+        self._drive.append(Move(self._accepted, path, timing))
         return self._accepted
 
 

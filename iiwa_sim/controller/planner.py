@@ -1,6 +1,7 @@
 """From what a command asks for to a path and a timing, or to the reason why there are none."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from math import degrees, isfinite
 from typing import NamedTuple
 
@@ -31,7 +32,8 @@ class Plan(NamedTuple):
     """How a move goes."""
 
     path: Path
-    timing: Timing
+    timing: Callable[[], Timing]
+    """Plans the timing."""
 
 
 class Planner:
@@ -76,8 +78,8 @@ class Planner:
         travel = np.abs(np.diff(line.samples.q, axis=0)).sum(axis=0)
         limits = self._limits_at(speed_rel, travel)
         if travel.max() < STANDSTILL_RAD:
-            return Plan(line, AtOnce())
-        return Plan(line, plan_timing(line.samples, limits))
+            return Plan(line, AtOnce)
+        return Plan(line, partial(plan_timing, line.samples, limits))
 
     def _find(
         self, flange: Transform, start: Joints, redundancy: float | None, keep_status: bool = False
@@ -136,7 +138,8 @@ class Planner:
 
     def _ptp(self, start: Joints, end: Joints, speed_rel: float | Sequence[float]) -> Plan:
         line = JointLine(start, end)
-        return Plan(line, line.timing(self._limits_at(speed_rel, np.abs(np.subtract(end, start)))))
+        limits = self._limits_at(speed_rel, np.abs(np.subtract(end, start)))
+        return Plan(line, partial(line.timing, limits))
 
     def _limits_at(self, speed_rel: float | Sequence[float], travel: Array) -> JointLimits:
         """The limits at a speed with which the joints travel so far (n,) (rad) in a sensible time."""

@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 
 from iiwa_sim.motion.drive import Drive
-from iiwa_sim.motion.move import PlannedMove
+from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.timing import AtOnce, OptimalTiming
 
 TICK_S = 0.01
+
+
+def optimal() -> OptimalTiming:
+    return OptimalTiming(1.0, 10.0, 100.0)
 
 
 class Broken:
@@ -37,8 +41,8 @@ def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
     d = drive()
     timing = OptimalTiming(0.97, 10.0, 100.0)
     assert (2.0 * timing.duration_s) % TICK_S > 1e-3
-    d.append(PlannedMove(1, JointLine((0.0,), (1.0,)), timing))
-    d.append(PlannedMove(2, JointLine((1.0,), (2.0,)), timing))
+    d.append(Move(1, JointLine((0.0,), (1.0,)), lambda: timing))
+    d.append(Move(2, JointLine((1.0,), (2.0,)), lambda: timing))
     ticks = 0
     while d.moving:
         d.step()
@@ -49,15 +53,15 @@ def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
 
 def test_where_a_path_fails_the_robot_rests_and_takes_new_moves() -> None:
     d = drive()
-    d.append(PlannedMove(1, Broken(), OptimalTiming(1.0, 10.0, 100.0)))
-    d.append(PlannedMove(2, JointLine((1.0,), (2.0,)), OptimalTiming(1.0, 10.0, 100.0)))
+    d.append(Move(1, Broken(), optimal))
+    d.append(Move(2, JointLine((1.0,), (2.0,)), optimal))
     with pytest.raises(ArithmeticError):
         steps(d, 1000)
     assert not d.moving
     assert d.waiting == 0
     assert d.rest == d.joints
     assert 0.45 < d.joints[0] <= 0.5
-    d.append(PlannedMove(3, JointLine(d.rest, (0.0,)), OptimalTiming(1.0, 10.0, 100.0)))
+    d.append(Move(3, JointLine(d.rest, (0.0,)), optimal))
     while d.moving:
         d.step()
     assert d.joints == (0.0,)
@@ -66,7 +70,7 @@ def test_where_a_path_fails_the_robot_rests_and_takes_new_moves() -> None:
 def test_moves_of_hardly_any_way_take_a_tick_each() -> None:
     d = drive()
     for k in range(10):
-        d.append(PlannedMove(k + 1, JointLine((1e-9 * k,), (1e-9 * (k + 1),)), AtOnce()))
+        d.append(Move(k + 1, JointLine((1e-9 * k,), (1e-9 * (k + 1),)), AtOnce))
     passed = [d.joints[0]]
     while d.moving:
         d.step()
