@@ -43,7 +43,9 @@ async def test_stop_is_carried_out_in_mid_move(client: Client) -> None:
 
 
 @pytest.mark.parametrize("how", ["leaves", "vanishes", "bye", "sends no more"])
-async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(simulator: Simulator, how: str) -> None:
+async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(
+    simulator: Simulator, caplog: pytest.LogCaptureFixture, how: str
+) -> None:
     client = await Client.connect(simulator.port)
     for _ in range(3):
         assert await client.ask(FAR) == "done"
@@ -60,6 +62,12 @@ async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(simulator: Si
         assert await client.rest() == b""
     await until(lambda: not simulator.controller.moving)
     assert simulator.controller.joints[0] < 0.5
+    warnings = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
+    if how == "bye":
+        assert warnings == []
+    else:
+        (warning,) = warnings
+        assert "vanished while the robot moved" in warning
     await client.leaves()
 
 
