@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.robot.urdf import check_urdf
 
 
 class Model:
@@ -97,10 +97,7 @@ class Model:
 
 def _read_urdf(description: RobotDescription) -> pin.Model:
     path = description.urdf_path
-    try:
-        ET.fromstring(description.urdf)
-    except ET.ParseError as fault:
-        raise RobotFault(path, "", "", f"valid XML ({fault})") from None
+    check_urdf(path, description.urdf)
     try:
         with _silent_stderr():
             return pin.buildModelFromXML(description.urdf)

@@ -130,6 +130,8 @@ def _type_fault(path: str, table: dict[str, Any], message: str) -> RobotFault:
         holder = _value(table, key)
         value = _quoted(holder[field]) if field in holder else "(missing)"
         return RobotFault(path, f"{key}.{field}" if key else field, value, fault)
+    if expected == "Number out of range":
+        expected = "a number of less than 309 digits"
     expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
     return RobotFault(path, key, _quoted(_value(table, key)), expected)
 

@@ -61,3 +61,10 @@ def edit(file: Path, old: str, new: str) -> None:
     text = file.read_text()
     assert old in text
     file.write_text(text.replace(old, new, 1))
+
+
+def use(folder: Path | str) -> RobotDescription:
+    """All that is done with a robot's folder before anything moves."""
+    description = load_robot(folder)
+    inverse_of(Model(description))
+    return description

@@ -1,0 +1,81 @@
+"""What of a URDF is checked before Pinocchio reads it, which takes what it finds."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from iiwa_sim.robot.fault import RobotFault
+
+
+class _Numbers(NamedTuple):
+    """An attribute: how many numbers, and from where to where. Beyond that they are a slip."""
+
+    element: str
+    attribute: str
+    how_many: int
+    least: float
+    greatest: float
+    unit: str
+
+
+_ORIGIN = (
+    _Numbers("origin", "xyz", 3, -100.0, 100.0, " m"),
+    _Numbers("origin", "rpy", 3, -100.0, 100.0, " rad"),
+)
+_JOINT = (*_ORIGIN, _Numbers("axis", "xyz", 3, -1e6, 1e6, ""))
+_INERTIAL = (
+    *_ORIGIN,
+    _Numbers("mass", "value", 1, 0.0, 1e6, " kg"),
+    *(_Numbers("inertia", key, 1, 0.0, 1e6, " kg m^2") for key in ("ixx", "iyy", "izz")),
+    *(_Numbers("inertia", key, 1, -1e6, 1e6, " kg m^2") for key in ("ixy", "ixz", "iyz")),
+)
+
+
+def check_urdf(path: str, text: str) -> None:
+    """Raises `RobotFault` for what is no XML, placements and masses of no arm, and mimic joints."""
+    try:
+        robot = ET.fromstring(text)
+    except ET.ParseError as fault:
+        raise RobotFault(path, "", "", f"valid XML ({fault})") from None
+    for joint in robot.findall("joint"):
+        place = f"joint {joint.get('name', '')}"
+        mimic = joint.find("mimic")
+        if mimic is not None:
+            raise RobotFault(path, f"{place}: mimic", mimic.get("joint", ""), "no joint that follows another")
+        _check(path, place, joint, _JOINT)
+        axis = joint.find("axis")
+        direction = axis.get("xyz", "1 0 0") if axis is not None else "1 0 0"  # as URDF has it
+        if not any(map(float, direction.split())):
+            raise RobotFault(path, f"{place}: axis xyz", direction, "a direction, not 0 0 0")
+    for link in robot.findall("link"):
+        place = f"link {link.get('name', '')}"
+        for part, numbers in (("inertial", _INERTIAL), ("visual", _ORIGIN), ("collision", _ORIGIN)):
+            for body in link.findall(part):
+                _check(path, f"{place}: {part}", body, numbers)
+
+
+def _check(path: str, place: str, parent: ET.Element, numbers: tuple[_Numbers, ...]) -> None:
+    for wanted in numbers:
+        for text in _attributes(parent, wanted):
+            if not _holds(text, wanted):
+                count = "a number" if wanted.how_many == 1 else f"{wanted.how_many} numbers"
+                range_ = f"{count} from {wanted.least:g} to {wanted.greatest:g}{wanted.unit}"
+                raise RobotFault(path, f"{place}: {wanted.element} {wanted.attribute}", text, range_)
+
+
+def _attributes(parent: ET.Element, wanted: _Numbers) -> Iterator[str]:
+    for element in parent.findall(wanted.element):
+        if wanted.attribute in element.attrib:
+            yield element.attrib[wanted.attribute]
+
+
+def _holds(text: str, wanted: _Numbers) -> bool:
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        return False
+    return len(values) == wanted.how_many and all(
+        wanted.least <= value <= wanted.greatest for value in values
+    )
