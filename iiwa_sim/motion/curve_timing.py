@@ -15,9 +15,9 @@ from iiwa_sim.motion.path import PathSamples
 from iiwa_sim.motion.phase_plane import PhasePlane
 from iiwa_sim.motion.smooth import SmoothStates, SmoothTiming
 
-WINDOW = 1.15  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
+WINDOW = 1.2  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
 ROUNDS = 2  # times to plan again with smaller shares
-CLOSE = 1.02  # where slowing by less suffices, it is not planned again
+CLOSE = 1.03  # where slowing by less suffices, it is not planned again
 SHORTEST_RAMP = 1e-12  # of the way: knots that are closer are one
 AIM = 0.99  # of the limits: what interpolation between samples may hide
 

@@ -61,7 +61,7 @@ class Drive:
         Where a path fails, the robot rests where it is, the moves that wait are forgotten, and what the path
         raised is raised.
         """
-        if not self.moving:
+        if self._running is None and not self._waiting:
             return
         try:
             self._advance()

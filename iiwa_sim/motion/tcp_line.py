@@ -7,6 +7,8 @@ import numpy as np
 from iiwa_sim.frames import Rotation, Transform, Vector, compose, multiply, rotate, rotation_vector, transpose
 from iiwa_sim.motion.limits import Array
 
+ROUNDING_RAD = 1e-12  # a smaller turn is none
+
 
 class TcpLine:
     """A straight line of the TCP; s is the part of the way, and of the turn, that is done."""
@@ -14,27 +16,29 @@ class TcpLine:
     def __init__(self, start_flange: Transform, target_flange: Transform, tool_in_flange: Transform) -> None:
         """Poses in the base."""
         start, target = compose(start_flange, tool_in_flange), compose(target_flange, tool_in_flange)
-        (x, y, z), self._angle = rotation_vector(multiply(target.rotation, transpose(start.rotation)))
+        (x, y, z), angle = rotation_vector(multiply(target.rotation, transpose(start.rotation)))
+        self._angle = angle if angle > ROUNDING_RAD else 0.0
         # Rodrigues: R(s) = R0 + sin(s angle) K R0 + (1 - cos(s angle)) K K R0 turns the flange. Its origin
         # lies at -R(s) tool from the TCP, which moves straight. So each of the twelve numbers of its pose is
-        # fixed + s way + sin sine + (1 - cos) versine.
+        # start + s way + sin sine + (1 - cos) versine.
         cross: Rotation = (0.0, -z, y, z, 0.0, -x, -y, x, 0.0)
         sine = multiply(cross, start_flange.rotation)
         versine = multiply(cross, sine)
         tool_x, tool_y, tool_z = tool_in_flange.translation
         from_tcp: Vector = (-tool_x, -tool_y, -tool_z)
-        self._fixed = (*start_flange.rotation, *start_flange.translation)
+        self._start = start_flange
         self._sine = (*sine, *rotate(sine, from_tcp))
         self._versine = (*versine, *rotate(versine, from_tcp))
         self._way = tuple(b - a for a, b in zip(start.translation, target.translation, strict=True))
 
     def flange(self, s: float) -> Transform:
         """Pose of the flange in the base."""
-        f0, f1, f2, f3, f4, f5, f6, f7, f8, fx, fy, fz = self._fixed
+        fx, fy, fz = self._start.translation
         wx, wy, wz = self._way
         fx, fy, fz = fx + s * wx, fy + s * wy, fz + s * wz
         if self._angle == 0.0:
-            return Transform((f0, f1, f2, f3, f4, f5, f6, f7, f8), (fx, fy, fz))
+            return Transform(self._start.rotation, (fx, fy, fz))
+        f0, f1, f2, f3, f4, f5, f6, f7, f8 = self._start.rotation
         a0, a1, a2, a3, a4, a5, a6, a7, a8, ax, ay, az = self._sine
         b0, b1, b2, b3, b4, b5, b6, b7, b8, bx, by, bz = self._versine
         a, b = sin(s * self._angle), 1.0 - cos(s * self._angle)
@@ -57,7 +61,7 @@ class TcpLine:
         """Rotations (m, 3, 3) and translations (m, 3) of the flange at values of s (m,)."""
         turned = s * self._angle
         poses = (
-            np.array(self._fixed)
+            np.array((*self._start.rotation, *self._start.translation))
             + np.sin(turned)[:, None] * np.array(self._sine)
             + (1.0 - np.cos(turned))[:, None] * np.array(self._versine)
         )
