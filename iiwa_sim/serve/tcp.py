@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable
 from typing import Protocol
 
+from iiwa_sim.wording import harmless, shortened
+
 RECEIVE_BYTES = 65_536
 """Bytes taken from a connection at once. A buffer of our own instead of asyncio's, which allocates 256 KiB
 for every read, makes an answer 30 us faster."""
@@ -27,6 +29,9 @@ MAX_PORT = 65535
 
 BACKLOG = 512
 """Clients that may knock at once."""
+
+LONGEST_HOST = 100
+"""Characters of a host that a message shows."""
 
 logger = logging.getLogger(__name__)
 
@@ -85,11 +90,14 @@ class TcpServer:
         host, port = self._asked
         if not 0 <= port <= MAX_PORT:
             raise ListenFault(f"cannot listen on port {port}: expected 0 to {MAX_PORT}")
+        if not host:
+            raise ListenFault("cannot listen on host '': expected an address or a host name, 0.0.0.0 for all")
         try:
             family, address = await _resolve(host)
             listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
-        except (OSError, UnicodeError) as fault:
-            raise ListenFault(f"cannot listen on {host_and_port(host, port)}: {_why(fault)}") from fault
+        except (OSError, ValueError) as fault:  # ValueError for characters no host name has
+            shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
+            raise ListenFault(f"cannot listen on {shown}: {_why(fault)}") from fault
         self._server = await asyncio.get_running_loop().create_server(
             lambda: Connection(self), sock=listener, backlog=BACKLOG
         )
