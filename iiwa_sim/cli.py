@@ -1,12 +1,13 @@
 """`iiwa-sim`: its options, its messages, its exit codes.
 
-Exit code 0 after SIGTERM or SIGINT; 2, with one line on stderr, for options, a robot or an address it cannot
-use.
+Exit code 0 after SIGTERM or SIGINT; 2, with one line on stderr, for options, a robot, an address or a stdout
+it cannot use.
 """
 
 import argparse
 import asyncio
 import gc
+import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -17,25 +18,31 @@ from iiwa_sim import log
 from iiwa_sim.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
 from iiwa_sim.serve.tcp import MAX_PORT, ListenFault, host_and_port
+from iiwa_sim.wording import harmless, shortened
 
 PORT = 30000
+LONGEST_MESSAGE = 400
+"""Characters of a message about wrong arguments, which cites them."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGTERM or SIGINT; returns the exit code."""
-    options = _parser().parse_args(arguments)
+    try:
+        return _run(_parser().parse_args(arguments))
+    except (RobotFault, ListenFault, _StdoutFault) as fault:
+        print(f"iiwa-sim: {fault}", file=sys.stderr)
+        return 2
+
+
+def _run(options: argparse.Namespace) -> int:
     if options.version:
-        print("iiwa-sim", metadata.version("iiwa-sim"))
+        _say(f"iiwa-sim {metadata.version('iiwa-sim')}\n")
         return 0
     ending = _Ending()
     if sys.stderr is not None:
         log.configure(options.log_level, options.log_json, sys.stderr.fileno())
     gc.disable()  # nothing made during the start is garbage
-    try:
-        asyncio.run(_serve(options, ending))
-    except (RobotFault, ListenFault) as fault:
-        print(f"iiwa-sim: {fault}", file=sys.stderr)
-        return 2
+    asyncio.run(_serve(options, ending))
     return 0
 
 
@@ -46,13 +53,32 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
     simulator = Simulator(options.robot, host=options.host, port=options.port, rate_hz=options.rate)
     async with simulator:
         ending.watch()
-        print(f"listening on {host_and_port(simulator.host, simulator.port)}", flush=True)
+        _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
             print(_banner(simulator.description.name, simulator.host, simulator.port), file=sys.stderr)
         gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
         gc.enable()
         await ending.asked.wait()
     gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
+
+
+class _StdoutFault(Exception):
+    """A stdout that takes nothing. The message is one line."""
+
+
+def _say(text: str) -> None:
+    """Write to stdout at once. Raises `_StdoutFault`."""
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except OSError as fault:
+        # What is left in the buffer is tried again at exit, and would be complained of a second time.
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+        raise _StdoutFault(f"cannot write to stdout: {fault.strerror}") from None
 
 
 class _Ending:
@@ -79,7 +105,11 @@ class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        told = shortened(harmless(message), LONGEST_MESSAGE)
+        self.exit(2, f"{self.prog}: {told} (see {self.prog} --help)\n")
+
+    def print_help(self, _file: object = None) -> None:
+        _say(self.format_help())
 
 
 def _parser() -> _Parser:
@@ -116,8 +146,9 @@ def _parser() -> _Parser:
 
 def _whole(low: int, high: int) -> Callable[[str], int]:
     def whole_number(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and low <= int(text) <= high):
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {low} to {high}")
+        if not (text.isascii() and text.isdigit() and len(text) < 10 and low <= int(text) <= high):
+            shown = shortened(repr(text), 40)
+            raise argparse.ArgumentTypeError(f"{shown} is not a whole number from {low} to {high}")
         return int(text)
 
     return whole_number

@@ -22,6 +22,9 @@ from iiwa_sim.robot.description import built_in_robots
         (["--port"], "argument --port: expected one argument"),
         (["--log-level", "loud"], "argument --log-level"),
         (["--prot", "1"], "unrecognized arguments: --prot 1"),
+        (["--port", "9" * 5000], "is not a whole number from 0 to 65535"),
+        (["foo\nbar\x1b[2J"], r"unrecognized arguments: foo\nbar\x1b[2J"),
+        (["x" * 5000], "unrecognized arguments: xxx"),
         (["cell.toml"], "unrecognized arguments: cell.toml"),
     ],
 )
@@ -34,6 +37,8 @@ def test_wrong_arguments_end_with_one_line(
     assert caught.value.code == 2
     assert out == ""
     assert re.fullmatch(r"iiwa-sim: [^\n]+\n", err)
+    assert err[:-1].isprintable()
+    assert len(err) < 500
     assert told in err
 
 

@@ -64,6 +64,29 @@ def test_a_robot_that_is_not_there() -> None:
     assert "no_such_robot" in fails("--robot", "no_such_robot", "--port", "0")
 
 
+@pytest.mark.parametrize(
+    "options",
+    [("--host", "a\nb"), ("--host", ""), ("foo\nbar",), ("--robot", "a\nb"), ("--robot", "x" * 300)],
+)
+def test_odd_arguments_end_with_one_line(options: tuple[str, ...]) -> None:
+    fails("--port", "0", *options)
+
+
+@pytest.mark.parametrize("options", [(), ("--version",), ("--help",)])
+def test_a_stdout_that_takes_nothing(options: tuple[str, ...]) -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*IIWA_SIM, "--port", "0", *options],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    assert done.stderr == "iiwa-sim: cannot write to stdout: No space left on device\n"
+    assert done.returncode == 2
+
+
 def test_a_log_that_nobody_reads_does_not_stop_the_robot() -> None:
     with running() as simulator, socket.create_connection(("127.0.0.1", simulator.port)) as client:
         client.settimeout(DEADLINE_S)
