@@ -117,27 +117,38 @@ def _parser() -> _Parser:
     parser = _Parser(
         prog="iiwa-sim",
         description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+        epilog="To talk to it: telnet HOST PORT, then help",
         allow_abbrev=False,
     )
     names = ", ".join(built_in_robots())
-    parser.add_argument("--robot", default=DEFAULT_ROBOT, metavar="NAME|FOLDER", help=f"{names}, or your own")
-    parser.add_argument("--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all")
     parser.add_argument(
-        "--port", type=_whole(0, MAX_PORT), default=PORT, help="port to listen on; 0 picks one"
+        "--robot",
+        default=DEFAULT_ROBOT,
+        metavar="NAME|FOLDER",
+        help=f"{names}, or your own (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--port",
+        type=_whole(0, MAX_PORT),
+        default=PORT,
+        help="port to listen on; 0 picks one (default: %(default)s)",
     )
     parser.add_argument(
         "--rate",
         type=_whole(MIN_RATE_HZ, MAX_RATE_HZ),
         default=DEFAULT_RATE_HZ,
         metavar="HZ",
-        help="ticks per second",
+        help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: %(default)s)",
     )
     parser.add_argument(
         "--log-level",
         choices=log.LEVELS,
         default=log.DEFAULT_LEVEL,
-        help="info: connections; debug: every command",
+        help="error: faults of the simulator; warning: also refused commands, and clients that vanish while "
+        "the robot moves; info: also clients that come and go; debug: also every command (default: %(default)s)",
     )
     parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
     parser.add_argument("--version", action="store_true", help="print the version and leave")

@@ -7,6 +7,7 @@ import re
 import pytest
 
 from iiwa_sim.cli import main
+from iiwa_sim.log import LEVELS
 from iiwa_sim.robot.description import built_in_robots
 
 
@@ -53,3 +54,17 @@ def test_help_names_the_robots_that_come_along(capsys: pytest.CaptureFixture[str
     assert caught.value.code == 0
     out = capsys.readouterr().out
     assert all(robot in out for robot in built_in_robots())
+
+
+def test_help_tells_ranges_defaults_and_levels(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    out = capsys.readouterr().out
+    assert "ticks per second, 100 to 1000 (default: 500)" in out
+    assert "(default: 30000)" in out
+    assert "False" not in out
+    assert all(f"{level}: " in out for level in LEVELS)
+    assert out.endswith("\nTo talk to it: telnet HOST PORT, then help\n")
