@@ -1,7 +1,7 @@
 """How long a move's reply takes while the robot moves and the queue fills.
 
-The reply comes when the path is found and checked: reach, limits, singular poses. The timing along it is planned in
-the tick in which the move begins; what that costs is in `durations`.
+The reply comes when the path is found and checked: reach, limits, singular poses. The timing along it is
+planned in the tick in which the move begins; what that costs is in `durations`.
 """
 
 import random
