@@ -92,6 +92,12 @@ class Line:
             k -= 1
         return self._joints(s, self._stretches[k])
 
+    def joints_along(self, s: Array) -> list[Joints]:
+        """See `Path`."""
+        if self._tail is not None or len(self._stretches) > 1 or s[-1] >= 1.0:
+            return [self.joints(x) for x in s.tolist()]
+        return list(map(tuple, self._positions(s).tolist()))
+
     def _joints(self, s: float, stretch: _Stretch) -> Joints:
         redundancy = self._redundancy + s * self._redundancy_way
         joints = self._inverse.joints(self._line.flange(s), redundancy, stretch.status, stretch.seed)

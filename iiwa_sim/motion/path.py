@@ -27,6 +27,9 @@ class Path(Protocol):
     def joints(self, s: float) -> Joints:
         """Joint positions (rad) at 0 <= s <= 1."""
 
+    def joints_along(self, s: Array) -> list[Joints]:
+        """The same at rising values of s (m,), for less where there are many."""
+
 
 class PathSamples(NamedTuple):
     """A path at m rising values of s (m,), 0 and 1 included; the others are (m, n), in rad per unit of s."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.timing import STANDSTILL_RAD, AtOnce, OptimalTiming, Timing
 
@@ -20,6 +20,10 @@ class JointLine:
         if s >= 1.0:
             return self.end
         return tuple([a + s * d for a, d in zip(self._start, self._way, strict=True)])
+
+    def joints_along(self, s: Array) -> list[Joints]:
+        """See `Path`."""
+        return [self.joints(x) for x in s.tolist()]
 
     def timing(self, limits: JointLimits) -> Timing:
         """The fastest timing within limits."""

@@ -5,7 +5,10 @@ the velocity r v, the acceleration r^2 a + r' v and the jerk r^3 j + 3 r r' a + 
 are stop limits of the joints that hold on any path, and the path itself is never left.
 """
 
+import numpy as np
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Trajectory
+
+from iiwa_sim.motion.limits import Array
 
 
 class PlannedTime:
@@ -51,6 +54,10 @@ class PlannedTime:
             self._slowing, self._slowing_s = slowing, 0.0
         rest: float = self._slowing.at_time(self._slowing.duration)[0][0]
         return rest
+
+    def ticks(self, count: int) -> Array:
+        """The times of this tick and those that follow at full rate."""
+        return self.time_s + self._tick_s * np.arange(count, dtype=np.float64)
 
     def step(self) -> None:
         """One tick."""

@@ -61,6 +61,23 @@ class SmoothTiming:
             return 1.0
         return (self._area(time_s) - self._area(time_s - self._window_s)) / self._window_s
 
+    def positions(self, times: Array) -> Array:
+        """See `Timing`."""
+        positions = (self._areas(times) - self._areas(times - self._window_s)) / self._window_s
+        positions[times >= self.duration_s] = 1.0
+        return positions
+
+    def _areas(self, times: Array) -> Array:
+        """The integral of S from 0 to each time."""
+        knots, table = self._knots
+        inside = times.clip(0.0, knots[-1])
+        k = knots.searchsorted(inside, side="right") - 1
+        area, position, speed, acceleration = table.take(k, axis=1)
+        step = inside - knots[k]
+        areas: Array = area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
+        areas += (times - inside).clip(0.0)  # after the end S stays 1
+        return areas
+
     def _area(self, time_s: float) -> float:
         """The integral of S from 0 to a time."""
         if time_s <= 0.0:
@@ -82,12 +99,11 @@ class SmoothTiming:
         both = np.concatenate([times, times - window_s])
         inside = both.clip(0.0, knots[-1])
         k = knots.searchsorted(inside, side="right") - 1
-        area, position, speed, acceleration = table.take(k, axis=1)
+        _, position, speed, acceleration = table.take(k, axis=1)
         step = inside - knots[k]
         raw = np.empty((3, 2, len(times)))
         flat = raw.reshape(3, -1)
-        flat[0] = area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
-        flat[0] += (both - inside).clip(0.0)  # after the end S stays 1
+        flat[0] = self._areas(both)
         flat[1] = position + step * (speed + step * acceleration / 2.0)
         flat[2] = speed + step * acceleration
         s, ds, dds = (raw[:, 0] - raw[:, 1]) / window_s

@@ -2,7 +2,10 @@
 
 from typing import Protocol
 
+import numpy as np
 from ruckig import InputParameter, Result, Ruckig, Trajectory
+
+from iiwa_sim.motion.limits import Array
 
 
 class Timing(Protocol):
@@ -14,6 +17,9 @@ class Timing(Protocol):
 
     def position(self, time_s: float) -> float:
         """s at a planned time of at least 0; exactly 1 from `duration_s` on."""
+
+    def positions(self, times: Array) -> Array:
+        """The same at rising planned times (m,), for less where there are many."""
 
 
 class OptimalTiming:
@@ -43,6 +49,10 @@ class OptimalTiming:
         s: float = self._trajectory.at_time(time_s)[0][0]
         return s
 
+    def positions(self, times: Array) -> Array:
+        """See `Timing`."""
+        return np.array([self.position(time_s) for time_s in times.tolist()])
+
 
 STANDSTILL_RAD = 2e-8
 """Joints that have less to go are there at once: within the limits even if each tick takes them back."""
@@ -56,3 +66,7 @@ class AtOnce:
     def position(self, time_s: float) -> float:
         """See `Timing`."""
         return 1.0 if time_s >= self.duration_s else 0.0
+
+    def positions(self, times: Array) -> Array:
+        """See `Timing`."""
+        return np.array([self.position(time_s) for time_s in times.tolist()])

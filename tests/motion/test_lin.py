@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.lines import random_lines
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
 
@@ -156,3 +158,16 @@ def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
         frame = Frame(*(round(value, digits) for value in robot.tcp_frame(TRANSPORT)))
         robot.goes_to([0.1, 0.5, 0.0, 1.4, 0.8, -0.4, 0.2])
         goes_straight_to(robot, frame)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10_000))
+def test_many_places_at_once_are_the_same_as_one_by_one(seed: int) -> None:
+    (plan,) = random_lines(load_robot(), count=1, seed=seed)
+    timing = plan.timing()
+    times = np.linspace(0.0, 1.1 * timing.duration_s, 100)
+    s = timing.positions(times)
+    np.testing.assert_allclose(s, [timing.position(t) for t in times.tolist()], atol=1e-13)
+    for places in (s, s[s < 1.0]):
+        one_by_one = [plan.path.joints(x) for x in places.tolist()]
+        np.testing.assert_allclose(plan.path.joints_along(places), one_by_one, atol=1e-12)
