@@ -19,8 +19,10 @@ from iiwa_sim.robot.inverse import Inverse
 MOST_SAMPLES = 400
 SMALLEST_STEP = 1e-4  # between samples
 PARTS = 4  # into which a step is split
-FREE_AT_END = 2e-8  # rad or m from a singular pose, where a line is taken to end in it
-TAIL = 1e-3  # of such a line, at its end
+FREE_AT_START = 1e-5  # rad or m from a singular pose, where a line is taken to start in it
+FREE_AT_END = 2e-8  # or to end in it
+TAIL = 1e-3  # of such a line, at that end of it
+LARGEST_MISMATCH_RAD = 1e-4  # of a free joint at the start: so much is made up for on the way
 LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
 LARGEST_UNCERTAINTY = 0.5  # see PathSamples; the real error is some percent of this estimate
 HALVINGS = 50  # of a step, to find where branches meet
@@ -75,6 +77,7 @@ class Line:
         self._redundancy = inverse.redundancy(start)
         self._redundancy_way = target_redundancy - self._redundancy
         self._stretches = [_Stretch(0.0, status, start)]
+        self._head: Array | None = None
         self._tail: Array | None = None
         self.samples = self._sample()
         self.end: Joints = tuple(self.samples.q[-1].tolist())
@@ -84,9 +87,9 @@ class Line:
         if s >= 1.0:
             return self.end
         if self._tail is not None and s > 1.0 - TAIL:
-            left = (1.0 - s) / TAIL
-            a, b, c, d = self._tail
-            return tuple((a + left * (b + left * (c + left * d))).tolist())
+            return _on_polynomial(self._tail, (1.0 - s) / TAIL)
+        if self._head is not None and s < TAIL:
+            return _on_polynomial(self._head, s / TAIL)
         k = len(self._stretches) - 1
         while self._stretches[k].s > s:
             k -= 1
@@ -94,7 +97,8 @@ class Line:
 
     def joints_along(self, s: Array) -> list[Joints]:
         """See `Path`."""
-        if self._tail is not None or len(self._stretches) > 1 or s[-1] >= 1.0:
+        singular = self._head is not None or self._tail is not None or len(self._stretches) > 1
+        if singular or s[-1] >= 1.0:
             return [self.joints(x) for x in s.tolist()]
         return list(map(tuple, self._positions(s).tolist()))
 
@@ -138,22 +142,28 @@ class Line:
         q = self._positions(s)
         q[0] = self._stretches[0].seed
         if len(self._inverse.merging_statuses(q[-1].tolist(), FREE_AT_END)) > 1:
-            self._tail = self._singular_tail()
-            q[-1] = self._tail[0]
+            # A joint that is free at the end keeps the position that it comes with. The inverse cannot tell
+            # it, and next to the end the last digits of the target decide on it.
+            last = self._stretches[-1]
+            tail = self._polynomial(1.0, -TAIL, last)
+            end = self._joints(1.0, last._replace(seed=tuple(tail[0].tolist())))
+            self._tail = _through(tail, end)
+            q[-1] = end
+        start = self._stretches[0]
+        if len(self._inverse.merging_statuses(start.seed, FREE_AT_START)) > 1:
+            # A joint that is free at the start must have the position that it leaves with.
+            head = self._polynomial(0.0, TAIL, start)
+            mismatch = np.abs(head[0] - start.seed)
+            if mismatch.max() > LARGEST_MISMATCH_RAD:
+                raise SingularLine(0.0, int(mismatch.argmax()))
+            self._head = _through(head, start.seed)
         return q
 
-    def _singular_tail(self) -> Array:
-        """Coefficients (4, n) of the joints over (1 - s) / TAIL, where the line ends in a singular pose.
-
-        There a joint is free and keeps the position that it comes with. The inverse cannot tell it, and next
-        to the end the last digits of the target decide on it.
-        """
-        last = self._stretches[-1]
-        before = np.array([self._joints(1.0 - k * TAIL, last) for k in (1, 2, 3, 4)])
-        coefficients: Array = np.linalg.solve(np.vander([1.0, 2.0, 3.0, 4.0], increasing=True), before)
-        end = self._joints(1.0, last._replace(seed=tuple(coefficients[0].tolist())))
-        # What is missing to the exact end is added on the way there, smoothly.
-        return coefficients + np.outer((1.0, -3.0, 3.0, -1.0), np.subtract(end, coefficients[0]))
+    def _polynomial(self, end: float, inwards: float, stretch: _Stretch) -> Array:
+        """Coefficients (4, n) of the joints over (s - end) / inwards, from what lies inwards of the end."""
+        near = np.array([self._joints(end + k * inwards, stretch) for k in (1, 2, 3, 4)])
+        coefficients: Array = np.linalg.solve(np.vander([1.0, 2.0, 3.0, 4.0], increasing=True), near)
+        return coefficients
 
     def _positions(self, s: Array) -> Array:
         """Joint positions (m, n) at values of s (m,)."""
@@ -209,6 +219,17 @@ def _between(s: Array, split: NDArray[np.bool_]) -> Array:
     steps = np.diff(s)[split, None]
     between: Array = s[:-1][split, None] + steps * (np.arange(1, PARTS) / PARTS)
     return between.ravel()
+
+
+def _through(polynomial: Array, end: Joints) -> Array:
+    """The polynomial (4, n), with what it misses of the end at 0 added smoothly from 1 to there."""
+    through: Array = polynomial + np.outer((1.0, -3.0, 3.0, -1.0), np.subtract(end, polynomial[0]))
+    return through
+
+
+def _on_polynomial(polynomial: Array, x: float) -> Joints:
+    a, b, c, d = polynomial
+    return tuple((a + x * (b + x * (c + x * d))).tolist())
 
 
 def _distance(a: Joints, b: Joints) -> float:

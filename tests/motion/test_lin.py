@@ -171,3 +171,12 @@ def test_many_places_at_once_are_the_same_as_one_by_one(seed: int) -> None:
     for places in (s, s[s < 1.0]):
         one_by_one = [plan.path.joints(x) for x in places.tolist()]
         np.testing.assert_allclose(plan.path.joints_along(places), one_by_one, atol=1e-12)
+
+
+@pytest.mark.parametrize("off_mm", [0.01, 0.1, 1.0, 10.0])
+def test_a_line_that_leaves_the_stretched_wrist_beside_its_plane_does_not_jump(off_mm: float) -> None:
+    robot = SteppedRobot()
+    robot.goes_to(TRANSPORT)
+    frame = robot.controller.tool_frame()
+    target = frame._replace(y_mm=frame.y_mm + off_mm, z_mm=frame.z_mm - 100.0)
+    assert refusal(robot, target) in {None, CROSSING_SINGULARITY}
