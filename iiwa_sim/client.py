@@ -143,6 +143,10 @@ class Iiwa:
         """The TCP on a straight line to a frame; blending in mm."""
         self._command("lin move", *target, speed, blending)
 
+    def lin_joint_move(self, joints: Sequence[float], speed: float, blending: float) -> None:
+        """The TCP on a straight line to where it is at joint positions; blending in mm."""
+        self._command("lin joint move", *joints, speed, blending)
+
     def ptp_move(self, target: Sequence[float], speed: float, blending: float) -> None:
         """The TCP to a frame, straight in joint space; blending in mm."""
         self._command("ptp move", *target, speed, blending)

@@ -67,6 +67,12 @@ class Controller:
         tool = self._tool_in_flange
         return self._accept(lambda start: self._planner.lin(start, target, speed_rel, redundancy, tool))
 
+    def lin_joint_move(self, joints: Sequence[float], speed_rel: float, blending_mm: float) -> int:
+        """LIN to where the TCP is at joint positions (rad), which it ends in; otherwise like `lin_move`."""
+        _check_blending(blending_mm)
+        tool = self._tool_in_flange
+        return self._accept(lambda start: self._planner.lin_to_joints(start, joints, speed_rel, tool))
+
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
         self._drive.stop()

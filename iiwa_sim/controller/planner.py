@@ -18,12 +18,21 @@ from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.motion.timing import STANDSTILL_RAD, AtOnce, Timing
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Found, Nearest, Unreachable
+from iiwa_sim.robot.nearest import (
+    JOINT_LIMIT,
+    OUT_OF_REACH,
+    ROBOT_CONFIGURATION,
+    Found,
+    Nearest,
+    Unreachable,
+)
 
 LONGEST_MOVE_S = 86400.0
 """A move that would take longer is refused: its speed is a mistake."""
 ROUNDING_RAD = 1e-9
 """So far beyond a limit a joint may seem to be that stands on it."""
+SAME_RAD = 1e-6
+"""Joint positions that differ by less are the same."""
 FARTHEST_MM = 1e6
 """A target farther away is refused unseen: its squares and products might be too large for floats."""
 
@@ -51,13 +60,11 @@ class Planner:
 
     def joint_line(self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]) -> Plan:
         """PTP to joint positions (rad), at a relative speed of each joint."""
-        n = len(self._description.joints)
-        if len(joints) != n or len(speeds_rel) != n:
-            raise Refused(EXECUTION, f"{n} joint positions and {n} speeds are needed")
-        _check_finite("joint position", joints)
+        self._check_joints(joints)
+        if len(speeds_rel) != len(joints):
+            raise Refused(EXECUTION, f"{len(joints)} speeds are needed")
         for speed_rel in speeds_rel:
             _check_speed(speed_rel)
-        self._check_range(joints)
         return self._ptp(start, tuple(map(float, joints)), speeds_rel)
 
     def ptp(
@@ -74,7 +81,25 @@ class Planner:
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
         self._check_end(start, "start")
         tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
-        line = self._line_to(flange, start, redundancy, tcp_line)
+        return self._timed(self._line_to(flange, start, redundancy, tcp_line), speed_rel)
+
+    def lin_to_joints(
+        self, start: Joints, joints: Sequence[float], speed_rel: float, tool_in_flange: Transform
+    ) -> Plan:
+        """LIN to where the TCP is at joint positions (rad), ending in these."""
+        self._check_joints(joints)
+        _check_speed(speed_rel)
+        self._check_end(start, "start")
+        tcp_line = TcpLine(self._model.flange(start), self._model.flange(joints), tool_in_flange)
+        own, wanted = self._inverse.status(start), self._inverse.status(joints)
+        status = wanted if wanted in self._inverse.merging_statuses(start) else own
+        line = self._line(start, tcp_line, self._inverse.redundancy(joints), status)
+        if float(np.abs(np.subtract(line.end, joints)).max()) > SAME_RAD:
+            reason = "a line to that pose ends in other joint positions, with the arm bent another way"
+            raise Refused(ROBOT_CONFIGURATION, reason)
+        return self._timed(line, speed_rel)
+
+    def _timed(self, line: Line, speed_rel: float) -> Plan:
         travel = np.abs(np.diff(line.samples.q, axis=0)).sum(axis=0)
         limits = self._limits_at(speed_rel, travel)
         if travel.max() < STANDSTILL_RAD:
@@ -148,8 +173,11 @@ class Planner:
             raise Refused(EXECUTION, f"at this speed the move would take more than {LONGEST_MOVE_S:g} s")
         return limits
 
-    def _check_range(self, joints: Sequence[float]) -> None:
+    def _check_joints(self, joints: Sequence[float]) -> None:
         d = self._description
+        if len(joints) != len(d.joints):
+            raise Refused(EXECUTION, f"{len(d.joints)} joint positions are needed")
+        _check_finite("joint position", joints)
         for name, q, lower, upper in zip(d.joints, joints, d.position_min, d.position_max, strict=True):
             if not lower <= q <= upper:
                 raise Refused(

@@ -177,6 +177,7 @@ def _text(line: bytes) -> str:
 # Frames on the wire are what Frame holds: mm and rad, intrinsic Z-Y-X.
 _MOVES: dict[str, Callable[[Controller, Values], int]] = {
     "joint move": lambda controller, v: controller.joint_move(v[:7], v[7:]),
+    "lin joint move": lambda controller, v: controller.lin_joint_move(v[:7], v[7], v[8]),
     "lin move": lambda controller, v: controller.lin_move(Frame(*v[:6]), v[6], v[7]),
     "ptp move": lambda controller, v: controller.ptp_move(Frame(*v[:6]), v[6], v[7]),
     "linr move": lambda controller, v: controller.lin_move(Frame(*v[:6]), v[6], v[7], v[8]),

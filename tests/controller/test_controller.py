@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf, nan
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -40,6 +41,10 @@ REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
     ("lin_move", (HOME, 2.0, 0.0), EXECUTION),
     ("lin_move", (HOME, 1.0, nan), EXECUTION),
     ("lin_move", (HOME._replace(y_mm=100.0), 1e-9, 0.0), EXECUTION),
+    ("lin_joint_move", ([3.0, 0, 0, 0, 0, 0, 0], 1.0, 0.0), JOINT_LIMIT),
+    ("lin_joint_move", ([nan] * 7, 1.0, 0.0), EXECUTION),
+    ("lin_joint_move", (AWAY, 0.0, 0.0), EXECUTION),
+    ("lin_joint_move", (AWAY, 1.0, -1.0), EXECUTION),
 ]
 
 
@@ -73,6 +78,19 @@ def test_moves_run_one_after_the_other_in_their_order() -> None:
         passed.append(robot.controller.joints[0])
     assert passed == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.5], abs=1e-3)
     assert not robot.controller.moving
+
+
+@pytest.mark.requirement("FRC007")
+def test_targets_are_absolute_wherever_the_robot_comes_from() -> None:
+    reached = []
+    for start in (AWAY, [0.0, 0.5, 0.2, -1.0, 0.3, 1.0, 0.0]):
+        robot = SteppedRobot()
+        robot.goes_to(start)
+        robot.controller.ptp_move(HOME, 1.0, 0.0)
+        robot.runs_until_stopped()
+        reached.append(robot.controller.tool_frame())
+    for frame in reached:
+        np.testing.assert_allclose(frame, HOME, atol=1e-6)
 
 
 @pytest.mark.requirement("FRC016")

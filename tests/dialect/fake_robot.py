@@ -37,6 +37,9 @@ class FakeRobot:
     ) -> int:
         return self._accept("lin", target, speed, blending_mm, redundancy)
 
+    def lin_joint_move(self, joints: Sequence[float], speed_rel: float, blending_mm: float) -> int:
+        return self._accept("lin joint", tuple(joints), speed_rel, blending_mm)
+
     def ptp_move(
         self, target: Frame, speed: float, blending_mm: float, redundancy: float | None = None
     ) -> int:

@@ -71,12 +71,14 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert talk.ask("linr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
     assert talk.ask("ptpr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
     assert talk.ask("joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
+    assert talk.ask("lin joint move : 0 1 2 3 4 5 6 .1 20") == "done"
     assert robot.moves == [
         ("lin", frame, 0.5, 10.0, None),
         ("ptp", frame, 0.5, 10.0, None),
         ("lin", frame, 0.5, 10.0, 1.25),
         ("ptp", frame, 0.5, 10.0, 1.25),
         ("joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        ("lin joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 0.1, 20.0),
     ]
     assert robot.stops == 0
     assert talk.ask("stop") == "done"

@@ -11,7 +11,7 @@ from benchmarks.lines import random_lines
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
 
 TRANSPORT = tuple(map(radians, (0, 25, 0, 90, 0, 0, 0)))
@@ -180,3 +180,26 @@ def test_a_line_that_leaves_the_stretched_wrist_beside_its_plane_does_not_jump(o
     frame = robot.controller.tool_frame()
     target = frame._replace(y_mm=frame.y_mm + off_mm, z_mm=frame.z_mm - 100.0)
     assert refusal(robot, target) in {None, CROSSING_SINGULARITY}
+
+
+@pytest.mark.requirement("FRC011")
+@settings(max_examples=30, deadline=None)
+@given(offsets=st.tuples(*[st.floats(-0.3, 0.3)] * 7))
+def test_a_line_to_joint_positions_ends_in_them(offsets: tuple[float, ...]) -> None:
+    robot = SteppedRobot()
+    target = tuple(np.add(robot.description.home, offsets).tolist())
+    robot.controller.lin_joint_move(target, 1.0, 0.0)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(robot.controller.joints, target, atol=1e-6)
+    assert_within_limits(robot)
+    if np.linalg.norm(np.subtract(robot.tcp_frame(target)[:3], robot.tcp_frame(robot.joints[0])[:3])) > 1.0:
+        assert_straight(robot, robot.joints, robot.tcp_frame(target))
+
+
+@pytest.mark.requirement("FRC011")
+def test_a_line_to_joints_that_need_the_arm_bent_another_way_is_refused() -> None:
+    robot = SteppedRobot()
+    with pytest.raises(Refused) as refused:
+        robot.controller.lin_joint_move([0.2, -0.4, 0.1, 1.2, 0.0, -1.2, 0.0], 1.0, 0.0)
+    assert refused.value.code in {ROBOT_CONFIGURATION, OUT_OF_REACH, CROSSING_SINGULARITY, JOINT_LIMIT}
+    assert not robot.controller.moving
