@@ -51,13 +51,21 @@ class Drive:
         self.rest = move.path.end
         self._waiting.append(move)
 
+    def rest_after_stop(self) -> Joints:
+        """Where the robot would come to rest if it were stopped now (rad)."""
+        if self._running is None:
+            return self.joints
+        return self._running.path.joints(self._timing.position(self._time.rest_s()))
+
     def stop(self) -> None:
         """Stop on the path, and forget the moves that wait."""
         self._waiting.clear()
-        if self._running is None:
-            self.rest = self.joints
-        else:
-            self.rest = self._running.path.joints(self._timing.position(self._time.stop()))
+        self._time.stop()
+        self.rest = self.rest_after_stop()
+
+    def start_from(self, joints: Joints) -> None:
+        """Be at rest at other joint positions (rad): something else has moved the robot, or will have."""
+        self.joints = self.rest = joints
 
     def step(self) -> None:
         """One tick.

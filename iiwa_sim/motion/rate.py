@@ -39,21 +39,28 @@ class PlannedTime:
         """Whether the rate has come to 0."""
         return self._slowing is not None and self._slowing_s >= self._slowing.duration
 
-    def stop(self) -> float:
-        """Bring the rate to 0 as fast as its bounds allow; returns the time at which it will be 0."""
+    def stop(self) -> None:
+        """Bring the rate to 0 as fast as its bounds allow."""
         if self._slowing is None:
-            self._task.current_position = [self.time_s]
-            self._task.current_velocity = [1.0]
-            self._task.current_acceleration = [0.0]
-            self._task.target_velocity = [0.0]
-            self._task.target_acceleration = [0.0]
-            slowing = Trajectory(1)
-            result = self._ruckig.calculate(self._task, slowing)
-            if result != Result.Working:
-                raise ArithmeticError(f"Ruckig: {result} for a stop at {self.time_s} s")
-            self._slowing, self._slowing_s = slowing, 0.0
-        rest: float = self._slowing.at_time(self._slowing.duration)[0][0]
+            self._slowing, self._slowing_s = self._stopping_now(), 0.0
+
+    def rest_s(self) -> float:
+        """The time at which the rate is 0, or would be after a stop from now."""
+        slowing = self._slowing or self._stopping_now()
+        rest: float = slowing.at_time(slowing.duration)[0][0]
         return rest
+
+    def _stopping_now(self) -> Trajectory:
+        self._task.current_position = [self.time_s]
+        self._task.current_velocity = [1.0]
+        self._task.current_acceleration = [0.0]
+        self._task.target_velocity = [0.0]
+        self._task.target_acceleration = [0.0]
+        slowing = Trajectory(1)
+        result = self._ruckig.calculate(self._task, slowing)
+        if result != Result.Working:
+            raise ArithmeticError(f"Ruckig: {result} for a stop at {self.time_s} s")
+        return slowing
 
     def ticks(self, count: int) -> Array:
         """The times of this tick and those that follow at full rate."""
