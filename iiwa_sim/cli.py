@@ -1,7 +1,7 @@
-"""`iiwa-sim`: its options, its messages, its exit codes.
+"""`iiwa-sim` and `iiwa-sim plot`: their options, messages and exit codes.
 
-Exit code 0 after SIGTERM or SIGINT; 2, with one line on stderr, for options, a robot, an address or a stdout
-it cannot use.
+Exit code 0 after SIGTERM or SIGINT, or when the picture is written; 2, with one line on stderr, for options,
+a robot, an address, a stdout or a file it cannot use, and for commands of a picture that are refused.
 """
 
 import argparse
@@ -12,26 +12,35 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from importlib import metadata
+from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim import log
 from iiwa_sim.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
-from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
+from iiwa_sim.plot.fault import PlotFault
+from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots, load_robot
 from iiwa_sim.serve.tcp import MAX_PORT, ListenFault, host_and_port
 from iiwa_sim.wording import harmless, shortened
 
 PORT = 30000
+PLOT = "plot"
+PICTURES = (".png", ".svg")
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the simulator until SIGTERM or SIGINT; returns the exit code."""
+    """Run the simulator until SIGTERM or SIGINT, or make a picture; returns the exit code."""
+    given = sys.argv[1:] if arguments is None else arguments
     try:
-        return _run(_parser().parse_args(arguments))
-    except (RobotFault, ListenFault, _StdoutFault) as fault:
+        if given and given[0] == PLOT:
+            return _plot(_plot_parser().parse_args(given[1:]))
+        return _run(_parser().parse_args(given))
+    except (RobotFault, ListenFault, PlotFault, _StdoutFault) as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:  # while a picture is made
+        return 128 + signal.SIGINT
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -60,6 +69,26 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         gc.enable()
         await ending.asked.wait()
     gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
+
+
+def _plot(options: argparse.Namespace) -> int:
+    try:
+        from iiwa_sim.plot.draw import picture
+    except ModuleNotFoundError as fault:
+        if not (fault.name or "").startswith("matplotlib"):
+            raise
+        raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'") from None
+    from iiwa_sim.plot.record import record
+    from iiwa_sim.plot.script import read_script
+
+    output: Path = options.output
+    recording = record(read_script(options.commands), load_robot(options.robot), options.rate)
+    drawn = picture(recording, output.suffix[1:].lower())
+    try:
+        output.write_bytes(drawn)
+    except OSError as fault:
+        raise PlotFault(f"{output}: cannot be written: {fault.strerror}") from None
+    return 0
 
 
 class _StdoutFault(Exception):
@@ -113,20 +142,15 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> _Parser:
-    # Subcommands to come get parsers of their own, chosen by the first argument.
+    # Subcommands have parsers of their own, chosen by the first argument.
     parser = _Parser(
         prog="iiwa-sim",
-        description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa.",
+        description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa. "
+        f"To draw a motion instead: iiwa-sim {PLOT} --help",
         epilog="To talk to it: telnet HOST PORT, then help",
         allow_abbrev=False,
     )
-    names = ", ".join(built_in_robots())
-    parser.add_argument(
-        "--robot",
-        default=DEFAULT_ROBOT,
-        metavar="NAME|FOLDER",
-        help=f"{names}, or your own (default: %(default)s)",
-    )
+    _add_robot(parser)
     parser.add_argument(
         "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
     )
@@ -136,13 +160,7 @@ def _parser() -> _Parser:
         default=PORT,
         help="port to listen on; 0 picks one (default: %(default)s)",
     )
-    parser.add_argument(
-        "--rate",
-        type=_whole(MIN_RATE_HZ, MAX_RATE_HZ),
-        default=DEFAULT_RATE_HZ,
-        metavar="HZ",
-        help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: %(default)s)",
-    )
+    _add_rate(parser)
     parser.add_argument(
         "--log-level",
         choices=log.LEVELS,
@@ -154,6 +172,51 @@ def _parser() -> _Parser:
     parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
     parser.add_argument("--version", action="store_true", help="print the version and leave")
     return parser
+
+
+def _plot_parser() -> _Parser:
+    parser = _Parser(
+        prog=f"iiwa-sim {PLOT}",
+        description="Runs a file of commands in simulated time and draws the motion: positions, velocities "
+        "and accelerations of the joints, speed and way of the TCP, with targets and blending spheres.",
+        epilog="In the file: one command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; "
+        "what follows a # is a comment.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("commands", metavar="COMMANDS", help="the file")
+    parser.add_argument(
+        "-o", "--output", type=_picture, required=True, metavar="PICTURE", help="where to, as .png or .svg"
+    )
+    _add_robot(parser)
+    _add_rate(parser)
+    return parser
+
+
+def _add_robot(parser: _Parser) -> None:
+    parser.add_argument(
+        "--robot",
+        default=DEFAULT_ROBOT,
+        metavar="NAME|FOLDER",
+        help=f"{', '.join(built_in_robots())}, or your own (default: %(default)s)",
+    )
+
+
+def _add_rate(parser: _Parser) -> None:
+    parser.add_argument(
+        "--rate",
+        type=_whole(MIN_RATE_HZ, MAX_RATE_HZ),
+        default=DEFAULT_RATE_HZ,
+        metavar="HZ",
+        help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: %(default)s)",
+    )
+
+
+def _picture(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in PICTURES:
+        shown = shortened(repr(text), 40)
+        raise argparse.ArgumentTypeError(f"{shown} does not end in {' or '.join(PICTURES)}")
+    return path
 
 
 def _whole(low: int, high: int) -> Callable[[str], int]:

@@ -1,0 +1,1 @@
+"""Pictures of motion: a file of commands, run in simulated time, drawn."""

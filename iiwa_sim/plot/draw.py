@@ -1,0 +1,60 @@
+"""A recording drawn: joints over time, and the way of the TCP with its targets and blending spheres.
+
+Only this module and those that it draws with know matplotlib. They keep off pyplot and its global state, and
+write no date and no random names: the same recording gives the same bytes.
+"""
+
+import warnings
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib.style
+from matplotlib.figure import Figure
+
+from iiwa_sim.plot.over_time import draw_over_time
+from iiwa_sim.plot.record import Recording
+from iiwa_sim.plot.tcp_views import draw_tcp_views
+from iiwa_sim.wording import harmless, shortened
+
+FORMATS = ("png", "svg")
+
+_LONGEST_NAME = 60
+_SIZE_IN = (13.0, 8.6)
+_STYLE = {
+    "font.size": 9.0,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.edgecolor": "#888888",
+    "axes.titlesize": 9.0,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.7,
+    "lines.linewidth": 1.3,
+    "savefig.dpi": 110.0,
+    "svg.hashsalt": "iiwa-sim",
+}
+_NO_TRACES: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
+
+
+def picture(recording: Recording, file_format: str) -> bytes:
+    """The picture as a file of one of the FORMATS."""
+    with matplotlib.style.context(_STYLE, after_reset=True), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from")  # in somebody's file name
+        file = BytesIO()
+        draw(recording).savefig(file, format=file_format, metadata=_NO_TRACES[file_format])
+        return file.getvalue()
+
+
+def draw(recording: Recording) -> Figure:
+    """The figure: panels over time on the left, two views of the way of the TCP on the right."""
+    figure = Figure(figsize=_SIZE_IN, layout="constrained")
+    figure.suptitle(_title(recording), parse_math=False, fontsize=10.5)
+    halves = figure.add_gridspec(1, 2, width_ratios=[1.5, 1.0])
+    draw_over_time(figure.add_subfigure(halves[0]), recording)
+    draw_tcp_views(figure.add_subfigure(halves[1]), recording)
+    return figure
+
+
+def _title(recording: Recording) -> str:
+    file, robot = Path(recording.script.path).name, recording.description.name
+    names = [shortened(harmless(name), _LONGEST_NAME) for name in (file, robot)]
+    return f"{names[0]} on {names[1]}: {recording.duration_s:.2f} s at {1.0 / recording.tick_s:.0f} ticks/s"

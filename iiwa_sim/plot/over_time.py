@@ -1,0 +1,128 @@
+"""Positions, velocities and accelerations of the joints and the speed of the TCP, over time.
+
+Velocities and accelerations are parts of the limits, for these differ from joint to joint: the joint that
+sets the pace is the one at 100 %. A strip beside each panel has a bar per joint, thin from limit to limit and
+thick where the joint has been; its colours are the panel's legend.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import SubFigure
+from matplotlib.ticker import MultipleLocator
+
+from iiwa_sim.plot.marks import COLOURS, numbers, together
+from iiwa_sim.plot.record import Array, Recording
+
+_LIMIT: dict[str, Any] = {"color": "#555555", "linestyle": (0, (5, 3)), "linewidth": 0.9}
+_PASSED: dict[str, Any] = {"color": "#999999", "linestyle": (0, (1, 2)), "linewidth": 1.0, "zorder": 1.0}
+_DEGREES_PER_TICK = 60.0
+_ROUNDING_PERCENT = 1.0  # of differences over ticks; below it nothing is beyond a limit
+_ROOM = 1.18  # above the highest limit, for its name
+_CLOSEST = 0.025  # of the time shown: numbers nearer to each other share one place
+
+
+def draw_over_time(figure: SubFigure, recording: Recording) -> None:
+    """Fill a figure with the four panels and three strips."""
+    grid = figure.add_gridspec(4, 2, width_ratios=[4.5, 1.0])
+    first = figure.add_subplot(grid[0, 0])
+    panels = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in (1, 2, 3))]
+    strips = [figure.add_subplot(grid[row, 1], sharey=panels[row]) for row in (0, 1, 2)]
+    robot = recording.description
+    low, high = np.degrees(robot.position_min), np.degrees(robot.position_max)
+    panels[0].set_ylabel("joint position (deg)")
+    panels[0].yaxis.set_major_locator(MultipleLocator(_DEGREES_PER_TICK))
+    _draw_joints(panels[0], strips[0], recording, np.degrees(recording.joints), low, high)
+    full = np.full(len(robot.joints), 100.0)
+    velocity = 100.0 * recording.velocity() / np.array(robot.velocity)
+    panels[1].set_ylabel("joint velocity (% of limit)")
+    _draw_joints(panels[1], strips[1], recording, velocity, -full, full)
+    _draw_limit(panels[1], 100.0, "limit")
+    acceleration = 100.0 * recording.acceleration() / np.array(robot.acceleration)
+    panels[2].set_ylabel("joint acceleration (% of limit)")
+    _draw_joints(panels[2], strips[2], recording, acceleration, -full, full)
+    _draw_limit(panels[2], 100.0, "limit")
+    if np.abs(acceleration).max() > 100.0 + _ROUNDING_PERCENT:
+        in_a_stop = 100.0 * max(np.divide(robot.stop_acceleration, robot.acceleration))
+        _draw_limit(panels[2], in_a_stop, "limit in a stop")
+    panels[3].set_ylabel("TCP speed (mm/s)")
+    speed_mm_s = recording.tcp_speed_mm_s()
+    panels[3].plot(recording.times_s(), speed_mm_s, color=COLOURS[4])
+    panels[3].set_ylim(0.0, 1.08 * max(float(speed_mm_s.max()), 1.0))
+    panels[3].set_xlabel("time (s)")
+    panels[3].set_xlim(0.0, recording.duration_s)
+    for panel in panels[:3]:
+        panel.tick_params(labelbottom=False)
+    strips[0].set_title("range used")
+    _mark_passed(panels, recording)
+    figure.align_ylabels(panels)
+
+
+def _draw_joints(
+    panel: Axes, strip: Axes, recording: Recording, values: Array, low: Array, high: Array
+) -> None:
+    """Values (ticks, joints) over time, and beside them what they use of the limits."""
+    names = recording.description.joints
+    times_s = recording.times_s()
+    for joint in range(len(names)):
+        colour = COLOURS[joint % len(COLOURS)]
+        style = "-" if joint < len(COLOURS) else "--"
+        panel.plot(times_s, values[:, joint], color=colour, linestyle=style, label=names[joint])
+        strip.plot(
+            [joint, joint],
+            [low[joint], high[joint]],
+            color="#aaaaaa",
+            linewidth=1.0,
+            marker="_",
+            markersize=7.0,
+            markeredgecolor="#555555",
+        )
+        used = [values[:, joint].min(), values[:, joint].max()]
+        strip.plot([joint, joint], used, color=colour, linewidth=4.5, solid_capstyle="butt")
+    strip.set_xticks(range(len(names)), names, fontsize=8.0)
+    for joint, label in enumerate(strip.get_xticklabels()):
+        label.set_color(COLOURS[joint % len(COLOURS)])
+        label.set_parse_math(False)
+    strip.set_xlim(-0.7, len(names) - 0.3)
+    strip.tick_params(labelleft=False, left=False, bottom=False)
+    strip.grid(visible=False, axis="x")
+
+
+def _draw_limit(panel: Axes, percent: float, name: str) -> None:
+    for level in (percent, -percent):
+        panel.axhline(level, **_LIMIT)
+    panel.set_ylim(-_ROOM * percent, _ROOM * percent)
+    panel.annotate(
+        name,
+        (1.0, percent),
+        xycoords=panel.get_yaxis_transform(),
+        xytext=(-3.0, 2.0),
+        textcoords="offset points",
+        horizontalalignment="right",
+        fontsize=7.5,
+        color="#555555",
+    )
+
+
+def _mark_passed(panels: list[Axes], recording: Recording) -> None:
+    """Where in time the moves to the numbered targets were done, or blended into the next."""
+    passed = [
+        ((target.done_tick * recording.tick_s,), number)
+        for target, number in zip(recording.targets, numbers(recording), strict=True)
+        if number and target.done_tick is not None
+    ]
+    for (time_s,), _ in passed:
+        for panel in panels:
+            panel.axvline(time_s, **_PASSED)
+    for (time_s,), label in together(passed, _CLOSEST * recording.duration_s):
+        panels[0].annotate(
+            label,
+            (time_s, 1.0),
+            xycoords=panels[0].get_xaxis_transform(),
+            xytext=(0.0, 3.0),
+            textcoords="offset points",
+            horizontalalignment="center",
+            fontsize=8.5,
+            fontweight="bold",
+        )

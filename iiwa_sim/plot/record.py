@@ -1,0 +1,221 @@
+"""Runs a script through the wire's own session on a stepped controller, and keeps what every tick gave."""
+
+from array import array
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Request, load_table
+from iiwa_sim.frames import Frame, Transform, Vector, compose
+from iiwa_sim.plot.script import LONGEST_S, Command, Script, Wait
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.model import Model
+
+Array = NDArray[np.float64]
+
+REST_TICKS = 3
+"""Ticks recorded after the last motion, so that its end shows in the differences."""
+_SERVO_MODES = ("smart", "direct")
+
+
+@dataclass(frozen=True)
+class Target:
+    """Where an accepted command sends the TCP."""
+
+    line: int
+    """Of the file."""
+    tcp_mm: Vector
+    """In the base."""
+    blending_mm: float
+    """The radius commanded; 0 where the command has none."""
+    servo: bool
+    """One of a stream, replaced by the next: of a smart or direct command."""
+    done_tick: int | None = None
+    """In which its move was done, or blended into the next; None where it never came to that."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The robot at every tick, from rest at tick 0. Joints base first; arrays over ticks have n + 1 rows."""
+
+    script: Script
+    description: RobotDescription
+    tick_s: float
+    joints: Array
+    """(n + 1, joints), rad"""
+    tcp_mm: Array
+    """(n + 1, 3), in the base"""
+    targets: tuple[Target, ...]
+
+    @property
+    def duration_s(self) -> float:
+        """Simulated time."""
+        return (len(self.joints) - 1) * self.tick_s
+
+    def times_s(self) -> Array:
+        """(n + 1,)"""
+        return np.arange(len(self.joints), dtype=np.float64) * self.tick_s
+
+    def velocity(self) -> Array:
+        """(n + 1, joints), rad/s: the mean of the tick before, so the first is 0."""
+        return self._rate(self.joints)
+
+    def acceleration(self) -> Array:
+        """(n + 1, joints), rad/s^2: the change of velocity with the tick."""
+        return self._rate(self.velocity())
+
+    def tcp_speed_mm_s(self) -> Array:
+        """(n + 1,)"""
+        speed: Array = np.sqrt((self._rate(self.tcp_mm) ** 2).sum(axis=1))
+        return speed
+
+    def _rate(self, values: Array) -> Array:
+        rate: Array = np.diff(values, axis=0, prepend=values[:1]) / self.tick_s
+        return rate
+
+
+def record(script: Script, description: RobotDescription, rate_hz: int) -> Recording:
+    """Run a script, and what it has set moving, to the end.
+
+    Raises `PlotFault` where a line is refused or the time grows beyond `LONGEST_S`, and `RobotFault` for a
+    robot that cannot be used.
+    """
+    recorder = _Recorder(script, description, rate_hz)
+    for step in script.steps:
+        if isinstance(step, Wait):
+            recorder.wait(step)
+        else:
+            recorder.send(step)
+    return recorder.finish()
+
+
+class _Recorder:
+    """A controller, the one client it has, and what has happened so far."""
+
+    def __init__(self, script: Script, description: RobotDescription, rate_hz: int) -> None:
+        self._script = script
+        self._description = description
+        self._rate_hz = rate_hz
+        self._controller = Controller(description, 1.0 / rate_hz)
+        self._model = Model(description)
+        self._refusal = _Refusal()
+        self._session = _Session(self._controller, self._refusal, script.path)
+        self._joints = array("d", self._controller.joints)
+        self._tcp_mm = array("d", self._controller.tool_frame()[:3])
+        self._targets: list[Target] = []
+        self._pending: dict[int, int] = {}  # indices of targets, by the numbers of their moves
+        self._due_s = 0.0  # the file's own time: what ticks round off a wait does not add up
+
+    def send(self, command: Command) -> None:
+        """Send a line and take its answer."""
+        if self._session.closing:
+            raise self._script.fault(command, "nothing is heard after bye")
+        line = command.text.encode()
+        self._session.receive(line + b"\n")
+        reply = self._session.answer().decode().rstrip()
+        if reply in (ERROR, UNKNOWN_COMMAND):
+            raise self._script.fault(command, f"{reply}: {self._refusal.reason}")
+        request = load_table("iiwa").parse(line)
+        if isinstance(request, Request):
+            self._add_target(command.line, request)
+        self._forget_pending()
+
+    def wait(self, wait: Wait) -> None:
+        """Step until its time is up."""
+        if wait.seconds is None:
+            while self._controller.moving:
+                self._step(wait)
+            self._due_s = self._controller.tick / self._rate_hz
+            return
+        self._due_s += wait.seconds
+        while self._controller.tick < round(self._due_s * self._rate_hz):
+            self._step(wait)
+
+    def finish(self) -> Recording:
+        """Step until the robot rests."""
+        last = self._script.steps[-1]
+        while self._controller.moving:
+            self._step(last)
+        for _ in range(REST_TICKS):
+            self._step(last)
+        return Recording(
+            script=self._script,
+            description=self._description,
+            tick_s=self._controller.tick_s,
+            joints=np.array(self._joints).reshape(-1, len(self._description.joints)),
+            tcp_mm=np.array(self._tcp_mm).reshape(-1, 3),
+            targets=tuple(self._targets),
+        )
+
+    def _step(self, step: Command | Wait) -> None:
+        controller = self._controller
+        if controller.tick >= LONGEST_S * self._rate_hz:
+            raise self._script.fault(step, f"more than {LONGEST_S:g} s of simulated time")
+        controller.step()
+        self._joints.extend(controller.joints)
+        self._tcp_mm.extend(controller.tool_frame()[:3])
+        for target in self._forget_pending():
+            self._targets[target] = replace(self._targets[target], done_tick=controller.tick)
+
+    def _forget_pending(self) -> list[int]:
+        """Moves that are pending no more: done where a tick has passed, dropped where a command has come."""
+        if not self._pending:
+            return []
+        over = [number for number in self._pending if not self._controller.is_pending(number)]
+        return [self._pending.pop(number) for number in over]
+
+    def _add_target(self, line: int, request: Request) -> None:
+        tcp = self._tcp(request)
+        if tcp is None:
+            return
+        named = dict(zip((each.name for each in request.command.parameters), request.values, strict=True))
+        servo = request.command.mode in _SERVO_MODES
+        blending_mm = named.get("blending", 0.0)
+        if self._session.last_move is not None and not servo:
+            self._pending[self._session.last_move] = len(self._targets)
+        x, y, z = tcp.translation
+        self._targets.append(Target(line, (1e3 * x, 1e3 * y, 1e3 * z), blending_mm, servo))
+
+    def _tcp(self, request: Request) -> Transform | None:
+        """The pose of the TCP that a command asks for, if it does."""
+        names = [each.name for each in request.command.parameters]
+        tool = self._description.tool_in_flange
+        if names[:6] == ["x", "y", "z", "alpha", "beta", "gamma"]:
+            pose = Frame(*request.values[:6]).to_transform()
+            return compose(pose, tool) if request.command.mode in _SERVO_MODES else pose
+        count = len(self._description.joints)
+        if names[:count] == [f"j{index}" for index in range(count)]:
+            return compose(self._model.flange(request.values[:count]), tool)
+        return None
+
+
+class _Session(Session):
+    """One that tells which move it had accepted last."""
+
+    @property
+    def last_move(self) -> int | None:
+        return self._last_move
+
+
+class _Refusal:
+    """The `DialectLog` that keeps the last reason."""
+
+    commands = False
+    reason = ""
+
+    def command(self, session: str, line: str, reply: str) -> None:
+        pass
+
+    def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        del session, line, code  # the file and the number of the line name the command
+        self.reason = reason
+
+    def stopped(self, session: str, vanished: bool) -> None:
+        pass
+
+    def exception(self, session: str, line: str, fault: Exception) -> None:
+        del session, line
+        self.reason = f"internal fault, {type(fault).__name__}: {fault}"

@@ -1,0 +1,95 @@
+"""A file of commands: which lines go to the robot, and when.
+
+One command per line, as on the wire. What follows a `#` is a comment; blank lines count for nothing. Commands
+follow each other at once, within one tick, except where the file says
+
+    wait SECONDS        the robot moves on for so long, in simulated time
+    wait stopped        until `get status` would say stopped
+
+Letter case and blanks count as little as on the wire.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from iiwa_sim.dialect.decimals import parse_decimal
+from iiwa_sim.plot.fault import PlotFault
+
+LONGEST_S = 600.0
+"""The longest time that is recorded; a longer one shows nothing on one picture."""
+MAX_BYTES = 10_000_000
+"""Of a file; what is larger is no file of commands."""
+
+
+class Command(NamedTuple):
+    """A line for the robot."""
+
+    line: int
+    """Its number in the file, from 1."""
+    text: str
+
+
+class Wait(NamedTuple):
+    """Simulated time passes before the next command."""
+
+    line: int
+    text: str
+    seconds: float | None
+    """None: until the robot has stopped."""
+
+
+class Script(NamedTuple):
+    """A file of commands, read."""
+
+    path: str
+    steps: tuple[Command | Wait, ...]
+
+    def fault(self, step: Command | Wait, reason: str) -> PlotFault:
+        """The fault that names this file, the line, what it says and why that is wrong."""
+        return PlotFault(f"{self.path}: line {step.line}: '{step.text}': {reason}")
+
+
+def read_script(path: str) -> Script:
+    """The file of that name. Raises `PlotFault` for one that is unreadable or has a wait that is none."""
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as fault:
+        raise PlotFault(f"{path}: cannot be read: {fault.strerror}") from None
+    if len(data) > MAX_BYTES:
+        raise PlotFault(f"{path}: expected a file of commands, of at most {MAX_BYTES} bytes")
+    return parse_script(path, data)
+
+
+def parse_script(path: str, data: bytes) -> Script:
+    """A script from its bytes; `path` names it in messages."""
+    try:
+        data.decode("utf-8-sig")
+    except UnicodeDecodeError as fault:
+        raise PlotFault(f"{path}: expected text in UTF-8 ({fault})") from None
+    steps: list[Command | Wait] = []
+    for number, line in enumerate(data.removeprefix(b"\xef\xbb\xbf").splitlines(), start=1):
+        text = line.partition(b"#")[0].strip(b" \t").decode()
+        if text:
+            steps.append(_step(path, number, text))
+    if not steps:
+        raise PlotFault(f"{path}: expected commands, one per line, and found none")
+    return Script(path, tuple(steps))
+
+
+def _step(path: str, number: int, text: str) -> Command | Wait:
+    words = text.replace("\t", " ").lower().split(" ")
+    first, *others = [word for word in words if word]
+    if first != "wait":
+        return Command(number, text)
+    expected = f"expected 'wait SECONDS', 0 to {LONGEST_S:g}, or 'wait stopped'"
+    if others == ["stopped"]:
+        return Wait(number, text, None)
+    try:
+        (word,) = others
+        seconds = parse_decimal(word.encode())
+    except ValueError:  # not one word, or no number
+        seconds = -1.0
+    if not 0.0 <= seconds <= LONGEST_S:
+        raise PlotFault(f"{path}: line {number}: '{text}': {expected}")
+    return Wait(number, text, seconds)

@@ -1,0 +1,100 @@
+"""The way of the TCP from above and from the side, with the targets and the blending spheres round them.
+
+Parallel views, both to scale: a sphere is a circle of its radius. In perspective it would hide what is behind
+it, and no length could be read off.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import SubFigure
+from matplotlib.patches import Circle
+from matplotlib.patheffects import withStroke
+
+from iiwa_sim.plot.marks import COLOURS, Place, numbers, together
+from iiwa_sim.plot.record import Recording
+
+_AXES = "xyz"
+_PATH, _SPHERE = COLOURS[4], COLOURS[1]
+_START: dict[str, Any] = {
+    "color": _PATH,
+    "marker": "o",
+    "markerfacecolor": "white",
+    "markersize": 7.0,
+    "linestyle": "",
+    "label": "start",
+}
+_TARGET: dict[str, Any] = {
+    "color": COLOURS[5],
+    "marker": "+",
+    "markersize": 8.0,
+    "markeredgewidth": 1.5,
+    "linestyle": "",
+    "label": "target",
+}
+_STREAMED: dict[str, Any] = {
+    "color": COLOURS[5],
+    "marker": ".",
+    "markersize": 3.0,
+    "linestyle": "",
+    "label": "target of a stream",
+}
+_NUMBER: dict[str, Any] = {
+    "fontsize": 8.5,
+    "fontweight": "bold",
+    "path_effects": [withStroke(linewidth=2.5, foreground="white")],
+}
+_CLOSEST = 0.04  # of the extent: numbers nearer to each other share one place
+_SMALLEST_MM = 1.0  # shown round the way: a TCP at rest has no extent of its own
+
+
+def draw_tcp_views(figure: SubFigure, recording: Recording) -> None:
+    """Fill a figure with the two views and their legend."""
+    above, side = figure.subplots(2, 1)
+    x_mm, y_mm, _ = np.ptp(recording.tcp_mm, axis=0)
+    _draw_view(above, recording, (0, 1))
+    above.set_title("TCP seen from above")
+    if x_mm >= y_mm:
+        _draw_view(side, recording, (0, 2))
+        side.set_title("TCP seen from the side")
+    else:
+        _draw_view(side, recording, (1, 2))
+        side.set_title("TCP seen from the front")
+    handles, labels = above.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+
+
+def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
+    first, second = axes
+    way = recording.tcp_mm[:, list(axes)]
+    view.plot(way[:, 0], way[:, 1], color=_PATH, linewidth=1.5, label="way of the TCP")
+    view.plot(way[0, 0], way[0, 1], **_START)
+    spheres = [
+        Circle((target.tcp_mm[first], target.tcp_mm[second]), target.blending_mm)
+        for target in recording.targets
+        if target.blending_mm > 0.0
+    ]
+    for sphere in spheres:
+        sphere.set(facecolor=(*to_rgb(_SPHERE), 0.15), edgecolor=_SPHERE, linewidth=1.0)
+        view.add_patch(sphere)
+    if spheres:
+        spheres[0].set_label("blending sphere")
+    numbered: list[tuple[Place, str]] = []
+    streamed: list[tuple[Place, str]] = []
+    for target, number in zip(recording.targets, numbers(recording), strict=True):
+        place = (target.tcp_mm[first], target.tcp_mm[second])
+        (streamed if target.servo else numbered).append((place, number))
+    for found, form in ((numbered, _TARGET), (streamed, _STREAMED)):
+        if found:
+            places = np.array([place for place, _ in found])
+            view.plot(places[:, 0], places[:, 1], **form)
+    extent_mm = float(np.ptp(way, axis=0).max()) + _SMALLEST_MM
+    for (x_mm, y_mm), label in together([each for each in numbered if each[1]], _CLOSEST * extent_mm):
+        view.annotate(label, (x_mm, y_mm), xytext=(5.0, 5.0), textcoords="offset points", **_NUMBER)
+    view.update_datalim([way.min(axis=0) - _SMALLEST_MM, way.max(axis=0) + _SMALLEST_MM])
+    view.ticklabel_format(useOffset=False)
+    view.set_aspect("equal", adjustable="datalim")
+    view.set_xlabel(f"{_AXES[first]} (mm)")
+    view.set_ylabel(f"{_AXES[second]} (mm)")
