@@ -5,6 +5,7 @@ sets the pace is the one at 100 %. A strip beside each panel has a bar per joint
 thick where the joint has been; its colours are the panel's legend.
 """
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from matplotlib.ticker import MultipleLocator
 
 from iiwa_sim.plot.marks import COLOURS, numbers, together
 from iiwa_sim.plot.record import Array, Recording
+from iiwa_sim.robot.description import RobotDescription
 
 _LIMIT: dict[str, Any] = {"color": "#555555", "linestyle": (0, (5, 3)), "linewidth": 0.9}
 _PASSED: dict[str, Any] = {"color": "#999999", "linestyle": (0, (1, 2)), "linewidth": 1.0, "zorder": 1.0}
@@ -42,10 +44,8 @@ def draw_over_time(figure: SubFigure, recording: Recording) -> None:
     acceleration = 100.0 * recording.acceleration() / np.array(robot.acceleration)
     panels[2].set_ylabel("joint acceleration (% of limit)")
     _draw_joints(panels[2], strips[2], recording, acceleration, -full, full)
-    _draw_limit(panels[2], 100.0, "limit")
-    if np.abs(acceleration).max() > 100.0 + _ROUNDING_PERCENT:
-        in_a_stop = 100.0 * max(np.divide(robot.stop_acceleration, robot.acceleration))
-        _draw_limit(panels[2], in_a_stop, "limit in a stop")
+    for percent, name in _acceleration_limits(recording, float(np.abs(acceleration).max())):
+        _draw_limit(panels[2], percent, name)
     panels[3].set_ylabel("TCP speed (mm/s)")
     speed_mm_s = recording.tcp_speed_mm_s()
     panels[3].plot(recording.times_s(), speed_mm_s, color=COLOURS[4])
@@ -87,6 +87,23 @@ def _draw_joints(
     strip.set_xlim(-0.7, len(names) - 0.3)
     strip.tick_params(labelleft=False, left=False, bottom=False)
     strip.grid(visible=False, axis="x")
+
+
+def _acceleration_limits(recording: Recording, used_percent: float) -> list[tuple[float, str]]:
+    """Those that count for what was commanded, as percentages of the planned one; the last is the highest."""
+    robot = recording.description
+    found = [(100.0, "limit")]
+    stop = robot.stop_acceleration
+    if any(target.mode == "direct" for target in recording.targets):
+        found.append((_percent(robot.direct_acceleration, robot), "limit in direct mode"))
+        stop = robot.direct_stop_acceleration
+    if used_percent > found[-1][0] + _ROUNDING_PERCENT:
+        found.append((_percent(stop, robot), "limit in a stop"))
+    return found
+
+
+def _percent(limits: Sequence[float], robot: RobotDescription) -> float:
+    return 100.0 * float(np.divide(limits, robot.acceleration).max())
 
 
 def _draw_limit(panel: Axes, percent: float, name: str) -> None:

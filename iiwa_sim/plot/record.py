@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 REST_TICKS = 3
 """Ticks recorded after the last motion, so that its end shows in the differences."""
-_SERVO_MODES = ("smart", "direct")
+SERVO_MODES = ("smart", "direct")
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,15 @@ class Target:
     """In the base."""
     blending_mm: float
     """The radius commanded; 0 where the command has none."""
-    servo: bool
-    """One of a stream, replaced by the next: of a smart or direct command."""
+    mode: str
+    """The controller's, that the command needs."""
     done_tick: int | None = None
     """In which its move was done, or blended into the next; None where it never came to that."""
+
+    @property
+    def servo(self) -> bool:
+        """Whether it is one of a stream, replaced by the next."""
+        return self.mode in SERVO_MODES
 
 
 @dataclass(frozen=True)
@@ -172,12 +177,12 @@ class _Recorder:
         if tcp is None:
             return
         named = dict(zip((each.name for each in request.command.parameters), request.values, strict=True))
-        servo = request.command.mode in _SERVO_MODES
-        blending_mm = named.get("blending", 0.0)
-        if self._session.last_move is not None and not servo:
-            self._pending[self._session.last_move] = len(self._targets)
         x, y, z = tcp.translation
-        self._targets.append(Target(line, (1e3 * x, 1e3 * y, 1e3 * z), blending_mm, servo))
+        tcp_mm = (1e3 * x, 1e3 * y, 1e3 * z)
+        target = Target(line, tcp_mm, named.get("blending", 0.0), request.command.mode)
+        if self._session.last_move is not None and not target.servo:
+            self._pending[self._session.last_move] = len(self._targets)
+        self._targets.append(target)
 
     def _tcp(self, request: Request) -> Transform | None:
         """The pose of the TCP that a command asks for, if it does."""
@@ -185,7 +190,7 @@ class _Recorder:
         tool = self._description.tool_in_flange
         if names[:6] == ["x", "y", "z", "alpha", "beta", "gamma"]:
             pose = Frame(*request.values[:6]).to_transform()
-            return compose(pose, tool) if request.command.mode in _SERVO_MODES else pose
+            return compose(pose, tool) if request.command.mode in SERVO_MODES else pose
         count = len(self._description.joints)
         if names[:count] == [f"j{index}" for index in range(count)]:
             return compose(self._model.flange(request.values[:count]), tool)

@@ -1,0 +1,169 @@
+"""What is on the picture."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+from matplotlib.text import Annotation
+
+from iiwa_sim.plot.draw import FORMATS, draw, picture
+from iiwa_sim.plot.marks import MOST_NUMBERS, together
+from iiwa_sim.plot.record import Recording, Target
+from tests.plot.scripts import JOINT, LIN, recorded
+
+PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return recorded(f"{LIN}\nlin move : 450 100 400 0 -1.57079 0 0.5 30\n{JOINT}")
+
+
+@pytest.fixture(scope="module")
+def figure(recording: Recording) -> Figure:
+    return draw(recording)
+
+
+def panel(figure: Figure, label: str) -> Axes:
+    (found,) = [axes for axes in figure.axes if label in (axes.get_ylabel(), axes.get_title())]
+    return found
+
+
+def curve(axes: Axes, label: str) -> Line2D:
+    (found,) = [line for line in axes.lines if line.get_label() == label]
+    return found
+
+
+def texts(axes: Axes) -> list[str]:
+    return [each.get_text() for each in axes.texts]
+
+
+def heights(axes: Axes) -> set[float]:
+    """Of the lines across it."""
+    return {float(np.asarray(line.get_ydata())[0]) for line in axes.lines if list(line.get_xdata()) == [0, 1]}
+
+
+def test_joints_over_time_with_their_limits(recording: Recording, figure: Figure) -> None:
+    robot = recording.description
+    for label, values in (
+        ("joint position (deg)", np.degrees(recording.joints)),
+        ("joint velocity (% of limit)", 100.0 * recording.velocity() / robot.velocity),
+        ("joint acceleration (% of limit)", 100.0 * recording.acceleration() / robot.acceleration),
+    ):
+        axes = panel(figure, label)
+        for joint, name in enumerate(robot.joints):
+            assert np.array_equal(curve(axes, name).get_ydata(), values[:, joint])
+            assert np.array_equal(curve(axes, name).get_xdata(), recording.times_s())
+    for label in ("joint velocity (% of limit)", "joint acceleration (% of limit)"):
+        assert heights(panel(figure, label)) == {100.0, -100.0}
+        low, high = panel(figure, label).get_ylim()
+        assert low < -100.0 < 100.0 < high
+
+
+def test_strips_go_from_limit_to_limit_and_show_what_was_used(recording: Recording, figure: Figure) -> None:
+    strip = panel(figure, "range used")
+    robot = recording.description
+    thin, thick = strip.lines[::2], strip.lines[1::2]
+    assert [label.get_text() for label in strip.get_xticklabels()] == list(robot.joints)
+    for joint in range(len(robot.joints)):
+        ends = np.degrees([robot.position_min[joint], robot.position_max[joint]])
+        assert np.array_equal(thin[joint].get_ydata(), ends)
+        used = np.degrees(recording.joints[:, joint])
+        assert np.array_equal(thick[joint].get_ydata(), [used.min(), used.max()])
+    low, high = strip.get_ylim()
+    assert low < np.degrees(min(robot.position_min))
+    assert high > np.degrees(max(robot.position_max))
+
+
+def test_the_speed_of_the_tcp(recording: Recording, figure: Figure) -> None:
+    axes = panel(figure, "TCP speed (mm/s)")
+    assert np.array_equal(axes.lines[0].get_ydata(), recording.tcp_speed_mm_s())
+
+
+def test_numbers_of_targets_over_time(recording: Recording, figure: Figure) -> None:
+    axes = panel(figure, "joint position (deg)")
+    assert texts(axes) == ["1", "2", "3"]
+    at_s = [cast(Annotation, each).xy[0] for each in axes.texts]
+    ticks = [target.done_tick for target in recording.targets]
+    assert at_s == [tick * recording.tick_s for tick in ticks if tick is not None]
+
+
+@pytest.mark.parametrize(
+    ("title", "axes"), [("TCP seen from above", [0, 1]), ("TCP seen from the front", [1, 2])]
+)
+def test_views_of_the_tcp_are_to_scale(
+    recording: Recording, figure: Figure, title: str, axes: list[int]
+) -> None:
+    view = panel(figure, title)
+    assert view.get_aspect() == 1.0
+    assert view.get_xlabel() == f"{'xyz'[axes[0]]} (mm)"
+    assert np.array_equal(curve(view, "way of the TCP").get_xydata(), recording.tcp_mm[:, axes])
+    spheres = [patch for patch in view.patches if isinstance(patch, Circle)]
+    assert [sphere.radius for sphere in spheres] == [20.0, 30.0]
+    centres = np.array([target.tcp_mm for target in recording.targets])[:, axes]
+    assert np.array_equal([sphere.center for sphere in spheres], centres[:2])
+    assert np.array_equal(curve(view, "target").get_xydata(), centres)
+
+
+def test_the_other_view_is_along_the_way() -> None:
+    assert panel(draw(recorded("lin move : 400 0 520 0 -1.57079 0 0.5 0")), "TCP seen from the side")
+
+
+def test_what_does_not_move_is_drawn() -> None:
+    figure = draw(recorded("hello"))
+    low, high = panel(figure, "TCP seen from above").get_xlim()
+    assert high - low > 1.0
+
+
+def test_a_stop_shows_the_limit_it_has() -> None:
+    figure = draw(recorded(f"{JOINT.replace('0.5 0.2', '0.5 1.2')}\nwait 0.2\nstop"))
+    axes = panel(figure, "joint acceleration (% of limit)")
+    assert texts(axes) == ["limit", "limit in a stop"]
+    assert heights(axes) == {100.0, -100.0, 400.0, -400.0}
+
+
+def test_streams_are_dots_without_numbers(recording: Recording) -> None:
+    streamed = tuple(Target(each, (450.0, each, 520.0), 0.0, "direct") for each in range(100))
+    figure = draw(replace(recording, targets=(*recording.targets[:1], *streamed)))
+    view = panel(figure, "TCP seen from above")
+    assert texts(view) == ["1"]
+    assert len(curve(view, "target of a stream").get_xdata()) == 100
+    assert "limit in direct mode" in texts(panel(figure, "joint acceleration (% of limit)"))
+
+
+def test_too_many_targets_have_no_numbers(recording: Recording) -> None:
+    many = recording.targets * (MOST_NUMBERS // 3 + 1)
+    view = panel(draw(replace(recording, targets=many)), "TCP seen from above")
+    assert texts(view) == []
+    assert len(curve(view, "target").get_xdata()) == len(many)
+
+
+def test_numbers_at_one_place_share_it() -> None:
+    numbered = [((0.0, 0.0), "1"), ((5.0, 0.0), "2"), ((0.1, 0.0), "3")]
+    assert together(numbered, 1.0) == [((0.0, 0.0), "1, 3"), ((5.0, 0.0), "2")]
+    assert together([((0.0,), str(each)) for each in range(9)], 1.0) == [((0.0,), "0, 1, 2, ..., 8")]
+
+
+@pytest.mark.parametrize("file_format", FORMATS)
+def test_the_same_recording_gives_the_same_picture(recording: Recording, file_format: str) -> None:
+    first = picture(recording, file_format)
+    assert first == picture(recording, file_format)
+    if file_format == "png":
+        assert first.startswith(PNG_START)
+        assert first.endswith(PNG_END)
+    else:
+        assert ET.fromstring(first).tag == "{http://www.w3.org/2000/svg}svg"
+        assert b"<dc:date>" not in first
+
+
+def test_any_name_can_stand_in_the_title(recording: Recording) -> None:
+    script = recording.script._replace(path="of/$\\alpha$ \u6f22\n%.txt")
+    assert picture(replace(recording, script=script), "png").startswith(PNG_START)

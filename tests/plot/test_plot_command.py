@@ -1,0 +1,123 @@
+"""`iiwa-sim plot`: its options, its messages, its exit codes."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.cli import main
+from tests.plot.scripts import EXAMPLE, LIN
+from tests.processes import IIWA_SIM
+from tests.talking import DEADLINE_S
+
+
+@pytest.fixture
+def moves(tmp_path: Path) -> Path:
+    path = tmp_path / "moves.txt"
+    path.write_text(f"{LIN}\nwait stopped\nlin move : 9000 0 0 0 0 0 1 0\n")
+    return path
+
+
+def told_by(arguments: list[str | Path], capsys: pytest.CaptureFixture[str]) -> str:
+    """The one line on stderr with which it ends."""
+    try:
+        code = main(["plot", *map(str, arguments)])
+    except SystemExit as ended:
+        code = int(str(ended.code))
+    out, err = capsys.readouterr()
+    assert code == 2
+    assert out == ""
+    assert re.fullmatch(r"iiwa-sim( plot)?: [^\n]+\n", err)
+    assert err[:-1].isprintable()
+    assert len(err) < 500
+    return err
+
+
+def test_as_a_process(tmp_path: Path) -> None:
+    output = tmp_path / "picture.svg"
+    done = subprocess.run(
+        [*IIWA_SIM, "plot", EXAMPLE, "-o", output, "--robot", "lbr_iiwa_14_r820", "--rate", "100"],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=DEADLINE_S,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert output.read_text().startswith("<?xml")
+
+
+def test_a_picture_in_process(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output = tmp_path / "picture.PNG"
+    assert main(["plot", str(EXAMPLE), "-o", str(output)]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert output.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_refused_command_leaves_no_picture(
+    moves: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output = tmp_path / "picture.png"
+    told = told_by([moves, "-o", output], capsys)
+    where = f"iiwa-sim: {moves}: line 3: 'lin move : 9000 0 0 0 0 0 1 0': error: "
+    assert told.startswith(where)
+    assert "out of reach" in told
+    assert not output.exists()
+
+
+@pytest.mark.parametrize("name", ["picture.pdf", "picture", ".png", "png", "picture.png.gz"])
+def test_an_unknown_extension(name: str, moves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = told_by([moves, "-o", name], capsys)
+    assert f"argument -o/--output: '{name}' does not end in .png or .svg" in told
+
+
+def test_a_file_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = told_by([tmp_path / "moves.txt", "-o", "picture.png"], capsys)
+    assert "moves.txt: cannot be read: No such file or directory" in told
+
+
+def test_a_picture_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    told = told_by([EXAMPLE, "-o", tmp_path / "missing" / "picture.png"], capsys)
+    assert "picture.png: cannot be written: No such file or directory" in told
+
+
+def test_a_robot_that_is_not_there(moves: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "expected a folder, or one of" in told_by([moves, "-o", "p.png", "--robot", "r2"], capsys)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "the following arguments are required: COMMANDS, -o/--output"),
+        (["moves.txt"], "the following arguments are required: -o/--output"),
+        (["moves.txt", "-o", "p.png", "--rate", "99"], "argument --rate: '99' is not a whole number"),
+        (["moves.txt", "-o", "p.png", "--port", "1"], "unrecognized arguments: --port 1"),
+    ],
+)
+def test_wrong_arguments(arguments: list[str | Path], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert told in told_by(arguments, capsys)
+
+
+def test_without_matplotlib(
+    moves: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in [name for name in sys.modules if name.startswith(("matplotlib", "iiwa_sim.plot"))]:
+        if name not in ("iiwa_sim.plot", "iiwa_sim.plot.fault"):
+            monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    told = told_by([moves, "-o", "picture.png"], capsys)
+    assert told == "iiwa-sim: a picture needs matplotlib: pip install 'iiwa-sim[plot]'\n"
+
+
+def test_help_tells_of_plot(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "1000")
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert "iiwa-sim plot --help" in capsys.readouterr().out
+    with pytest.raises(SystemExit) as caught:
+        main(["plot", "--help"])
+    assert caught.value.code == 0
+    assert "'wait SECONDS' and 'wait stopped'" in capsys.readouterr().out
