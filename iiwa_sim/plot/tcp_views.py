@@ -37,14 +37,22 @@ _TARGET: dict[str, Any] = {
 _STREAMED: dict[str, Any] = {
     "color": COLOURS[5],
     "marker": ".",
-    "markersize": 3.0,
+    "markersize": 2.5,
     "linestyle": "",
-    "label": "target of a stream",
+    "label": "streamed target",
 }
 _NUMBER: dict[str, Any] = {
     "fontsize": 8.5,
     "fontweight": "bold",
     "path_effects": [withStroke(linewidth=2.5, foreground="white")],
+}
+_LEGEND: dict[str, Any] = {
+    "loc": "outside lower center",
+    "frameon": False,
+    "fontsize": 8.5,
+    "columnspacing": 1.2,
+    "handlelength": 1.2,
+    "handletextpad": 0.5,
 }
 _CLOSEST = 0.04  # of the extent: numbers nearer to each other share one place
 _SMALLEST_MM = 1.0  # shown round the way: a TCP at rest has no extent of its own
@@ -63,13 +71,13 @@ def draw_tcp_views(figure: SubFigure, recording: Recording) -> None:
         _draw_view(side, recording, (1, 2))
         side.set_title("TCP seen from the front")
     handles, labels = above.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    figure.legend(handles, labels, ncols=len(labels), **_LEGEND)
 
 
 def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
     first, second = axes
     way = recording.tcp_mm[:, list(axes)]
-    view.plot(way[:, 0], way[:, 1], color=_PATH, linewidth=1.5, label="way of the TCP")
+    view.plot(way[:, 0], way[:, 1], color=_PATH, linewidth=1.5, label="TCP")
     view.plot(way[0, 0], way[0, 1], **_START)
     spheres = [
         Circle((target.tcp_mm[first], target.tcp_mm[second]), target.blending_mm)

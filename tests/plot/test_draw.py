@@ -105,7 +105,7 @@ def test_views_of_the_tcp_are_to_scale(
     view = panel(figure, title)
     assert view.get_aspect() == 1.0
     assert view.get_xlabel() == f"{'xyz'[axes[0]]} (mm)"
-    assert np.array_equal(curve(view, "way of the TCP").get_xydata(), recording.tcp_mm[:, axes])
+    assert np.array_equal(curve(view, "TCP").get_xydata(), recording.tcp_mm[:, axes])
     spheres = [patch for patch in view.patches if isinstance(patch, Circle)]
     assert [sphere.radius for sphere in spheres] == [20.0, 30.0]
     centres = np.array([target.tcp_mm for target in recording.targets])[:, axes]
@@ -135,8 +135,14 @@ def test_streams_are_dots_without_numbers(recording: Recording) -> None:
     figure = draw(replace(recording, targets=(*recording.targets[:1], *streamed)))
     view = panel(figure, "TCP seen from above")
     assert texts(view) == ["1"]
-    assert len(curve(view, "target of a stream").get_xdata()) == 100
+    assert len(curve(view, "streamed target").get_xdata()) == 100
     assert "limit in direct mode" in texts(panel(figure, "joint acceleration (% of limit)"))
+    figure.draw_without_rendering()
+    (legend,) = [each for half in figure.subfigs for each in half.legends]
+    assert [text.get_text() for text in legend.get_texts()][-2:] == ["target", "streamed target"]
+    box = legend.get_window_extent()
+    assert box.x0 > 0.0
+    assert box.x1 < figure.bbox.x1
 
 
 def test_too_many_targets_have_no_numbers(recording: Recording) -> None:
