@@ -40,6 +40,10 @@ class RobotDescription:
     """Limit of planned motion."""
     jerk: tuple[float, ...]
     """Limit of planned motion."""
+    direct_acceleration: tuple[float, ...]
+    """Limit in direct mode."""
+    direct_jerk: tuple[float, ...]
+    """Limit in direct mode."""
     stop_rate_per_s: float
     """In a stop the rate of the planned motion's time falls from 1 to 0, no faster than this ..."""
     stop_rate_change_per_s2: float
@@ -57,16 +61,30 @@ class RobotDescription:
 
         On the path q(t) at the rate r of its time, q'' = r^2 a + r' v, with r <= 1.
         """
-        return tuple(
-            a + self.stop_rate_per_s * v for a, v in zip(self.acceleration, self.velocity, strict=True)
-        )
+        return self._stop_acceleration(self.acceleration)
 
     @property
     def stop_jerk(self) -> tuple[float, ...]:
         """Jerk limit (rad/s^3) in a stop: q''' = r^3 j + 3 r r' a + r'' v, with r <= 1."""
+        return self._stop_jerk(self.acceleration, self.jerk)
+
+    @property
+    def direct_stop_acceleration(self) -> tuple[float, ...]:
+        """`stop_acceleration` in direct mode."""
+        return self._stop_acceleration(self.direct_acceleration)
+
+    @property
+    def direct_stop_jerk(self) -> tuple[float, ...]:
+        """`stop_jerk` in direct mode."""
+        return self._stop_jerk(self.direct_acceleration, self.direct_jerk)
+
+    def _stop_acceleration(self, acceleration: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(a + self.stop_rate_per_s * v for a, v in zip(acceleration, self.velocity, strict=True))
+
+    def _stop_jerk(self, acceleration: tuple[float, ...], jerk: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(
             j + 3.0 * self.stop_rate_per_s * a + self.stop_rate_change_per_s2 * v
-            for j, a, v in zip(self.jerk, self.acceleration, self.velocity, strict=True)
+            for j, a, v in zip(jerk, acceleration, self.velocity, strict=True)
         )
 
 
@@ -80,9 +98,10 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     settings_path = str(folder / SETTINGS_FILE)
     urdf_path = str(folder / URDF_FILE)
     settings = read_settings(settings_path, _text(folder, SETTINGS_FILE, name_or_folder))
-    limits = settings.limits
+    limits, direct = settings.limits, settings.direct
     velocity = limits.velocity()
     acceleration = tuple(limits.acceleration_per_velocity_per_s * v for v in velocity)
+    direct_acceleration = tuple(direct.acceleration_per_velocity_per_s * v for v in velocity)
     return RobotDescription(
         name=settings.name,
         kinematics=settings.kinematics,
@@ -96,6 +115,8 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
         torque=tuple(limits.torque_nm),
         acceleration=acceleration,
         jerk=tuple(limits.jerk_per_acceleration_per_s * a for a in acceleration),
+        direct_acceleration=direct_acceleration,
+        direct_jerk=tuple(direct.jerk_per_acceleration_per_s * a for a in direct_acceleration),
         stop_rate_per_s=settings.stop.rate_per_s,
         stop_rate_change_per_s2=settings.stop.rate_change_per_s2,
         settings_path=settings_path,

@@ -20,6 +20,7 @@ LONGEST_STOP_S = 0.1
 LONGEST_NAME = 100
 
 _POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
+_ACCELERATION, _JERK = (0.1, 1_000.0, " 1/s"), (0.1, 10_000.0, " 1/s")
 _LENGTH, _ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
 _RANGES = {
     "home_deg": _POSITION,
@@ -27,8 +28,10 @@ _RANGES = {
     "limits.position_max_deg": _POSITION,
     "limits.velocity_deg_per_s": _VELOCITY,
     "limits.torque_nm": _TORQUE,
-    "limits.acceleration_per_velocity_per_s": (0.1, 1_000.0, " 1/s"),
-    "limits.jerk_per_acceleration_per_s": (0.1, 10_000.0, " 1/s"),
+    "limits.acceleration_per_velocity_per_s": _ACCELERATION,
+    "limits.jerk_per_acceleration_per_s": _JERK,
+    "direct.acceleration_per_velocity_per_s": _ACCELERATION,
+    "direct.jerk_per_acceleration_per_s": _JERK,
     "tool_in_flange.x_mm": _LENGTH,
     "tool_in_flange.y_mm": _LENGTH,
     "tool_in_flange.z_mm": _LENGTH,
@@ -74,6 +77,11 @@ class LimitSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return tuple(map(radians, self.velocity_deg_per_s))
 
 
+class DirectSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    acceleration_per_velocity_per_s: float
+    jerk_per_acceleration_per_s: float
+
+
 class StopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     rate_per_s: float
     rate_change_per_s2: float
@@ -94,6 +102,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     home_deg: list[float]
     tool_in_flange: ToolSettings
     limits: LimitSettings
+    direct: DirectSettings
     stop: StopSettings
 
     def home(self) -> tuple[float, ...]:
@@ -152,7 +161,7 @@ def _check_values(path: str, settings: Settings) -> None:
         if not holds:
             raise RobotFault(path, key, value, expected)
 
-    limits, stop = settings.limits, settings.stop
+    limits, direct, stop = settings.limits, settings.direct, settings.stop
     names = settings.joints
     check("name", _quoted(settings.name), settings.name.strip() != "", "a name")
     check("name", _quoted(settings.name), settings.name.isprintable(), "characters that print")
@@ -181,6 +190,20 @@ def _check_values(path: str, settings: Settings) -> None:
         check(
             f"home_deg[{axis}]", home, low <= home <= high, f"a position within {names[axis]}'s {range_deg}"
         )
+    gentlest = limits.acceleration_per_velocity_per_s
+    check(
+        "direct.acceleration_per_velocity_per_s",
+        direct.acceleration_per_velocity_per_s,
+        direct.acceleration_per_velocity_per_s >= gentlest,
+        f"at least that of limits, {gentlest:g} 1/s",
+    )
+    gentlest *= limits.jerk_per_acceleration_per_s / direct.acceleration_per_velocity_per_s
+    check(
+        "direct.jerk_per_acceleration_per_s",
+        direct.jerk_per_acceleration_per_s,
+        direct.jerk_per_acceleration_per_s >= gentlest,
+        f"at least {gentlest:g} 1/s, for a jerk of at least that of limits",
+    )
     longest_ms = 1e3 * LONGEST_STOP_S
     duration_s = stop.duration_s()
     check(

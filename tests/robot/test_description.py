@@ -41,8 +41,12 @@ def test_published_limits(
 def test_limits_that_follow_from_others(arm: Arm) -> None:
     d = arm.description
     assert np.divide(d.jerk, d.acceleration) == pytest.approx([25.0] * 7)
+    assert np.divide(d.direct_acceleration, d.velocity) == pytest.approx([10.0] * 7)
+    assert np.divide(d.direct_jerk, d.direct_acceleration) == pytest.approx([50.0] * 7)
     assert np.divide(d.stop_acceleration, d.velocity) == pytest.approx([20.0] * 7)
     assert np.divide(d.stop_jerk, d.velocity) == pytest.approx([950.0] * 7)
+    assert np.divide(d.direct_stop_acceleration, d.velocity) == pytest.approx([25.0] * 7)
+    assert np.divide(d.direct_stop_jerk, d.velocity) == pytest.approx([1550.0] * 7)
 
 
 def test_home_and_tool(arm: Arm) -> None:

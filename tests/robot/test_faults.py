@@ -89,6 +89,27 @@ FAULTS = [
         "9.0",
         ".*a stop within 100 ms.*126",
     ),
+    (
+        in_toml("per_s = 10.0", "per_s = 4.9"),
+        "robot.toml",
+        "direct.acceleration_per_velocity_per_s",
+        "4.9",
+        "at least that of limits, 5 1/s",
+    ),
+    (
+        in_toml("per_s = 50.0", "per_s = 12.4"),
+        "robot.toml",
+        "direct.jerk_per_acceleration_per_s",
+        "12.4",
+        r"at least 12\.5 1/s, for a jerk of at least that of limits",
+    ),
+    (
+        in_toml("[direct]", "[drect]"),
+        "robot.toml",
+        "direct|drect",
+        ".*",
+        "this key|no key of this name",
+    ),
     *(
         (
             in_toml(old, new),
@@ -104,6 +125,8 @@ FAULTS = [
             ("[-170,", "[-721,", "limits.position_min_deg[0]", -721.0, " deg"),
             ("per_s = 5.0", "per_s = 1e308", "limits.acceleration_per_velocity_per_s", 1e308, " 1/s"),
             ("per_s = 25.0", "per_s = 1e-3", "limits.jerk_per_acceleration_per_s", 1e-3, " 1/s"),
+            ("per_s = 10.0", "per_s = 1e308", "direct.acceleration_per_velocity_per_s", 1e308, " 1/s"),
+            ("per_s = 50.0", "per_s = 1e-3", "direct.jerk_per_acceleration_per_s", 1e-3, " 1/s"),
             ("x_mm = 150", "x_mm = 1e308", "tool_in_flange.x_mm", 1e308, " mm"),
             ("beta = 1.5708", "beta = 90", "tool_in_flange.beta", 90.0, " rad"),
             ("rate_per_s = 15.0", "rate_per_s = 1e9", "stop.rate_per_s", 1e9, " 1/s"),

@@ -1,0 +1,183 @@
+"""The servo: goes to the newest target from whatever the robot does now. Smart and direct mode use it."""
+
+from collections.abc import Iterator
+from math import sqrt
+from typing import Any, NamedTuple
+
+from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
+
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.rate import PlannedTime
+
+JERK_SHARES = (1.0, 1.0 - 1e-6)
+"""Where Ruckig finds nothing, some phase of the way has no length; with a little less jerk it has one."""
+SPEED_KEPT = 1.0 - 1e-11
+"""Part of its speed with which a joint begins a new course. On its way to its velocity limit it will meet
+that exactly; were it a hair faster, Ruckig would take a way that is seconds longer, 2 times in 100."""
+EXACT_RAD = 1e-10
+"""Ruckig takes what ends 1e-8 rad beside the target for an answer. The step that remained would be a jerk."""
+ROUNDING_RAD = 1e-9
+"""So far beyond a limit a joint may seem to be that stands on it."""
+ROUNDING_S = 1e-9
+"""So long after a phase of a course a joint may seem to turn that turns at its end."""
+
+
+class Course(NamedTuple):
+    """The way to a target (rad)."""
+
+    trajectory: Trajectory
+    target: Joints
+
+
+class Servo:
+    """Joint positions (rad) over ticks.
+
+    Each joint goes to its target as fast as its limits allow and would rest there; it does not wait for the
+    others. A joint that is faster than a new velocity limit brakes first, and one that is too fast to rest at
+    a new target passes it and comes back.
+
+    It passes no position limit, which Ruckig does not know of: a joint that brakes at once comes to rest no
+    farther out than it would have, or at its target; so from a good course every new one is good, unless
+    the limits of acceleration or jerk become lower on the way. A course that Ruckig does not find, or that
+    would pass a position limit after all, is not taken: the robot stays on the one it is on, which ends at
+    rest within the limits, and asks again in the next tick.
+    """
+
+    def __init__(
+        self,
+        joints: Joints,
+        time: PlannedTime,
+        limits: JointLimits,
+        position_min: Joints,
+        position_max: Joints,
+    ) -> None:
+        """At rest at `joints` (rad), with the position limits `position_min` and `position_max` (rad)."""
+        self.joints = joints
+        self.rest = joints
+        """Where the robot comes to rest when the target is reached, or the stop under way done (rad)."""
+        self._time = time
+        self._limits = limits
+        self._position_min = position_min
+        self._position_max = position_max
+        self._ruckig = Ruckig(len(joints))
+        self._task = InputParameter(len(joints))
+        self._task.synchronization = Synchronization.No
+        self._course: Course | None = None
+        self._asks_again = False
+
+    @property
+    def moving(self) -> bool:
+        """Whether the robot is under way to a target, or is being stopped."""
+        return self._course is not None or self._asks_again
+
+    def head_for(self, target: Joints, limits: JointLimits) -> None:
+        """Go to joint positions (rad) within the position limits, from now on within these limits.
+
+        Not to be called while a stop is under way. Raises `ArithmeticError`, and changes nothing, where no
+        course is found from rest.
+        """
+        course = self._find(target, limits)
+        if course is not None:
+            self._course = course
+            self._time.start(0.0)
+        elif self._course is None:
+            raise ArithmeticError(f"Ruckig: no way from {self.joints} to {target} within {limits}")
+        self._asks_again = course is None
+        self.rest, self._limits = target, limits
+
+    def rest_after_stop(self) -> Joints:
+        """Where the robot would come to rest if it were stopped now (rad)."""
+        return self.joints if self._course is None else self._at(self._course, self._time.rest_s())
+
+    def stop(self) -> None:
+        """Stop on the course, and forget the target."""
+        self._time.stop()
+        self._asks_again = False
+        self.rest = self.rest_after_stop()
+
+    def start_from(self, joints: Joints) -> None:
+        """Be at rest at other joint positions (rad): something else has moved the robot, or will have."""
+        self.joints = self.rest = joints
+
+    def step(self) -> None:
+        """One tick.
+
+        Where no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
+        """
+        if self._asks_again:
+            self._ask_again()
+        if self._course is None:
+            return
+        self._time.step()
+        self.joints = self._at(self._course, self._time.time_s)
+        if self._time.stopped or self._time.time_s >= self._course.trajectory.duration:
+            self._course = None
+
+    def _ask_again(self) -> None:
+        try:
+            self.head_for(self.rest, self._limits)
+        except ArithmeticError:
+            self._asks_again = False
+            self.rest = self.joints
+            raise
+
+    def _find(self, target: Joints, limits: JointLimits) -> Course | None:
+        """A course from the present state that keeps the position limits, if one is found."""
+        position = velocity = acceleration = [0.0] * len(self.joints)
+        if self._course is None:
+            position = list(self.joints)
+        else:
+            position, velocity, acceleration = self._course.trajectory.at_time(self._time.time_s)
+        task = self._task
+        task.current_position, task.target_position = position, list(target)
+        task.current_velocity = [SPEED_KEPT * v for v in velocity]
+        task.current_acceleration = acceleration
+        task.max_velocity, task.max_acceleration, jerk = (limit.tolist() for limit in limits)
+        for share in JERK_SHARES:
+            task.max_jerk = [share * j for j in jerk]
+            course = Course(Trajectory(len(target)), target)
+            try:
+                result = self._ruckig.calculate(task, course.trajectory)
+            except RuckigError:
+                continue
+            if result == Result.Working and self._is_good(course):
+                return course
+        return None
+
+    def _is_good(self, course: Course) -> bool:
+        """Whether it ends at its target and passes no position limit."""
+        trajectory, target = course
+        ends = trajectory.at_time(trajectory.duration)[0]
+        return all(
+            abs(end - goal) <= EXACT_RAD
+            and all(low - ROUNDING_RAD <= place <= high + ROUNDING_RAD for place in (end, *_turns(profile)))
+            for end, goal, profile, low, high in zip(
+                ends, target, trajectory.profiles[0], self._position_min, self._position_max, strict=True
+            )
+        )
+
+    @staticmethod
+    def _at(course: Course, time_s: float) -> Joints:
+        """Joint positions (rad) on a course."""
+        if time_s >= course.trajectory.duration:
+            return course.target
+        return tuple(course.trajectory.at_time(time_s)[0])
+
+
+def _turns(profile: Any) -> Iterator[float]:
+    """Positions (rad) at which a joint turns round on Ruckig's profile; its own extrema miss some of them."""
+    brake = profile.brake
+    for part in (brake, profile) if brake.duration else (profile,):
+        for duration, p, v, a, j in zip(part.t, part.p, part.v, part.a, part.j, strict=False):
+            square = a * a - 2.0 * j * v
+            if duration == 0.0 or square < 0.0:
+                continue
+            if j:
+                root = sqrt(square)
+                rests = [(-a - root) / j, (root - a) / j]
+            else:
+                rests = [-v / a] if a else []
+            for t in rests:
+                if ROUNDING_S < t < duration + ROUNDING_S:
+                    yield p + t * (v + t * (a / 2.0 + t * j / 6.0))
