@@ -1,0 +1,68 @@
+"""The modes of the robot, and what each kind of command does in each of them.
+
+Of the text (Appendix B of the requirements): "Robot has four different modes", normal, impedance, smart and
+direct, each with its own commands, and "changing between modes will stop the robot for about 100 ms". Our
+decisions: before its first command, and after a stop, the robot is in none of them, which is called unknown;
+a stop is no mode of its own. A servo mode ends, as if by a stop, when its commands stay away for too long.
+"""
+
+from enum import Enum
+from typing import NamedTuple
+
+
+class Mode(Enum):
+    """What the robot is busy with: the values are the words on the wire."""
+
+    UNKNOWN = "unknown"
+    NORMAL = "normal"
+    IMPEDANCE = "impedance"
+    SMART = "smart"
+    DIRECT = "direct"
+
+
+class Event(Enum):
+    """What may change the mode. A refused command is no event: it changes nothing."""
+
+    NORMAL_MOVE = "normal move"
+    IMPEDANCE_MOVE = "impedance move"
+    SMART_MOVE = "smart move"
+    DIRECT_MOVE = "direct move"
+    STOP = "stop"
+    SERVO_TIMEOUT = "servo timeout"
+
+
+class Transition(NamedTuple):
+    """What an event does."""
+
+    mode: Mode
+    """The mode from now on."""
+    stops: bool
+    """Whether the robot stops on its path, and what waits is forgotten. What the event asks for begins when
+    the robot is at rest."""
+
+
+# A cell holds the mode after the event, and "stop" before it where the robot has to come to rest first.
+_GRID = """
+mode      | normal move  | impedance move  | smart move  | direct move  | stop          | servo timeout
+unknown   | normal       | impedance       | smart       | direct       | unknown       | unknown
+normal    | normal       | stop, impedance | stop, smart | stop, direct | stop, unknown | normal
+impedance | stop, normal | impedance       | stop, smart | stop, direct | stop, unknown | impedance
+smart     | stop, normal | stop, impedance | smart       | stop, direct | stop, unknown | stop, unknown
+direct    | stop, normal | stop, impedance | stop, smart | direct       | stop, unknown | stop, unknown
+"""
+
+SERVO_MODES = (Mode.SMART, Mode.DIRECT)
+LONGEST_SERVO_TIMEOUT_S = 86400.0
+
+
+def _read(grid: str) -> dict[tuple[Mode, Event], Transition]:
+    head, *rows = [[cell.strip() for cell in line.split("|")] for line in grid.strip().splitlines()]
+    return {
+        (Mode(mode), Event(event)): Transition(Mode(cell.removeprefix("stop, ")), cell.startswith("stop, "))
+        for mode, *cells in rows
+        for event, cell in zip(head[1:], cells, strict=True)
+    }
+
+
+TRANSITIONS = _read(_GRID)
+"""What every event does in every mode."""
