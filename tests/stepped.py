@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.robot.model import Model
@@ -21,26 +22,57 @@ ROUNDING = 1e-9
 class SteppedRobot:
     """A controller whose every tick is recorded."""
 
-    def __init__(self, robot: str | RobotDescription = "lbr_iiwa_7_r800", tick_s: float = 0.002) -> None:
+    def __init__(
+        self,
+        robot: str | RobotDescription = "lbr_iiwa_7_r800",
+        tick_s: float = 0.002,
+        servo_timeout_s: float | None = None,
+    ) -> None:
         self.description = load_robot(robot) if isinstance(robot, str) else robot
-        self.controller = Controller(self.description, tick_s)
+        self.faults: list[tuple[int, str]] = []
+        self.controller = Controller(
+            self.description,
+            tick_s,
+            servo_timeout_s=servo_timeout_s,
+            on_fault=lambda code, reason: self.faults.append((code, reason)),
+        )
         self.model = Model(self.description)
         self.tick_s = tick_s
         self.joints = [self.controller.joints]
         self.stopping = [False]
-        self._stopped_at: int | None = None
+        self.direct = [False]
+        self._mode = self.controller.mode
+        self._stop_ticks = 0  # in which the robot may still be stopping
+        self._direct_ticks = 0  # in which the limits of direct mode may still be needed
 
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
+            self.notice_mode()
             self.controller.step()
+            self.notice_mode()  # the controller may have stopped by itself
             self.joints.append(self.controller.joints)
-            self.stopping.append(self._stopped_at is not None)
-            if self._stopped_at is not None and len(self.joints) - self._stopped_at > 0.1 / self.tick_s:
-                self._stopped_at = None
+            self.stopping.append(self._stop_ticks > 0)
+            self.direct.append(self._direct_ticks > 0)
+            self._stop_ticks -= 1
+            self._direct_ticks -= 1
 
     def stop(self) -> None:
+        self.notice_mode()
         self.controller.stop()
-        self._stopped_at = len(self.joints)
+        self._stop_ticks = self._longest_stop
+
+    @property
+    def _longest_stop(self) -> int:
+        return round(0.1 / self.tick_s)
+
+    def notice_mode(self) -> None:
+        """To be called between two changes of mode in one tick."""
+        mode = self.controller.mode
+        if mode is not self._mode and self._mode is not Mode.UNKNOWN:
+            self._stop_ticks = self._longest_stop
+        if Mode.DIRECT in (mode, self._mode):
+            self._direct_ticks = self._longest_stop
+        self._mode = mode
 
     def runs_until_stopped(self, limit_s: float = 600.0) -> int:
         """Ticks until the robot is at rest."""
@@ -55,7 +87,7 @@ class SteppedRobot:
         """Runs to joint positions at full speed, and forgets how it came there."""
         self.controller.joint_move(joints, [1.0] * len(joints))
         self.runs_until_stopped()
-        self.joints, self.stopping = [self.controller.joints], [False]
+        self.joints, self.stopping, self.direct = [self.controller.joints], [False], [False]
 
     def tcp(self, joints: Sequence[float]) -> Transform:
         return compose(self.model.flange(joints), self.description.tool_in_flange)
@@ -66,19 +98,30 @@ class SteppedRobot:
 
 def worst_loads(robot: SteppedRobot) -> dict[str, float]:
     """The largest velocity, acceleration and jerk of any joint at any tick, by differences, as parts of the
-    limits: of the planned ones, and of the stop limits where a stop plays a part."""
+    limits: of the planned ones, and of the stop limits where a stop plays a part, each in its mode."""
     limits = robot.description
     q = np.array([robot.joints[0]] * 3 + robot.joints + [robot.joints[-1]] * 3)
-    stopping = np.array([False] * 3 + robot.stopping + [robot.stopping[-1]] * 3)
+    stopping, direct = (
+        np.array([False] * 3 + flags + [flags[-1]] * 3) for flags in (robot.stopping, robot.direct)
+    )
+    velocity = [limits.velocity] * 2
     worst = {}
     for order, name, planned, stop in (
-        (1, "velocity", limits.velocity, limits.velocity),
-        (2, "acceleration", limits.acceleration, limits.stop_acceleration),
-        (3, "jerk", limits.jerk, limits.stop_jerk),
+        (1, "velocity", velocity, velocity),
+        (
+            2,
+            "acceleration",
+            [limits.acceleration, limits.direct_acceleration],
+            [limits.stop_acceleration, limits.direct_stop_acceleration],
+        ),
+        (3, "jerk", [limits.jerk, limits.direct_jerk], [limits.stop_jerk, limits.direct_stop_jerk]),
     ):
         differences = np.abs(np.diff(q, n=order, axis=0)) / robot.tick_s**order
-        touched = np.lib.stride_tricks.sliding_window_view(stopping, order + 1).any(axis=1)
-        bound = np.where(touched[:, None], np.array(stop), np.array(planned))
+        stopped, stiff = (
+            np.lib.stride_tricks.sliding_window_view(flags, order + 1).any(axis=1)
+            for flags in (stopping, direct)
+        )
+        bound = np.where(stopped[:, None], np.array(stop)[stiff * 1], np.array(planned)[stiff * 1])
         worst[name] = float((differences / bound).max())
     return worst
 

@@ -4,13 +4,25 @@ from collections.abc import Callable, Sequence
 from math import isfinite
 
 from iiwa_sim.contact.load import ExternalLoad, Wrench
-from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.modes import (
+    LONGEST_SERVO_TIMEOUT_S,
+    SERVO_MODES,
+    TRANSITIONS,
+    Event,
+    Mode,
+    Transition,
+)
+from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.targets import Targets
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.servo import Servo
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 
@@ -18,30 +30,56 @@ LONGEST_QUEUE = 1000  # moves that wait; one more is refused
 
 
 class Controller:
-    """One robot. Moves are checked when they are accepted and run one after the other.
+    """One robot, in one of the modes of `iiwa_sim.controller.modes`.
 
-    Commands either take effect at once and return, or raise `Refused` and change nothing. Frames are in the
-    base, those of moves are of the TCP. The same commands at the same ticks give the same motion.
+    Normal moves are checked when they are accepted and run one after the other; a smart or direct move takes
+    the place of the one before. Commands either take effect at once and return, or raise `Refused` and change
+    nothing; what has to wait until the robot rests, since the mode changes, is planned from where that will
+    be. Frames are in the base, those of normal moves are of the TCP, of smart and direct moves of the flange.
+    The same commands at the same ticks give the same motion.
     """
 
-    def __init__(self, description: RobotDescription, tick_s: float) -> None:
-        """At rest at home. Raises `RobotFault` where the robot's folder does not fit together."""
+    def __init__(
+        self,
+        description: RobotDescription,
+        tick_s: float,
+        *,
+        servo_timeout_s: float | None = None,
+        on_fault: Callable[[int, str], None] | None = None,
+    ) -> None:
+        """At rest at home.
+
+        The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`, None for never.
+        `on_fault` is told the code and the reason of what goes wrong between commands. Raises `RobotFault`
+        where the robot's folder does not fit together, and ValueError for a timeout out of range.
+        """
+        if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
+            limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
+            raise ValueError(f"servo_timeout_s is {servo_timeout_s}, expected {limits}")
         self.description = description
         self.tick_s = tick_s
+        self.servo_timeout_s = servo_timeout_s
         self.tick = 0
+        self.mode = Mode.UNKNOWN
+        """That of the last command: it changes with the command, also where the robot has to stop first."""
+        self.last_error: ErrorRecord | None = None
+        """The last refused command, as far as it was recorded, or fault between commands."""
         self.load = ExternalLoad(len(description.joints))
         """What pushes the robot from outside."""
         self._model = Model(description)
         self._planner = Planner(self._model)
+        self._targets = Targets(self._planner, description)
         self._tool_in_flange = description.tool_in_flange
-        time = PlannedTime(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
-        self._drive = Drive(description.home, time)
+        self._motions = _motions(description, tick_s, self._targets.limits[Mode.SMART])
         self._accepted = 0
+        self._on_fault = on_fault
+        self._servo_heard = 0  # in this tick
 
     def step(self) -> None:
         """One tick."""
+        self._watch_servo()
         self.tick += 1
-        self._drive.step()
+        self._motions.step()
 
     def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number."""
@@ -73,23 +111,54 @@ class Controller:
         tool = self._tool_in_flange
         return self._accept(lambda start: self._planner.lin_to_joints(start, joints, speed_rel, tool))
 
+    def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+        """Head for joint positions (rad) from wherever the robot is; gives the move's number.
+
+        The relative speeds (0..1] are those of the joints.
+        """
+        return self._servo(
+            Event.SMART_MOVE, lambda mode, here: self._targets.joints(mode, here, joints, speeds_rel)
+        )
+
+    def smart_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
+        """Head with the flange for a frame in the base; otherwise like `smart_joint_move`."""
+        return self._servo(
+            Event.SMART_MOVE, lambda mode, here: self._targets.flange(mode, here, flange, speed_rel)
+        )
+
+    def direct_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+        """Like `smart_joint_move`, stiffer, to joint positions near the present ones."""
+        return self._servo(
+            Event.DIRECT_MOVE, lambda mode, here: self._targets.joints(mode, here, joints, speeds_rel)
+        )
+
+    def direct_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
+        """Like `smart_cartesian_move`, stiffer, to joint positions near the present ones."""
+        return self._servo(
+            Event.DIRECT_MOVE, lambda mode, here: self._targets.flange(mode, here, flange, speed_rel)
+        )
+
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
-        self._drive.stop()
+        self._enter(TRANSITIONS[self.mode, Event.STOP])
+
+    def record_error(self, code: int, reason: str) -> None:
+        """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
+        self.last_error = ErrorRecord(code, reason)
 
     @property
     def moving(self) -> bool:
-        """Whether a move runs, is being stopped, or waits."""
-        return self._drive.moving
+        """Whether anything moves, is being stopped, or waits."""
+        return self._motions.moving
 
     @property
     def joints(self) -> Joints:
         """Joint positions (rad)."""
-        return self._drive.joints
+        return self._motions.joints
 
     def is_pending(self, move: int) -> bool:
-        """Whether a move of this number runs or waits, and has not been stopped."""
-        return self._drive.is_pending(move)
+        """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
+        return self._motions.is_pending(move)
 
     def flange_frame(self) -> Frame:
         """The flange in the base."""
@@ -108,13 +177,49 @@ class Controller:
         return self.load.joint_torques(self._model, self.joints, self._tool_in_flange)
 
     def _accept(self, plan: Callable[[Joints], Plan]) -> int:
-        """Plan a move from where the robot will come to rest, and queue it."""
-        if self._drive.waiting >= LONGEST_QUEUE:
+        """Plan a normal move from where the robot will come to rest, and queue it."""
+        motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
+        if motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
-        path, timing = plan(self._drive.rest)
+        path, timing = plan(motions.rest_after_stop() if change.stops else motions.rest)
+        self._enter(change)
         self._accepted += 1
-        self._drive.append(Move(self._accepted, path, timing))
+        motions.append(Move(self._accepted, path, timing))
         return self._accepted
+
+    def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
+        """Find the target of a servo from where that will set out, and head for it."""
+        motions, change = self._motions, TRANSITIONS[self.mode, event]
+        joints, limits = find(change.mode, motions.rest_after_stop() if change.stops else motions.present)
+        self._enter(change)
+        self._accepted += 1
+        motions.head_for(Target(self._accepted, joints, limits))
+        self._servo_heard = self.tick
+        return self._accepted
+
+    def _enter(self, change: Transition) -> None:
+        if change.stops:
+            self._motions.stop()
+        self.mode = change.mode
+
+    def _watch_servo(self) -> None:
+        if self.servo_timeout_s is None or self.mode not in SERVO_MODES:
+            return
+        if (self.tick - self._servo_heard) * self.tick_s < self.servo_timeout_s:
+            return
+        reason = f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops"
+        self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT])
+        self.record_error(COMMUNICATION_FAILURE, reason)
+        if self._on_fault is not None:
+            self._on_fault(COMMUNICATION_FAILURE, reason)
+
+
+def _motions(description: RobotDescription, tick_s: float, limits: JointLimits) -> Motions:
+    def time() -> PlannedTime:
+        return PlannedTime(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
+
+    home, low, high = description.home, description.position_min, description.position_max
+    return Motions(Drive(home, time()), Servo(home, time(), limits, low, high))
 
 
 def _check_blending(blending_mm: float) -> None:

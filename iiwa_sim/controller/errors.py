@@ -1,9 +1,17 @@
-"""Why a command is refused. More codes, those of unreachable targets, are in `iiwa_sim.robot.nearest`."""
+"""Why a command is refused, or the robot stops of itself. Codes are robot_movement_interface's results.
+
+More of them, those of unreachable targets, are in `iiwa_sim.robot.nearest`.
+"""
+
+from typing import NamedTuple
 
 EXECUTION = 3000
 """The code of a refusal that has no code of its own."""
 COMPONENT_NOT_READY = 3010
+TARGET_NOT_REACHABLE = 3020
 CROSSING_SINGULARITY = 3024
+COMMUNICATION_FAILURE = 3040
+"""A line that makes no sense, or a client that is not heard of in time."""
 
 
 class Refused(Exception):
@@ -16,3 +24,10 @@ class Refused(Exception):
         super().__init__(code, reason)
         self.code = code
         self.reason = reason
+
+
+class ErrorRecord(NamedTuple):
+    """What went wrong last: a refusal, or a fault the robot met with on its own."""
+
+    code: int
+    reason: str

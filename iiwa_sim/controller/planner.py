@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
-from iiwa_sim.frames import Frame, Transform, compose, inverse
+from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
 from iiwa_sim.motion.curve_timing import plan_timing
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.lin import Line, LineOutOfReach, SingularLine
@@ -60,12 +60,7 @@ class Planner:
 
     def joint_line(self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]) -> Plan:
         """PTP to joint positions (rad), at a relative speed of each joint."""
-        self._check_joints(joints)
-        if len(speeds_rel) != len(joints):
-            raise Refused(EXECUTION, f"{len(joints)} speeds are needed")
-        for speed_rel in speeds_rel:
-            _check_speed(speed_rel)
-        return self._ptp(start, tuple(map(float, joints)), speeds_rel)
+        return self._ptp(start, self.joint_target(joints, speeds_rel), speeds_rel)
 
     def ptp(
         self, start: Joints, tcp: Frame, speed_rel: float, redundancy: float | None, tool_in_flange: Transform
@@ -98,6 +93,19 @@ class Planner:
             reason = "a line to that pose ends in other joint positions, with the arm bent another way"
             raise Refused(ROBOT_CONFIGURATION, reason)
         return self._timed(line, speed_rel)
+
+    def joint_target(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> Joints:
+        """Checked joint positions (rad), to be reached at checked relative speeds."""
+        self._check_joints(joints)
+        if len(speeds_rel) != len(joints):
+            raise Refused(EXECUTION, f"{len(joints)} speeds are needed")
+        for speed_rel in speeds_rel:
+            _check_speed(speed_rel)
+        return tuple(map(float, joints))
+
+    def flange_target(self, present: Joints, flange: Frame, speed_rel: float) -> Joints:
+        """The joint positions (rad) nearest to the present ones that bring the flange to a frame."""
+        return self._find(_flange_of(flange, speed_rel, None, IDENTITY), present, None).joints
 
     def _timed(self, line: Line, speed_rel: float) -> Plan:
         travel = np.abs(np.diff(line.samples.q, axis=0)).sum(axis=0)

@@ -13,13 +13,12 @@ from typing import NamedTuple
 
 import msgspec
 
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.decimals import NotANumberError, parse_decimal, quoted
 from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG
 
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
-
-COMMUNICATION_FAILURE = 3040  # robot_movement_interface's result code for a line that makes no sense
 
 _CACHED_LINES = 1024
 

@@ -1,0 +1,119 @@
+"""What moves the robot: normal moves or a servo, one of them at a time."""
+
+from typing import NamedTuple
+
+from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.servo import Servo
+
+
+class Target(NamedTuple):
+    """Where a servo heads for, and within which limits."""
+
+    number: int
+    """Moves and targets are numbered together, in the order in which they were accepted."""
+    joints: Joints
+    limits: JointLimits
+
+
+class Motions:
+    """The drive and the servo of one robot.
+
+    One of the two is active. The other takes over when that one has come to rest after a `stop`: moves then
+    wait in the drive, of servo targets the newest one waits here.
+    """
+
+    def __init__(self, drive: Drive, servo: Servo) -> None:
+        """Both at rest in the same place."""
+        self._drive = drive
+        self._servo = servo
+        self._active: Drive | Servo = drive
+        self._next_target: Target | None = None
+        self._following = False  # the servo is active and has not been stopped
+        self._newest_target = 0  # its number
+
+    @property
+    def joints(self) -> Joints:
+        """Joint positions (rad)."""
+        return self._active.joints
+
+    @property
+    def moving(self) -> bool:
+        """Whether anything moves, is being stopped, or waits."""
+        return self._drive.moving or self._servo.moving or self._next_target is not None
+
+    @property
+    def waiting(self) -> int:
+        """Moves that have not begun."""
+        return self._drive.waiting
+
+    @property
+    def rest(self) -> Joints:
+        """Where the robot will rest when the moves that wait are done: there the next move begins (rad)."""
+        if self._active is self._drive or self._drive.moving:
+            return self._drive.rest
+        return self._servo.rest
+
+    def rest_after_stop(self) -> Joints:
+        """Where the robot would come to rest if it were stopped now (rad)."""
+        return self._active.rest_after_stop()
+
+    @property
+    def present(self) -> Joints:
+        """Where the next servo target sets out from, as far as is known now (rad)."""
+        return self.joints if self._following else self.rest_after_stop()
+
+    def is_pending(self, number: int) -> bool:
+        """Whether a move or a target of this number is being headed for or waits."""
+        if number != self._newest_target:
+            return self._drive.is_pending(number)
+        return self._next_target is not None or (self._following and self._servo.moving)
+
+    def append(self, move: Move) -> None:
+        """Queue a move that begins at `rest`. The servo must have been stopped."""
+        if self._active is self._servo and not self._drive.moving:
+            self._drive.start_from(self._servo.rest)
+        self._drive.append(move)
+
+    def head_for(self, target: Target) -> None:
+        """Head for a target at once, or when the robot has come to rest. The drive must have been stopped."""
+        if self._following:
+            self._servo.head_for(target.joints, target.limits)
+        else:
+            self._next_target = target
+        self._newest_target = target.number
+
+    def stop(self) -> None:
+        """Stop on the path, and forget what waits."""
+        self._active.stop()
+        self._forget_next()
+        self._following = False
+
+    def step(self) -> None:
+        """One tick. Where the active motion fails, what waits is forgotten, and what it raised is raised."""
+        if not self._active.moving:
+            self._hand_over()
+        try:
+            self._active.step()
+        except Exception:
+            self._forget_next()
+            raise
+
+    def _hand_over(self) -> None:
+        target = self._next_target
+        if target is not None:
+            if self._active is self._drive:
+                self._servo.start_from(self._drive.joints)
+                self._active = self._servo
+            self._next_target = None
+            self._servo.head_for(target.joints, target.limits)
+            self._following = True
+        elif self._drive.moving:
+            self._active = self._drive
+
+    def _forget_next(self) -> None:
+        self._next_target = None
+        if self._active is self._servo:
+            self._drive.stop()

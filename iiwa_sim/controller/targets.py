@@ -1,0 +1,71 @@
+"""From what a smart or direct command asks for to joint positions and limits, or to the reason why not."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.planner import ROUNDING_RAD, Planner
+from iiwa_sim.frames import Frame
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.robot.description import RobotDescription
+
+DIRECT_REACH_RAD = 0.087
+"""A direct target is no farther from the present position on any axis. Published: the original's."""
+LONGEST_APPROACH_S = 3600.0
+"""A target that would take longer to reach is refused: its speed is a mistake."""
+LONGEST_BRAKING_S = 0.3
+"""At full speed a robot comes to rest in less: 0.2 s at full deceleration, and jerk."""
+
+
+class Targets:
+    """Targets of one robot. Each method raises `Refused` for one that cannot be headed for.
+
+    The mode, smart or direct, decides about limits of acceleration and jerk, and how near a target has to be.
+    """
+
+    def __init__(self, planner: Planner, description: RobotDescription) -> None:
+        self._planner = planner
+        self._names = description.joints
+        velocity = np.array(description.velocity)
+        self.limits = {
+            Mode.SMART: JointLimits(velocity, np.array(description.acceleration), np.array(description.jerk)),
+            Mode.DIRECT: JointLimits(
+                velocity, np.array(description.direct_acceleration), np.array(description.direct_jerk)
+            ),
+        }
+        """Of each servo mode, at full speed."""
+
+    def joints(
+        self, mode: Mode, present: Joints, joints: Sequence[float], speeds_rel: Sequence[float]
+    ) -> tuple[Joints, JointLimits]:
+        """Joint positions (rad), at a relative speed of each joint, coming from the present ones."""
+        return self._checked(mode, present, self._planner.joint_target(joints, speeds_rel), speeds_rel)
+
+    def flange(
+        self, mode: Mode, present: Joints, flange: Frame, speed_rel: float
+    ) -> tuple[Joints, JointLimits]:
+        """The joint positions nearest to the present ones that bring the flange to a frame in the base."""
+        target = self._planner.flange_target(present, flange, speed_rel)
+        return self._checked(mode, present, target, speed_rel)
+
+    def _checked(
+        self, mode: Mode, present: Joints, target: Joints, speed_rel: float | Sequence[float]
+    ) -> tuple[Joints, JointLimits]:
+        way = np.abs(np.subtract(target, present))
+        farthest = int(way.argmax())
+        if mode is Mode.DIRECT and way[farthest] > DIRECT_REACH_RAD + ROUNDING_RAD:
+            raise Refused(
+                TARGET_NOT_REACHABLE,
+                f"{self._names[farthest]} is {way[farthest]:.7g} rad from the target: a direct move goes "
+                f"{DIRECT_REACH_RAD:g} rad at most",
+            )
+        full = self.limits[mode]
+        limits = full.at_speed(speed_rel)
+        # A robot in motion may have to brake first, and to come back the way that takes.
+        if (way + full.velocity * LONGEST_BRAKING_S > limits.velocity * LONGEST_APPROACH_S).any():
+            reason = f"at this speed the target might take more than {LONGEST_APPROACH_S:g} s"
+            raise Refused(EXECUTION, reason)
+        return target, limits

@@ -1,0 +1,600 @@
+"""The modes: the table, and that the robot does what the table says, in mid-motion too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import permutations, product
+from math import nan
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from docs import draw_modes
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, TARGET_NOT_REACHABLE, Refused
+from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode, Transition
+from iiwa_sim.controller.targets import DIRECT_REACH_RAD
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from tests.stepped import SteppedRobot, assert_within_limits
+
+FULL = [1.0] * 7
+START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
+AWAY = [1.2, 0.9, 0.5, -0.6, 1.3, 0.2, 1.5]
+ELSEWHERE = [-0.4, 0.2, 0.3, -1.5, -0.3, 1.3, 0.4]
+FOUR = (Mode.NORMAL, Mode.IMPEDANCE, Mode.SMART, Mode.DIRECT)
+OWN = {
+    Mode.NORMAL: Event.NORMAL_MOVE,
+    Mode.IMPEDANCE: Event.IMPEDANCE_MOVE,
+    Mode.SMART: Event.SMART_MOVE,
+    Mode.DIRECT: Event.DIRECT_MOVE,
+}
+TICK_S = 0.002
+STOP_TICKS = 50  # 100 ms
+
+Go = Callable[[SteppedRobot, list[float]], int]
+"""Sends the robot to joint positions, or towards them, and gives the move's number."""
+
+
+def near(robot: SteppedRobot, target: list[float]) -> list[float]:
+    """Towards a target as far as a direct move may go, from where that would start."""
+    here = start_of_target(robot.controller)
+    return [q + max(-0.08, min(0.08, t - q)) for q, t in zip(here, target, strict=True)]
+
+
+def rest_after_stop(controller: Controller) -> tuple[float, ...]:
+    return controller._motions.rest_after_stop()
+
+
+def start_of_target(controller: Controller) -> tuple[float, ...]:
+    """Where a direct move would start."""
+    direct = controller.mode is Mode.DIRECT
+    return controller._motions.present if direct else rest_after_stop(controller)
+
+
+def near_flange(robot: SteppedRobot, target: list[float]) -> Frame:
+    """The same as a frame of the flange, with A3 as it is."""
+    joints = near(robot, target)
+    joints[2] = start_of_target(robot.controller)[2]
+    return flange_at(robot, joints)
+
+
+def flange_at(robot: SteppedRobot, joints: list[float]) -> Frame:
+    return Frame.from_transform(robot.model.flange(joints))
+
+
+GOES: dict[str, tuple[Mode, Go]] = {
+    "joint": (Mode.NORMAL, lambda robot, to: robot.controller.joint_move(to, FULL)),
+    "lin": (Mode.NORMAL, lambda robot, to: robot.controller.lin_move(robot.tcp_frame(to), 1.0, 0.0)),
+    "smart joint": (Mode.SMART, lambda robot, to: robot.controller.smart_joint_move(to, FULL)),
+    "smart cartesian": (
+        Mode.SMART,
+        lambda robot, to: robot.controller.smart_cartesian_move(flange_at(robot, to), 1.0),
+    ),
+    "direct joint": (
+        Mode.DIRECT,
+        lambda robot, to: robot.controller.direct_joint_move(near(robot, to), FULL),
+    ),
+    "direct cartesian": (
+        Mode.DIRECT,
+        lambda robot, to: robot.controller.direct_cartesian_move(near_flange(robot, to), 1.0),
+    ),
+}
+COMMANDS = sorted(GOES)
+SERVOS = [command for command in COMMANDS if GOES[command][0] is not Mode.NORMAL]
+CHANGES = [(a, b) for a, b in product(COMMANDS, COMMANDS) if GOES[a][0] is not GOES[b][0]]
+
+
+def sends(robot: SteppedRobot, command: str, to: list[float]) -> int:
+    number = GOES[command][1](robot, to)
+    robot.notice_mode()
+    return number
+
+
+def in_mid_motion(command: str) -> SteppedRobot:
+    """A robot that moves fast, by a command, from START towards AWAY."""
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    sends(robot, command, AWAY)
+    if GOES[command][0] is Mode.DIRECT:
+        for _ in range(20):
+            robot.step(5)
+            sends(robot, command, AWAY)
+        robot.step(5)
+    else:
+        robot.step(120)
+    assert np.abs(np.diff(robot.joints[-2:], axis=0)).max() > 0.5 * TICK_S, "hardly moves"
+    return robot
+
+
+# The table
+
+
+def test_the_table_says_what_the_text_says() -> None:
+    assert set(TRANSITIONS) == set(product(Mode, Event))
+    for mode in FOUR:
+        assert TRANSITIONS[mode, OWN[mode]] == Transition(mode, stops=False)
+        assert TRANSITIONS[Mode.UNKNOWN, OWN[mode]] == Transition(mode, stops=False)
+        assert TRANSITIONS[mode, Event.STOP] == Transition(Mode.UNKNOWN, stops=True)
+    for before, after in permutations(FOUR, 2):
+        assert TRANSITIONS[before, OWN[after]] == Transition(after, stops=True), "changing modes stops"
+    for mode in Mode:
+        waits = mode in (Mode.SMART, Mode.DIRECT)
+        after = Mode.UNKNOWN if waits else mode
+        assert TRANSITIONS[mode, Event.SERVO_TIMEOUT] == Transition(after, stops=waits)
+    assert TRANSITIONS[Mode.UNKNOWN, Event.STOP].mode is Mode.UNKNOWN
+
+
+def test_the_page_is_drawn_from_the_table() -> None:
+    page = draw_modes.PAGE.read_text()
+    assert page == draw_modes.renewed(page), "docs/modes.md is not up to date: python -m docs.draw_modes"
+
+
+def test_every_change_of_the_table_is_on_the_page() -> None:
+    page = draw_modes.PAGE.read_text()
+    changes = {(mode, change.mode) for (mode, _), change in TRANSITIONS.items() if change.mode is not mode}
+    for before, after in product(Mode, Mode):
+        assert (f"\n    {before.value} --> {after.value} : " in page) == ((before, after) in changes)
+    for mode in Mode:
+        row = next(line for line in page.splitlines() if line.startswith(f"| **{mode.value}** |"))
+        cells = [cell.strip() for cell in row.strip("|").split("|")][1:]
+        for event, cell in zip(Event, cells, strict=True):
+            after, stops = TRANSITIONS[mode, event]
+            assert cell == ("stays" if after is mode else f"{'stops, then ' * stops}{after.value}")
+
+
+# Changes
+
+
+def test_the_robot_starts_in_no_mode() -> None:
+    assert SteppedRobot().controller.mode is Mode.UNKNOWN
+
+
+@pytest.mark.requirement("FRA103")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_first_command_enters_its_mode_and_begins_at_once(command: str) -> None:
+    robot = SteppedRobot()
+    sends(robot, command, START)
+    assert robot.controller.mode is GOES[command][0]
+    assert robot.controller.moving
+    assert robot.controller.joints == robot.joints[0]
+    robot.step()
+    assert robot.joints[1] != robot.joints[0]
+
+
+@pytest.mark.requirement("FRA103")
+@pytest.mark.parametrize(("command", "other"), CHANGES)
+def test_a_robot_at_rest_changes_its_mode_without_delay(command: str, other: str) -> None:
+    robot = SteppedRobot()
+    sends(robot, command, START)
+    robot.runs_until_stopped()
+    sends(robot, other, AWAY)
+    assert robot.controller.mode is GOES[other][0]
+    rest = robot.controller.joints
+    robot.step()
+    assert robot.controller.joints != rest
+
+
+@pytest.mark.requirement("FRA103")
+@pytest.mark.parametrize(("command", "other"), CHANGES)
+def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(command: str, other: str) -> None:
+    changed, stopped = in_mid_motion(command), in_mid_motion(command)
+    assert changed.joints == stopped.joints
+    before = len(changed.joints)
+    number = sends(changed, other, ELSEWHERE)
+    assert changed.controller.mode is GOES[other][0]
+    stopped.stop()
+    ticks = stopped.runs_until_stopped(0.1)
+    assert 0 < ticks <= STOP_TICKS
+    for _ in range(ticks):
+        assert changed.controller.moving
+        assert changed.controller.is_pending(number)
+        changed.step()
+    assert changed.joints == stopped.joints, "on its path, which a stop does not leave"
+    changed.step()
+    assert changed.joints[-1] != changed.joints[-2], "begins in the tick after it has come to rest"
+    changed.runs_until_stopped()
+    assert not changed.controller.is_pending(number)
+    if GOES[other][0] is Mode.DIRECT:
+        assert np.abs(np.subtract(changed.joints[-1], stopped.joints[-1])).max() == pytest.approx(0.08)
+    else:
+        goal, reached = changed.tcp(ELSEWHERE), changed.tcp(changed.joints[-1])
+        assert np.allclose(goal.translation, reached.translation, atol=1e-9)
+        assert np.allclose(goal.rotation, reached.rotation, atol=1e-9)
+    assert len(changed.joints) > before
+    assert_within_limits(changed)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_of_the_same_mode_stops_nothing(command: str) -> None:
+    followed, left_alone = in_mid_motion(command), in_mid_motion(command)
+    sends(followed, command, START if GOES[command][0] is Mode.NORMAL else AWAY)
+    assert followed.controller.mode is GOES[command][0]
+    for robot in (followed, left_alone):
+        robot.step(3)
+    np.testing.assert_allclose(followed.joints, left_alone.joints, atol=1e-3)
+    assert np.abs(np.diff(followed.joints[-2:], axis=0)).max() > 0.5 * TICK_S
+    followed.runs_until_stopped()
+    assert_within_limits(followed)
+
+
+@pytest.mark.requirement("FRC003")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_stop_ends_every_mode_on_the_path(command: str) -> None:
+    robot = in_mid_motion(command)
+    number = sends(robot, command, AWAY)
+    rest = rest_after_stop(robot.controller)
+    robot.stop()
+    assert robot.controller.mode is Mode.UNKNOWN
+    assert not robot.controller.is_pending(number)
+    assert robot.controller.moving
+    robot.runs_until_stopped(0.1)
+    assert robot.controller.joints == rest
+    assert_within_limits(robot)
+
+
+# What waits while the robot stops
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "third"),
+    [
+        (first, second, third)
+        for first, second in CHANGES
+        for third in ("lin", "smart joint", "direct cartesian")
+        if "cartesian" not in first and GOES[second][0] is not GOES[third][0]
+    ],
+)
+def test_what_has_not_begun_when_the_mode_changes_again_never_moves(
+    first: str, second: str, third: str
+) -> None:
+    changed, stopped = in_mid_motion(first), in_mid_motion(first)
+    dropped = sends(changed, second, START)
+    stopped.stop()
+    for robot in (changed, stopped):
+        robot.step(10)
+        newest = sends(robot, third, ELSEWHERE)
+        assert robot.controller.is_pending(newest)
+    assert not changed.controller.is_pending(dropped)
+    for robot in (changed, stopped):
+        robot.runs_until_stopped()
+    assert changed.joints == stopped.joints
+    assert changed.controller.mode is GOES[third][0]
+
+
+@pytest.mark.parametrize(
+    ("first", "servo", "by_stop"),
+    [
+        (first, servo, by_stop)
+        for first, servo, by_stop in product(COMMANDS, SERVOS, [True, False])
+        if by_stop or GOES[first][0] is not GOES[servo][0]
+    ],
+)
+def test_of_the_targets_that_come_during_a_stop_the_newest_is_headed_for(
+    first: str, servo: str, by_stop: bool
+) -> None:
+    changed, patient = in_mid_motion(first), in_mid_motion(first)
+    if by_stop:
+        changed.stop()
+    older = [sends(changed, servo, START)]
+    patient.stop()
+    for _ in range(3):
+        changed.step(10)
+        patient.step(10)
+        older.append(sends(changed, servo, AWAY))
+    newest = sends(changed, servo, ELSEWHERE)
+    sends(patient, servo, ELSEWHERE)
+    assert not any(changed.controller.is_pending(number) for number in older)
+    assert changed.controller.is_pending(newest)
+    for robot in (changed, patient):
+        robot.runs_until_stopped()
+    assert changed.joints == patient.joints
+    assert_within_limits(changed)
+
+
+@pytest.mark.requirement("FRC014")
+@pytest.mark.parametrize("servo", ["smart joint", "direct joint"])
+def test_normal_moves_that_come_during_a_stop_queue(servo: str) -> None:
+    robot = in_mid_motion(servo)
+    numbers = [sends(robot, "joint", to) for to in (START, AWAY, ELSEWHERE)]
+    assert all(robot.controller.is_pending(number) for number in numbers)
+    assert robot.controller.mode is Mode.NORMAL
+    came_by = set()
+    while robot.controller.moving:
+        came_by |= {k for k, number in enumerate(numbers) if robot.controller.is_pending(number)}
+        robot.step()
+    assert came_by == {0, 1, 2}
+    assert robot.controller.joints == tuple(ELSEWHERE)
+    for to in (START, AWAY):
+        assert np.abs(np.subtract(robot.joints, to)).max(axis=1).min() < 0.15, "it passed"
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC016")
+@pytest.mark.parametrize(("command", "other"), CHANGES)
+def test_a_stop_during_a_change_drops_what_waits(command: str, other: str) -> None:
+    changed, stopped = in_mid_motion(command), in_mid_motion(command)
+    number = sends(changed, other, ELSEWHERE)
+    stopped.stop()
+    for robot in (changed, stopped):
+        robot.step(10)
+    changed.stop()
+    assert changed.controller.mode is Mode.UNKNOWN
+    assert not changed.controller.is_pending(number)
+    for robot in (changed, stopped):
+        robot.runs_until_stopped(0.1)
+    assert changed.joints == stopped.joints
+    changed.step(100)
+    assert changed.controller.joints == stopped.controller.joints
+    assert not changed.controller.moving
+
+
+# Refused commands
+
+HOME = flange_at(SteppedRobot(), list(load_robot().home))
+REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
+    (f"{mode}_{kind}", parameters, code)
+    for mode in ("smart", "direct")
+    for kind, parameters, code in [
+        ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
+        ("joint_move", ([nan, 0, 0, 0, 0, 0, 0], FULL), EXECUTION),
+        ("joint_move", ([0.0] * 6, FULL), EXECUTION),
+        ("joint_move", ([0.0] * 7, [1.0] * 6), EXECUTION),
+        ("joint_move", (START, [1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0]), EXECUTION),
+        ("joint_move", (START, [1.0, 1.0, 1.1, 1.0, 1.0, 1.0, 1.0]), EXECUTION),
+        ("cartesian_move", (HOME._replace(x_mm=2000.0), 1.0), OUT_OF_REACH),
+        ("cartesian_move", (HOME._replace(beta=nan), 1.0), EXECUTION),
+        ("cartesian_move", (HOME, 0.0), EXECUTION),
+    ]
+] + [
+    ("smart_joint_move", (START, [1e-12] * 7), EXECUTION),
+    ("direct_joint_move", ([-2.0] * 7, FULL), TARGET_NOT_REACHABLE),
+    ("direct_cartesian_move", (HOME._replace(y_mm=300.0), 1.0), TARGET_NOT_REACHABLE),
+    ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
+    ("lin_move", (HOME, 1.0, -1.0), EXECUTION),
+]
+
+
+@pytest.mark.parametrize("command", ["joint", "smart joint", "direct joint"])
+@pytest.mark.parametrize("state", ["running", "changing", "stopping"])
+def test_refused_commands_change_nothing(command: str, state: str) -> None:
+    bothered, left_alone = in_mid_motion(command), in_mid_motion(command)
+    for robot in (bothered, left_alone):
+        if state == "changing":
+            sends(robot, "joint" if command != "joint" else "smart joint", ELSEWHERE)
+        elif state == "stopping":
+            robot.stop()
+        elif command == "joint":
+            sends(robot, "joint", ELSEWHERE)
+    mode = bothered.controller.mode
+    for method, parameters, code in REFUSED:
+        with pytest.raises(Refused) as refused:
+            getattr(bothered.controller, method)(*parameters)
+        assert refused.value.code == code, method
+        assert "\n" not in refused.value.reason
+        assert bothered.controller.mode is mode
+        for robot in (bothered, left_alone):
+            robot.step()
+    for robot in (bothered, left_alone):
+        robot.runs_until_stopped()
+    assert bothered.joints == left_alone.joints
+
+
+# Targets
+
+
+@pytest.mark.requirement("FRC004", "FRC006", "FRC010")
+def test_a_smart_target_is_reached_exactly_from_anywhere_and_the_newest_counts() -> None:
+    robot = SteppedRobot()
+    numbers = []
+    for target in (AWAY, START, ELSEWHERE):
+        numbers.append(robot.controller.smart_joint_move(target, [0.5] * 7))
+        robot.step(100)
+    assert [robot.controller.is_pending(number) for number in numbers] == [False, False, True]
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(ELSEWHERE)
+    assert robot.controller.mode is Mode.SMART
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("servo", ["smart", "direct"])
+@pytest.mark.parametrize("speed_rel", [0.01, 0.05, 0.1])
+def test_the_relative_speeds_are_limits_of_each_joint(servo: str, speed_rel: float) -> None:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    speeds = [speed_rel, *[1.0] * 6]
+    getattr(robot.controller, f"{servo}_joint_move")([q + 0.08 for q in START], speeds)
+    robot.runs_until_stopped()
+    fastest = np.abs(np.diff(robot.joints, axis=0)).max(axis=0) / TICK_S / robot.description.velocity
+    assert fastest[0] == pytest.approx(speed_rel, rel=1e-6)
+    assert fastest[1:].min() > 0.15
+
+
+def test_direct_is_stiffer_than_smart() -> None:
+    ticks = []
+    for servo in ("smart", "direct"):
+        robot = SteppedRobot()
+        getattr(robot.controller, f"{servo}_joint_move")([q + 0.08 for q in robot.joints[0]], FULL)
+        ticks.append(robot.runs_until_stopped())
+    assert ticks[1] < 0.8 * ticks[0]
+
+
+@pytest.mark.requirement("FRC005", "FRC018")
+@pytest.mark.parametrize("servo", ["smart", "direct"])
+def test_a_cartesian_target_is_the_flanges_with_branch_and_redundancy_kept(servo: str) -> None:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    target = flange_at(robot, START)._replace(z_mm=flange_at(robot, START).z_mm - 20.0)
+    getattr(robot.controller, f"{servo}_cartesian_move")(target, 1.0)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(robot.controller.flange_frame(), target, atol=1e-7)
+    assert robot.controller.joints[2] == pytest.approx(START[2], abs=1e-9)
+    assert np.abs(np.subtract(robot.controller.joints, START)).max() < DIRECT_REACH_RAD
+
+
+def test_a_target_that_takes_more_than_an_hour_is_refused_also_when_it_is_only_to_come_back_to() -> None:
+    robot = in_mid_motion("smart joint")
+    for target in (AWAY, robot.controller.joints):
+        with pytest.raises(Refused, match="more than 3600 s") as refused:
+            robot.controller.smart_joint_move(target, [1e-5] * 7)
+        assert refused.value.code == EXECUTION
+    here = robot.controller.joints
+    robot.controller.smart_joint_move(here, [0.01] * 7)
+    robot.runs_until_stopped()
+    assert robot.controller.joints == here
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("axis", range(7))
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_direct_target_is_at_most_0_087_rad_away_on_any_axis(axis: int, sign: int) -> None:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    target = list(START)
+    target[axis] += sign * 0.0871
+    with pytest.raises(Refused, match=f"A{axis + 1} is 0.0871 rad") as refused:
+        robot.controller.direct_joint_move(target, FULL)
+    assert refused.value.code == TARGET_NOT_REACHABLE
+    assert not robot.controller.moving
+    target[axis] = START[axis] + sign * 0.087
+    robot.controller.direct_joint_move(target, FULL)
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(target)
+
+
+def test_in_direct_mode_near_means_near_the_present_position_not_the_target() -> None:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    robot.controller.direct_joint_move([q + 0.08 for q in START], FULL)
+    robot.step(10)
+    here = robot.controller.joints
+    with pytest.raises(Refused):
+        robot.controller.direct_joint_move([START[0] + 0.16, *here[1:]], FULL)
+    robot.controller.direct_joint_move([q + 0.086 for q in here], FULL)
+
+
+def test_near_means_near_where_the_robot_comes_to_rest_when_it_has_to_stop_first() -> None:
+    robot = in_mid_motion("joint")
+    here, rest = robot.controller.joints, rest_after_stop(robot.controller)
+    assert np.abs(np.subtract(rest, here)).max() > DIRECT_REACH_RAD, "so that it makes a difference"
+    with pytest.raises(Refused):
+        robot.controller.direct_joint_move(here, FULL)
+    robot.controller.direct_joint_move([q + 0.08 for q in rest], FULL)
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(q + 0.08 for q in rest)
+
+
+# The servo timeout
+
+
+@pytest.mark.parametrize("command", SERVOS)
+def test_a_servo_mode_that_hears_of_no_command_ends(command: str) -> None:
+    robot = SteppedRobot(servo_timeout_s=0.03)
+    robot.goes_to(START)
+    for _ in range(10):
+        number = sends(robot, command, AWAY)
+        robot.step(15)
+    assert robot.controller.mode is GOES[command][0]
+    assert robot.faults == []
+    rest = rest_after_stop(robot.controller)
+    robot.step()
+    assert robot.controller.mode is Mode.UNKNOWN
+    assert robot.controller.moving
+    assert not robot.controller.is_pending(number)
+    robot.runs_until_stopped(0.1)
+    assert robot.controller.joints == rest
+    mode = GOES[command][0].value
+    assert robot.faults == [(COMMUNICATION_FAILURE, f"no {mode} command for 0.03 s: the robot stops")]
+    assert robot.controller.last_error == robot.faults[0]
+    robot.step(200)
+    assert len(robot.faults) == 1
+    assert_within_limits(robot)
+
+
+def test_a_servo_mode_ends_at_its_target_too_and_before_it_has_begun() -> None:
+    arrived, waiting = (SteppedRobot(servo_timeout_s=timeout_s) for timeout_s in (3.0, 0.05))
+    arrived.controller.smart_joint_move(arrived.joints[0], FULL)
+    arrived.step(1500)
+    assert arrived.controller.mode is Mode.SMART
+    arrived.step()
+    assert arrived.controller.mode is Mode.UNKNOWN
+    waiting.controller.joint_move(AWAY, FULL)
+    waiting.step(100)
+    sends(waiting, "smart joint", START)
+    rest = rest_after_stop(waiting.controller)
+    waiting.runs_until_stopped(0.1)
+    assert waiting.controller.joints == rest
+    assert len(waiting.faults) == 1
+
+
+@pytest.mark.parametrize("ending", ["stop", "joint", "none"])
+def test_nothing_is_waited_for_after_a_stop_in_normal_mode_and_by_default(ending: str) -> None:
+    robot = SteppedRobot(servo_timeout_s=None if ending == "none" else 0.05)
+    sends(robot, "smart joint", AWAY)
+    robot.step(10)
+    if ending == "stop":
+        robot.stop()
+    elif ending == "joint":
+        sends(robot, "joint", START)
+    robot.step(1000)
+    assert robot.faults == []
+    assert robot.controller.last_error is None
+
+
+def test_a_refused_command_is_not_heard() -> None:
+    robot = SteppedRobot(servo_timeout_s=0.05)
+    sends(robot, "smart joint", AWAY)
+    for _ in range(26):
+        with pytest.raises(Refused):
+            robot.controller.smart_joint_move([9.0] * 7, FULL)
+        robot.step()
+    assert len(robot.faults) == 1
+
+
+@pytest.mark.parametrize("timeout_s", [0.0, -1.0, nan, 86401.0, float("inf")])
+def test_a_timeout_out_of_range_is_told(timeout_s: float) -> None:
+    with pytest.raises(ValueError, match=r"servo_timeout_s is .*, expected above 0 and up to 86400 s"):
+        Controller(load_robot(), TICK_S, servo_timeout_s=timeout_s)
+
+
+# Whatever comes
+
+
+@st.composite
+def sequences(draw: st.DrawFn) -> list[tuple[str, int, int]]:
+    """Commands, which of some targets they go to, and the ticks that pass before the next."""
+    command = st.sampled_from([*COMMANDS, "stop", "refused"])
+    return draw(st.lists(st.tuples(command, st.integers(0, 2), st.integers(0, 120)), min_size=2, max_size=12))
+
+
+@pytest.mark.requirement("FRA104")
+@settings(max_examples=25, deadline=None)
+@given(sequence=sequences())
+def test_whatever_comes_the_limits_hold_and_the_mode_is_the_tables(
+    sequence: list[tuple[str, int, int]],
+) -> None:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    mode = Mode.NORMAL
+    for command, k, ticks in sequence:
+        if command == "stop":
+            robot.stop()
+            mode = TRANSITIONS[mode, Event.STOP].mode
+        elif command == "refused":
+            with pytest.raises(Refused):
+                robot.controller.smart_joint_move([9.0] * 7, FULL)
+        else:
+            try:
+                sends(robot, command, [START, AWAY, ELSEWHERE][k])
+            except Refused:  # of lines: not every one is possible
+                assert "lin" in command
+            else:
+                mode = TRANSITIONS[mode, OWN[GOES[command][0]]].mode
+        assert robot.controller.mode is mode
+        robot.step(ticks)
+    robot.runs_until_stopped()
+    assert_within_limits(robot)
