@@ -17,6 +17,8 @@ from typing import NoReturn
 
 from iiwa_sim import log
 from iiwa_sim.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
+from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
+from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots, load_robot
 from iiwa_sim.serve.tcp import MAX_PORT, ListenFault, host_and_port
@@ -59,7 +61,13 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
     # Pinocchio and Ruckig take their time to load: not before the options are known to be right.
     from iiwa_sim.simulator import Simulator
 
-    simulator = Simulator(options.robot, host=options.host, port=options.port, rate_hz=options.rate)
+    simulator = Simulator(
+        options.robot,
+        host=options.host,
+        port=options.port,
+        rate_hz=options.rate,
+        servo_timeout_s=options.servo_timeout,
+    )
     async with simulator:
         ending.watch()
         _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
@@ -162,11 +170,18 @@ def _parser() -> _Parser:
     )
     _add_rate(parser)
     parser.add_argument(
+        "--servo-timeout",
+        type=_seconds,
+        metavar="SECONDS",
+        help="stop the robot when a smart or direct move is not followed by another for so long, above 0 and "
+        f"up to {LONGEST_SERVO_TIMEOUT_S:g} (default: never)",
+    )
+    parser.add_argument(
         "--log-level",
         choices=log.LEVELS,
         default=log.DEFAULT_LEVEL,
-        help="error: faults of the simulator; warning: also refused commands, and clients that vanish while "
-        "the robot moves; info: also clients that come and go; debug: also every command "
+        help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
+        "the robot moves, and servo timeouts; info: also clients that come and go; debug: also every command "
         "(default: %(default)s)",
     )
     parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
@@ -227,6 +242,19 @@ def _whole(low: int, high: int) -> Callable[[str], int]:
         return int(text)
 
     return whole_number
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = parse_decimal(text.encode())
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds <= LONGEST_SERVO_TIMEOUT_S:
+        shown = shortened(repr(text), 40)
+        raise argparse.ArgumentTypeError(
+            f"{shown} is not a number of seconds above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g}"
+        )
+    return seconds
 
 
 def _banner(robot: str, host: str, port: int) -> str:

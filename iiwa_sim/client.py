@@ -85,6 +85,13 @@ class CartesianForce(NamedTuple):
     tz: float
 
 
+class LastError(NamedTuple):
+    """A result code of robot_movement_interface, and the reason in words."""
+
+    code: int
+    reason: str
+
+
 class Iiwa:
     """One connection. Not for use by several threads at once.
 
@@ -212,19 +219,19 @@ class Iiwa:
         self._command("start gravity", joint_stiffness)
 
     def smart_joint_move(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
-        """To a joint position from wherever the robot is now."""
+        """To a joint position from wherever the robot is now, in place of the smart move before."""
         self._command("smart joint move", *joints, *speeds)
 
     def smart_cartesian_move(self, target: Sequence[float], speed: float) -> None:
-        """The flange to a frame from wherever the robot is now."""
+        """The flange to a frame from wherever the robot is now, in place of the smart move before."""
         self._command("smart cartesian move", *target, speed)
 
     def direct_joint_move(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
-        """To a joint position close to the present one."""
+        """To a joint position at most 0.087 rad from the present one on any axis."""
         self._command("direct joint move", *joints, *speeds)
 
     def direct_cartesian_move(self, target: Sequence[float], speed: float) -> None:
-        """The flange to a frame close to the present one."""
+        """The flange to a frame that no axis is more than 0.087 rad from."""
         self._command("direct cartesian move", *target, speed)
 
     def stop(self) -> None:
@@ -234,6 +241,19 @@ class Iiwa:
     def get_status(self) -> str:
         """`moving` or `stopped`."""
         return self._command("get status")
+
+    def get_mode(self) -> str:
+        """`unknown`, `normal`, `impedance`, `smart` or `direct`."""
+        return self._command("get mode")
+
+    def get_error(self) -> LastError:
+        """What was refused, or has stopped the robot, last; code 0 and "none" if there was neither."""
+        reply = self._ask("get error")
+        code, _, reason = reply.partition(" ")
+        if not (code.isascii() and code.isdigit()):
+            self.close()
+            raise ReplyError(f"get error answered {reply!r}")
+        return LastError(int(code), reason)
 
     def get_tool_frame(self) -> Frame:
         """The TCP in the base frame."""

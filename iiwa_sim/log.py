@@ -2,8 +2,8 @@
 
 Everything goes through the standard library's logging, so a program that uses the simulator as a library sets
 it up its own way; only the command line calls `configure`. Levels: `warning` tells of refused commands and of
-clients that are dropped or vanish while the robot moves, `info` of clients that come and go, `debug` of every
-command.
+clients that are dropped, vanish while the robot moves, or leave a servo mode without commands, `info` of
+clients that come and go, `debug` of every command.
 """
 
 import contextlib
@@ -63,6 +63,11 @@ class SessionLog:
             exc_info=fault,
             extra={"fields": {"session": session, "line": line}},
         )
+
+
+def robot_fault(code: int, reason: str) -> None:
+    """What the controller meets with between commands."""
+    logger.warning("%s", reason, extra={"fields": {"code": code, "reason": reason}})
 
 
 def configure(level: str, as_json: bool, descriptor: int) -> None:

@@ -7,7 +7,7 @@ from typing import Self
 from iiwa_sim.clock import DEFAULT_RATE_HZ, RealTimeClock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.iiwa import Session
-from iiwa_sim.log import SessionLog
+from iiwa_sim.log import SessionLog, robot_fault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, load_robot
 from iiwa_sim.serve.tcp import TcpServer
 
@@ -18,9 +18,10 @@ class Simulator:
         async with Simulator("lbr_iiwa_14_r820") as simulator:
             reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
 
-    `robot` is the name of a robot that comes along, or a robot's folder; `port` 0 picks a free port. Raises
-    RobotFault for a robot that cannot be used and ValueError for a rate outside 100 to 1000 Hz; entering the
-    context raises ListenFault if host and port cannot be listened on.
+    `robot` is the name of a robot that comes along, or a robot's folder; `port` 0 picks a free port; a servo
+    mode ends when it hears of no command for `servo_timeout_s`, None for never. Raises RobotFault for a robot
+    that cannot be used and ValueError for a rate outside 100 to 1000 Hz or a timeout outside 0 to a day;
+    entering the context raises ListenFault if host and port cannot be listened on.
     """
 
     def __init__(
@@ -30,10 +31,13 @@ class Simulator:
         host: str = "127.0.0.1",
         port: int = 0,
         rate_hz: int = DEFAULT_RATE_HZ,
+        servo_timeout_s: float | None = None,
     ) -> None:
         self.description = load_robot(robot)
         self._clock = RealTimeClock(rate_hz)
-        self.controller = Controller(self.description, self._clock.tick_s)
+        self.controller = Controller(
+            self.description, self._clock.tick_s, servo_timeout_s=servo_timeout_s, on_fault=robot_fault
+        )
         self._log = SessionLog()
         self._server = TcpServer(self._open_session, host, port)
 

@@ -21,6 +21,14 @@ from iiwa_sim.robot.description import built_in_robots
         (["--port", "65536"], "from 0 to 65535"),
         (["--port", "-1"], "argument --port"),
         (["--port"], "argument --port: expected one argument"),
+        (["--servo-timeout", "0"], "argument --servo-timeout: '0' is not a number of seconds above 0 and up"),
+        (["--servo-timeout", "-1"], "argument --servo-timeout"),
+        (["--servo-timeout", "nan"], "up to 86400"),
+        (["--servo-timeout", "inf"], "argument --servo-timeout"),
+        (["--servo-timeout", "86400.1"], "argument --servo-timeout"),
+        (["--servo-timeout", "1e999"], "argument --servo-timeout"),
+        (["--servo-timeout", "1s"], "'1s' is not a number of seconds"),
+        (["--servo-timeout", "\ud800\n"], "argument --servo-timeout"),
         (["--log-level", "loud"], "argument --log-level"),
         (["--prot", "1"], "unrecognized arguments: --prot 1"),
         (["--port", "9" * 5000], "is not a whole number from 0 to 65535"),
@@ -65,6 +73,7 @@ def test_help_tells_ranges_defaults_and_levels(
     out = capsys.readouterr().out
     assert "ticks per second, 100 to 1000 (default: 500)" in out
     assert "(default: 30000)" in out
+    assert "above 0 and up to 86400 (default: never)" in out
     assert "False" not in out
     assert all(f"{level}: " in out for level in LEVELS)
     assert out.endswith("\nTo talk to it: telnet HOST PORT, then help\n")

@@ -7,7 +7,15 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from iiwa_sim.client import CommandError, Frame, Iiwa, JointPosition, ReplyError, UnknownCommandError
+from iiwa_sim.client import (
+    CommandError,
+    Frame,
+    Iiwa,
+    JointPosition,
+    LastError,
+    ReplyError,
+    UnknownCommandError,
+)
 from iiwa_sim.dialect.table import load_table
 from tests.dialect.fake_robot import FakeRobot, Journal, Session
 
@@ -106,7 +114,8 @@ def test_a_method_for_every_command_with_the_tables_parameters(name):
     if command.reply_values:
         assert result._fields == tuple(each.name for each in command.reply_values)
     else:
-        assert result is (str if command.phrase or len(command.reply_words) > 1 else None)
+        words = str if command.phrase or len(command.reply_words) > 1 else None
+        assert result is (LastError if name == "get error" else words)
 
 
 def test_no_method_that_the_table_does_not_know():
@@ -138,6 +147,8 @@ def test_moves_arrive_as_they_were_called(connect):
 def test_status_is_read_into_named_values(connect):
     client, _ = connect(speaking_for(FakeRobot()))
     assert client.get_status() == "stopped"
+    assert client.get_mode() == "unknown"
+    assert client.get_error() == LastError(0, "none")
     assert client.get_tool_frame() == Frame(600.0, 0.0, 500.5, 3.0, 0.0, 1e-5)
     assert client.get_flange_frame().gamma == 0.6
     assert client.get_cartesian_force().fy == -2.5
@@ -145,6 +156,20 @@ def test_status_is_read_into_named_values(connect):
     assert client.get_joint_position() == JointPosition(0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.570796327)
     assert "lin move : x[mm]" in client.help("lin move")
     assert client.help("lin\nmove") == client.help("lin move")
+
+
+def test_the_last_error_is_read_with_its_code(connect):
+    client, _ = connect(speaking_for(FakeRobot()))
+    with pytest.raises(CommandError):
+        client.help("nonsense")
+    assert client.get_error() == LastError(3040, "no such command")
+
+
+def test_an_error_without_a_code_ends_the_connection(connect):
+    client, _ = connect(always(b"none at all\r\n"))
+    with pytest.raises(ReplyError, match="get error"):
+        client.get_error()
+    assert_closed(client)
 
 
 def test_bye_ends_the_connection(connect):

@@ -114,6 +114,16 @@ def test_a_robot_that_stops_since_its_client_has_gone_is_told() -> None:
 
 
 @pytest.mark.usefixtures("root_restored")
+def test_what_stops_the_robot_is_told_with_its_code() -> None:
+    pipe = Pipe("warning", as_json=True)
+    log.robot_fault(3040, "100 % odd")
+    (line,) = [json.loads(line) for line in pipe.lines()]
+    assert line.items() >= {
+        "level": "warning", "message": "100 % odd", "code": 3040, "reason": "100 % odd"
+    }.items()  # fmt: skip
+
+
+@pytest.mark.usefixtures("root_restored")
 def test_a_traceback_longer_than_a_pipe_takes_at_once_is_written_whole() -> None:
     pipe = Pipe("error", as_json=True)
     log.SessionLog().exception("s", "x" * 20_000, ValueError("y" * 20_000))

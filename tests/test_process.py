@@ -110,6 +110,20 @@ def test_a_log_that_nobody_reads_does_not_stop_the_robot() -> None:
     assert "last words" in lines[-1]
 
 
+@pytest.mark.requirement("FRC021")
+def test_a_servo_that_is_left_alone_stops() -> None:
+    with running("--servo-timeout", "0.2") as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
+        robot.smart_joint_move(*FAR)
+        assert robot.get_mode() == "smart"
+        robot.wait_until_stopped(DEADLINE_S)
+        assert robot.get_joint_position().j0 < 0.5
+        assert robot.get_mode() == "unknown"
+        assert robot.get_error() == (3040, "no smart command for 0.2 s: the robot stops")
+        code, said = simulator.ends(signal.SIGTERM)
+    assert code == 0
+    assert said.endswith(" warning no smart command for 0.2 s: the robot stops\n")
+
+
 def test_the_log_as_json() -> None:
     with running("--log-json", "--log-level", "debug") as simulator:
         with socket.create_connection(("127.0.0.1", simulator.port)) as client:

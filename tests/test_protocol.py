@@ -118,7 +118,9 @@ def test_ranges(parameter, written):
 
 def fitting_line(name: str, robot: Controller, parameter: str, value: float) -> str:
     """A move to where the robot is, with one parameter at a given value."""
-    frame = dict(zip(FRAME.split(), robot.tool_frame(), strict=True))
+    servo = TABLE.commands[name].mode in ("smart", "direct")
+    driven = robot.flange_frame() if servo else robot.tool_frame()
+    frame = dict(zip(FRAME.split(), driven, strict=True))
     joints = dict(zip(JOINTS.split(), robot.joints, strict=True))
     fitting = {**frame, **joints, "blending": 0.0, "r": robot.joints[2], parameter: value}
     words = [repr(fitting.get(each.name, 0.5)) for each in TABLE.commands[name].parameters]

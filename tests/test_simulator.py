@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.controller.modes import Mode
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.serve.tcp import ListenFault
 from iiwa_sim.simulator import Simulator
@@ -94,6 +95,92 @@ async def test_200_connections_at_once(simulator: Simulator) -> None:
     await asyncio.gather(*(client.leaves() for client in clients))
 
 
+SMART = "smart joint move : 0 0.5 0 -1 0 1.5 0 " + " ".join(["0.2"] * 7)
+DIRECT = "direct cartesian move : {} 1"
+
+
+@pytest.mark.requirement("FRA101", "FRA103", "FRA104")
+async def test_modes_change_while_the_robot_moves(simulator: Simulator, client: Client) -> None:
+    assert await client.ask("get mode") == "unknown"
+    assert await client.ask(FAR) == "done"
+    assert await client.ask("get mode") == "normal"
+    await until(lambda: simulator.controller.joints[0] > 0.01)
+    assert await client.ask(SMART) == "done"
+    assert await client.ask("get mode") == "smart"
+    assert await client.ask("get status") == "moving"
+    await client.until_stopped()
+    assert await client.ask("get joint position") == "0.0 0.5 0.0 -1.0 0.0 1.5 0.0"
+    flange = await client.ask("get flange frame")
+    assert await client.ask("direct joint move : 0.1 0.5 0 -1 0 1.5 0 " + "1 " * 7) == "error"
+    assert await client.ask("get mode") == "smart"
+    assert await client.ask(DIRECT.format(flange)) == "done"
+    assert await client.ask("get mode") == "direct"
+    assert await client.ask("stop") == "done"
+    assert await client.ask("get mode") == "unknown"
+
+
+@pytest.mark.requirement("FRA104")
+async def test_smart_targets_are_followed_as_they_come(simulator: Simulator, client: Client) -> None:
+    for k in range(200):
+        j0 = 0.002 * k
+        assert await client.ask(f"smart joint move : {j0} 0.5 0 -1 0 1.5 0 {'1 ' * 7}") == "done"
+        assert await client.ask("get status") == "moving"
+    await client.until_stopped()
+    assert simulator.controller.joints == (0.002 * 199, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0)
+
+
+@pytest.mark.parametrize("how", ["leaves", "vanishes", "bye"])
+async def test_a_client_that_goes_stops_the_servo_it_set_in_motion(simulator: Simulator, how: str) -> None:
+    client = await Client.connect(simulator.port)
+    assert await client.ask("smart joint move : 1 1 1 -1.5 1 1 1 " + "0.1 " * 7) == "done"
+    await until(lambda: simulator.controller.joints[0] > 0)
+    if how == "leaves":
+        await client.leaves()
+    elif how == "vanishes":
+        client.vanishes()
+    else:
+        assert await client.ask("bye") == "bye"
+    await until(lambda: not simulator.controller.moving)
+    assert simulator.controller.joints[0] < 0.5
+    assert simulator.controller.mode is Mode.UNKNOWN
+    await client.leaves()
+
+
+async def test_a_client_whose_target_was_replaced_by_anothers_may_go(
+    simulator: Simulator, client: Client
+) -> None:
+    early = await Client.connect(simulator.port)
+    assert await early.ask(SMART) == "done"
+    assert await client.ask("smart joint move : 0.1 0.5 0 -1 0 1.5 0 " + "0.1 " * 7) == "done"
+    early.vanishes()
+    await until(lambda: len(simulator._server.connections) == 1)
+    await client.until_stopped()
+    assert (await client.ask("get joint position")).startswith("0.1 ")
+
+
+@pytest.mark.requirement("FRC021")
+async def test_a_servo_mode_without_commands_ends_and_says_so(caplog: pytest.LogCaptureFixture) -> None:
+    async with Simulator(servo_timeout_s=0.05) as simulator:
+        client = await Client.connect(simulator.port)
+        assert await client.ask("get error") == "0 none"
+        assert await client.ask("smart joint move : 1 1 1 -1.5 1 1 1 " + "0.1 " * 7) == "done"
+        await until(lambda: simulator.controller.mode is Mode.UNKNOWN)
+        assert await client.ask("get mode") == "unknown"
+        assert await client.ask("get error") == "3040 no smart command for 0.05 s: the robot stops"
+        await client.until_stopped()
+        assert simulator.controller.joints[0] < 0.5
+        await client.leaves()
+    (record,) = caplog.records
+    assert record.levelno == logging.WARNING
+    assert record.getMessage() == "no smart command for 0.05 s: the robot stops"
+
+
+@pytest.mark.requirement("FRC021")
+async def test_the_reason_of_a_refusal_can_be_asked_for(client: Client) -> None:
+    assert await client.ask("joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1") == "error"
+    assert (await client.ask("get error")).startswith("3023 A1 at 9 rad is outside -2.96706 to 2.96706 rad")
+
+
 async def test_the_reason_of_a_refusal_is_logged(client: Client, caplog: pytest.LogCaptureFixture) -> None:
     assert await client.ask("joint move : 9 0 0 0 0 0 0 1 1 1 1 1 1 1") == "error"
     (record,) = caplog.records
@@ -137,6 +224,11 @@ async def test_a_port_in_use_is_told(simulator: Simulator) -> None:
 def test_a_rate_out_of_range_is_refused(rate_hz: int) -> None:
     with pytest.raises(ValueError, match="expected 100 to 1000"):
         Simulator(rate_hz=rate_hz)
+
+
+def test_a_servo_timeout_out_of_range_is_refused() -> None:
+    with pytest.raises(ValueError, match="expected above 0"):
+        Simulator(servo_timeout_s=0)
 
 
 def test_a_robot_that_is_not_there_is_told(tmp_path: Path) -> None:

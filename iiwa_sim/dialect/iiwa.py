@@ -10,20 +10,14 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import COMPONENT_NOT_READY, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, COMPONENT_NOT_READY, EXECUTION, Refused
 from iiwa_sim.dialect.decimals import format_decimals, readable
 from iiwa_sim.dialect.help import alternatives, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
-from iiwa_sim.dialect.table import (
-    COMMUNICATION_FAILURE,
-    ERROR,
-    UNKNOWN_COMMAND,
-    Refusal,
-    Request,
-    load_table,
-)
+from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Refusal, Request, load_table
 from iiwa_sim.frames import Frame
+from iiwa_sim.wording import harmless
 
 _LINES_AT_ONCE = 512  # answered in a few milliseconds; then the event loop gets its turn
 _DONE = b"done\r\n"
@@ -106,15 +100,20 @@ class Session:
         if isinstance(request, Refusal):
             if line is TIMING_MARK:
                 return WONT_TIMING_MARK
-            log.refused(self._name, _text(line), request.code, request.reason)
-            return _line(request.reply)
+            return self._refuse(line, request)
         try:
             return self._carry_out(request)
         except Refused as refused:
-            log.refused(self._name, _text(line), refused.code, refused.reason)
+            return self._refuse(line, Refusal(ERROR, refused.code, refused.reason))
         except Exception as fault:  # a fault of ours must not cost the client its connection
             log.exception(self._name, _text(line), fault)
+            self._controller.record_error(EXECUTION, f"internal fault at '{_text(line)}', told in the log")
         return _line(ERROR)
+
+    def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
+        self._log.refused(self._name, _text(line), refusal.code, refusal.reason)
+        self._controller.record_error(refusal.code, refusal.reason)
+        return _line(refusal.reply)
 
     def _carry_out(self, request: Request) -> bytes:
         name = request.command.name
@@ -157,6 +156,13 @@ class Session:
         self._controller.stop()
         return _DONE
 
+    def _mode(self, _: Request) -> bytes:
+        return _line(self._controller.mode.value)
+
+    def _error(self, _: Request) -> bytes:
+        last = self._controller.last_error
+        return _line("0 none" if last is None else f"{last.code} {harmless(last.reason)}")
+
     def _help(self, request: Request) -> bytes:
         if not request.phrase:
             return _line(overview(self._table, AVAILABLE))
@@ -167,7 +173,7 @@ class Session:
 
 
 def _line(text: str) -> bytes:
-    return text.encode() + b"\r\n"
+    return text.encode("ascii", "backslashreplace") + b"\r\n"
 
 
 def _text(line: bytes) -> str:
@@ -182,6 +188,10 @@ _MOVES: dict[str, Callable[[Controller, Values], int]] = {
     "ptp move": lambda controller, v: controller.ptp_move(Frame(*v[:6]), v[6], v[7]),
     "linr move": lambda controller, v: controller.lin_move(Frame(*v[:6]), v[6], v[7], v[8]),
     "ptpr move": lambda controller, v: controller.ptp_move(Frame(*v[:6]), v[6], v[7], v[8]),
+    "smart joint move": lambda controller, v: controller.smart_joint_move(v[:7], v[7:]),
+    "smart cartesian move": lambda controller, v: controller.smart_cartesian_move(Frame(*v[:6]), v[6]),
+    "direct joint move": lambda controller, v: controller.direct_joint_move(v[:7], v[7:]),
+    "direct cartesian move": lambda controller, v: controller.direct_cartesian_move(Frame(*v[:6]), v[6]),
 }
 _VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
     "get tool frame": lambda controller: controller.tool_frame(),
@@ -195,5 +205,7 @@ _OTHERS: dict[str, Callable[[Session, Request], bytes]] = {
     "bye": Session._bye,
     "stop": Session._stop,
     "help": Session._help,
+    "get mode": Session._mode,
+    "get error": Session._error,
 }
 AVAILABLE = frozenset([*_MOVES, *_VALUES, *_OTHERS, "get status"])

@@ -3,7 +3,8 @@
 from collections.abc import Iterable, Sequence
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.errors import ErrorRecord, Refused
+from iiwa_sim.controller.modes import Mode
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.frames import Frame
 
@@ -18,6 +19,8 @@ class FakeRobot:
         self.refuses: Refused | None = None
         self.breaks: Exception | None = None
         self.moving = False
+        self.mode = Mode.UNKNOWN
+        self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
     def _accept(self, *move: object) -> int:
@@ -44,6 +47,21 @@ class FakeRobot:
         self, target: Frame, speed: float, blending_mm: float, redundancy: float | None = None
     ) -> int:
         return self._accept("ptp", target, speed, blending_mm, redundancy)
+
+    def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+        return self._accept("smart joint", tuple(joints), tuple(speeds_rel))
+
+    def smart_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
+        return self._accept("smart cartesian", flange, speed_rel)
+
+    def direct_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+        return self._accept("direct joint", tuple(joints), tuple(speeds_rel))
+
+    def direct_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
+        return self._accept("direct cartesian", flange, speed_rel)
+
+    def record_error(self, code: int, reason: str) -> None:
+        self.last_error = ErrorRecord(code, reason)
 
     def stop(self) -> None:
         self.stops += 1

@@ -3,6 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.modes import Mode
 from iiwa_sim.dialect.decimals import format_decimals
 from iiwa_sim.dialect.table import ERROR, load_table
 from iiwa_sim.frames import Frame
@@ -13,7 +14,7 @@ TABLE = load_table("iiwa")
 REST = FakeRobot()
 
 LIN = "lin move : 600 0 500 3 0 3 0.5 0"
-LATER = [name for name, command in TABLE.commands.items() if command.mode in ("smart", "direct", "impedance")]
+LATER = [name for name, command in TABLE.commands.items() if command.mode == "impedance"]
 LATER += [name for name in TABLE.commands if "force" in name and "move" in name]
 
 
@@ -33,7 +34,10 @@ exchanges = st.sampled_from(
         (LIN, "done"),
         ("ptp move : 1 2 3 4 5 6 0.5 0 7", "error"),
         ("joint move : 1 2", "error"),
-        ("smart joint move :" + " 0.1" * 14, "error"),
+        ("smart joint move :" + " 0.1" * 14, "done"),
+        ("direct cartesian move : 1 2 3 4 5 6 1.5", "error"),
+        ("get mode", "unknown"),
+        ("linstiff move :" + " 0.1" * 14, "error"),
         ("help : nonsense", "error"),
         ("x" * 5000, "error"),
         ("", "unknown command"),
@@ -72,6 +76,10 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert talk.ask("ptpr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
     assert talk.ask("joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
     assert talk.ask("lin joint move : 0 1 2 3 4 5 6 .1 20") == "done"
+    assert talk.ask("smart joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
+    assert talk.ask("direct joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
+    assert talk.ask("smart cartesian move : 600 -.5 5e2 3. 0.25 -3 0.5") == "done"
+    assert talk.ask("direct cartesian move : 600 -.5 5e2 3. 0.25 -3 0.5") == "done"
     assert robot.moves == [
         ("lin", frame, 0.5, 10.0, None),
         ("ptp", frame, 0.5, 10.0, None),
@@ -79,6 +87,10 @@ def test_moves_reach_the_controller_as_they_were_said():
         ("ptp", frame, 0.5, 10.0, 1.25),
         ("joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
         ("lin joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 0.1, 20.0),
+        ("smart joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        ("direct joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        ("smart cartesian", frame, 0.5),
+        ("direct cartesian", frame, 0.5),
     ]
     assert robot.stops == 0
     assert talk.ask("stop") == "done"
@@ -111,8 +123,10 @@ def test_no_command_of_the_table_is_unknown(name):
         assert reply in command.reply_words
     elif command.reply_values:
         assert len([float(word) for word in reply.split()]) == len(command.reply_values)
-    else:
+    elif command.phrase:
         assert "lin move" in reply
+    else:
+        assert reply == "0 none"
 
 
 @pytest.mark.parametrize("name", LATER)
@@ -133,6 +147,38 @@ def test_a_refusal_is_an_error_with_its_reason_in_the_log():
     assert talk.ask(LIN) == "error"
     assert talk.journal.refusals == [("client", LIN, 3021, "out of reach")]
     assert talk.ask("hello") == "hello"
+
+
+@pytest.mark.requirement("FRC021")
+def test_the_last_error_can_be_asked_for():
+    robot = FakeRobot()
+    talk, other = Conversation(robot), Conversation(robot)
+    assert talk.ask("get error") == "0 none"
+    talk.ask("lin move : 1 2")
+    assert talk.ask("get error") == "3040 lin move takes 8 parameters, got 2"
+    talk.ask("\u00fc")
+    assert talk.ask("get error") == "3040 no such command"
+    robot.refuses = Refused(3021, "out\n of r\u00e9ach\x1b")
+    other.ask(LIN)
+    assert talk.ask("get error") == r"3021 out\n of r\xe9ach\x1b"
+    robot.refuses = None
+    robot.breaks = ZeroDivisionError("ours")
+    talk.ask(LIN)
+    assert talk.ask("get error").startswith("3000 internal fault at 'lin move")
+    robot.breaks = None
+    talk.ask(LIN)
+    talk.session.receive(b"\xff\xfd\x06")
+    talk.hear()
+    assert talk.ask("get error").startswith("3000 internal fault"), "what goes well makes nothing unhappened"
+
+
+@pytest.mark.parametrize("mode", Mode)
+def test_the_mode_is_the_controllers(mode):
+    robot = FakeRobot()
+    robot.mode = mode
+    reply = Conversation(robot).ask("get mode")
+    assert reply == mode.value
+    assert reply in TABLE.commands["get mode"].reply_words
 
 
 def test_a_fault_of_the_controller_is_an_error_and_the_session_lives_on():
