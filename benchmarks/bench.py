@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks import core, durations, moves, replies, start
+from benchmarks import chains, core, durations, moves, replies, start
 from benchmarks.figures import Figure, as_json, table
 
 PARTS = {
@@ -16,6 +16,7 @@ PARTS = {
     "core": core.measure,
     "start": start.measure,
     "durations": durations.measure,
+    "chains": chains.measure,
 }
 
 

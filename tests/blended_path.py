@@ -1,0 +1,283 @@
+"""Where a robot that runs moves into each other was on their paths, told from its joints at every tick.
+
+At each tick the robot is somewhere on the exact path of a move, or inside the region round a corner in which
+blending lets it leave the paths: at the TCP a sphere, of `joint move` a ball in joint space. A run is sound
+if its ticks can be told so in the order of the moves, going forwards on each of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Transform, multiply, rotation_vector, transpose
+from tests.stepped import Array, SteppedRobot, rotation_exp
+
+Joints = tuple[float, ...]
+Flags = NDArray[np.bool_]
+
+OFF_PATH_M = 1e-6
+OFF_PATH_RAD = 1e-6  # of the TCP's orientation, and of A3
+OFF_JOINT_LINE_RAD = 5e-7  # of a joint: less than 1 um at the TCP
+ROUNDING = 1e-8  # of distances, in m or rad
+JOINT_MOVE_BLENDING = 0.1  # of the largest way of a joint
+SHORTEST_WAY_M = 1e-6  # of a line that is not taken for a turn on the spot
+HALF = 0.5
+SLACK_TICKS = 1.5  # between the last tick on a path and the first one off it the path goes on
+
+
+@dataclass(frozen=True)
+class Sent:
+    """A move as it was accepted: where it begins and ends, and what its path may do at its end."""
+
+    kind: str
+    start: Joints
+    corner: Joints
+    speeds_rel: tuple[float, ...]
+    blending_mm: float
+    """The radius of the sphere; of no meaning for a joint move."""
+    tick: int
+    """After which it was sent."""
+
+    @property
+    def blends_in_joints(self) -> bool:
+        """Whether its region is a ball in joint space."""
+        return self.kind == "joint"
+
+    @property
+    def straight(self) -> bool:
+        """Whether the TCP goes straight; otherwise the joints do."""
+        return self.kind.startswith("lin")
+
+
+@dataclass(frozen=True)
+class Ticks:
+    """Joints (m, n), and position (m, 3) (m) and orientation (m, 3, 3) of the TCP, tick by tick."""
+
+    q: Array
+    p: Array
+    r: Array
+
+    @classmethod
+    def of(cls, robot: SteppedRobot, joints: list[Joints]) -> Ticks:
+        poses = [robot.tcp(q) for q in joints]
+        p = np.array([pose.translation for pose in poses])
+        return cls(np.array(joints), p, np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3))
+
+
+@dataclass
+class Run:
+    """Moves that followed each other from rest, ended by rest at the last corner or by a stop."""
+
+    robot: SteppedRobot
+    first: int
+    """The tick at which the robot rested before."""
+    start: Joints
+    moves: list[Sent]
+    last: int = -1
+    """The tick at which it rests after them."""
+    stopped_at: int | None = None
+    """The tick after which it was told to stop."""
+
+    def part(self, first_move: int, last_move: int) -> Run:
+        """From the middle of one move to the middle of a later one, of a run of lines that never meet."""
+        q = np.array(self.robot.joints[self.first : self.last + 1])
+        first, last = (
+            self.first + int(np.linalg.norm(q - np.add(move.start, move.corner) / 2.0, axis=1).argmin())
+            for move in (self.moves[first_move], self.moves[last_move])
+        )
+        moves = self.moves[first_move : last_move + 1]
+        return Run(self.robot, first, self.robot.joints[first], moves, last, stopped_at=last)
+
+    @cached_property
+    def ticks(self) -> Ticks:
+        return Ticks.of(self.robot, self.robot.joints[self.first : self.last + 1])
+
+    @cached_property
+    def places(self) -> Places:
+        return Places(self)
+
+
+class Places:
+    """Where in a run the robot may have been at each tick.
+
+    Columns of `possible` (m, 2 n - 1): on move 0, blending at its end, on move 1, and so on.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.run, self.ticks = run, run.ticks
+        robot, ticks, moves = run.robot, run.ticks, run.moves
+        m, n = len(ticks.q), len(moves)
+        shape = (m, 2 * n - 1)
+        allowed = np.zeros(shape, bool)
+        leave, enter, forwards = (np.ones(shape, bool) for _ in range(3))
+        self.s, self.off = np.zeros((m, n)), np.zeros((m, n))
+        self.offset, self.radius = np.zeros((m, max(n - 1, 0))), np.zeros(max(n - 1, 0))
+        number = np.arange(m) + run.first
+        for i, move in enumerate(moves):
+            self.s[:, i], self.off[:, i], rounding = progress(robot, move, ticks)
+            s = self.s[:, i]
+            allowed[:, 2 * i] = (self.off[:, i] <= 1.0) & (s >= -rounding) & (s <= 1.0 + rounding)
+            allowed[:, 2 * i] &= (number > move.tick) | (i == 0)
+            forwards[1:, 2 * i] = np.diff(s) >= -rounding
+            ahead = SLACK_TICKS * np.abs(np.diff(s)) + rounding
+            leave[:-1, 2 * i] = s[:-1] >= HALF - ahead
+            enter[1:, 2 * i] = s[1:] <= HALF + ahead
+        for i, move in enumerate(moves[:-1]):
+            offset, steps = distances(robot, move, ticks)
+            radius = self.radius[i] = region_radius(robot, move, moves[i + 1])
+            self.offset[:, i] = offset
+            inside = offset <= radius * (1.0 + 1e-6) + ROUNDING
+            # A move may be blended only once the next one is known.
+            allowed[:, 2 * i + 1] = inside & (number > moves[i + 1].tick)
+            ahead = radius + SLACK_TICKS * steps + ROUNDING
+            leave[:-1, 2 * i] &= offset[:-1] <= ahead
+            enter[1:, 2 * i + 2] &= offset[1:] <= ahead
+        self.allowed = allowed
+        self.possible = self._possible(allowed, leave, enter, forwards)
+
+    def _possible(self, allowed: Flags, leave: Flags, enter: Flags, forwards: Flags) -> Flags:
+        """Those places that lie on a way through all ticks, from the first move to the last one."""
+        m = len(allowed)
+        reached = np.zeros_like(allowed)
+        reached[0, 0] = allowed[0, 0]
+        for k in range(1, m):
+            before = reached[k - 1]
+            come = np.logical_or.accumulate(before & leave[k - 1])
+            reached[k] = allowed[k] & (before & forwards[k])
+            reached[k, 1:] |= allowed[k, 1:] & enter[k, 1:] & come[:-1]
+            if not reached[k].any():
+                raise AssertionError(self._lost(k, before))
+        going = np.zeros_like(allowed)
+        going[-1] = reached[-1]
+        if self.run.stopped_at is None:
+            going[-1, :-1] = False
+        for k in range(m - 2, -1, -1):
+            after = going[k + 1]
+            go = np.logical_or.accumulate((after & enter[k + 1])[::-1])[::-1]
+            going[k] = reached[k] & after & forwards[k + 1]
+            going[k, :-1] |= reached[k, :-1] & leave[k, :-1] & go[1:]
+        if not going[0].any():
+            raise AssertionError(f"the run never comes to its last move: {self.run.moves[-1]}")
+        return going
+
+    def _lost(self, k: int, before: Flags) -> str:
+        """What is wrong at tick k of the run, as seen from where the robot was the tick before."""
+        said = [f"tick {k} of the run from tick {self.run.first}, at {self.ticks.q[k].tolist()}:"]
+        for place in np.flatnonzero(before).tolist():
+            i, blending = divmod(place, 2)
+            kind = self.run.moves[i].kind
+            said.append(f"{'blending after' if blending else 'on'} move {i} ({kind}) before; now")
+            said += [
+                f"{self.off[k, j]:.3g} tolerances off move {j} at s = {self.s[k, j]:.6f},"
+                for j in range(i, min(i + 2, len(self.run.moves)))
+            ]
+            said += [
+                f"{self.offset[k, j]:.6f} from corner {j} (region {self.radius[j]:.6f}),"
+                for j in range(i, min(i + 2, len(self.radius)))
+            ]
+        return " ".join(said)
+
+    def passed(self, corner: int) -> bool:
+        """Whether a corner was surely passed before the run ended."""
+        return not self.possible[-1, : 2 * corner + 2].any()
+
+    def at(self, corner: int) -> Flags:
+        """Ticks (m,) on the move before the corner, on the one after it, or blending between them."""
+        return self.possible[:, 2 * corner : 2 * corner + 3].any(axis=1)
+
+    def speed_caps(self) -> Array:
+        """The largest relative speed of each joint that any place it may be in allows (m, n)."""
+        speeds = np.array([move.speeds_rel for move in self.run.moves])
+        columns = np.zeros((self.possible.shape[1], speeds.shape[1]))
+        columns[::2] = speeds
+        columns[1::2] = np.maximum(speeds[:-1], speeds[1:])
+        caps: Array = np.where(self.possible[:, :, None], columns, 0.0).max(axis=1)
+        return caps
+
+
+def progress(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Array, float]:
+    """Where on the path of a move each tick would be (m,) and how far it is off, in tolerances (m,).
+
+    And by how much the first may be off by rounding. Of a move that goes nowhere it is always half.
+    """
+    way = np.subtract(move.corner, move.start)
+    if np.abs(way).max() < OFF_JOINT_LINE_RAD:
+        return _nowhere(np.abs(ticks.q - move.corner).max(axis=1) / OFF_JOINT_LINE_RAD)
+    if not move.straight:
+        s = (ticks.q - move.start) @ way / (way @ way)
+        off = np.abs(ticks.q - move.start - s[:, None] * way).max(axis=1) / OFF_JOINT_LINE_RAD
+        return s, off, ROUNDING / float(np.abs(way).max())
+    start, end = robot.tcp(move.start), robot.tcp(move.corner)
+    shift = np.subtract(end.translation, start.translation)
+    length = float(np.linalg.norm(shift))
+    axis, angle = _turn(start, end)
+    a3_way = way[2]
+    done = ticks.r @ np.array(start.rotation).reshape(3, 3).T
+    turned = np.arctan2(axis @ _skew(done) / 2.0, (np.trace(done, axis1=1, axis2=2) - 1.0) / 2.0)
+    if length > SHORTEST_WAY_M:
+        s, rounding = (ticks.p - start.translation) @ shift / length**2, ROUNDING / length
+    elif angle > OFF_PATH_RAD:
+        s, rounding = turned / angle, ROUNDING / angle
+    elif abs(a3_way) > OFF_PATH_RAD:
+        s, rounding = (ticks.q[:, 2] - move.start[2]) / a3_way, ROUNDING / abs(a3_way)
+    else:
+        return _nowhere(np.abs(ticks.q - move.corner).max(axis=1) / (OFF_JOINT_LINE_RAD + np.abs(way).max()))
+    off_line = np.linalg.norm(ticks.p - start.translation - s[:, None] * shift, axis=1)
+    expected = rotation_exp(s[:, None] * (angle * axis)) @ np.array(start.rotation).reshape(3, 3)
+    off_arc = np.linalg.norm(expected - ticks.r, axis=(1, 2)) / np.sqrt(2.0)
+    off_a3 = np.abs(ticks.q[:, 2] - move.start[2] - s * a3_way)
+    off = np.max([off_line / OFF_PATH_M, off_arc / OFF_PATH_RAD, off_a3 / OFF_PATH_RAD], axis=0)
+    return s, off, rounding
+
+
+def distances(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Array]:
+    """How far each tick is from the end of a move (m,), and from the next tick (m - 1,): m, or rad."""
+    if move.blends_in_joints:
+        return np.abs(ticks.q - move.corner).max(axis=1), np.abs(np.diff(ticks.q, axis=0)).max(axis=1)
+    corner = robot.tcp(move.corner).translation
+    return np.linalg.norm(ticks.p - corner, axis=1), np.linalg.norm(np.diff(ticks.p, axis=0), axis=1)
+
+
+def region_radius(robot: SteppedRobot, move: Sent, following: Sent) -> float:
+    """How far from the end of a move blending may go, clipped to half of both moves: m, or rad."""
+    if move.blends_in_joints:
+        radius = JOINT_MOVE_BLENDING * float(np.abs(np.subtract(move.corner, move.start)).max())
+        half = HALF * float(np.abs(np.subtract(following.corner, following.start)).max())
+        return radius if following.straight else min(radius, half)
+    radius = move.blending_mm / 1000.0
+    return min(radius, _half_m(robot, move, at_end=True), _half_m(robot, following, at_end=False))
+
+
+def _half_m(robot: SteppedRobot, move: Sent, at_end: bool) -> float:
+    """How far from one end of a move the TCP gets within that half of it (m).
+
+    No limit for a line that turns on the spot: half of its turn is one, which `Places` looks after.
+    """
+    start, end = np.array(move.start), np.array(move.corner)
+    corner = robot.tcp(end if at_end else start).translation
+    if move.straight:
+        other = robot.tcp(start if at_end else end).translation
+        length = float(np.linalg.norm(np.subtract(corner, other)))
+        return HALF * length if length > SHORTEST_WAY_M else np.inf
+    parts = np.linspace(HALF, 1.0, 21) if at_end else np.linspace(0.0, HALF, 21)
+    on_half = [robot.tcp(tuple(start + part * (end - start))).translation for part in parts]
+    return float(np.linalg.norm(np.subtract(on_half, corner), axis=1).max())
+
+
+def _nowhere(off: Array) -> tuple[Array, Array, float]:
+    return np.full(len(off), HALF), off, 0.0
+
+
+def _skew(r: Array) -> Array:
+    """Axes (3, m) of rotations (m, 3, 3), times twice the sines of their angles."""
+    return np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]])
+
+
+def _turn(start: Transform, end: Transform) -> tuple[Array, float]:
+    """Axis and angle from one orientation to another."""
+    axis, angle = rotation_vector(multiply(end.rotation, transpose(start.rotation)))
+    return np.array(axis), angle

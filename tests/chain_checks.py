@@ -1,0 +1,120 @@
+"""What must hold of every chain of moves with blending."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.blended_path import Joints, Places, Run
+from tests.chains import Recorder
+from tests.stepped import Array, assert_within_limits
+
+STOP_S = 0.1
+IN_TIME_S = 0.4  # before the robot comes to where a blend could begin: the next move cannot be too late
+LEAST_RADIUS_M, LEAST_RADIUS_RAD = 1e-3, 1e-2  # of a blend that is asked to be passed at speed
+REVERSAL = -0.9  # cosine between the ways of the joints before and after a corner
+
+
+def assert_keeps_all_promises(recorder: Recorder) -> None:
+    assert_within_limits(recorder.robot)
+    for run in recorder.runs:
+        assert_keeps_its_paths(run)
+        assert_keeps_its_speeds(run)
+        assert_rests_at_exact_targets(run)
+        assert_passes_blended_corners(run)
+
+
+def assert_keeps_its_paths(run: Run) -> None:
+    """Exact paths outside the regions of blending, in order; at the end exactly at the target, or stopped."""
+    assert run.places.possible.any(axis=1).all()
+    if run.stopped_at is None:
+        assert run.robot.joints[run.last] == run.moves[-1].corner
+    else:
+        assert (run.last - run.stopped_at) * run.robot.tick_s <= STOP_S + 1e-9
+
+
+def assert_keeps_its_speeds(run: Run) -> None:
+    """No joint is faster than its relative speed of the move, or where it blends of the faster one."""
+    caps = run.places.speed_caps()
+    caps = np.maximum(caps[1:], caps[:-1]) * run.robot.description.velocity
+    velocities = np.abs(np.diff(run.ticks.q, axis=0)) / run.robot.tick_s
+    beyond = velocities - caps * (1.0 + 1e-6)
+    k, joint = np.unravel_index(int(beyond.argmax()), beyond.shape)
+    assert beyond.max() <= 1e-9, (
+        f"joint {joint} runs {velocities[k, joint] / caps[k, joint]:.6f} times too fast at tick {k}, "
+        f"places {np.flatnonzero(run.places.possible[k]).tolist()}"
+    )
+
+
+def assert_rests_at_exact_targets(run: Run) -> None:
+    """Without blending the joints come to the target, and are at rest there."""
+    for i, move in enumerate(run.moves[:-1]):
+        if move.blending_mm == 0.0 and not move.blends_in_joints and run.places.passed(i):
+            assert comes_to_rest_at(run, move.corner), f"the robot does not rest at corner {i}"
+
+
+def assert_passes_blended_corners(run: Run) -> None:
+    for i in range(len(run.moves) - 1):
+        if is_to_be_passed_at_speed(run, i):
+            assert least_speed_at(run, i) > 1.0, f"the robot rests at corner {i}, which it should pass"
+
+
+def comes_to_rest_at(run: Run, corner: Joints) -> bool:
+    """Whether some tick is so near to a corner as it must be if the robot rests there within a tick."""
+    return bool((np.abs(run.ticks.q - corner) <= _crept(run) * 1.05 + 1e-9).all(axis=1).any())
+
+
+def least_speed_at(run: Run, corner: int) -> float:
+    """The least way of the joints in a tick round a corner, over twice what a robot does that rests there."""
+    region = np.flatnonzero(_inside(run, corner) & run.places.at(corner))
+    if len(region) == 0:  # passed within a tick
+        return np.inf
+    ways = _ways(run)[max(region[0] - 1, 0) : region[-1] + 1]
+    return float(ways.min()) / 2.0
+
+
+def is_to_be_passed_at_speed(run: Run, corner: int) -> bool:
+    """Whether the robot may not stop there: a blend known in time, not tiny, and no reversal."""
+    places, move, following = run.places, run.moves[corner], run.moves[corner + 1]
+    least = LEAST_RADIUS_RAD if move.blends_in_joints else LEAST_RADIUS_M
+    if places.radius[corner] < least or not places.passed(corner) or _reverses(run, corner):
+        return False
+    if min(_travel(move.start, move.corner), _travel(following.start, following.corner)) < LEAST_RADIUS_RAD:
+        return False
+    inside = np.flatnonzero(_inside(run, corner) & places.at(corner))
+    begun = run.first + int(np.flatnonzero(places.possible[:, 2 * corner :].any(axis=1))[0])
+    came = run.first + int(inside[0]) if len(inside) else begun
+    if run.stopped_at is not None and run.first + int(inside[-1] if len(inside) else 0) >= run.stopped_at:
+        return False
+    return following.tick < begun or (came - following.tick) * run.robot.tick_s > IN_TIME_S
+
+
+def _inside(run: Run, corner: int) -> Array:
+    places: Places = run.places
+    return places.offset[:, corner] <= places.radius[corner]
+
+
+def _ways(run: Run) -> Array:
+    """The way of the joints from each tick to the next (m - 1,), over what they creep next to a rest."""
+    return (np.abs(np.diff(run.ticks.q, axis=0)) / _crept(run)).max(axis=1)
+
+
+def _crept(run: Run) -> Array:
+    """How far each joint can get in one tick from rest (n,)."""
+    return np.array(run.robot.description.jerk) * run.robot.tick_s**3 / 6.0
+
+
+def _reverses(run: Run, corner: int) -> bool:
+    """Whether the joints leave a corner the way they came, judged by their ways near it."""
+    q, places = run.ticks.q, run.places
+    radius = max(places.radius[corner], 1e-4)
+    near = np.flatnonzero(places.at(corner) & (places.offset[:, corner] <= 1.5 * radius))
+    if len(near) < 2:
+        return False
+    coming = np.subtract(run.moves[corner].corner, q[near[0]])
+    going = np.subtract(q[near[-1]], run.moves[corner].corner)
+    lengths = float(np.linalg.norm(coming) * np.linalg.norm(going))
+    return lengths > 0.0 and float(coming @ going) < REVERSAL * lengths
+
+
+def _travel(start: Joints, end: Joints) -> float:
+    return float(np.abs(np.subtract(end, start)).max())

@@ -1,0 +1,236 @@
+"""Random chains of moves with blending, for any robot, and what is recorded while they run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import RobotDescription
+from tests.blended_path import Joints, Run, Sent
+from tests.stepped import SteppedRobot
+
+KINDS = ("joint", "ptp", "ptpr", "lin", "linr", "lin joint")
+SCOUT_TICK_S = 0.05
+REACH = 0.75  # of the position limits, for targets far away
+NEAR = 0.12  # of the position limits, from where the chain ends
+LARGEST_SHIFT_MM, LARGEST_TURN_RAD = 250.0, 0.6
+LEAST_FAR_SPEED = 0.3
+UNTIL_STOPPED = -1  # instead of ticks to wait
+
+Order = Callable[[Controller, bool], object]
+"""Sends something to a controller; with True a move as it is, with False without blending."""
+
+
+@dataclass(frozen=True)
+class ChainMove:
+    """A move to somewhere else, seen from where the chain ends; `parts` (-1..1) say where."""
+
+    kind: str
+    place: str
+    parts: tuple[float, ...]
+    speeds_rel: tuple[float, ...]
+    blending_mm: float
+    wait: int
+    """Ticks before the next is sent, or UNTIL_STOPPED."""
+
+
+@dataclass(frozen=True)
+class ChainStop:
+    """A stop, and the ticks before what follows is sent."""
+
+    wait: int
+
+
+def chain_moves(
+    joint_count: int = 7, kinds: Sequence[str] = KINDS, at_once: bool = False
+) -> st.SearchStrategy[ChainMove]:
+    anywhere = st.integers(0, 2**32 - 1).map(lambda seed: _random_parts(seed, joint_count))
+    along_axes = st.tuples(*[st.sampled_from([0.0, 0.0, -1.0, -0.5, 0.5, 1.0])] * joint_count)
+    speeds = st.sampled_from([1.0, 1.0, 0.7, 0.5, 0.3, 0.1, 0.05])
+    places = ["near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on"]
+    radii = st.one_of(st.floats(0.0, 80.0), st.floats(5.0, 80.0), st.just(0.0), st.just(500.0))
+    waits = st.one_of(st.just(0), st.just(0), st.integers(0, 400), st.just(UNTIL_STOPPED))
+    return st.builds(
+        ChainMove,
+        st.sampled_from(kinds),
+        st.sampled_from(places),
+        st.one_of(anywhere, anywhere, along_axes),
+        st.one_of(speeds.map(lambda speed: (speed,) * joint_count), st.tuples(*[speeds] * joint_count)),
+        radii,
+        st.just(0) if at_once else waits,
+    )
+
+
+def chains(
+    joint_count: int = 7, kinds: Sequence[str] = KINDS, at_once: bool = False, stops: bool = False
+) -> st.SearchStrategy[list[Any]]:
+    """2 to 20 moves."""
+    item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)
+    if stops:
+        item = st.one_of(item, item, item, st.builds(ChainStop, st.integers(0, 80)))
+    return st.integers(2, 20).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
+
+
+class Recorder:
+    """A robot that runs a chain, and a scout that goes ahead.
+
+    The scout runs each move alone, without blending, and rests at its target. That is where the next move
+    starts from, whatever the robot does meanwhile.
+    """
+
+    def __init__(self, description: RobotDescription, tick_s: float = 0.002) -> None:
+        self.robot = SteppedRobot(description, tick_s)
+        self.scout = SteppedRobot(description, SCOUT_TICK_S)
+        self.runs = [Run(self.robot, 0, self.robot.controller.joints, [])]
+        self._orders: list[tuple[int, Order]] = []
+
+    @property
+    def tick(self) -> int:
+        return len(self.robot.joints) - 1
+
+    @property
+    def end(self) -> Joints:
+        """Joints at which the chain ends, as far as it was sent."""
+        return self.scout.controller.joints
+
+    def send(self, kind: str, joints: Joints, frame: Frame, speeds: Joints, blending_mm: float) -> bool:
+        """Sends a move; whether it was accepted. Joints and frame are the same target."""
+        order = _order(kind, joints, frame, speeds, blending_mm)
+        start = self.end
+        scouted = _accepted(order, self.scout.controller, False)
+        accepted = _accepted(order, self.robot.controller, True)
+        assert accepted == scouted, "what is accepted may depend neither on blending nor on what runs"
+        if accepted:
+            self.scout.runs_until_stopped()
+            self._orders.append((self.tick, order))
+            speeds_rel = speeds if kind == "joint" else speeds[:1] * len(speeds)
+            self.runs[-1].moves.append(Sent(kind, start, self.end, speeds_rel, blending_mm, self.tick))
+        return accepted
+
+    def lin(self, x_mm: float, y_mm: float, z_mm: float, blending_mm: float, speed_rel: float = 1.0) -> None:
+        """A LIN by so much from where the chain ends, that has to be accepted."""
+        frame = self.scout.controller.tool_frame()
+        target = Frame(*np.add(frame, (x_mm, y_mm, z_mm, 0.0, 0.0, 0.0)).tolist())
+        assert self.send("lin", self.end, target, (speed_rel,) * len(self.end), blending_mm)
+
+    def stop(self) -> None:
+        """Stops the robot; what it forgets is forgotten here too."""
+        run = self.runs[-1]
+        if self.tick <= run.first:  # still stopping, or at rest: nothing has begun
+            run.moves.clear()
+        else:
+            twin = self._twin()
+            twin.stop()
+            twin.runs_until_stopped()
+            run.stopped_at, run.last = self.tick, len(twin.joints) - 1
+            self.runs.append(Run(self.robot, run.last, twin.controller.joints, []))
+        self.scout.goes_to(self.runs[-1].start)
+        self.robot.stop()
+        self._orders.append((self.tick, lambda controller, _: controller.stop()))
+
+    def wait(self, ticks: int) -> None:
+        if ticks == UNTIL_STOPPED:
+            self.robot.runs_until_stopped()
+        else:
+            self.robot.step(ticks)
+
+    def finish(self) -> None:
+        """Waits for the end of the chain."""
+        self.robot.runs_until_stopped()
+        self.robot.step(3)
+        self.runs[-1].last = self.tick
+        self.runs = [run for run in self.runs if run.moves]
+
+    def run(self, chain: list[Any]) -> None:
+        """Sends a chain at its ticks, and waits for the end."""
+        for item in chain:
+            if isinstance(item, ChainStop):
+                self.stop()
+            else:
+                least = LEAST_FAR_SPEED if item.place == "far" else 0.0
+                speeds = tuple(max(speed, least) for speed in item.speeds_rel)
+                self.send(item.kind, *self._target(item), speeds, item.blending_mm)
+            self.wait(item.wait)
+        self.finish()
+
+    def exact_ticks(self) -> int:
+        """Ticks until the same chain, sent at the same ticks without blending, is done."""
+        return len(self._twin(blending=False, to_end=True).joints) - 1
+
+    def _twin(self, blending: bool = True, to_end: bool = False) -> SteppedRobot:
+        """Another robot to which the same was sent at the same ticks."""
+        twin = SteppedRobot(self.robot.description, self.robot.tick_s)
+        for tick, order in self._orders:
+            twin.step(tick + 1 - len(twin.joints))
+            order(twin.controller, blending)
+        if to_end:
+            twin.runs_until_stopped()
+        else:
+            twin.step(self.tick + 1 - len(twin.joints))
+        return twin
+
+    def _target(self, move: ChainMove) -> tuple[Joints, Frame]:
+        """Joints and frame of a target; where the frame is shifted, the joints are only near."""
+        d = self.robot.description
+        parts, end = np.array(move.parts), np.array(self.end)
+        reach = np.minimum(np.abs(d.position_min), np.abs(d.position_max))
+        moves = self.runs[-1].moves
+        far = REACH * reach * parts
+        toward: dict[str, Any] = {
+            "near": end + NEAR * reach * parts,
+            "far": end + NEAR * reach * parts if move.kind.startswith("lin") else far,
+            "shift": end + 0.5 * NEAR * reach * parts,
+            "small": end + 2e-3 * parts,
+            "tiny": end + 10.0 ** (-9.0 + 6.0 * abs(parts[0])) * parts,
+            "same": end,
+            "turn": end + np.append(np.zeros(len(end) - 1), parts[-1]),
+            "back": moves[-1].start if moves else end,
+            "on": end + 0.5 * np.subtract(moves[-1].corner, moves[-1].start) if moves else end,
+        }
+        joints = tuple(np.clip(toward[move.place], -0.97 * reach, 0.97 * reach).tolist())
+        frame = self.robot.tcp_frame(joints)
+        here = self.scout.controller.tool_frame()
+        shift = np.concatenate([LARGEST_SHIFT_MM * parts[:3], LARGEST_TURN_RAD * parts[3:6]])
+        if move.place == "shift":
+            frame = Frame(*np.add(here, shift).tolist())
+        elif move.place == "turn":
+            frame = Frame(*np.add(here, [0.0, 0.0, 0.0, *shift[3:6]]).tolist())
+        elif move.place == "small":
+            frame = Frame(*np.add(here, 0.01 * shift).tolist())
+        elif move.place == "on" and moves:
+            before = self.robot.tcp_frame(moves[-1].start)
+            way = 0.5 * np.subtract(here[:3], before[:3])
+            frame = here._replace(x_mm=here.x_mm + way[0], y_mm=here.y_mm + way[1], z_mm=here.z_mm + way[2])
+        return joints, frame
+
+
+def _random_parts(seed: int, count: int) -> tuple[float, ...]:
+    return tuple(np.random.default_rng(seed).uniform(-1.0, 1.0, count).tolist())
+
+
+def _order(kind: str, joints: Joints, frame: Frame, speeds: Joints, blending_mm: float) -> Order:
+    speed, a3 = speeds[0], joints[2]
+    orders: dict[str, Order] = {
+        "joint": lambda c, _: c.joint_move(joints, speeds),
+        "ptp": lambda c, blend: c.ptp_move(frame, speed, blending_mm * blend),
+        "ptpr": lambda c, blend: c.ptp_move(frame, speed, blending_mm * blend, a3),
+        "lin": lambda c, blend: c.lin_move(frame, speed, blending_mm * blend),
+        "linr": lambda c, blend: c.lin_move(frame, speed, blending_mm * blend, a3),
+        "lin joint": lambda c, blend: c.lin_joint_move(joints, speed, blending_mm * blend),
+    }
+    return orders[kind]
+
+
+def _accepted(order: Order, controller: Controller, blending: bool) -> bool:
+    try:
+        order(controller, blending)
+    except Refused:
+        return False
+    return True

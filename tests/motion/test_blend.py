@@ -1,0 +1,236 @@
+"""Blending: what a corner looks like, and when there is one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.robot.description import load_robot
+from tests.blended_path import Run
+from tests.chain_checks import (
+    assert_keeps_all_promises,
+    assert_keeps_its_paths,
+    comes_to_rest_at,
+    least_speed_at,
+)
+from tests.chains import UNTIL_STOPPED, Recorder
+from tests.stepped import Array, assert_within_limits
+
+SIDE_MM = 200.0
+CORNER_SPEED = 0.1  # of the way between corners; a robot that rests has 0
+
+
+def at_start() -> Recorder:
+    """A robot with room for a square in front of it."""
+    return Recorder(replace(load_robot(), home=(0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0)))
+
+
+def square(blending_mm: float, waits: tuple[int, ...] = (0, 0, 0)) -> Recorder:
+    recorder = at_start()
+    for (y_mm, z_mm), wait in zip(
+        ((SIDE_MM, 0.0), (0.0, -SIDE_MM), (-SIDE_MM, 0.0), (0.0, SIDE_MM)), (*waits, 0), strict=True
+    ):
+        recorder.lin(0.0, y_mm, z_mm, blending_mm)
+        recorder.wait(wait)
+    recorder.finish()
+    return recorder
+
+
+def tcp_speeds(run: Run) -> Array:
+    """m/s, from each tick to the next (m - 1,)."""
+    return np.linalg.norm(np.diff(run.ticks.p, axis=0), axis=1) / run.robot.tick_s
+
+
+def cut_m(run: Run, corner: int) -> float:
+    """How far from a corner the TCP passes at least."""
+    end = run.robot.tcp(run.moves[corner].corner).translation
+    return float(np.linalg.norm(run.ticks.p - end, axis=1).min())
+
+
+@pytest.mark.requirement("FRC012", "FRC015")
+def test_the_corners_of_a_square_are_passed_at_speed_within_their_spheres() -> None:
+    recorder = square(30.0)
+    assert_keeps_all_promises(recorder)
+    (run,) = recorder.runs
+    speeds = tcp_speeds(run)
+    for corner in range(3):
+        inside = np.flatnonzero(run.places.offset[:, corner] <= 0.03)
+        assert speeds[inside[0] : inside[-1]].min() > CORNER_SPEED * speeds.max()
+        assert 0.001 < cut_m(run, corner) < 0.03
+    assert recorder.tick < 0.85 * recorder.exact_ticks()
+
+
+@pytest.mark.requirement("FRC012")
+def test_larger_radii_cut_more_and_take_less_time() -> None:
+    runs = [square(radius_mm) for radius_mm in (0.0, 5.0, 20.0, 60.0)]
+    cuts = [cut_m(recorder.runs[0], 1) for recorder in runs]
+    assert cuts[0] < 1e-6
+    assert cuts == sorted(cuts)
+    ticks = [recorder.tick for recorder in runs]
+    assert ticks == sorted(ticks, reverse=True)
+    assert len(set(ticks)) == len(ticks)
+
+
+@pytest.mark.requirement("FRC012")
+def test_a_radius_past_half_of_a_move_is_clipped_to_half() -> None:
+    clipped, half = square(500.0), square(SIDE_MM / 2.0)
+    assert_keeps_all_promises(clipped)
+    np.testing.assert_allclose(clipped.robot.joints, half.robot.joints, atol=1e-6)
+    assert min(cut_m(clipped.runs[0], corner) for corner in range(3)) < SIDE_MM / 2000.0
+
+
+@pytest.mark.requirement("FRC012")
+def test_without_blending_the_robot_rests_at_each_target() -> None:
+    recorder = square(0.0)
+    assert_keeps_all_promises(recorder)
+    (run,) = recorder.runs
+    assert all(comes_to_rest_at(run, move.corner) for move in run.moves)
+
+
+@pytest.mark.requirement("FRC012", "FRC015")
+def test_lines_in_one_direction_go_on_at_full_speed() -> None:
+    whole, parted = at_start(), at_start()
+    whole.lin(0.0, 300.0, 0.0, 0.0, 0.3)
+    whole.finish()
+    for _ in range(2):
+        parted.lin(0.0, 150.0, 0.0, 30.0, 0.3)
+    parted.finish()
+    assert_keeps_all_promises(parted)
+    assert parted.tick <= 1.05 * whole.tick
+    (run,) = parted.runs
+    speeds = tcp_speeds(run)
+    inside = np.flatnonzero(run.places.offset[:, 0] <= 0.03)
+    before, after = speeds[inside[0] - 1], speeds[inside[-1] + 1]
+    assert speeds[inside[0] : inside[-1]].min() > 0.95 * min(before, after)
+
+
+@pytest.mark.requirement("FRC015")
+def test_a_chain_of_short_moves_runs_steadily() -> None:
+    """As from a CAM program: 200 moves of 2 mm along a circle, blended by 1 mm."""
+    recorder = at_start()
+    radius_mm, count = 2.0 * 200 / (2.0 * np.pi), 200
+    angles = np.linspace(0.0, 2.0 * np.pi, count + 1)
+    circle = radius_mm * np.stack([np.sin(angles), np.cos(angles)], axis=1)
+    for y_mm, z_mm in np.diff(circle, axis=0).tolist():
+        recorder.lin(0.0, y_mm, z_mm, 1.0)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    (run,) = recorder.runs
+    speeds = tcp_speeds(run)
+    cruise = speeds[len(speeds) // 10 : -len(speeds) // 10]
+    assert cruise.min() > 0.5 * np.median(cruise)
+    assert recorder.tick < 0.2 * recorder.exact_ticks()
+
+
+@pytest.mark.requirement("FRC014", "FRC015")
+def test_a_thousand_moves_are_queued_and_blended() -> None:
+    """A cube filled line by line, in steps of 12 mm."""
+    recorder = at_start()
+    for x_mm, y_mm, z_mm in np.diff(cube(10, 12.0), axis=0).tolist():
+        recorder.lin(x_mm, y_mm, z_mm, 4.0)
+    recorder.lin(0.0, 0.0, -12.0, 4.0)
+    recorder.finish()
+    assert_within_limits(recorder.robot)
+    (run,) = recorder.runs
+    assert len(run.moves) == 1000
+    assert run.robot.joints[-1] == run.moves[-1].corner
+    for first in range(0, 975, 25):  # in parts: each tick is compared with each move of a part
+        part = run.part(first, first + 25)
+        assert_keeps_its_paths(part)
+        assert min(least_speed_at(part, corner) for corner in range(24)) > 1.0
+
+
+def cube(side: int, pitch_mm: float) -> Array:
+    """The points (side ** 3, 3) of a cube, each one beside the last (mm)."""
+    places = []
+    for x in range(side):
+        for y in range(side)[:: -1 if x % 2 else 1]:
+            forth = (x * side + y if x % 2 == 0 else x * side + side - 1 - y) % 2 == 0
+            places += [(-x, y, -z) for z in range(side)[:: 1 if forth else -1]]
+    return pitch_mm * np.array(places)
+
+
+@pytest.mark.requirement("FRC015")
+def test_a_joint_move_blends_over_a_tenth_of_its_way() -> None:
+    recorder = at_start()
+    targets = [
+        (0.5, 0.2, 0.3, -1.0, 0.2, 0.9, 0.4),
+        (-0.5, 0.6, 0.1, -1.4, 0.5, 1.2, -0.4),
+        (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
+    ]
+    for joints in targets:
+        assert recorder.send("joint", joints, recorder.robot.tcp_frame(joints), (0.8,) * 7, 0.0)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    (run,) = recorder.runs
+    assert run.places.radius == pytest.approx([0.05, 0.1])
+    for corner in range(2):
+        assert 1e-4 < run.places.offset[:, corner].min() <= run.places.radius[corner]
+        assert least_speed_at(run, corner) > 100.0
+
+
+@pytest.mark.requirement("FRC015")
+@pytest.mark.parametrize("left_s", [0.6, 0.8])
+def test_a_move_that_comes_in_time_blends_with_the_one_under_way(left_s: float) -> None:
+    """As long before the end of the move as it takes to stop from full speed, and to come to the sphere."""
+    first = at_start()
+    first.lin(0.0, 400.0, 0.0, 30.0, 0.4)
+    first.finish()
+    recorder = at_start()
+    recorder.lin(0.0, 400.0, 0.0, 30.0, 0.4)
+    recorder.wait(first.tick - 3 - round(left_s / recorder.robot.tick_s))
+    recorder.lin(0.0, 0.0, -150.0, 30.0, 0.4)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    assert least_speed_at(recorder.runs[0], 0) > 10.0
+
+
+@pytest.mark.requirement("FRC014", "FRC015")
+@settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(left=st.integers(-30, 330), following=st.sampled_from([0.05, 0.4, 1.0]))
+def test_a_move_appended_at_any_time_keeps_all_promises_and_never_comes_later(
+    left: int, following: float
+) -> None:
+    whole = at_start()
+    whole.lin(0.0, 250.0, 0.0, 40.0, 1.0)
+    whole.finish()
+    recorder = at_start()
+    recorder.lin(0.0, 250.0, 0.0, 40.0, 1.0)
+    recorder.wait(max(whole.tick - 3 - left, 0))
+    recorder.lin(0.0, 0.0, -150.0, 40.0, following)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    assert recorder.tick <= recorder.exact_ticks() + 3 + 1
+
+
+@pytest.mark.requirement("FRC014")
+def test_a_move_that_comes_too_late_starts_from_rest_at_the_target() -> None:
+    recorder = square(30.0, waits=(UNTIL_STOPPED, UNTIL_STOPPED, UNTIL_STOPPED))
+    assert_keeps_all_promises(recorder)
+    (run,) = recorder.runs
+    assert all(comes_to_rest_at(run, move.corner) for move in run.moves)
+
+
+@pytest.mark.requirement("FRC003", "FRC013", "FRC016")
+@settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(after=st.integers(1, 700))
+def test_a_stop_in_a_blend_keeps_the_path_and_the_next_moves_start_from_there(after: int) -> None:
+    recorder, unstopped = at_start(), square(60.0)
+    for y_mm, z_mm in ((SIDE_MM, 0.0), (0.0, -SIDE_MM), (-SIDE_MM, 0.0), (0.0, SIDE_MM)):
+        recorder.lin(0.0, y_mm, z_mm, 60.0)
+    recorder.wait(after)
+    recorder.stop()
+    stopped = recorder.runs[-1].start
+    # It rests on the path that it would have gone on: no farther from two of its ticks than these are apart.
+    q = np.array(unstopped.robot.joints)
+    steps = np.linalg.norm(np.diff(q, axis=0), axis=1)
+    off = np.linalg.norm(q - stopped, axis=1)
+    detours = off[1:] + off[:-1] - steps
+    assert detours.min() < 1e-6 + 1e-3 * steps.max()
+    recorder.wait(20)
+    recorder.lin(50.0, 0.0, 0.0, 20.0)
+    recorder.lin(0.0, 50.0, 0.0, 20.0)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)

@@ -1,0 +1,80 @@
+"""Chains of moves of every kind, with any blending, speeds and stops, appended at any time."""
+
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.robot.description import load_robot
+from tests.chain_checks import assert_keeps_all_promises, is_to_be_passed_at_speed
+from tests.chains import KINDS, Recorder, chains
+
+# Shrinking a chain takes minutes; what the checks say names the tick and the moves.
+SETTINGS = settings(
+    max_examples=40,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
+    phases=[Phase.explicit, Phase.reuse, Phase.generate],
+)
+FRAME_KINDS = tuple(
+    kind for kind in KINDS if kind != "joint"
+)  # these stop at their targets if they are told to
+
+
+def recorded(chain: list[Any], name: str = "lbr_iiwa_7_r800", tick_s: float = 0.002) -> Recorder:
+    recorder = Recorder(load_robot(name), tick_s)
+    recorder.run(chain)
+    return recorder
+
+
+@pytest.mark.requirement("FRC012", "FRC014", "FRC015")
+@pytest.mark.parametrize("name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@SETTINGS
+@given(data=st.data())
+def test_chains_sent_at_once_keep_paths_regions_speeds_and_limits(name: str, data: st.DataObject) -> None:
+    assert_keeps_all_promises(recorded(data.draw(chains(at_once=True)), name))
+
+
+@pytest.mark.requirement("FRC012", "FRC015", "FRC003", "FRC013", "FRC016")
+@pytest.mark.parametrize("name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@SETTINGS
+@given(data=st.data())
+def test_chains_sent_bit_by_bit_with_stops_between_do_so_too(name: str, data: st.DataObject) -> None:
+    assert_keeps_all_promises(recorded(data.draw(chains(stops=True)), name))
+
+
+@pytest.mark.parametrize("tick_s", [0.01, 0.001])
+@settings(SETTINGS, max_examples=8)
+@given(chain=chains(stops=True))
+def test_and_at_other_tick_rates(tick_s: float, chain: list[Any]) -> None:
+    assert_keeps_all_promises(recorded(chain, tick_s=tick_s))
+
+
+@pytest.mark.requirement("FRC012", "FRC015")
+@settings(SETTINGS, max_examples=60)
+@given(chain=st.one_of(chains(kinds=FRAME_KINDS, at_once=True), chains(kinds=FRAME_KINDS)))
+def test_a_chain_with_blending_is_never_slower_than_without(chain: list[Any]) -> None:
+    recorder = recorded(chain)
+    assert recorder.tick <= recorder.exact_ticks() + 3 + 1
+
+
+@settings(SETTINGS, max_examples=15)
+@given(chain=chains(stops=True))
+def test_the_same_chain_sent_at_the_same_ticks_is_the_same_motion(chain: list[Any]) -> None:
+    assert recorded(chain).robot.joints == recorded(chain).robot.joints
+
+
+@pytest.mark.requirement("FRC015")
+def test_among_such_chains_are_many_blended_corners() -> None:
+    """The checks above look at corners that are passed at speed, not only at moves too small or too late."""
+    passed = []
+
+    @settings(SETTINGS, max_examples=30, derandomize=True, database=None)
+    @given(chain=chains(stops=True))
+    def count(chain: list[Any]) -> None:
+        for run in recorded(chain).runs:
+            passed.extend(is_to_be_passed_at_speed(run, i) for i in range(len(run.moves) - 1))
+
+    count()
+    assert sum(passed) > 0.2 * len(passed) > 20

@@ -1,0 +1,190 @@
+"""The checks of chains find what is wrong: recordings are falsified by hand."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from iiwa_sim.robot.description import load_robot
+from tests.blended_path import Joints, Run
+from tests.chain_checks import (
+    assert_keeps_its_paths,
+    assert_keeps_its_speeds,
+    assert_passes_blended_corners,
+    assert_rests_at_exact_targets,
+)
+from tests.chains import Recorder
+
+RADIUS_MM = 30.0
+Falsify = Callable[[Run], list[Joints]]
+
+
+def exact_run(kind: str = "lin", speed_rel: float = 0.2) -> Run:
+    """Three moves round corners, each resting at its target."""
+    recorder = Recorder(load_robot())
+    for x_mm, y_mm, z_mm in ((0.0, 150.0, 0.0), (-150.0, 0.0, 0.0), (0.0, 0.0, 150.0)):
+        frame = recorder.scout.controller.tool_frame()
+        frame = frame._replace(x_mm=frame.x_mm + x_mm, y_mm=frame.y_mm + y_mm, z_mm=frame.z_mm + z_mm)
+        assert recorder.send(kind, recorder.end, frame, (speed_rel,) * 7, 0.0)
+    recorder.finish()
+    (run,) = recorder.runs
+    return run
+
+
+def falsified(run: Run, joints: Sequence[Joints], blending_mm: float = 0.0) -> Run:
+    """The same moves, but other ticks, and another radius."""
+    run.robot.joints = list(joints)
+    moves = [replace(move, blending_mm=blending_mm) for move in run.moves]
+    return Run(run.robot, 0, run.start, moves, len(joints) - 1)
+
+
+def ticks_of(run: Run) -> list[Joints]:
+    return run.robot.joints[run.first : run.last + 1]
+
+
+def corner_distances(run: Run, corner: int) -> np.ndarray:
+    end = run.robot.tcp(run.moves[corner].corner).translation
+    return np.linalg.norm(run.ticks.p - end, axis=1)
+
+
+def with_rounded_corner(run: Run, cut_m: float) -> list[Joints]:
+    """The ticks of the run, but leaving the path that far before the first corner and back on it after it."""
+    near = np.flatnonzero(corner_distances(run, 0) < cut_m)
+    first, last = int(near[0]), int(near[-1])
+    joints = ticks_of(run)
+    a, b, c = np.array(joints[first]), np.array(run.moves[0].corner), np.array(joints[last])
+    for k in range(first, last):
+        x = (k - first) / (last - first)
+        joints[k] = tuple(((1.0 - x) ** 2 * a + 2.0 * x * (1.0 - x) * b + x**2 * c).tolist())
+    return joints
+
+
+@pytest.mark.parametrize("kind", ["lin", "ptp", "linr", "ptpr"])
+def test_exact_runs_are_fine(kind: str) -> None:
+    run = exact_run(kind)
+    assert_keeps_its_paths(run)
+    assert_keeps_its_speeds(run)
+    assert_rests_at_exact_targets(run)
+    assert_passes_blended_corners(run)
+
+
+@pytest.mark.parametrize("kind", ["lin", "ptp"])
+@pytest.mark.parametrize(("off_m", "fine"), [(0.2e-6, True), (2e-6, False)])
+def test_a_tick_2_um_off_the_path_is_found(kind: str, off_m: float, fine: bool) -> None:
+    run = exact_run(kind)
+    joints = ticks_of(run)
+    k = int(np.flatnonzero(corner_distances(run, 0) > 0.08)[-1] // 2)
+    along = run.ticks.p[k + 1] - run.ticks.p[k - 1]
+    aside = np.cross(along, [0.3, 0.5, 0.8])
+    aside *= off_m / np.linalg.norm(aside)
+    jacobian = run.robot.model.jacobian(joints[k])
+    tool = run.ticks.p[k] - np.array(run.robot.model.flange(joints[k]).translation)
+    at_tcp = jacobian[:3] + np.cross(jacobian[3:].T, tool).T
+    joints[k] = tuple(
+        (np.array(joints[k]) + np.linalg.pinv(np.vstack([at_tcp, jacobian[3:]])) @ [*aside, 0, 0, 0]).tolist()
+    )
+    with_error = falsified(run, joints)
+    if fine:
+        assert_keeps_its_paths(with_error)
+    else:
+        with pytest.raises(AssertionError, match="tolerances off move"):
+            assert_keeps_its_paths(with_error)
+
+
+@pytest.mark.parametrize("kind", ["lin", "ptp"])
+@pytest.mark.parametrize(("part", "fine"), [(0.95, True), (1.05, False)])
+def test_a_sphere_left_by_5_percent_is_found(kind: str, part: float, fine: bool) -> None:
+    run = exact_run(kind, 0.05)
+    rounded = falsified(run, with_rounded_corner(run, part * RADIUS_MM / 1000.0), RADIUS_MM)
+    if fine:
+        assert_keeps_its_paths(rounded)
+    else:
+        with pytest.raises(AssertionError, match="tolerances off move"):
+            assert_keeps_its_paths(rounded)
+
+
+def test_a_radius_is_clipped_to_half_of_a_move() -> None:
+    for part, fine in ((0.98, True), (1.05, False)):
+        run = exact_run("lin", 0.05)
+        rounded = falsified(run, with_rounded_corner(run, part * 0.075), 500.0)
+        if fine:
+            assert_keeps_its_paths(rounded)
+        else:
+            with pytest.raises(AssertionError, match="tolerances off move"):
+                assert_keeps_its_paths(rounded)
+
+
+def backwards(run: Run) -> list[Joints]:
+    joints = ticks_of(run)
+    return [*joints[:100], *joints[50:]]
+
+
+def without_a_move(run: Run) -> list[Joints]:
+    distances = corner_distances(run, 0)
+    first = int(distances.argmin())
+    return ticks_of(run)[:first] + ticks_of(run)[int(corner_distances(run, 1).argmin()) :]
+
+
+def never_arriving(run: Run) -> list[Joints]:
+    return ticks_of(run)[:-20]
+
+
+@pytest.mark.parametrize("falsify", [backwards, without_a_move, never_arriving])
+@pytest.mark.parametrize("blending_mm", [0.0, RADIUS_MM])
+def test_moves_out_of_order_or_undone_are_found(falsify: Falsify, blending_mm: float) -> None:
+    run = exact_run()
+    wrong = falsified(run, falsify(run), blending_mm)
+    with pytest.raises(AssertionError):
+        assert_keeps_paths_and_speeds(wrong)
+
+
+def assert_keeps_paths_and_speeds(run: Run) -> None:
+    """A jump over a whole move is too fast a tick."""
+    assert_keeps_its_paths(run)
+    assert_keeps_its_speeds(run)
+
+
+def test_an_exact_target_that_is_not_rested_at_is_found() -> None:
+    run = exact_run()
+    away = corner_distances(run, 1) > 2e-4
+    hurried = [q for q, far in zip(ticks_of(run), away, strict=True) if far]
+    assert len(hurried) < len(ticks_of(run))
+    wrong = falsified(run, hurried)
+    with pytest.raises(AssertionError, match="does not rest at corner 1"):
+        assert_rests_at_exact_targets(wrong)
+
+
+def test_too_fast_a_tick_is_found() -> None:
+    run = exact_run(speed_rel=1.0)
+    middle = int(corner_distances(run, 0).argmin() // 2)
+    joints = ticks_of(run)
+    slow = falsified(run, joints)
+    slow.moves = [replace(move, speeds_rel=(0.99 * float(slow_speed(run)),) * 7) for move in run.moves]
+    with pytest.raises(AssertionError, match="times too fast"):
+        assert_keeps_its_speeds(slow)
+    del joints[middle]
+    with pytest.raises(AssertionError, match="times too fast"):
+        assert_keeps_its_speeds(falsified(run, joints))
+
+
+def slow_speed(run: Run) -> float:
+    """The largest relative speed of any joint in a run."""
+    velocities = np.abs(np.diff(run.ticks.q, axis=0)) / run.robot.tick_s
+    return float((velocities / run.robot.description.velocity).max())
+
+
+def test_a_rest_at_a_blended_corner_is_found() -> None:
+    run = exact_run()
+    with pytest.raises(AssertionError, match="rests at corner 0"):
+        assert_passes_blended_corners(falsified(run, ticks_of(run), RADIUS_MM))
+
+
+def test_a_stop_that_takes_too_long_is_found() -> None:
+    run = exact_run()
+    stopped = falsified(run, ticks_of(run)[:100])
+    stopped.stopped_at = 60
+    assert_keeps_its_paths(stopped)
+    stopped.stopped_at = 40
+    with pytest.raises(AssertionError):
+        assert_keeps_its_paths(stopped)
