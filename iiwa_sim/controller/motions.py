@@ -87,8 +87,9 @@ class Motions:
 
     def stop(self) -> None:
         """Stop on the path, and forget what waits."""
-        self._active.stop()
-        self._forget_next()
+        self._drive.stop()
+        self._servo.stop()
+        self._next_target = None
         self._following = False
 
     def step(self) -> None:
@@ -98,7 +99,8 @@ class Motions:
         try:
             self._active.step()
         except Exception:
-            self._forget_next()
+            self._drive.stop()
+            self._next_target = None
             raise
 
     def _hand_over(self) -> None:
@@ -112,8 +114,3 @@ class Motions:
             self._following = True
         elif self._drive.moving:
             self._active = self._drive
-
-    def _forget_next(self) -> None:
-        self._next_target = None
-        if self._active is self._servo:
-            self._drive.stop()

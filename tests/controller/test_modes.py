@@ -355,7 +355,7 @@ REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
     ("direct_joint_move", ([-2.0] * 7, FULL), TARGET_NOT_REACHABLE),
     ("direct_cartesian_move", (HOME._replace(y_mm=300.0), 1.0), TARGET_NOT_REACHABLE),
     ("joint_move", ([3.0, 0, 0, 0, 0, 0, 0], FULL), JOINT_LIMIT),
-    ("lin_move", (HOME, 1.0, -1.0), EXECUTION),
+    ("ptp_move", (HOME, 1.0, -1.0), EXECUTION),
 ]
 
 
