@@ -2,11 +2,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.dialect.decimals import format_decimals
 from iiwa_sim.dialect.table import ERROR, load_table
 from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import load_robot
 from tests.dialect.fake_robot import Conversation, FakeRobot, Journal, replies
 from tests.dialect.packets import cut
 
@@ -359,3 +361,44 @@ def test_help_for_what_is_no_command_suggests_some_that_are(phrase, told):
     assert talk.ask(f"help : {phrase}") == "error"
     ((_, _, _, reason),) = talk.journal.refusals
     assert reason == told
+
+
+MOVES = {
+    "normal": "joint move : 1 1 1 -1.5 1 1 1" + " 0.5" * 7,
+    "smart": "smart joint move : 1 1 1 -1.5 1 1 1" + " 0.5" * 7,
+    "direct": "direct joint move : 0.05 0.5 0.05 -1 0.05 1.5 0.05" + " 0.1" * 7,
+}
+
+
+def malformed(name: str, count: int) -> list[str]:
+    """A command that moves, in ways in which it does not."""
+    fits = ["0.5"] * count
+    wrong = [fits[:-1], [*fits, "0.5"], ["nan", *fits[1:]], ["0,5", *fits[1:]]]
+    for k, each in enumerate(TABLE.commands[name].parameters):
+        if each.range:
+            wrong.append([*fits[:k], "-1", *fits[k + 1 :]])
+    return [f"{name} : {' '.join(words)}" for words in wrong] + [name, f"{name} : : {' '.join(fits)}"]
+
+
+@pytest.mark.requirement("FRA104")
+@pytest.mark.parametrize("mode", MOVES)
+def test_malformed_lines_in_mid_motion_change_nothing(mode):
+    lines = [
+        line
+        for name, command in TABLE.commands.items()
+        if command.parameters
+        for line in malformed(name, len(command.parameters))
+    ]
+    bothered, left_alone = (Controller(load_robot(), 0.002) for _ in range(2))
+    talk = Conversation(bothered)
+    for robot in (bothered, left_alone):
+        assert Conversation(robot).ask(MOVES[mode]) == "done"
+        for _ in range(20):
+            robot.step()
+    for line in [*lines, "", "stopp", "stop now", "smart joint move", "get mode : :", "\u00fc"]:
+        assert talk.ask(line) in ("error", "unknown command")
+        assert talk.ask("get mode") == mode
+        for robot in (bothered, left_alone):
+            robot.step()
+        assert bothered.joints == left_alone.joints
+        assert bothered.moving == left_alone.moving
