@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks import chains, core, durations, moves, replies, start
+from benchmarks import chains, core, durations, moves, replies, servo, start
 from benchmarks.figures import Figure, as_json, table
 
 PARTS = {
@@ -17,6 +17,7 @@ PARTS = {
     "start": start.measure,
     "durations": durations.measure,
     "chains": chains.measure,
+    "servo": servo.measure,
 }
 
 

@@ -532,7 +532,8 @@ def test_a_stop_forgets_a_target_without_a_course() -> None:
     robot.heads_for(OTHER_SIDE)
     robot.step(100)
     robot.heads_for(2.0 * robot.high)
+    foreseen = robot.servo.rest_after_stop()
     robot.servo.stop()
-    robot.runs_until_at_rest()
-    assert robot.servo.joints == robot.servo.rest
+    assert robot.runs_until_at_rest() * robot.tick_s <= 0.1
+    assert robot.servo.joints == robot.servo.rest == foreseen
     robot.assert_within_limits(robot.stop_limits)
