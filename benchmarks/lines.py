@@ -7,6 +7,8 @@ import numpy as np
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.frames import Frame, compose
+from iiwa_sim.motion.chain import Chain
+from iiwa_sim.motion.move import Move
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 
@@ -32,7 +34,7 @@ def random_lines(
         turn *= rng.uniform(0.0, LARGEST_TURN_RAD) / np.linalg.norm(turn)
         target = Frame(*np.add(frame, (*way, *turn)).tolist())
         try:
-            yield planner.lin(start, target, speed_rel, None, tool)
+            yield planner.lin(start, target, speed_rel, 0.0, None, tool)
         except Refused:
             continue
         count -= 1
@@ -45,6 +47,12 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
     for _ in range(count):
         start, end = random_joints(description, rng), random_joints(description, rng)
         yield planner.joint_line(start, end, [1.0] * len(end))
+
+
+def chain_of(plan: Plan, description: RobotDescription) -> Chain:
+    """The move alone, with its timing."""
+    lowest, highest = np.array(description.position_min), np.array(description.position_max)
+    return Chain(Move(1, *plan), [], lowest, highest)
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:

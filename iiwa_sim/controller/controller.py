@@ -1,7 +1,8 @@
 """The emulated controller, stepped: it takes commands between ticks and moves the robot in them."""
 
 from collections.abc import Callable, Sequence
-from math import isfinite
+
+import numpy as np
 
 from iiwa_sim.contact.load import ExternalLoad, Wrench
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
@@ -82,7 +83,10 @@ class Controller:
         self._motions.step()
 
     def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
-        """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number."""
+        """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number.
+
+        It blends into the next move where each joint has a tenth of the largest way to go.
+        """
         return self._accept(lambda start: self._planner.joint_line(start, joints, speeds_rel))
 
     def ptp_move(
@@ -91,25 +95,29 @@ class Controller:
         """PTP to a frame of the TCP, at a relative speed (0..1]; gives the move's number.
 
         The redundancy (rad) is the position of A3 at the target; without one it stays, if the target can then
-        be reached. Blending is not done yet: each move stops at its target.
+        be reached. Blending is the radius of the sphere round the target in which the TCP may leave the path
+        for that of the next move; with 0 the robot stops at the target.
         """
-        _check_blending(blending_mm)
         tool = self._tool_in_flange
-        return self._accept(lambda start: self._planner.ptp(start, target, speed_rel, redundancy, tool))
+        return self._accept(
+            lambda start: self._planner.ptp(start, target, speed_rel, blending_mm, redundancy, tool)
+        )
 
     def lin_move(
         self, target: Frame, speed_rel: float, blending_mm: float, redundancy: float | None = None
     ) -> int:
         """LIN to a frame of the TCP; otherwise like `ptp_move`. The speed is that of the fastest joint."""
-        _check_blending(blending_mm)
         tool = self._tool_in_flange
-        return self._accept(lambda start: self._planner.lin(start, target, speed_rel, redundancy, tool))
+        return self._accept(
+            lambda start: self._planner.lin(start, target, speed_rel, blending_mm, redundancy, tool)
+        )
 
     def lin_joint_move(self, joints: Sequence[float], speed_rel: float, blending_mm: float) -> int:
         """LIN to where the TCP is at joint positions (rad), which it ends in; otherwise like `lin_move`."""
-        _check_blending(blending_mm)
         tool = self._tool_in_flange
-        return self._accept(lambda start: self._planner.lin_to_joints(start, joints, speed_rel, tool))
+        return self._accept(
+            lambda start: self._planner.lin_to_joints(start, joints, speed_rel, blending_mm, tool)
+        )
 
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """Head for joint positions (rad) from wherever the robot is; gives the move's number.
@@ -181,10 +189,10 @@ class Controller:
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
         if motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
-        path, timing = plan(motions.rest_after_stop() if change.stops else motions.rest)
+        planned = plan(motions.rest_after_stop() if change.stops else motions.rest)
         self._enter(change)
         self._accepted += 1
-        motions.append(Move(self._accepted, path, timing))
+        motions.append(Move(self._accepted, *planned))
         return self._accepted
 
     def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
@@ -219,9 +227,4 @@ def _motions(description: RobotDescription, tick_s: float, limits: JointLimits) 
         return PlannedTime(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
 
     home, low, high = description.home, description.position_min, description.position_max
-    return Motions(Drive(home, time()), Servo(home, time(), limits, low, high))
-
-
-def _check_blending(blending_mm: float) -> None:
-    if not (isfinite(blending_mm) and blending_mm >= 0.0):
-        raise Refused(EXECUTION, f"blending {blending_mm:g} mm: expected 0 or more")
+    return Motions(Drive(home, time(), np.array(low), np.array(high)), Servo(home, time(), limits, low, high))

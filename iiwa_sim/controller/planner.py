@@ -1,21 +1,19 @@
 """From what a command asks for to a path and a timing, or to the reason why there are none."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from math import degrees, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
-from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
-from iiwa_sim.motion.curve_timing import plan_timing
-from iiwa_sim.motion.limits import Array, JointLimits
+from iiwa_sim.frames import IDENTITY, Frame, Transform, apply, compose, inverse
+from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.lin import Line, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.tcp_line import TcpLine
-from iiwa_sim.motion.timing import STANDSTILL_RAD, AtOnce, Timing
+from iiwa_sim.motion.zone import JointBall, Sphere, Zone
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import (
@@ -27,6 +25,8 @@ from iiwa_sim.robot.nearest import (
     Unreachable,
 )
 
+JOINT_BLENDING = 0.1
+"""A joint move blends where each joint has less than this part of its largest way to go: the original's."""
 LONGEST_MOVE_S = 86400.0
 """A move that would take longer is refused: its speed is a mistake."""
 ROUNDING_RAD = 1e-9
@@ -38,11 +38,12 @@ FARTHEST_MM = 1e6
 
 
 class Plan(NamedTuple):
-    """How a move goes."""
+    """How a move goes: all of a `Move` but its number."""
 
     path: Path
-    timing: Callable[[], Timing]
-    """Plans the timing."""
+    limits: JointLimits
+    length_s: float
+    zone: Zone | None
 
 
 class Planner:
@@ -60,26 +61,46 @@ class Planner:
 
     def joint_line(self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]) -> Plan:
         """PTP to joint positions (rad), at a relative speed of each joint."""
-        return self._ptp(start, self.joint_target(joints, speeds_rel), speeds_rel)
+        end = self.joint_target(joints, speeds_rel)
+        return self._plan(JointLine(start, end), speeds_rel, JointBall(JOINT_BLENDING, start, end))
 
     def ptp(
-        self, start: Joints, tcp: Frame, speed_rel: float, redundancy: float | None, tool_in_flange: Transform
+        self,
+        start: Joints,
+        tcp: Frame,
+        speed_rel: float,
+        blending_mm: float,
+        redundancy: float | None,
+        tool_in_flange: Transform,
     ) -> Plan:
         """PTP to a pose of the TCP in the base."""
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
-        return self._ptp(start, self._find(flange, start, redundancy).joints, speed_rel)
+        end = self._find(flange, start, redundancy).joints
+        return self._plan(JointLine(start, end), speed_rel, self._sphere(end, blending_mm, tool_in_flange))
 
     def lin(
-        self, start: Joints, tcp: Frame, speed_rel: float, redundancy: float | None, tool_in_flange: Transform
+        self,
+        start: Joints,
+        tcp: Frame,
+        speed_rel: float,
+        blending_mm: float,
+        redundancy: float | None,
+        tool_in_flange: Transform,
     ) -> Plan:
         """LIN to a pose of the TCP in the base."""
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
         self._check_end(start, "start")
         tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
-        return self._timed(self._line_to(flange, start, redundancy, tcp_line), speed_rel)
+        line = self._line_to(flange, start, redundancy, tcp_line)
+        return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
 
     def lin_to_joints(
-        self, start: Joints, joints: Sequence[float], speed_rel: float, tool_in_flange: Transform
+        self,
+        start: Joints,
+        joints: Sequence[float],
+        speed_rel: float,
+        blending_mm: float,
+        tool_in_flange: Transform,
     ) -> Plan:
         """LIN to where the TCP is at joint positions (rad), ending in these."""
         self._check_joints(joints)
@@ -92,7 +113,7 @@ class Planner:
         if float(np.abs(np.subtract(line.end, joints)).max()) > SAME_RAD:
             reason = "a line to that pose ends in other joint positions, with the arm bent another way"
             raise Refused(ROBOT_CONFIGURATION, reason)
-        return self._timed(line, speed_rel)
+        return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
 
     def joint_target(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> Joints:
         """Checked joint positions (rad), to be reached at checked relative speeds."""
@@ -107,12 +128,21 @@ class Planner:
         """The joint positions (rad) nearest to the present ones that bring the flange to a frame."""
         return self._find(_flange_of(flange, speed_rel, None, IDENTITY), present, None).joints
 
-    def _timed(self, line: Line, speed_rel: float) -> Plan:
-        travel = np.abs(np.diff(line.samples.q, axis=0)).sum(axis=0)
-        limits = self._limits_at(speed_rel, travel)
-        if travel.max() < STANDSTILL_RAD:
-            return Plan(line, AtOnce)
-        return Plan(line, partial(plan_timing, line.samples, limits))
+    def _plan(self, path: Path, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
+        limits = self._limits.at_speed(speed_rel)
+        travel = np.abs(np.diff(path.samples.q, axis=0)).sum(axis=0)
+        length_s = float((travel / limits.velocity).max())
+        if length_s > LONGEST_MOVE_S:
+            raise Refused(EXECUTION, f"at this speed the move would take more than {LONGEST_MOVE_S:g} s")
+        return Plan(path, limits, 0.0 if travel.max() < STANDSTILL_RAD else length_s, zone)
+
+    def _sphere(self, target: Joints, blending_mm: float, tool_in_flange: Transform) -> Zone | None:
+        if not (isfinite(blending_mm) and blending_mm >= 0.0):
+            raise Refused(EXECUTION, f"blending {blending_mm:g} mm: expected 0 or more")
+        if blending_mm == 0.0:
+            return None
+        model, tool = self._model, tool_in_flange.translation
+        return Sphere(blending_mm / 1000.0, target, lambda joints: apply(model.flange(joints), tool))
 
     def _find(
         self, flange: Transform, start: Joints, redundancy: float | None, keep_status: bool = False
@@ -168,18 +198,6 @@ class Planner:
         if singular is not None:
             reason = f"a line cannot {which} in a singular pose ({singular}): go there, or leave, by PTP"
             raise Refused(CROSSING_SINGULARITY, reason)
-
-    def _ptp(self, start: Joints, end: Joints, speed_rel: float | Sequence[float]) -> Plan:
-        line = JointLine(start, end)
-        limits = self._limits_at(speed_rel, np.abs(np.subtract(end, start)))
-        return Plan(line, partial(line.timing, limits))
-
-    def _limits_at(self, speed_rel: float | Sequence[float], travel: Array) -> JointLimits:
-        """The limits at a speed with which the joints travel so far (n,) (rad) in a sensible time."""
-        limits = self._limits.at_speed(speed_rel)
-        if (travel > limits.velocity * LONGEST_MOVE_S).any():
-            raise Refused(EXECUTION, f"at this speed the move would take more than {LONGEST_MOVE_S:g} s")
-        return limits
 
     def _check_joints(self, joints: Sequence[float]) -> None:
         d = self._description

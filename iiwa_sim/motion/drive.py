@@ -1,14 +1,20 @@
-"""The drive: runs moves one after the other, tick by tick, and stops them on their path."""
+"""The drive: runs moves one after the other, blended where they may be, and stops them on their path."""
 
 from collections import deque
+from itertools import islice
 
+from iiwa_sim.motion.chain import Chain
+from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.timing import Timing
 
-AHEAD = 256
+AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a third of what one by one does."""
+LOOK_AHEAD_S = 1.0
+"""While less than this of a chain is planned, moves that wait are taken into it,"""
+MOST_AT_ONCE = 6
+"""so many in a tick, which costs a few milliseconds."""
 
 
 class Drive:
@@ -17,45 +23,47 @@ class Drive:
     A move starts in the tick after it is appended, or when those before it have ended, also within a tick.
     """
 
-    _timing: Timing
-    """That of the running move."""
-
-    def __init__(self, joints: Joints, time: PlannedTime) -> None:
-        """At rest at `joints` (rad)."""
+    def __init__(self, joints: Joints, time: PlannedTime, lowest: Array, highest: Array) -> None:
+        """At rest at `joints` (rad), with the limits of positions (n,)."""
         self.joints = joints
         self.rest = joints
         """Where the robot comes to rest when all moves, or the stop under way, are done (rad)."""
         self._time = time
-        self._running: Move | None = None
+        self._position_limits = lowest, highest
+        self._chain: Chain | None = None
         self._waiting: deque[Move] = deque()
+        self._newest = 0
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        return self._running is not None or bool(self._waiting)
+        return self._chain is not None or bool(self._waiting)
 
     @property
     def waiting(self) -> int:
         """Moves that have not begun."""
-        return len(self._waiting)
+        if self._chain is None or self._time.stopping:
+            return len(self._waiting)
+        return len(self._waiting) + self._chain.waiting(self._time.time_s)
 
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
-        if self._running is not None and self._running.number == number:
-            return not self._time.stopping
-        return bool(self._waiting) and self._waiting[0].number <= number <= self._waiting[-1].number
+        if self._chain is None or self._time.stopping:
+            return bool(self._waiting) and self._waiting[0].number <= number <= self._newest
+        return self._chain.move_at(self._time.time_s) <= number <= self._newest
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
+        self._newest = move.number
         self._waiting.append(move)
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
-        if self._running is None:
+        if self._chain is None:
             return self.joints
-        return self._running.path.joints(self._timing.position(self._time.rest_s()))
+        return self._chain.joints(self._time.rest_s())
 
     def stop(self) -> None:
         """Stop on the path, and forget the moves that wait."""
@@ -73,43 +81,58 @@ class Drive:
         Where a path fails, the robot rests where it is, the moves that wait are forgotten, and what the path
         raised is raised.
         """
-        if self._running is None and not self._waiting:
+        if self._chain is None and not self._waiting:
             return
         try:
             self._advance()
         except Exception:
-            self._running = None
+            self._chain = None
             self._waiting.clear()
             self.rest = self.joints
             raise
 
     def _advance(self) -> None:
-        move = self._running or self._begin(0.0)
+        if self._chain is None and self._waiting[0].length_s == 0.0:
+            # One move a tick of those that have no way to go: many might add up to a jump.
+            self.joints = self._waiting.popleft().path.end
+            return
+        chain = self._chain or self._begin(0.0)
+        if not self._time.stopping:
+            self._look_ahead(chain)
         self._time.step()
-        while self._time.time_s >= self._timing.duration_s:
-            self.joints = move.path.end
-            went_at_once = self._timing.duration_s == 0.0
-            left_s = 0.0 if self._time.stopping else self._time.time_s - self._timing.duration_s
-            self._running = None
-            if not self._waiting or went_at_once:
-                return  # one move a tick of those that go at once: many might add up to a jump
-            move = self._begin(left_s)
+        while self._time.time_s >= chain.rest_s:
+            self.joints = chain.end
+            left_s = 0.0 if self._time.stopping else self._time.time_s - chain.rest_s
+            self._chain = None
+            if not self._waiting or self._waiting[0].length_s == 0.0:
+                return
+            chain = self._begin(left_s)
         if self._time.stopping:
-            self.joints = move.path.joints(self._timing.position(self._time.time_s))
+            self.joints = chain.joints(self._time.time_s)
             if self._time.stopped:
-                self._running = None
+                self._chain = None
         else:
             if not self._ahead:
                 times = self._time.ticks(AHEAD)
-                s = self._timing.positions(times[times < self._timing.duration_s])
-                self._ahead = move.path.joints_along(s)[::-1]
+                self._ahead = chain.joints_along(times[times < chain.rest_s])[::-1]
             self.joints = self._ahead.pop()
 
-    def _begin(self, time_s: float) -> Move:
-        """The next move, begun that long ago."""
+    def _begin(self, time_s: float) -> Chain:
+        """A chain of the next moves, begun that long ago."""
         move = self._waiting.popleft()
-        self._timing = move.timing()
-        self._running = move
+        self._chain = chain = Chain(move, self._next_moves(), *self._position_limits)
+        for _ in range(chain.taken - 1):
+            self._waiting.popleft()
         self._ahead.clear()
         self._time.start(time_s)
-        return move
+        return chain
+
+    def _look_ahead(self, chain: Chain) -> None:
+        """Take moves that wait into the chain while they can still blend."""
+        if self._waiting and chain.open and chain.rest_s - self._time.time_s < LOOK_AHEAD_S:
+            for _ in range(chain.take(self._next_moves(), self._time.time_s)):
+                self._waiting.popleft()
+            self._ahead.clear()
+
+    def _next_moves(self) -> list[Move]:
+        return list(islice(self._waiting, MOST_AT_ONCE))

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+STANDSTILL_RAD = 2e-8
+"""Joints that have less to go are there at once: within the limits even if each tick takes them back."""
+
 
 class JointLimits(NamedTuple):
     """Bounds on the magnitude of each joint's motion: arrays of shape (n,), in rad/s, rad/s^2 and rad/s^3."""

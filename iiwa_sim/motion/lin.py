@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.differences import EVEN_SAMPLES
-from iiwa_sim.motion.limits import Array, JointLimits
+from iiwa_sim.motion.limits import STANDSTILL_RAD, Array, JointLimits
 from iiwa_sim.motion.path import Joints, PathSamples
 from iiwa_sim.motion.tcp_line import TcpLine
-from iiwa_sim.motion.timing import STANDSTILL_RAD
 from iiwa_sim.robot.inverse import Inverse
 
 MOST_SAMPLES = 400
@@ -74,6 +73,7 @@ class Line:
         self._inverse = inverse
         self._limits = limits
         self._line = line
+        self.tcp_length_m = line.length_m
         self._redundancy = inverse.redundancy(start)
         self._redundancy_way = target_redundancy - self._redundancy
         self._stretches = [_Stretch(0.0, status, start)]

@@ -1,10 +1,10 @@
-"""A move that the drive can run: its path, and how to find its timing."""
+"""A move that the drive can run."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
+from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.path import Path
-from iiwa_sim.motion.timing import Timing
+from iiwa_sim.motion.zone import Zone
 
 
 class Move(NamedTuple):
@@ -12,6 +12,9 @@ class Move(NamedTuple):
 
     number: int
     path: Path
-    timing: Callable[[], Timing]
-    """Plans the timing. It is asked for when the move begins: it costs more than all checks of the path, and
-    whoever sent the move need not wait for it."""
+    limits: JointLimits
+    """At the speed of this move."""
+    length_s: float
+    """How long its joints take at the least, by their velocity limits; 0 where there is no way to go."""
+    zone: Zone | None
+    """Where it may blend into the next one; without, it stops at its target."""

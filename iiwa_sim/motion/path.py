@@ -24,6 +24,14 @@ class Path(Protocol):
     def end(self) -> Joints:
         """Joint positions (rad) at s = 1, exactly."""
 
+    @property
+    def samples(self) -> "PathSamples":
+        """Enough of them to tell how the joints move between."""
+
+    @property
+    def tcp_length_m(self) -> float | None:
+        """How far the TCP goes, where it goes straight and evenly with s."""
+
     def joints(self, s: float) -> Joints:
         """Joint positions (rad) at 0 <= s <= 1."""
 
@@ -44,6 +52,40 @@ class PathSamples(NamedTuple):
     def of(cls, s: Array, q: Array) -> "PathSamples":
         """The samples of a path with positions q (m, n) at values of s (m,)."""
         return cls(s, q, *derivatives(s, q, STENCIL))
+
+    def scaled(self, length: float) -> "PathSamples":
+        """The same over s times `length`."""
+        s, q, dq, ddq, dddq = self
+        return PathSamples(s * length, q, dq / length, ddq / length**2, dddq / length**3)
+
+    def at(self, s: float) -> tuple[Array, Array]:
+        """First and second derivative (n,) at any s: those of the polynomial of fifth degree through the
+        samples beside it and their first two derivatives."""
+        k = min(max(int(self.s.searchsorted(s)), 1), len(self.s) - 1)
+        width = float(self.s[k] - self.s[k - 1])
+        x = (s - float(self.s[k - 1])) / width
+        ends = np.concatenate(
+            [self.q[k - 1 : k + 1], self.dq[k - 1 : k + 1] * width, self.ddq[k - 1 : k + 1] * width**2]
+        )
+        xx = x * x
+        first = (
+            (-30.0 + (60.0 - 30.0 * x) * x) * xx,
+            (30.0 + (-60.0 + 30.0 * x) * x) * xx,
+            1.0 + (-18.0 + (32.0 - 15.0 * x) * x) * xx,
+            (-12.0 + (28.0 - 15.0 * x) * x) * xx,
+            x * (1.0 + x * (-4.5 + (6.0 - 2.5 * x) * x)),
+            xx * (1.5 + (-4.0 + 2.5 * x) * x),
+        )
+        second = (
+            (-60.0 + (180.0 - 120.0 * x) * x) * x,
+            (60.0 + (-180.0 + 120.0 * x) * x) * x,
+            (-36.0 + (96.0 - 60.0 * x) * x) * x,
+            (-24.0 + (84.0 - 60.0 * x) * x) * x,
+            1.0 + (-9.0 + (18.0 - 10.0 * x) * x) * x,
+            (3.0 + (-12.0 + 10.0 * x) * x) * x,
+        )
+        derivatives_here = np.array([first, second]) @ ends
+        return derivatives_here[0] / width, derivatives_here[1] / width**2
 
     def uncertainty(self, limits: JointLimits) -> Array:
         """How far accelerations and jerks at each sample may be off, as parts of the limits (m,).

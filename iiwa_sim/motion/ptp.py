@@ -2,13 +2,16 @@
 
 import numpy as np
 
-from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.path import Joints
-from iiwa_sim.motion.timing import STANDSTILL_RAD, AtOnce, OptimalTiming, Timing
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.path import Joints, PathSamples
+
+SAMPLES = 6
 
 
 class JointLine:
     """The straight line between two joint positions (rad)."""
+
+    tcp_length_m = None
 
     def __init__(self, start: Joints, end: Joints) -> None:
         self.end = end
@@ -25,9 +28,10 @@ class JointLine:
         """See `Path`."""
         return [self.joints(x) for x in s.tolist()]
 
-    def timing(self, limits: JointLimits) -> Timing:
-        """The fastest timing within limits."""
-        way = np.abs(self._way)
-        if way.max() < STANDSTILL_RAD:
-            return AtOnce()
-        return OptimalTiming(*(1.0 / float((way / limit).max()) for limit in limits))
+    @property
+    def samples(self) -> PathSamples:
+        """See `Path`."""
+        s = np.linspace(0.0, 1.0, SAMPLES)
+        way = np.array([self._way])
+        none = np.zeros((SAMPLES, len(self._way)))
+        return PathSamples(s, np.array(self._start) + s[:, None] * way, none + way, none, none)

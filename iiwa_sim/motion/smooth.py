@@ -6,14 +6,19 @@ Let S(t) be a motion made of stretches of constant acceleration. Its mean over t
 
 is exact to evaluate, takes just `window` longer, and its derivatives are differences of those of S:
 ds = (S(t) - S(t - window)) / window, and so on, so that |ddds| <= 2 max|ddS| / window.
+
+At any time S can be continued in another way than was planned: what lies ahead of it is free.
 """
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
+
+LONGEST_GAP_S = 0.01  # between times at which limits are checked
 
 
 class SmoothStates(NamedTuple):
@@ -32,86 +37,125 @@ class SmoothStates(NamedTuple):
 class SmoothTiming:
     """The moving average of a motion given at knots."""
 
-    def __init__(self, positions: Array, speeds: Array, window_s: float) -> None:
-        """Knots of S, from rest at 0 to rest at 1; between two of them the acceleration is constant."""
-        times = np.zeros(len(positions))
-        table = np.zeros((4, len(positions)))
-        areas, table[1], table[2], accelerations = table[0], positions, speeds, table[3]
-        before, after = positions[:-1], positions[1:]
-        slow, fast = speeds[:-1], speeds[1:]
-        steps = 2.0 * (after - before) / (slow + fast)
-        accelerations[:-1] = (fast - slow) / steps
-        (steps * (before + steps * (2.0 * slow + fast) / 6.0)).cumsum(out=areas[1:])
+    def __init__(
+        self, positions: Sequence[float], speeds: Sequence[float], window_s: float, start_s: float = 0.0
+    ) -> None:
+        """Knots of S; between two of them the acceleration is constant. The last is at rest.
+
+        The first is at rest, too, or its time `start_s` lies a window before the times that are asked for.
+        """
+        s, ds = np.array(positions), np.array(speeds)
+        times = np.zeros(len(s))
+        # Rows: the integral of S - S[0], which stays small in long chains, then S - S[0], its speed and
+        # acceleration; columns: knots.
+        table = np.zeros((4, len(s)))
+        steps = 2.0 * np.diff(s) / (ds[:-1] + ds[1:])
         steps.cumsum(out=times[1:])
+        times += start_s
+        np.subtract(s, s[0], out=table[1])
+        table[2] = ds
+        table[3, :-1] = np.diff(ds) / steps
+        (steps * (table[1, :-1] + steps * (2.0 * ds[:-1] + ds[1:]) / 6.0)).cumsum(out=table[0, 1:])
+        self.window_s = window_s
+        self.start: float = positions[0]
+        self.end: float = positions[-1]
+        self.rest_s = float(times[-1]) + window_s
         self._knots = times, table
-        self._window_s = window_s
-        self.duration_s = float(times[-1]) + window_s
+        self._speeds = speeds
+        self._positions = positions
         # A tick asks for one time: plain floats serve that faster than arrays.
         self._times: list[float] = times.tolist()
         self._pieces: list[list[float]] = table.T.tolist()
 
-    def slower(self, factor: float) -> "SmoothTiming":
-        """The same motion taking `factor` times as long."""
-        _, (_, positions, speeds, _) = self._knots
-        return SmoothTiming(positions, speeds / factor, self._window_s * factor)
-
     def position(self, time_s: float) -> float:
-        """See `Timing`."""
-        if time_s >= self.duration_s:
-            return 1.0
-        return (self._area(time_s) - self._area(time_s - self._window_s)) / self._window_s
+        """s at a time; exactly that of the last knot from `rest_s` on."""
+        if time_s >= self.rest_s:
+            return self.end
+        return self.start + (self._area(time_s) - self._area(time_s - self.window_s)) / self.window_s
 
     def positions(self, times: Array) -> Array:
-        """See `Timing`."""
-        positions = (self._areas(times) - self._areas(times - self._window_s)) / self._window_s
-        positions[times >= self.duration_s] = 1.0
+        """The same at rising times (m,), for less where there are many."""
+        positions = (self._areas(times) - self._areas(times - self.window_s)) / self.window_s + self.start
+        positions[times >= self.rest_s] = self.end
         return positions
 
+    def front(self, time_s: float) -> tuple[float, float]:
+        """S and its speed at a time between the knots: what comes after it does not show in s yet."""
+        k = max(bisect_right(self._times, time_s) - 1, 0)
+        step = time_s - self._times[k]
+        _, position, speed, acceleration = self._pieces[k]
+        if time_s >= self._times[-1]:
+            return self.end, 0.0
+        return self.start + position + step * (speed + step * acceleration / 2.0), speed + step * acceleration
+
+    def knots_between(self, earliest_s: float, latest_s: float) -> tuple[list[float], list[float], float]:
+        """Positions and speeds of the knots from the last up to a time to the last before another, and the
+        time of the first of them."""
+        first = max(bisect_right(self._times, earliest_s) - 1, 0)
+        last = bisect_left(self._times, latest_s)
+        return list(self._positions[first:last]), list(self._speeds[first:last]), self._times[first]
+
+    def next_knot(self, time_s: float) -> tuple[float, float, float] | None:
+        """Time, position and speed of the first knot at or after a time."""
+        k = bisect_right(self._times, time_s)
+        if k >= len(self._times):
+            return None
+        return self._times[k], self._positions[k], self._speeds[k]
+
     def _areas(self, times: Array) -> Array:
-        """The integral of S from 0 to each time."""
+        """The integral of S - S[0] from the first knot to each time."""
         knots, table = self._knots
-        inside = times.clip(0.0, knots[-1])
+        inside = times.clip(knots[0], knots[-1])
         k = knots.searchsorted(inside, side="right") - 1
         area, position, speed, acceleration = table.take(k, axis=1)
         step = inside - knots[k]
         areas: Array = area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
-        areas += (times - inside).clip(0.0)  # after the end S stays 1
+        areas += (times - inside).clip(0.0) * table[1, -1]  # after the end S stays there
         return areas
 
     def _area(self, time_s: float) -> float:
-        """The integral of S from 0 to a time."""
-        if time_s <= 0.0:
+        """The integral of S - S[0] from the first knot to a time."""
+        if time_s <= self._times[0]:
             return 0.0
         k = bisect_right(self._times, time_s) - 1
         step = time_s - self._times[k]
         area, position, speed, acceleration = self._pieces[k]
         return area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
 
-    def extremes(self) -> SmoothStates:
-        """The motion where dds is largest: at the knots of S and a window later, between which dds is linear.
+    def states_at(self, passed: Array, from_s: float) -> SmoothStates:
+        """The motion from a time on where dds is largest, and where it passes given rising s (m,).
 
-        ddds is constant between two of these times; each carries the value that follows it.
+        dds is linear between the knots of S, and these a window later. ddds is constant between two of all
+        these times; each carries the value that follows it.
         """
         knots, table = self._knots
-        window_s = self._window_s
-        times = np.concatenate([knots, knots + window_s])
+        window_s = self.window_s
+        times = np.concatenate([knots, knots + window_s, [from_s]])
         times.sort()
+        times = times[times.searchsorted(from_s) :]
+        far = np.flatnonzero(np.diff(times) > LONGEST_GAP_S)
+        times = np.insert(times, far + 1, (times[far] + times[far + 1]) / 2.0)
+        s = self.positions(times)
+        passed = passed[passed.searchsorted(s[0], side="right") :]
+        s, times = np.concatenate([s, passed]), np.concatenate([times, np.interp(passed, s, times)])
+        order = s.argsort(kind="stable")
+        s, times = s[order], times[order]
         both = np.concatenate([times, times - window_s])
-        inside = both.clip(0.0, knots[-1])
+        inside = both.clip(knots[0], knots[-1])
         k = knots.searchsorted(inside, side="right") - 1
         _, position, speed, acceleration = table.take(k, axis=1)
         step = inside - knots[k]
-        raw = np.empty((3, 2, len(times)))
-        flat = raw.reshape(3, -1)
-        flat[0] = self._areas(both)
-        flat[1] = position + step * (speed + step * acceleration / 2.0)
-        flat[2] = speed + step * acceleration
-        s, ds, dds = (raw[:, 0] - raw[:, 1]) / window_s
+        raw = np.empty((2, 2, len(times)))
+        flat = raw.reshape(2, -1)
+        flat[0] = position + step * (speed + step * acceleration / 2.0)
+        flat[1] = speed + step * acceleration
+        ds, dds = (raw[:, 0] - raw[:, 1]) / window_s
         # At a knot itself rounding would decide which acceleration counts; half-way to the next it does not.
         middles = (times[1:] + times[:-1]) / 2.0
         ddds = np.zeros(len(times))
         ddds[:-1] = (self._accelerations(middles) - self._accelerations(middles - window_s)) / window_s
-        return SmoothStates(s, ds, dds, ddds, raw[1, 1], raw[1, 0])
+        end, start = raw[0] + self.start
+        return SmoothStates(s, ds, dds, ddds, start, end)
 
     def _accelerations(self, times: Array) -> Array:
         """Those of S, which is at rest before its first knot and after its last."""

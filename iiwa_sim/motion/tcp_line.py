@@ -1,6 +1,6 @@
 """The pose of the flange while the TCP moves in a straight line and turns on the shortest arc."""
 
-from math import cos, sin
+from math import cos, dist, sin
 
 import numpy as np
 
@@ -30,6 +30,8 @@ class TcpLine:
         self._sine = (*sine, *rotate(sine, from_tcp))
         self._versine = (*versine, *rotate(versine, from_tcp))
         self._way = tuple(b - a for a, b in zip(start.translation, target.translation, strict=True))
+        self.length_m = dist(start.translation, target.translation)
+        """How far the TCP goes."""
 
     def flange(self, s: float) -> Transform:
         """Pose of the flange in the base."""

@@ -164,10 +164,7 @@ def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
 @given(seed=st.integers(0, 10_000))
 def test_many_places_at_once_are_the_same_as_one_by_one(seed: int) -> None:
     (plan,) = random_lines(load_robot(), count=1, seed=seed)
-    timing = plan.timing()
-    times = np.linspace(0.0, 1.1 * timing.duration_s, 100)
-    s = timing.positions(times)
-    np.testing.assert_allclose(s, [timing.position(t) for t in times.tolist()], atol=1e-13)
+    s = np.linspace(0.0, 1.0, 100)
     for places in (s, s[s < 1.0]):
         one_by_one = [plan.path.joints(x) for x in places.tolist()]
         np.testing.assert_allclose(plan.path.joints_along(places), one_by_one, atol=1e-12)

@@ -1,7 +1,5 @@
 """PTP: straight in joint space, and as fast as the limits allow."""
 
-from math import ceil
-
 import numpy as np
 import pytest
 import ruckig
@@ -33,7 +31,7 @@ def optimal_duration_s(
 @pytest.mark.requirement("FRC004", "FRC010")
 @settings(max_examples=60, deadline=None)
 @given(start=joint_positions, end=joint_positions, speed_rel=st.floats(0.05, 1.0))
-def test_joint_moves_take_the_optimum_to_a_tick(
+def test_joint_moves_take_little_longer_than_the_optimum(
     start: tuple[float, ...], end: tuple[float, ...], speed_rel: float
 ) -> None:
     # At one speed for all joints: otherwise Ruckig may give the straight line up for a faster way.
@@ -42,7 +40,10 @@ def test_joint_moves_take_the_optimum_to_a_tick(
     robot.controller.joint_move(end, [speed_rel] * 7)
     ticks = robot.runs_until_stopped()
     optimum = optimal_duration_s(robot.description, start, end, speed_rel)
-    assert abs(ticks - ceil(optimum / robot.tick_s)) <= 1
+    # At most the moving average's window longer for the smallest moves, and far less for all others.
+    assert optimum - robot.tick_s <= ticks * robot.tick_s <= 1.02 * optimum + 0.095
+    if optimum > 0.1:
+        assert ticks * robot.tick_s <= 1.02 * optimum + 0.03
 
 
 @pytest.mark.requirement("FRC004", "FRC010")
