@@ -95,6 +95,17 @@ class Bounds(NamedTuple):
         rest = Bounds._make((*samples, *steps))
         return rest._with(-1, -2, end)
 
+    def gentler(self, start: float, end: float, factor: float) -> "Bounds":
+        """With a smaller share of the acceleration limits from one s to another."""
+        parts = []
+        if start > self.s[0]:
+            parts.append(self.upto(start))
+        middle = self.starting(start).upto(end)
+        parts.append(middle._replace(share=middle.share * factor))
+        if end < self.s[-1]:
+            parts.append(self.starting(end))
+        return joined(parts)
+
     def _with(self, sample: int, other: int, s: float) -> "Bounds":
         """With a sample, the first or last, moved within its step to s."""
         part = (s - self.s[sample]) / (self.s[other] - self.s[sample])

@@ -1,4 +1,4 @@
-"""A chain: moves that run into each other without a stop, from rest to rest.
+"""A chain: moves that are driven on into each other without a stop, from rest to rest.
 
 Its parameter x joins their paths and the blends between them. Each path counts as long as its joints take at
 the least at the speed of its move, so that x goes about as fast as time.
@@ -10,10 +10,12 @@ from typing import NamedTuple, Protocol
 
 from iiwa_sim.motion.bounds import Bounds, joined
 from iiwa_sim.motion.chain_timing import from_rest, going_on, window_of
-from iiwa_sim.motion.corner import Corner, rounded
+from iiwa_sim.motion.corner import Corner, rounded, turn
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints, Path
+
+GENTLE = 1.5  # windows of the moving average, during which a chain sets out or comes to rest with a share
 
 
 class _Curve(Protocol):
@@ -88,31 +90,42 @@ class _Geometry(NamedTuple):
 class Chain:
     """At rest at the start of its first move at time 0, and at rest at the target of its last."""
 
-    def __init__(self, move: Move, waiting: Sequence[Move], lowest: Array, highest: Array) -> None:
-        """Of a move and as many of those that wait as blend into it and into each other.
+    def __init__(
+        self,
+        move: Move,
+        waiting: Sequence[Move],
+        lowest: Array,
+        highest: Array,
+        share: float = 1.0,
+    ) -> None:
+        """Of a move and as many of those that wait as it can be driven on into without a sharp corner.
 
-        The limits of joint positions are in rad (n,).
+        The limits of joint positions are in rad (n,). `share` is the part of the acceleration limits with
+        which it sets out.
         """
         self._position_limits = lowest, highest
         self.open = True
         """Whether another move may still blend into the last one."""
-        stages = self._stages(_Geometry.of(move), waiting, 0.0)
-        self._timing, bounds = from_rest(stages[-1].bounds, window_of(move.limits))
+        stages = self._stages(_Geometry.of(move), waiting, 0.0, may_be_sharp=False)
+        window_s, bounds = window_of(move.limits), stages[-1].bounds
+        if share < 1.0:
+            bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, move, share), share)
+        self._timing, bounds = from_rest(bounds, window_s)
         self._geometry = stages[-1]._replace(bounds=bounds)
         self.taken = len(stages)
         """How many moves it has begun with."""
 
-    def take(self, waiting: Sequence[Move], time_s: float) -> int:
-        """Blend more moves into the last one, from a time on; returns how many.
+    def take(self, waiting: Sequence[Move], now_s: float, time_s: float) -> int:
+        """Blend more moves into the last one, changing nothing before a time; returns how many.
 
-        Those that cannot be, because the robot is already too far or too fast, are left; then the chain is
-        no longer open.
+        Those after a sharp corner are left, unless it is the first. Where none can be taken, because the
+        robot is already too far or too fast, the chain is no longer open.
         """
-        left = self._geometry.left(self._timing.position(time_s))
-        stages = self._stages(left, waiting, self._timing.front(time_s)[0])
+        left = self._geometry.left(self._timing.position(now_s))
+        stages = self._stages(left, waiting, self._timing.front(time_s)[0], may_be_sharp=True)
         for count in sorted({len(stages) - 1, 1}, reverse=True):
             if 0 < count < len(stages):
-                planned = going_on(self._timing, stages[count].bounds, time_s)
+                planned = going_on(self._timing, stages[count].bounds, now_s, time_s)
                 if planned is not None:
                     self._timing, bounds = planned
                     self._geometry = stages[count]._replace(bounds=bounds)
@@ -120,10 +133,30 @@ class Chain:
         self.open = False
         return 0
 
-    def _stages(self, geometry: _Geometry, moves: Sequence[Move], front: float) -> list[_Geometry]:
-        """A geometry with 0, 1, ... more moves, as far as there are corners ahead of the front to cut."""
+    def brake_with(self, share: float, now_s: float, time_s: float) -> None:
+        """Come to rest with a part of the acceleration limits, if that is possible without changing anything
+        before a time."""
+        geometry = self._geometry.left(self._timing.position(now_s))
+        bounds, end = geometry.bounds, geometry.targets[-1]
+        way = _gentle_way(bounds, -1, self._timing.window_s, self.moves[-1], share)
+        start = end - way
+        if share < 1.0 and start > max(float(bounds.s[0]), self._timing.front(time_s)[0]):
+            planned = going_on(self._timing, bounds.gentler(start, end, share), now_s, time_s)
+            if planned is not None:
+                self._timing, bounds = planned
+                self._geometry = geometry._replace(bounds=bounds)
+
+    def _stages(
+        self, geometry: _Geometry, moves: Sequence[Move], front: float, *, may_be_sharp: bool
+    ) -> list[_Geometry]:
+        """A geometry with 0, 1, ... more moves, as far as there are corners ahead of the front to cut.
+
+        The first corner may be sharp or not.
+        """
         stages = [geometry]
         for move in moves:
+            if turn(geometry.moves[-1], move).sharp and not (may_be_sharp and len(stages) == 1):
+                break
             corner = rounded(geometry.moves[-1], move, *self._position_limits)
             if corner is None or geometry.targets[-1] - corner.before <= front:
                 self.open = False
@@ -131,6 +164,11 @@ class Chain:
             geometry = geometry.gone_on(move, corner)
             stages.append(geometry)
         return stages
+
+    @property
+    def moves(self) -> Sequence[Move]:
+        """Those that are not done."""
+        return self._geometry.moves
 
     @property
     def rest_s(self) -> float:
@@ -141,6 +179,11 @@ class Chain:
     def end(self) -> Joints:
         """Where that is (rad)."""
         return self._geometry.moves[-1].path.end
+
+    def time_of(self, move: Move, s: float) -> float:
+        """When it passes an s of the path of one of its moves."""
+        k = self._geometry.moves.index(move)
+        return self._timing.time_at(self._geometry.targets[k] - (1.0 - s) * move.length_s)
 
     def waiting(self, time_s: float) -> int:
         """How many of its moves have not begun at a time."""
@@ -171,11 +214,18 @@ class Chain:
         pieces = self._geometry.pieces
         starts = [piece.start for piece in pieces]
         borders = x.searchsorted(starts).tolist()
+        borders[0] = 0
         joints: list[Joints] = []
         for piece, first, last in zip(pieces, borders, [*borders[1:], len(x)], strict=True):
             if first < last:
                 joints += piece.curve.joints_along(x[first:last] - piece.origin)
         return joints
+
+
+def _gentle_way(bounds: Bounds, end: int, window_s: float, move: Move, share: float) -> float:
+    """How far the robot goes, at an end (0 or -1) of the bounds, while it sets out or comes to rest gently."""
+    way = 0.5 * share * float(bounds.room[:, end].min()) * (GENTLE * window_s) ** 2
+    return min(way, 0.5 * move.length_s)
 
 
 def _bounds(move: Move) -> Bounds:

@@ -18,6 +18,7 @@ WINDOW = 1.2  # of the time in which full jerk builds up full acceleration; see 
 ROUNDS = 12  # times to plan again with smaller shares
 HARDER = (1.08, 1.15, 1.2, 1.3)  # relief beyond what seems to be needed, the first times and then
 SHARES_ONLY = 3  # times; then speeds are lowered, too, where accelerations and jerks are too large
+FASTEST = 0.9995  # of velocity limits
 KEPT = 0.998  # of the limits must be kept: the rest is for what interpolation between samples may hide
 SOONEST_S = 0.01  # a profile goes on from its next knot, or from where it is if that is farther off
 SAME_S = 1e-9  # knots that are closer are one
@@ -39,16 +40,20 @@ def from_rest(bounds: Bounds, window_s: float) -> tuple[SmoothTiming, Bounds]:
     return planned
 
 
-def going_on(timing: SmoothTiming, bounds: Bounds, time_s: float) -> tuple[SmoothTiming, Bounds] | None:
+def going_on(
+    timing: SmoothTiming, bounds: Bounds, now_s: float, time_s: float
+) -> tuple[SmoothTiming, Bounds] | None:
     """The same from another timing at a time, whose first part it keeps; None where none is found.
 
-    The bounds begin where the robot is then, or before.
+    The bounds begin where the robot is now, or before.
     """
     knot = timing.next_knot(time_s)
     if knot is None or knot[0] > time_s + SOONEST_S:
         knot = (time_s, *timing.front(time_s))
     start_s, s, speed = knot
-    done = timing.knots_between(time_s - timing.window_s, start_s - SAME_S)
+    if s >= bounds.s[-1]:
+        return None
+    done = timing.knots_between(now_s - timing.window_s, start_s - SAME_S)
     return _planned(bounds, _Start(s, speed, *done), time_s, timing.window_s)
 
 
@@ -76,11 +81,11 @@ def _planned(
         timing = SmoothTiming(start.positions + knots[0], start.speeds + knots[1], window_s, start.start_s)
         states = timing.states_at(loads.places, time_s)
         velocity, load = loads.of(states.s, states.ds, states.dds, states.ddds)
-        if velocity.max() <= 1.0 and load.max() <= KEPT:
+        if velocity.max() <= FASTEST and load.max() <= KEPT:
             return timing, bounds
         harder = HARDER[min(attempt, len(HARDER) - 1)]
         relief = _relief(bounds.s, states, load / KEPT, harder)
-        slower, cap = _relief(bounds.s, states, velocity**2, harder), bounds.velocity_cap
+        slower, cap = _relief(bounds.s, states, (velocity / FASTEST) ** 2, harder), bounds.velocity_cap
         if attempt >= SHARES_ONLY:
             slower, cap = np.minimum(slower, relief), np.minimum(cap, bounds.curve_cap * bounds.share)
         cap = np.where(slower < 1.0, cap * slower, bounds.velocity_cap)

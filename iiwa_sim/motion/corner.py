@@ -1,4 +1,4 @@
-"""From one move into the next: where the corner between them is cut, and the blend that rounds it."""
+"""From one move into the next: what turn that is, and the blend that rounds the corner between them."""
 
 from typing import NamedTuple
 
@@ -10,6 +10,8 @@ from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.zone import Zone, way_inside
 
+STRAIGHT_ON = 1.7
+"""Corners with a greater change of acceleration, see `turn`, are driven round."""
 SHRINKING = 0.85
 SHRINKINGS = 12
 ROUNDING = 1.0 + 1e-9
@@ -25,15 +27,38 @@ class Corner(NamedTuple):
     """How much of the first path it replaces, in the chain's parameter."""
 
 
+class Turn(NamedTuple):
+    """What it takes to brake in one move and to accelerate in the next at the same time."""
+
+    sharp: bool
+    """Whether that is better than to drive round the corner."""
+    share: float
+    """The part of the acceleration limits with which both can be done at once."""
+
+
+def turn(first: Move, second: Move) -> Turn:
+    """The turn from a move into the next.
+
+    While the robot stops braking and begins to accelerate, the acceleration of a joint changes by between 0,
+    where it turns back, and twice its limit, where it goes straight on. That is its jerk.
+    """
+    if first.length_s == 0.0 or second.length_s == 0.0:
+        return Turn(sharp=False, share=1.0)
+    braking = first.path.samples.dq[-1] / first.limits.acceleration
+    leaving = second.path.samples.dq[0] / second.limits.acceleration
+    change = float(np.abs(braking / np.abs(braking).max() + leaving / np.abs(leaving).max()).max())
+    return Turn(sharp=change < STRAIGHT_ON, share=min(1.0 / max(change, 1.0), 1.0))
+
+
 def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner | None:
     """The corner between two moves, or None where the first stops at its target.
 
     The blend stays in the zone and within the position limits (rad, (n,)): where it would leave them, less is
     cut off.
     """
-    zone = first.zone
-    if zone is None or second.length_s == 0.0:
+    if first.zone is None or second.length_s == 0.0:
         return None
+    zone = first.zone.clipped(first.path, second.path)
     before = way_inside(first.path, zone, at_end=True)
     after = way_inside(second.path, zone, at_end=False)
     for _ in range(SHRINKINGS):

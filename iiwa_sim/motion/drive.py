@@ -4,10 +4,13 @@ from collections import deque
 from itertools import islice
 
 from iiwa_sim.motion.chain import Chain
+from iiwa_sim.motion.corner import turn
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.overlap import set_out_s
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.run import Run
 
 AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a third of what one by one does."""
@@ -30,28 +33,29 @@ class Drive:
         """Where the robot comes to rest when all moves, or the stop under way, are done (rad)."""
         self._time = time
         self._position_limits = lowest, highest
-        self._chain: Chain | None = None
+        self._run: Run | None = None
         self._waiting: deque[Move] = deque()
         self._newest = 0
+        self._looked_at = 0  # the number of the last move of which it was tried to blend it
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        return self._chain is not None or bool(self._waiting)
+        return self._run is not None or bool(self._waiting)
 
     @property
     def waiting(self) -> int:
         """Moves that have not begun."""
-        if self._chain is None or self._time.stopping:
+        if self._run is None or self._time.stopping:
             return len(self._waiting)
-        return len(self._waiting) + self._chain.waiting(self._time.time_s)
+        return len(self._waiting) + self._run.waiting(self._time.time_s)
 
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
-        if self._chain is None or self._time.stopping:
+        if self._run is None or self._time.stopping:
             return bool(self._waiting) and self._waiting[0].number <= number <= self._newest
-        return self._chain.move_at(self._time.time_s) <= number <= self._newest
+        return self._run.move_at(self._time.time_s) <= number <= self._newest
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
@@ -61,9 +65,9 @@ class Drive:
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
-        if self._chain is None:
+        if self._run is None:
             return self.joints
-        return self._chain.joints(self._time.rest_s())
+        return self._run.joints(self._time.rest_s())
 
     def stop(self) -> None:
         """Stop on the path, and forget the moves that wait."""
@@ -81,58 +85,87 @@ class Drive:
         Where a path fails, the robot rests where it is, the moves that wait are forgotten, and what the path
         raised is raised.
         """
-        if self._chain is None and not self._waiting:
+        if self._run is None and not self._waiting:
             return
         try:
             self._advance()
         except Exception:
-            self._chain = None
+            self._run = None
             self._waiting.clear()
             self.rest = self.joints
             raise
 
     def _advance(self) -> None:
-        if self._chain is None and self._waiting[0].length_s == 0.0:
+        if self._run is None and self._waiting[0].length_s == 0.0:
             # One move a tick of those that have no way to go: many might add up to a jump.
             self.joints = self._waiting.popleft().path.end
             return
-        chain = self._chain or self._begin(0.0)
+        run = self._run or self._begin(0.0)
         if not self._time.stopping:
-            self._look_ahead(chain)
+            self._look_ahead(run)
         self._time.step()
-        while self._time.time_s >= chain.rest_s:
-            self.joints = chain.end
-            left_s = 0.0 if self._time.stopping else self._time.time_s - chain.rest_s
-            self._chain = None
+        while self._time.time_s >= run.rest_s:
+            self.joints = run.last.end
+            left_s = 0.0 if self._time.stopping else self._time.time_s - run.rest_s
+            self._run = None
             if not self._waiting or self._waiting[0].length_s == 0.0:
                 return
-            chain = self._begin(left_s)
+            run = self._begin(left_s)
         if self._time.stopping:
-            self.joints = chain.joints(self._time.time_s)
+            self.joints = run.joints(self._time.time_s)
             if self._time.stopped:
-                self._chain = None
+                self._run = None
         else:
             if not self._ahead:
                 times = self._time.ticks(AHEAD)
-                self._ahead = chain.joints_along(times[times < chain.rest_s])[::-1]
+                self._ahead = run.joints_along(times[times < run.rest_s])[::-1]
             self.joints = self._ahead.pop()
 
-    def _begin(self, time_s: float) -> Chain:
-        """A chain of the next moves, begun that long ago."""
-        move = self._waiting.popleft()
-        self._chain = chain = Chain(move, self._next_moves(), *self._position_limits)
-        for _ in range(chain.taken - 1):
-            self._waiting.popleft()
+    def _begin(self, time_s: float) -> Run:
+        """A run that begins with the next moves, begun that long ago."""
+        self._run = run = Run(self._next_chain())
         self._ahead.clear()
         self._time.start(time_s)
+        return run
+
+    def _next_chain(self) -> Chain:
+        """As many of the moves that wait as make a chain."""
+        move = self._waiting.popleft()
+        chain = Chain(move, self._next_moves(), *self._position_limits)
+        for _ in range(chain.taken - 1):
+            self._waiting.popleft()
         return chain
 
-    def _look_ahead(self, chain: Chain) -> None:
-        """Take moves that wait into the chain while they can still blend."""
-        if self._waiting and chain.open and chain.rest_s - self._time.time_s < LOOK_AHEAD_S:
-            for _ in range(chain.take(self._next_moves(), self._time.time_s)):
-                self._waiting.popleft()
-            self._ahead.clear()
+    def _look_ahead(self, run: Run) -> None:
+        """Let moves that wait blend into the last one that is planned, while they can."""
+        time_s = self._time.time_s
+        if not self._waiting or run.rest_s - time_s > LOOK_AHEAD_S:
+            return
+        last, following = run.last, self._waiting[0]
+        if following.number == self._looked_at:
+            return
+        run.forget(time_s)
+        self._looked_at = following.number
+        if last.moves[-1].zone is None or following.length_s == 0.0:
+            return
+        now_s = run.in_last(time_s)
+        free_s = max(now_s, run.alone_s())
+        corner = turn(last.moves[-1], following)
+        if corner.sharp:
+            last.brake_with(corner.share, now_s, free_s)
+            chain = Chain(following, self._next_moves()[1:], *self._position_limits, corner.share)
+            start_s = set_out_s(last, chain, free_s, *self._position_limits)
+            if start_s is not None:
+                run.add(chain, start_s)
+                self._take(chain.taken)
+                return
+        if last.open:
+            self._take(last.take(self._next_moves(), now_s, free_s))
+
+    def _take(self, count: int) -> None:
+        for _ in range(count):
+            self._waiting.popleft()
+        self._ahead.clear()
 
     def _next_moves(self) -> list[Move]:
         return list(islice(self._waiting, MOST_AT_ONCE))

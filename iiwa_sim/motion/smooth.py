@@ -18,6 +18,7 @@ import numpy as np
 
 from iiwa_sim.motion.limits import Array
 
+SAME_S = 1e-9
 LONGEST_GAP_S = 0.01  # between times at which limits are checked
 
 
@@ -78,6 +79,17 @@ class SmoothTiming:
         positions = (self._areas(times) - self._areas(times - self.window_s)) / self.window_s + self.start
         positions[times >= self.rest_s] = self.end
         return positions
+
+    def time_at(self, s: float) -> float:
+        """When a position is passed."""
+        low, high = self._times[0], self.rest_s
+        while high - low > SAME_S:
+            middle = (low + high) / 2.0
+            if self.position(middle) < s:
+                low = middle
+            else:
+                high = middle
+        return high
 
     def front(self, time_s: float) -> tuple[float, float]:
         """S and its speed at a time between the knots: what comes after it does not show in s yet."""

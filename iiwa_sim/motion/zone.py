@@ -1,30 +1,41 @@
 """Where a move may leave its path to blend into the next one: a zone round its target."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from copy import copy
 from math import dist
-from typing import Protocol
+from typing import Self
 
 from iiwa_sim.frames import Vector
 from iiwa_sim.motion.path import Joints, Path
 
 HALF = 0.49
 """A path is left to blends up to this part from either end, so that it is never all blends."""
+STANDSTILL = 1e-7  # m or rad
 _PLACES = 6  # looked at between a target and half of the way, to find where the path leaves the zone
 _NARROWINGS = 5
 
 
-class Zone(Protocol):
-    """A neighbourhood of a target."""
+class Zone(ABC):
+    """A neighbourhood of a target: everything no farther from it than `radius`."""
 
-    @property
-    def radius(self) -> float:
-        """In the unit of `distance`."""
+    radius: float
+    """In the unit of `distance`."""
 
+    @abstractmethod
     def distance(self, joints: Sequence[float]) -> float:
         """How far joint positions (rad) are from the target."""
 
+    def clipped(self, first: Path, second: Path) -> Self:
+        """The zone, no larger than reaches to the half of the paths to and from its target."""
+        halves = self.distance(first.joints(1.0 - HALF)), self.distance(second.joints(HALF))
+        clipped = copy(self)
+        # A line that turns on the spot goes nowhere: there half of the turn is the only bound.
+        clipped.radius = min([self.radius, *(half for half in halves if half > STANDSTILL)])
+        return clipped
 
-class Sphere:
+
+class Sphere(Zone):
     """All places where the TCP is no farther than a radius from where it is at the target."""
 
     def __init__(self, radius_m: float, target: Joints, tcp: Callable[[Sequence[float]], Vector]) -> None:
@@ -38,7 +49,7 @@ class Sphere:
         return dist(self._tcp(joints), self._centre)
 
 
-class JointBall:
+class JointBall(Zone):
     """All places where no joint is farther from the target than a part of the largest way of a move."""
 
     def __init__(self, part: float, start: Joints, target: Joints) -> None:

@@ -1,0 +1,80 @@
+"""Where a chain of moves may set out before the one before it has come to rest.
+
+At a corner too sharp to be driven round, the robot turns while it still brakes: for a while both motions are
+added, so that the joints are where the first is, plus what the second has gone. The first then brakes along
+its path and the second accelerates along its own, each within the limits; added, they are looked at in small
+steps, and the longest overlap that keeps the limits is taken. A turn back, and many a turn by a right angle,
+needs no more acceleration in any joint than either motion alone; two motions in one line would need twice the
+jerk.
+"""
+
+import numpy as np
+
+from iiwa_sim.motion.chain import Chain
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.zone import Zone, way_inside
+
+STEP_S = 0.002
+LONGEST_S = 0.4
+SHORTEST_S = 0.006
+PARTS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)  # of the longest overlap that the zone allows
+KEPT = (0.999, 0.998, 0.998)  # of the limits of velocity, acceleration and jerk
+PLACES = 16  # looked at for whether the robot stays in the zone
+ROUNDING = 1.0 + 1e-9
+
+
+def set_out_s(first: Chain, second: Chain, time_s: float, lowest: Array, highest: Array) -> float | None:
+    """When the second chain may set out, in the time of the first and not before `time_s`.
+
+    None where no overlap keeps the limits.
+    """
+    ending, beginning = first.moves[-1], second.moves[0]
+    if ending.zone is None:
+        return None
+    zone = ending.zone.clipped(ending.path, beginning.path)
+    earliest = max(first.time_of(ending, 1.0 - way_inside(ending.path, zone, at_end=True)), time_s)
+    latest = second.time_of(beginning, way_inside(beginning.path, zone, at_end=False))
+    longest = min(first.rest_s - earliest, latest, LONGEST_S)
+    count = int(longest / STEP_S)
+    if longest < SHORTEST_S:
+        return None
+    target = np.array(first.end)
+    # Both from three steps before the longest overlap to three steps after it.
+    at: Array = STEP_S * np.arange(-3.0, count + 4.0)
+    braking = _at(first, first.rest_s - longest + at)
+    leaving = _at(second, at) - target
+    velocity = np.maximum(ending.limits.velocity, beginning.limits.velocity)
+    limits = velocity, ending.limits.acceleration, ending.limits.jerk
+    for part in PARTS:
+        steps = int(part * longest / STEP_S)
+        if steps * STEP_S < SHORTEST_S:
+            break
+        q = braking[count - steps :] + leaving[: steps + 7]
+        if _within(q, limits, lowest, highest) and _stays_inside(q, zone):
+            return first.rest_s - longest + (count - steps) * STEP_S
+    return None
+
+
+def _at(chain: Chain, times: Array) -> Array:
+    """Joint positions (m, n) of a chain, also before it has set out and after it has come to rest."""
+    inside = times.clip(0.0)
+    inside = inside[inside < chain.rest_s]
+    rest = [chain.end] * (len(times) - len(inside))
+    return np.array([*chain.joints_along(inside), *rest])
+
+
+def _within(q: Array, limits: tuple[Array, Array, Array], lowest: Array, highest: Array) -> bool:
+    if (q < lowest).any() or (q > highest).any():
+        return False
+    differences = q
+    for limit, kept in zip(limits, KEPT, strict=True):
+        differences = np.diff(differences, axis=0) / STEP_S
+        if (np.abs(differences) > kept * limit).any():
+            return False
+    return True
+
+
+def _stays_inside(q: Array, zone: Zone) -> bool:
+    inner = q[3:-3]
+    places = inner[:: max(len(inner) // PLACES, 1)].tolist()
+    return all(zone.distance(joints) <= zone.radius * ROUNDING for joints in places)

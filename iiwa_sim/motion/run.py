@@ -1,0 +1,104 @@
+"""A run: chains of moves, each of which sets out a little before the one before it has come to rest."""
+
+from bisect import bisect_right
+from collections.abc import Iterator
+
+import numpy as np
+
+from iiwa_sim.motion.chain import Chain
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.path import Joints
+
+
+class Run:
+    """Joint positions over the time since the first chain has set out.
+
+    No more than two chains move at once. Then the joints are where the first is, plus what the second has
+    gone.
+    """
+
+    def __init__(self, chain: Chain) -> None:
+        self._starts = [0.0]
+        self._chains = [chain]
+
+    def add(self, chain: Chain, start_s: float) -> None:
+        """A chain that sets out at a time in the last one's, at which the one before that is at rest."""
+        self._starts.append(self._starts[-1] + start_s)
+        self._chains.append(chain)
+
+    def forget(self, time_s: float) -> None:
+        """Drop the chains that are at rest at a time."""
+        while len(self._chains) > 1 and self._starts[0] + self._chains[0].rest_s <= time_s:
+            del self._starts[0], self._chains[0]
+
+    @property
+    def last(self) -> Chain:
+        """The last chain."""
+        return self._chains[-1]
+
+    def in_last(self, time_s: float) -> float:
+        """The time in the last chain; 0 where it has not set out."""
+        return max(time_s - self._starts[-1], 0.0)
+
+    def alone_s(self) -> float:
+        """The time in the last chain from which on no other moves: before it must not be changed."""
+        if len(self._starts) == 1:
+            return 0.0
+        return self._starts[-2] + self._chains[-2].rest_s - self._starts[-1]
+
+    @property
+    def rest_s(self) -> float:
+        """When all is done."""
+        return self._starts[-1] + self._chains[-1].rest_s
+
+    def joints(self, time_s: float) -> Joints:
+        """Joint positions (rad) at a time."""
+        k = bisect_right(self._starts, time_s) - 1
+        joints = self._chains[k].joints(time_s - self._starts[k])
+        if k == 0 or time_s >= self._starts[k - 1] + self._chains[k - 1].rest_s:
+            return joints
+        before = self._chains[k - 1]
+        braking = before.joints(time_s - self._starts[k - 1])
+        return tuple([a + (b - c) for a, b, c in zip(braking, joints, before.end, strict=True)])
+
+    def joints_along(self, times: Array) -> list[Joints]:
+        """The same at rising times (m,) before `rest_s`, for less where there are many."""
+        joints: list[Joints] = []
+        for k, first, both, last in self._parts(times):
+            start, chain = self._starts[k], self._chains[k]
+            if first < both:
+                before = self._chains[k - 1]
+                braking = np.array(before.joints_along(times[first:both] - self._starts[k - 1]))
+                leaving = np.array(chain.joints_along(times[first:both] - start)) - np.array(before.end)
+                joints += map(tuple, (braking + leaving).tolist())
+            if both < last:
+                joints += chain.joints_along(times[both:last] - start)
+        return joints
+
+    def _parts(self, times: Array) -> Iterator[tuple[int, int, int, int]]:
+        """Of each chain the first of the times, the first at which the one before is at rest, and the end."""
+        borders = times.searchsorted(self._starts).tolist()
+        borders[0] = 0
+        for k, (first, last) in enumerate(zip(borders, [*borders[1:], len(times)], strict=True)):
+            both = first
+            if k:
+                both = int(times.searchsorted(self._starts[k - 1] + self._chains[k - 1].rest_s))
+            yield k, first, min(max(both, first), last), last
+
+    def move_at(self, time_s: float) -> int:
+        """The number of the move that is under way at a time."""
+        k = self._at(time_s)
+        return self._chains[k].move_at(time_s - self._starts[k])
+
+    def waiting(self, time_s: float) -> int:
+        """How many moves have not begun at a time."""
+        k = self._at(time_s)
+        later = sum(len(chain.moves) for chain in self._chains[k + 1 :])
+        return self._chains[k].waiting(time_s - self._starts[k]) + later
+
+    def _at(self, time_s: float) -> int:
+        """Of two chains that move at once the first counts until it is at rest."""
+        k = bisect_right(self._starts, time_s) - 1
+        if k and time_s < self._starts[k - 1] + self._chains[k - 1].rest_s:
+            return k - 1
+        return k
