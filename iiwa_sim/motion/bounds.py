@@ -16,7 +16,7 @@ from iiwa_sim.motion.path import PathSamples
 TINY = 1e-9
 CURVE_JERK = 0.7  # of jerk limits may be taken by the curve alone
 AIM = 0.98  # of acceleration limits, and
-SPEED_AIM = 0.996  # of squares of velocity limits, is planned with at first
+SPEED_AIM = 0.995  # of squares of velocity limits, is planned with at first
 JUMP = 1e-3  # of loads at a sample
 BESIDE_S = 1e-9
 SAME = 1e-9  # parts of a step: samples that are closer are one

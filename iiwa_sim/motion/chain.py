@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.motion.bounds import Bounds, joined
-from iiwa_sim.motion.chain_timing import from_rest, going_on, window_of
-from iiwa_sim.motion.corner import Corner, rounded, turn
+from iiwa_sim.motion.chain_timing import from_rest, going_on
+from iiwa_sim.motion.corner import Corner, rounded, turn, window_of
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints, Path
@@ -65,8 +65,7 @@ class _Geometry(NamedTuple):
         target = self.targets[-1]
         blend = corner.blend
         start = target - corner.before
-        velocity = blend.velocity_limits(self.moves[-1].limits, move.limits)
-        over_blend = Bounds.of(blend.samples(), move.limits, velocity).moved(start)
+        over_blend = corner.bounds.moved(start)
         end = float(over_blend.s[-1])
         on_path = _bounds(move).moved(target)
         return _Geometry(

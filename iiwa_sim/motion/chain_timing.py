@@ -10,23 +10,17 @@ from typing import NamedTuple
 import numpy as np
 
 from iiwa_sim.motion.bounds import Bounds, Loads
-from iiwa_sim.motion.limits import Array, JointLimits
+from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.profile import Profile
 from iiwa_sim.motion.smooth import SmoothStates, SmoothTiming
 
-WINDOW = 1.2  # of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice
 ROUNDS = 12  # times to plan again with smaller shares
 HARDER = (1.08, 1.15, 1.2, 1.3)  # relief beyond what seems to be needed, the first times and then
 SHARES_ONLY = 3  # times; then speeds are lowered, too, where accelerations and jerks are too large
-FASTEST = 0.9995  # of velocity limits
+FASTEST = 0.999  # of velocity limits
 KEPT = 0.998  # of the limits must be kept: the rest is for what interpolation between samples may hide
 SOONEST_S = 0.01  # a profile goes on from its next knot, or from where it is if that is farther off
 SAME_S = 1e-9  # knots that are closer are one
-
-
-def window_of(limits: JointLimits) -> float:
-    """The length of the moving average (s)."""
-    return WINDOW * float((limits.acceleration / limits.jerk).max())
 
 
 def from_rest(bounds: Bounds, window_s: float) -> tuple[SmoothTiming, Bounds]:

@@ -1,11 +1,13 @@
 """From one move into the next: what turn that is, and the blend that rounds the corner between them."""
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from iiwa_sim.motion.blend import Blend, Place
-from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.bounds import Bounds
+from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.zone import Zone, way_inside
@@ -19,10 +21,21 @@ SHORTEST_WAY_RAD = 1e-6
 """Of the joints, on either side of a corner: what would be cut off less is a stop at the target."""
 
 
+WINDOW = 1.2
+"""Of the time in which full jerk builds up full acceleration; see docs/motion.md for the choice."""
+
+
+def window_of(limits: JointLimits) -> float:
+    """The length of the moving average through which a chain runs (s)."""
+    return WINDOW * float((limits.acceleration / limits.jerk).max())
+
+
 class Corner(NamedTuple):
     """How a corner is rounded."""
 
     blend: Blend
+    bounds: Bounds
+    """Over the blend, from 0."""
     before: float
     """How much of the first path it replaces, in the chain's parameter."""
 
@@ -51,7 +64,7 @@ def turn(first: Move, second: Move) -> Turn:
 
 
 def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner | None:
-    """The corner between two moves, or None where the first stops at its target.
+    """The corner between two moves, or None where there is none to round, or where to stop would be faster.
 
     The blend stays in the zone and within the position limits (rad, (n,)): where it would leave them, less is
     cut off.
@@ -69,9 +82,23 @@ def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner 
             return None
         blend = Blend(leaves, enters, before * first.length_s, after * second.length_s)
         if _stays_inside(blend.places, zone, lowest, highest):
-            return Corner(blend, before * first.length_s)
+            velocity = blend.velocity_limits(first.limits, second.limits)
+            corner = Corner(
+                blend, Bounds.of(blend.samples(), second.limits, velocity), before * first.length_s
+            )
+            return corner if _is_worth_it(corner, window_of(first.limits)) else None
         before, after = SHRINKING * before, SHRINKING * after
     return None
+
+
+def _is_worth_it(corner: Corner, window_s: float) -> bool:
+    """Whether the way through a blend, at the speeds that its curve allows, is faster than to stop and go."""
+    s, room = corner.bounds.s, corner.bounds.room.min(axis=0)
+    speed = np.sqrt(np.minimum(corner.bounds.velocity_cap, corner.bounds.curve_cap))
+    through_s = float((2.0 * np.diff(s) / (speed[1:] + speed[:-1])).sum())
+    braking_s = sqrt(2.0 * corner.before / float(room[0]))
+    leaving_s = sqrt(2.0 * (corner.blend.length - corner.before) / float(room[-1]))
+    return through_s < braking_s + leaving_s + window_s
 
 
 def _place(move: Move, s: float) -> Place:

@@ -148,19 +148,26 @@ class Drive:
         self._looked_at = following.number
         if last.moves[-1].zone is None or following.length_s == 0.0:
             return
-        now_s = run.in_last(time_s)
-        free_s = max(now_s, run.alone_s())
         corner = turn(last.moves[-1], following)
-        if corner.sharp:
-            last.brake_with(corner.share, now_s, free_s)
-            chain = Chain(following, self._next_moves()[1:], *self._position_limits, corner.share)
-            start_s = set_out_s(last, chain, free_s, *self._position_limits)
-            if start_s is not None:
-                run.add(chain, start_s)
-                self._take(chain.taken)
-                return
-        if last.open:
-            self._take(last.take(self._next_moves(), now_s, free_s))
+        if not (corner.sharp and self._set_out(run, corner.share)):
+            taken = (
+                last.take(self._next_moves(), run.in_last(time_s), run.alone_s(time_s)) if last.open else 0
+            )
+            self._take(taken)
+            if not taken and not corner.sharp:
+                self._set_out(run, corner.share)
+
+    def _set_out(self, run: Run, share: float) -> bool:
+        """Let the moves that wait set out before those of the run have come to rest."""
+        now_s, alone_s = run.in_last(self._time.time_s), run.alone_s(self._time.time_s)
+        following, *others = self._next_moves()
+        run.last.brake_with(share, now_s, alone_s)
+        chain = Chain(following, others, *self._position_limits, share)
+        start_s = set_out_s(run.last, chain, alone_s, *self._position_limits)
+        if start_s is not None:
+            run.add(chain, start_s)
+            self._take(chain.taken)
+        return start_s is not None
 
     def _take(self, count: int) -> None:
         for _ in range(count):

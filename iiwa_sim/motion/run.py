@@ -40,11 +40,11 @@ class Run:
         """The time in the last chain; 0 where it has not set out."""
         return max(time_s - self._starts[-1], 0.0)
 
-    def alone_s(self) -> float:
-        """The time in the last chain from which on no other moves: before it must not be changed."""
+    def alone_s(self, time_s: float) -> float:
+        """The time in the last chain from which on, or now, no other moves: before it nothing may change."""
         if len(self._starts) == 1:
-            return 0.0
-        return self._starts[-2] + self._chains[-2].rest_s - self._starts[-1]
+            return self.in_last(time_s)
+        return max(self._starts[-2] + self._chains[-2].rest_s - self._starts[-1], self.in_last(time_s))
 
     @property
     def rest_s(self) -> float:
