@@ -154,7 +154,7 @@ class Chain:
         """
         stages = [geometry]
         for move in moves:
-            if turn(geometry.moves[-1], move).sharp and not (may_be_sharp and len(stages) == 1):
+            if not (may_be_sharp and geometry is stages[0]) and turn(geometry.moves[-1], move).sharp:
                 break
             corner = rounded(geometry.moves[-1], move, *self._position_limits)
             if corner is None or geometry.targets[-1] - corner.before <= front:

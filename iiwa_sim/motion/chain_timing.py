@@ -18,6 +18,7 @@ ROUNDS = 12  # times to plan again with smaller shares
 HARDER = (1.08, 1.15, 1.2, 1.3)  # relief beyond what seems to be needed, the first times and then
 SHARES_ONLY = 3  # times; then speeds are lowered, too, where accelerations and jerks are too large
 FASTEST = 0.999  # of velocity limits
+LARGEST_RELIEF = 4.0  # at once: more would be too much where several loads coincide
 KEPT = 0.998  # of the limits must be kept: the rest is for what interpolation between samples may hide
 SOONEST_S = 0.01  # a profile goes on from its next knot, or from where it is if that is farther off
 SAME_S = 1e-9  # knots that are closer are one
@@ -95,7 +96,9 @@ def _relief(s: Array, states: SmoothStates, load: Array, harder: float) -> Array
         # The steps between samples that each window touches; a sample gets the relief of the steps beside it.
         touched = s[1:] > states.window_start[over, None]
         touched &= s[:-1] < states.window_end[over, None]
-        of_steps = np.where(touched, 1.0 / (harder * load[over, None]), 1.0).min(axis=0)
+        of_steps = np.where(touched, 1.0 / (harder * load[over, None].clip(max=LARGEST_RELIEF)), 1.0).min(
+            axis=0
+        )
         relief[:-1] = of_steps
         np.minimum(relief[1:], of_steps, out=relief[1:])
     return relief

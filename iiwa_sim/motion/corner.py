@@ -14,6 +14,7 @@ from iiwa_sim.motion.zone import Zone, way_inside
 
 STRAIGHT_ON = 1.7
 """Corners with a greater change of acceleration, see `turn`, are driven round."""
+DIP = 0.1  # of the speed beside a blend
 SHRINKING = 0.85
 SHRINKINGS = 12
 ROUNDING = 1.0 + 1e-9
@@ -92,12 +93,18 @@ def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner 
 
 
 def _is_worth_it(corner: Corner, window_s: float) -> bool:
-    """Whether the way through a blend, at the speeds that its curve allows, is faster than to stop and go."""
+    """Whether the way through a blend, at the speeds that its curve allows, is faster than to stop and go.
+
+    Where it is so short that the moving average sees no more of it than a dip, it is not.
+    """
     s, room = corner.bounds.s, corner.bounds.room.min(axis=0)
-    speed = np.sqrt(np.minimum(corner.bounds.velocity_cap, corner.bounds.curve_cap))
+    fastest = np.sqrt(corner.bounds.velocity_cap)
+    speed = np.minimum(fastest, np.sqrt(corner.bounds.curve_cap))
     through_s = float((2.0 * np.diff(s) / (speed[1:] + speed[:-1])).sum())
     braking_s = sqrt(2.0 * corner.before / float(room[0]))
     leaving_s = sqrt(2.0 * (corner.blend.length - corner.before) / float(room[-1]))
+    if through_s < window_s and (speed / fastest).min() < DIP:
+        return False
     return through_s < braking_s + leaving_s + window_s
 
 
