@@ -11,7 +11,7 @@ from tests.stepped import Array, assert_within_limits
 STOP_S = 0.1
 IN_TIME_S = 0.4  # before the robot comes to where a blend could begin: the next move cannot be too late
 LEAST_RADIUS_M, LEAST_RADIUS_RAD = 1e-3, 1e-2  # of a blend that is asked to be passed at speed
-REVERSAL = -0.9  # cosine between the ways of the joints before and after a corner
+REVERSAL = -0.5  # cosine between the ways of the joints before and after a corner
 
 
 def assert_keeps_all_promises(recorder: Recorder) -> None:

@@ -19,7 +19,7 @@ HARDER = (1.08, 1.15, 1.2, 1.3)  # relief beyond what seems to be needed, the fi
 SHARES_ONLY = 3  # times; then speeds are lowered, too, where accelerations and jerks are too large
 FASTEST = 0.999  # of velocity limits
 LARGEST_RELIEF = 4.0  # at once: more would be too much where several loads coincide
-KEPT = 0.998  # of the limits must be kept: the rest is for what interpolation between samples may hide
+KEPT = 0.99  # of the limits must be kept: the rest is for what interpolation between samples may hide
 SOONEST_S = 0.01  # a profile goes on from its next knot, or from where it is if that is farther off
 SAME_S = 1e-9  # knots that are closer are one
 

@@ -14,7 +14,9 @@ from iiwa_sim.motion.zone import Zone, way_inside
 
 STRAIGHT_ON = 1.7
 """Corners with a greater change of acceleration, see `turn`, are driven round."""
-DIP = 0.1  # of the speed beside a blend
+DIP = 0.03  # of the speed beside a blend
+STEADY = 0.7  # of the speed beside a blend: nothing is lost
+MARGIN = 1.5  # what jerk limits cost on top of the speeds that a curve allows
 SHRINKING = 0.85
 SHRINKINGS = 12
 ROUNDING = 1.0 + 1e-9
@@ -103,9 +105,11 @@ def _is_worth_it(corner: Corner, window_s: float) -> bool:
     through_s = float((2.0 * np.diff(s) / (speed[1:] + speed[:-1])).sum())
     braking_s = sqrt(2.0 * corner.before / float(room[0]))
     leaving_s = sqrt(2.0 * (corner.blend.length - corner.before) / float(room[-1]))
+    if (speed / fastest).min() > STEADY:
+        return True
     if through_s < window_s and (speed / fastest).min() < DIP:
         return False
-    return through_s < braking_s + leaving_s + window_s
+    return MARGIN * through_s < braking_s + leaving_s + window_s
 
 
 def _place(move: Move, s: float) -> Place:

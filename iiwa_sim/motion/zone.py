@@ -14,6 +14,7 @@ HALF = 0.49
 STANDSTILL = 1e-7  # m or rad
 _PLACES = 6  # looked at between a target and half of the way, to find where the path leaves the zone
 _NARROWINGS = 5
+AIM = 0.99  # of a radius: exactly at its border rounding would decide
 
 
 class Zone(ABC):
@@ -79,7 +80,8 @@ def way_inside(path: Path, zone: Zone, *, at_end: bool) -> float:
     else:
         return HALF
     for _ in range(_NARROWINGS):
-        part = inside + (outside - inside) * (zone.radius - near) / (far - near)
+        part = inside + (outside - inside) * max(AIM * zone.radius - near, 0.0) / (far - near)
+        part = max(part, (9.0 * inside + outside) / 10.0)
         here = distance(part)
         if here > zone.radius:
             outside, far = part, here
