@@ -117,8 +117,8 @@ class Chain:
     def take(self, waiting: Sequence[Move], now_s: float, time_s: float) -> int:
         """Blend more moves into the last one, changing nothing before a time; returns how many.
 
-        Those after a sharp corner are left, unless it is the first. Where none can be taken, because the
-        robot is already too far or too fast, the chain is no longer open.
+        Those after a sharp corner are left, unless it is the first. Where the robot is already in the corner,
+        or there is none to round, the chain is no longer open.
         """
         left = self._geometry.left(self._timing.position(now_s))
         stages = self._stages(left, waiting, self._timing.front(time_s)[0], may_be_sharp=True)
@@ -129,7 +129,6 @@ class Chain:
                     self._timing, bounds = planned
                     self._geometry = stages[count]._replace(bounds=bounds)
                     return count
-        self.open = False
         return 0
 
     def brake_with(self, share: float, now_s: float, time_s: float) -> None:

@@ -15,9 +15,11 @@ from iiwa_sim.motion.run import Run
 AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a third of what one by one does."""
 LOOK_AHEAD_S = 1.0
-"""While less than this of a chain is planned, moves that wait are taken into it,"""
+"""While less than this of a chain is planned, moves that wait are taken into it."""
+AGAIN = 0.7
+"""Of the time that is left when no way into the next move was found; then another is looked for."""
 MOST_AT_ONCE = 6
-"""so many in a tick, which costs a few milliseconds."""
+"""So many in a tick, which costs a few milliseconds."""
 
 
 class Drive:
@@ -36,7 +38,8 @@ class Drive:
         self._run: Run | None = None
         self._waiting: deque[Move] = deque()
         self._newest = 0
-        self._looked_at = 0  # the number of the last move of which it was tried to blend it
+        self._looked_at = 0  # the number of the last move that was tried to blend,
+        self._look_again_s = 0.0  # and the time left at which it is tried again
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
@@ -138,24 +141,27 @@ class Drive:
 
     def _look_ahead(self, run: Run) -> None:
         """Let moves that wait blend into the last one that is planned, while they can."""
-        time_s = self._time.time_s
-        if not self._waiting or run.rest_s - time_s > LOOK_AHEAD_S:
+        if not self._waiting:
             return
-        last, following = run.last, self._waiting[0]
-        if following.number == self._looked_at:
+        following, left_s = self._waiting[0], run.rest_s - self._time.time_s
+        if following.number != self._looked_at:
+            self._looked_at, self._look_again_s = following.number, LOOK_AHEAD_S
+        if left_s > self._look_again_s:
             return
-        run.forget(time_s)
-        self._looked_at = following.number
+        self._look_again_s = AGAIN * left_s
+        time_s, last = self._time.time_s, run.last
         if last.moves[-1].zone is None or following.length_s == 0.0:
             return
+        run.forget(time_s)
         corner = turn(last.moves[-1], following)
-        if not (corner.sharp and self._set_out(run, corner.share)):
-            taken = (
-                last.take(self._next_moves(), run.in_last(time_s), run.alone_s(time_s)) if last.open else 0
-            )
+        if corner.sharp and self._set_out(run, corner.share):
+            return
+        taken = 0
+        if last.open:
+            taken = last.take(self._next_moves(), run.in_last(time_s), run.alone_s(time_s))
             self._take(taken)
-            if not taken and not corner.sharp:
-                self._set_out(run, corner.share)
+        if not taken and not corner.sharp:
+            self._set_out(run, corner.share)
 
     def _set_out(self, run: Run, share: float) -> bool:
         """Let the moves that wait set out before those of the run have come to rest."""
