@@ -14,6 +14,7 @@ from iiwa_sim.motion.corner import Corner, rounded, turn, window_of
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints, Path
+from iiwa_sim.motion.smooth import SmoothTiming
 
 GENTLE = 1.5  # windows of the moving average, during which a chain sets out or comes to rest with a share
 
@@ -86,6 +87,13 @@ class _Geometry(NamedTuple):
         return _Geometry(self.moves[gone:], self.targets[gone:], self.pieces[first:], self.bounds.starting(x))
 
 
+class Plan(NamedTuple):
+    """Where a chain goes, and when."""
+
+    timing: SmoothTiming
+    geometry: _Geometry
+
+
 class Chain:
     """At rest at the start of its first move at time 0, and at rest at the target of its last."""
 
@@ -109,8 +117,8 @@ class Chain:
         window_s, bounds = window_of(move.limits), stages[-1].bounds
         if share < 1.0:
             bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, move, share), share)
-        self._timing, bounds = from_rest(bounds, window_s)
-        self._geometry = stages[-1]._replace(bounds=bounds)
+        timing, bounds = from_rest(bounds, window_s)
+        self.plan = Plan(timing, stages[-1]._replace(bounds=bounds))
         self.taken = len(stages)
         """How many moves it has begun with."""
 
@@ -120,29 +128,27 @@ class Chain:
         Those after a sharp corner are left, unless it is the first. Where the robot is already in the corner,
         or there is none to round, the chain is no longer open.
         """
-        left = self._geometry.left(self._timing.position(now_s))
-        stages = self._stages(left, waiting, self._timing.front(time_s)[0], may_be_sharp=True)
+        left = self.plan.geometry.left(self.plan.timing.position(now_s))
+        stages = self._stages(left, waiting, self.plan.timing.front(time_s)[0], may_be_sharp=True)
         for count in sorted({len(stages) - 1, 1}, reverse=True):
             if 0 < count < len(stages):
-                planned = going_on(self._timing, stages[count].bounds, now_s, time_s)
+                planned = going_on(self.plan.timing, stages[count].bounds, now_s, time_s)
                 if planned is not None:
-                    self._timing, bounds = planned
-                    self._geometry = stages[count]._replace(bounds=bounds)
+                    self.plan = Plan(planned[0], stages[count]._replace(bounds=planned[1]))
                     return count
         return 0
 
     def brake_with(self, share: float, now_s: float, time_s: float) -> None:
         """Come to rest with a part of the acceleration limits, if that is possible without changing anything
         before a time."""
-        geometry = self._geometry.left(self._timing.position(now_s))
+        geometry = self.plan.geometry.left(self.plan.timing.position(now_s))
         bounds, end = geometry.bounds, geometry.targets[-1]
-        way = _gentle_way(bounds, -1, self._timing.window_s, self.moves[-1], share)
+        way = _gentle_way(bounds, -1, self.plan.timing.window_s, self.moves[-1], share)
         start = end - way
-        if share < 1.0 and start > max(float(bounds.s[0]), self._timing.front(time_s)[0]):
-            planned = going_on(self._timing, bounds.gentler(start, end, share), now_s, time_s)
+        if share < 1.0 and start > max(float(bounds.s[0]), self.plan.timing.front(time_s)[0]):
+            planned = going_on(self.plan.timing, bounds.gentler(start, end, share), now_s, time_s)
             if planned is not None:
-                self._timing, bounds = planned
-                self._geometry = geometry._replace(bounds=bounds)
+                self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
 
     def _stages(
         self, geometry: _Geometry, moves: Sequence[Move], front: float, *, may_be_sharp: bool
@@ -166,41 +172,41 @@ class Chain:
     @property
     def moves(self) -> Sequence[Move]:
         """Those that are not done."""
-        return self._geometry.moves
+        return self.plan.geometry.moves
 
     @property
     def rest_s(self) -> float:
         """When the robot is at rest at the end."""
-        return self._timing.rest_s
+        return self.plan.timing.rest_s
 
     @property
     def end(self) -> Joints:
         """Where that is (rad)."""
-        return self._geometry.moves[-1].path.end
+        return self.plan.geometry.moves[-1].path.end
 
     def time_of(self, move: Move, s: float) -> float:
         """When it passes an s of the path of one of its moves."""
-        k = self._geometry.moves.index(move)
-        return self._timing.time_at(self._geometry.targets[k] - (1.0 - s) * move.length_s)
+        k = self.plan.geometry.moves.index(move)
+        return self.plan.timing.time_at(self.plan.geometry.targets[k] - (1.0 - s) * move.length_s)
 
     def waiting(self, time_s: float) -> int:
         """How many of its moves have not begun at a time."""
-        return len(self._geometry.moves) - 1 - self._place(time_s)
+        return len(self.plan.geometry.moves) - 1 - self._place(time_s)
 
     def move_at(self, time_s: float) -> int:
         """The number of the move that is under way at a time."""
-        return self._geometry.moves[self._place(time_s)].number
+        return self.plan.geometry.moves[self._place(time_s)].number
 
     def _place(self, time_s: float) -> int:
-        targets = self._geometry.targets
-        return min(bisect_right(targets, self._timing.position(time_s)), len(targets) - 1)
+        targets = self.plan.geometry.targets
+        return min(bisect_right(targets, self.plan.timing.position(time_s)), len(targets) - 1)
 
     def joints(self, time_s: float) -> Joints:
         """Joint positions (rad) at a time."""
         if time_s >= self.rest_s:
             return self.end
-        x = self._timing.position(time_s)
-        pieces = self._geometry.pieces
+        x = self.plan.timing.position(time_s)
+        pieces = self.plan.geometry.pieces
         k = len(pieces) - 1
         while k and pieces[k].start > x:
             k -= 1
@@ -208,8 +214,8 @@ class Chain:
 
     def joints_along(self, times: Array) -> list[Joints]:
         """The same at rising times (m,) before `rest_s`, for less where there are many."""
-        x = self._timing.positions(times)
-        pieces = self._geometry.pieces
+        x = self.plan.timing.positions(times)
+        pieces = self.plan.geometry.pieces
         starts = [piece.start for piece in pieces]
         borders = x.searchsorted(starts).tolist()
         borders[0] = 0
@@ -221,7 +227,7 @@ class Chain:
 
 
 def _gentle_way(bounds: Bounds, end: int, window_s: float, move: Move, share: float) -> float:
-    """How far the robot goes, at an end (0 or -1) of the bounds, while it sets out or comes to rest gently."""
+    """How far the robot goes while it sets out or comes to rest gently, at an end (0 or -1) of the bounds."""
     way = 0.5 * share * float(bounds.room[:, end].min()) * (GENTLE * window_s) ** 2
     return min(way, 0.5 * move.length_s)
 

@@ -144,36 +144,38 @@ class Drive:
         if not self._waiting:
             return
         following, left_s = self._waiting[0], run.rest_s - self._time.time_s
-        if following.number != self._looked_at:
-            self._looked_at, self._look_again_s = following.number, LOOK_AHEAD_S
-        if left_s > self._look_again_s:
+        if left_s > LOOK_AHEAD_S or (following.number == self._looked_at and left_s > self._look_again_s):
             return
+        first_look, self._looked_at = following.number != self._looked_at, following.number
         self._look_again_s = AGAIN * left_s
         time_s, last = self._time.time_s, run.last
         if last.moves[-1].zone is None or following.length_s == 0.0:
             return
         run.forget(time_s)
         corner = turn(last.moves[-1], following)
-        if corner.sharp and self._set_out(run, corner.share):
+        if first_look and corner.sharp and self._set_out(run, corner.share):
             return
         taken = 0
         if last.open:
             taken = last.take(self._next_moves(), run.in_last(time_s), run.alone_s(time_s))
             self._take(taken)
-        if not taken and not corner.sharp:
+        if first_look and not taken and not corner.sharp:
             self._set_out(run, corner.share)
 
     def _set_out(self, run: Run, share: float) -> bool:
         """Let the moves that wait set out before those of the run have come to rest."""
         now_s, alone_s = run.in_last(self._time.time_s), run.alone_s(self._time.time_s)
         following, *others = self._next_moves()
+        as_planned = run.last.plan
         run.last.brake_with(share, now_s, alone_s)
         chain = Chain(following, others, *self._position_limits, share)
         start_s = set_out_s(run.last, chain, alone_s, *self._position_limits)
-        if start_s is not None:
-            run.add(chain, start_s)
-            self._take(chain.taken)
-        return start_s is not None
+        if start_s is None:
+            run.last.plan = as_planned
+            return False
+        run.add(chain, start_s)
+        self._take(chain.taken)
+        return True
 
     def _take(self, count: int) -> None:
         for _ in range(count):
