@@ -20,7 +20,6 @@ def assert_keeps_all_promises(recorder: Recorder) -> None:
         assert_keeps_its_paths(run)
         assert_keeps_its_speeds(run)
         assert_rests_at_exact_targets(run)
-        assert_passes_blended_corners(run)
 
 
 def assert_keeps_its_paths(run: Run) -> None:
@@ -50,12 +49,6 @@ def assert_rests_at_exact_targets(run: Run) -> None:
     for i, move in enumerate(run.moves[:-1]):
         if move.blending_mm == 0.0 and not move.blends_in_joints and run.places.passed(i):
             assert comes_to_rest_at(run, move.corner), f"the robot does not rest at corner {i}"
-
-
-def assert_passes_blended_corners(run: Run) -> None:
-    for i in range(len(run.moves) - 1):
-        if is_to_be_passed_at_speed(run, i):
-            assert least_speed_at(run, i) > 1.0, f"the robot rests at corner {i}, which it should pass"
 
 
 def comes_to_rest_at(run: Run, corner: Joints) -> bool:

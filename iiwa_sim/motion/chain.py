@@ -50,6 +50,8 @@ class _Piece(NamedTuple):
 class _Geometry(NamedTuple):
     """Where a chain goes."""
 
+    steady: bool
+    """Whether no corner slows the robot down much."""
     moves: list[Move]
     targets: list[float]
     """The x of the target of each move: that of a corner is inside its blend."""
@@ -59,7 +61,7 @@ class _Geometry(NamedTuple):
     @classmethod
     def of(cls, move: Move) -> "_Geometry":
         piece = _Piece(0.0, 0.0, _Lengthened(move.path, move.length_s))
-        return cls([move], [move.length_s], [piece], _bounds(move))
+        return cls(True, [move], [move.length_s], [piece], _bounds(move))
 
     def gone_on(self, move: Move, corner: Corner) -> "_Geometry":
         """With another move blended into the last one."""
@@ -70,6 +72,7 @@ class _Geometry(NamedTuple):
         end = float(over_blend.s[-1])
         on_path = _bounds(move).moved(target)
         return _Geometry(
+            self.steady and corner.steady,
             [*self.moves, move],
             [*self.targets, target + move.length_s],
             [
@@ -84,7 +87,8 @@ class _Geometry(NamedTuple):
         """What of it is left from x on."""
         first = max(bisect_right([piece.start for piece in self.pieces], x) - 1, 0)
         gone = min(bisect_right(self.targets, x), len(self.targets) - 1)
-        return _Geometry(self.moves[gone:], self.targets[gone:], self.pieces[first:], self.bounds.starting(x))
+        moves, targets = self.moves[gone:], self.targets[gone:]
+        return _Geometry(True, moves, targets, self.pieces[first:], self.bounds.starting(x))
 
 
 class Plan(NamedTuple):
@@ -118,6 +122,9 @@ class Chain:
         if share < 1.0:
             bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, move, share), share)
         timing, bounds = from_rest(bounds, window_s)
+        if not stages[-1].steady and timing.rest_s > _alone_s(stages[-1].moves):
+            stages = stages[:1]
+            timing, bounds = from_rest(stages[0].bounds, window_s)
         self.plan = Plan(timing, stages[-1]._replace(bounds=bounds))
         self.taken = len(stages)
         """How many moves it has begun with."""
@@ -134,6 +141,9 @@ class Chain:
             if 0 < count < len(stages):
                 planned = going_on(self.plan.timing, stages[count].bounds, now_s, time_s)
                 if planned is not None:
+                    longer_s = planned[0].rest_s - self.rest_s
+                    if not stages[count].steady and longer_s > _alone_s(waiting[:count]):
+                        continue
                     self.plan = Plan(planned[0], stages[count]._replace(bounds=planned[1]))
                     return count
         return 0
@@ -230,6 +240,11 @@ def _gentle_way(bounds: Bounds, end: int, window_s: float, move: Move, share: fl
     """How far the robot goes while it sets out or comes to rest gently, at an end (0 or -1) of the bounds."""
     way = 0.5 * share * float(bounds.room[:, end].min()) * (GENTLE * window_s) ** 2
     return min(way, 0.5 * move.length_s)
+
+
+def _alone_s(moves: Sequence[Move]) -> float:
+    """How long moves take that stop at their targets."""
+    return sum(from_rest(_bounds(move), window_of(move.limits))[0].rest_s for move in moves)
 
 
 def _bounds(move: Move) -> Bounds:

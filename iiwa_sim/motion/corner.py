@@ -41,6 +41,8 @@ class Corner(NamedTuple):
     """Over the blend, from 0."""
     before: float
     """How much of the first path it replaces, in the chain's parameter."""
+    steady: bool
+    """Whether it can be driven round at nearly the speed beside it."""
 
 
 class Turn(NamedTuple):
@@ -86,27 +88,27 @@ def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner 
         blend = Blend(leaves, enters, before * first.length_s, after * second.length_s)
         if _stays_inside(blend.places, zone, lowest, highest):
             velocity = blend.velocity_limits(first.limits, second.limits)
-            corner = Corner(
-                blend, Bounds.of(blend.samples(), second.limits, velocity), before * first.length_s
-            )
-            return corner if _is_worth_it(corner, window_of(first.limits)) else None
+            bounds = Bounds.of(blend.samples(), second.limits, velocity)
+            fastest = np.sqrt(bounds.velocity_cap)
+            speed = np.minimum(fastest, np.sqrt(bounds.curve_cap))
+            steady = bool((speed / fastest).min() > STEADY)
+            corner = Corner(blend, bounds, before * first.length_s, steady)
+            if steady or _is_worth_it(corner, fastest, speed, window_of(first.limits)):
+                return corner
+            return None
         before, after = SHRINKING * before, SHRINKING * after
     return None
 
 
-def _is_worth_it(corner: Corner, window_s: float) -> bool:
+def _is_worth_it(corner: Corner, fastest: Array, speed: Array, window_s: float) -> bool:
     """Whether the way through a blend, at the speeds that its curve allows, is faster than to stop and go.
 
     Where it is so short that the moving average sees no more of it than a dip, it is not.
     """
     s, room = corner.bounds.s, corner.bounds.room.min(axis=0)
-    fastest = np.sqrt(corner.bounds.velocity_cap)
-    speed = np.minimum(fastest, np.sqrt(corner.bounds.curve_cap))
     through_s = float((2.0 * np.diff(s) / (speed[1:] + speed[:-1])).sum())
     braking_s = sqrt(2.0 * corner.before / float(room[0]))
     leaving_s = sqrt(2.0 * (corner.blend.length - corner.before) / float(room[-1]))
-    if (speed / fastest).min() > STEADY:
-        return True
     if through_s < window_s and (speed / fastest).min() < DIP:
         return False
     return MARGIN * through_s < braking_s + leaving_s + window_s

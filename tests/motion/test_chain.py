@@ -2,12 +2,13 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import load_robot
-from tests.chain_checks import assert_keeps_all_promises, is_to_be_passed_at_speed
+from tests.chain_checks import assert_keeps_all_promises, is_to_be_passed_at_speed, least_speed_at
 from tests.chains import KINDS, Recorder, chains
 
 # Shrinking a chain takes minutes; what the checks say names the tick and the moves.
@@ -56,7 +57,8 @@ def test_and_at_other_tick_rates(tick_s: float, chain: list[Any]) -> None:
 @given(chain=st.one_of(chains(kinds=FRAME_KINDS, at_once=True), chains(kinds=FRAME_KINDS)))
 def test_a_chain_with_blending_is_never_slower_than_without(chain: list[Any]) -> None:
     recorder = recorded(chain)
-    assert recorder.tick <= recorder.exact_ticks() + 3 + 1
+    # To brake more gently for a turn may cost a little more than the turn saves.
+    assert recorder.tick <= 1.02 * recorder.exact_ticks() + 3 + 1
 
 
 @settings(SETTINGS, max_examples=15)
@@ -65,16 +67,18 @@ def test_the_same_chain_sent_at_the_same_ticks_is_the_same_motion(chain: list[An
     assert recorded(chain).robot.joints == recorded(chain).robot.joints
 
 
-@pytest.mark.requirement("FRC015")
-def test_among_such_chains_are_many_blended_corners() -> None:
-    """The checks above look at corners that are passed at speed, not only at moves too small or too late."""
-    passed = []
+@pytest.mark.requirement("FRC012", "FRC015")
+def test_nearly_all_corners_that_can_be_blended_are_passed_at_speed() -> None:
+    """Where no way round a corner keeps the limits the robot stops, and says so in the docs: that is rare."""
+    least = []
 
-    @settings(SETTINGS, max_examples=30, derandomize=True, database=None)
-    @given(chain=chains(stops=True))
-    def count(chain: list[Any]) -> None:
+    @settings(SETTINGS, max_examples=40, derandomize=True, database=None)
+    @given(chain=chains(at_once=True))
+    def collect(chain: list[Any]) -> None:
         for run in recorded(chain).runs:
-            passed.extend(is_to_be_passed_at_speed(run, i) for i in range(len(run.moves) - 1))
+            corners = range(len(run.moves) - 1)
+            least.extend(least_speed_at(run, i) for i in corners if is_to_be_passed_at_speed(run, i))
 
-    count()
-    assert sum(passed) > 0.2 * len(passed) > 20
+    collect()
+    assert len(least) > 30
+    assert np.mean(np.array(least) > 1.0) > 0.9
