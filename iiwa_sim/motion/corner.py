@@ -12,8 +12,6 @@ from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.zone import Zone, way_inside
 
-STRAIGHT_ON = 1.7
-"""Corners with a greater change of acceleration, see `turn`, are driven round."""
 DIP = 0.03  # of the speed beside a blend
 STEADY = 0.7  # of the speed beside a blend: nothing is lost
 MARGIN = 1.5  # what jerk limits cost on top of the speeds that a curve allows
@@ -45,27 +43,17 @@ class Corner(NamedTuple):
     """Whether it can be driven round at nearly the speed beside it."""
 
 
-class Turn(NamedTuple):
-    """What it takes to brake in one move and to accelerate in the next at the same time."""
+def turning_share(first: Move, second: Move) -> float:
+    """The part of the acceleration limits with which the robot can brake in a move and accelerate in the next
+    at the same time.
 
-    sharp: bool
-    """Whether that is better than to drive round the corner."""
-    share: float
-    """The part of the acceleration limits with which both can be done at once."""
-
-
-def turn(first: Move, second: Move) -> Turn:
-    """The turn from a move into the next.
-
-    While the robot stops braking and begins to accelerate, the acceleration of a joint changes by between 0,
-    where it turns back, and twice its limit, where it goes straight on. That is its jerk.
+    While it stops braking and begins to accelerate, the acceleration of a joint changes by between 0, where
+    it turns back, and twice its limit, where it goes straight on. That is its jerk.
     """
-    if first.length_s == 0.0 or second.length_s == 0.0:
-        return Turn(sharp=False, share=1.0)
     braking = first.path.samples.dq[-1] / first.limits.acceleration
     leaving = second.path.samples.dq[0] / second.limits.acceleration
     change = float(np.abs(braking / np.abs(braking).max() + leaving / np.abs(leaving).max()).max())
-    return Turn(sharp=change < STRAIGHT_ON, share=min(1.0 / max(change, 1.0), 1.0))
+    return 1.0 / max(change, 1.0)
 
 
 def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner | None:

@@ -3,8 +3,8 @@
 from collections import deque
 from itertools import islice
 
-from iiwa_sim.motion.chain import Chain
-from iiwa_sim.motion.corner import turn
+from iiwa_sim.motion.chain import Chain, Plan
+from iiwa_sim.motion.corner import turning_share
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.overlap import set_out_s
@@ -16,8 +16,8 @@ AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a third of what one by one does."""
 LOOK_AHEAD_S = 1.0
 """While less than this of a chain is planned, moves that wait are taken into it."""
-AGAIN = 0.7
-"""Of the time that is left when no way into the next move was found; then another is looked for."""
+PAUSE = 0.01
+"""Of the time left: so long a look at a corner, which costs some milliseconds, is followed by none."""
 MOST_AT_ONCE = 6
 """So many in a tick, which costs a few milliseconds."""
 
@@ -39,7 +39,7 @@ class Drive:
         self._waiting: deque[Move] = deque()
         self._newest = 0
         self._looked_at = 0  # the number of the last move that was tried to blend,
-        self._look_again_s = 0.0  # and the time left at which it is tried again
+        self._look_again_s = 0.0  # and when it is tried again
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
@@ -128,6 +128,7 @@ class Drive:
         """A run that begins with the next moves, begun that long ago."""
         self._run = run = Run(self._next_chain())
         self._ahead.clear()
+        self._look_again_s = 0.0
         self._time.start(time_s)
         return run
 
@@ -140,42 +141,43 @@ class Drive:
         return chain
 
     def _look_ahead(self, run: Run) -> None:
-        """Let moves that wait blend into the last one that is planned, while they can."""
-        if not self._waiting:
+        """Let a move that waits blend into the last one that is planned, while it can."""
+        time_s = self._time.time_s
+        if not self._waiting or time_s < self._look_again_s or run.rest_s - time_s > LOOK_AHEAD_S:
             return
-        following, left_s = self._waiting[0], run.rest_s - self._time.time_s
-        if left_s > LOOK_AHEAD_S or (following.number == self._looked_at and left_s > self._look_again_s):
-            return
-        first_look, self._looked_at = following.number != self._looked_at, following.number
-        self._look_again_s = AGAIN * left_s
-        time_s, last = self._time.time_s, run.last
+        following, last = self._waiting[0], run.last
         if last.moves[-1].zone is None or following.length_s == 0.0:
             return
         run.forget(time_s)
-        corner = turn(last.moves[-1], following)
-        if first_look and corner.sharp and self._set_out(run, corner.share):
+        now_s, alone_s = run.in_last(time_s), run.alone_s(time_s)
+        driven = last.driven_on(self._next_moves(), now_s, alone_s)
+        if driven is not None and driven.geometry.steady:
+            self._drive_on(last, driven)
             return
-        taken = 0
-        if last.open:
-            taken = last.take(self._next_moves(), run.in_last(time_s), run.alone_s(time_s))
-            self._take(taken)
-        if first_look and not taken and not corner.sharp:
-            self._set_out(run, corner.share)
+        # To drive round the corner, or to turn at the target: what is over sooner?
+        first_look, self._looked_at = following.number != self._looked_at, following.number
+        self._look_again_s = time_s + PAUSE * (run.rest_s - time_s)
+        as_planned, stopping_s = last.plan, last.rest_s
+        share = turning_share(last.moves[-1], following)
+        chain = Chain(following, [], *self._position_limits, share)
+        start_s = None
+        if first_look:
+            last.brake_with(share, now_s, alone_s)
+            start_s = set_out_s(last, chain, alone_s, *self._position_limits)
+        turned_s = (stopping_s if start_s is None else start_s) + chain.rest_s
+        if driven is not None and driven.timing.rest_s <= turned_s:
+            last.plan = as_planned
+            self._drive_on(last, driven)
+        elif start_s is not None:
+            run.add(chain, start_s)
+            self._take(1)
+        else:
+            last.plan = as_planned
 
-    def _set_out(self, run: Run, share: float) -> bool:
-        """Let the moves that wait set out before those of the run have come to rest."""
-        now_s, alone_s = run.in_last(self._time.time_s), run.alone_s(self._time.time_s)
-        following, *others = self._next_moves()
-        as_planned = run.last.plan
-        run.last.brake_with(share, now_s, alone_s)
-        chain = Chain(following, others, *self._position_limits, share)
-        start_s = set_out_s(run.last, chain, alone_s, *self._position_limits)
-        if start_s is None:
-            run.last.plan = as_planned
-            return False
-        run.add(chain, start_s)
-        self._take(chain.taken)
-        return True
+    def _drive_on(self, last: Chain, driven: Plan) -> None:
+        number = last.moves[-1].number
+        last.plan = driven
+        self._take(last.moves[-1].number - number)
 
     def _take(self, count: int) -> None:
         for _ in range(count):
