@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.blended_path import Joints, Places, Run
+from tests.blended_path import HALF, Joints, Places, Run
 from tests.chains import Recorder
 from tests.stepped import Array, assert_within_limits
 
@@ -83,8 +83,11 @@ def is_to_be_passed_at_speed(run: Run, corner: int) -> bool:
 
 
 def _inside(run: Run, corner: int) -> Array:
+    """Ticks (m,) in the region round a corner; of a move that never leaves it only the half at the corner."""
     places: Places = run.places
-    return places.offset[:, corner] <= places.radius[corner]
+    before = places.possible[:, 2 * corner] & (places.s[:, corner] < HALF)
+    after = places.possible[:, 2 * corner + 2] & (places.s[:, corner + 1] > HALF)
+    return (places.offset[:, corner] <= places.radius[corner]) & ~before & ~after
 
 
 def _ways(run: Run) -> Array:

@@ -160,9 +160,9 @@ class Recorder:
             self.wait(item.wait)
         self.finish()
 
-    def exact_ticks(self) -> int:
-        """Ticks until the same chain, sent at the same ticks without blending, is done."""
-        return len(self._twin(blending=False, to_end=True).joints) - 1
+    def ticks(self, blending: bool = True) -> int:
+        """Ticks until the chain, sent at the same ticks with or without blending, is done, without what follows."""
+        return len(self._twin(blending, to_end=True).joints) - 1
 
     def _twin(self, blending: bool = True, to_end: bool = False) -> SteppedRobot:
         """Another robot to which the same was sent at the same ticks."""

@@ -2,6 +2,7 @@
 
 from collections import deque
 from itertools import islice
+from math import inf
 
 from iiwa_sim.motion.chain import Chain, Plan
 from iiwa_sim.motion.corner import turning_share
@@ -16,8 +17,12 @@ AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a third of what one by one does."""
 LOOK_AHEAD_S = 1.0
 """While less than this of a chain is planned, moves that wait are taken into it."""
-PAUSE = 0.01
-"""Of the time left: so long a look at a corner, which costs some milliseconds, is followed by none."""
+PAUSE_S = 0.006
+"""A look at a corner, which costs some milliseconds, is followed by none for so long,"""
+LONGER_PAUSE = 0.3
+"""or where it found nothing for this part of the time that is left."""
+PATIENCE_S = 0.01
+"""A corner is passed at speed unless a stop saves more than this."""
 MOST_AT_ONCE = 6
 """So many in a tick, which costs a few milliseconds."""
 
@@ -156,7 +161,7 @@ class Drive:
             return
         # To drive round the corner, or to turn at the target: what is over sooner?
         first_look, self._looked_at = following.number != self._looked_at, following.number
-        self._look_again_s = time_s + PAUSE * (run.rest_s - time_s)
+        self._look_again_s = time_s + PAUSE_S
         as_planned, stopping_s = last.plan, last.rest_s
         share = turning_share(last.moves[-1], following)
         chain = Chain(following, [], *self._position_limits, share)
@@ -164,15 +169,18 @@ class Drive:
         if first_look:
             last.brake_with(share, now_s, alone_s)
             start_s = set_out_s(last, chain, alone_s, *self._position_limits)
-        turned_s = (stopping_s if start_s is None else start_s) + chain.rest_s
-        if driven is not None and driven.timing.rest_s <= turned_s:
+        turned_s = inf if start_s is None else start_s + chain.rest_s
+        driven_s = inf if driven is None else driven.timing.rest_s
+        alone = chain if share == 1.0 else Chain(following, [], *self._position_limits)
+        if min(turned_s, driven_s) > stopping_s + alone.rest_s + PATIENCE_S:
+            self._look_again_s = time_s + LONGER_PAUSE * (stopping_s - now_s)
+            last.plan = as_planned  # to stop costs less than either
+        elif driven is not None and driven_s <= turned_s:
             last.plan = as_planned
             self._drive_on(last, driven)
         elif start_s is not None:
             run.add(chain, start_s)
             self._take(1)
-        else:
-            last.plan = as_planned
 
     def _drive_on(self, last: Chain, driven: Plan) -> None:
         number = last.moves[-1].number
