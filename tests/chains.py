@@ -161,7 +161,7 @@ class Recorder:
         self.finish()
 
     def ticks(self, blending: bool = True) -> int:
-        """Ticks until the chain, sent at the same ticks with or without blending, is done, without what follows."""
+        """Ticks until the robot rests, the chain sent at the same ticks with or without blending."""
         return len(self._twin(blending, to_end=True).joints) - 1
 
     def _twin(self, blending: bool = True, to_end: bool = False) -> SteppedRobot:
