@@ -20,6 +20,8 @@ SHARES_ONLY = 3  # times; then speeds are lowered, too, where accelerations and 
 FASTEST = 0.999  # of velocity limits
 LARGEST_RELIEF = 4.0  # at once: more would be too much where several loads coincide
 KEPT = 0.99  # of the limits must be kept: the rest is for what interpolation between samples may hide
+SLOWINGS = 12  # times that a run from rest is made slower where shares do not help
+SLOWING = 0.6
 SOONEST_S = 0.01  # a profile goes on from its next knot, or from where it is if that is farther off
 SAME_S = 1e-9  # knots that are closer are one
 
@@ -27,12 +29,16 @@ SAME_S = 1e-9  # knots that are closer are one
 def from_rest(bounds: Bounds, window_s: float) -> tuple[SmoothTiming, Bounds]:
     """A timing over all of the bounds from rest to rest, and these with the shares that it took.
 
-    Raises ArithmeticError where none is found.
+    Raises ArithmeticError where none is found, however slow.
     """
-    planned = _planned(bounds, _Start(float(bounds.s[0]), 0.0, [], [], 0.0), 0.0, window_s)
-    if planned is None:
-        raise ArithmeticError("no timing keeps the limits")
-    return planned
+    start = _Start(float(bounds.s[0]), 0.0, [], [], 0.0)
+    for _ in range(SLOWINGS):
+        planned = _planned(bounds, start, 0.0, window_s)
+        if planned is not None:
+            return planned
+        cap = np.minimum(bounds.velocity_cap, bounds.curve_cap * bounds.share)
+        bounds = bounds._replace(share=SLOWING * bounds.share, velocity_cap=SLOWING * cap)
+    raise ArithmeticError("no timing keeps the limits")
 
 
 def going_on(
