@@ -6,7 +6,7 @@ from benchmarks.figures import Figure, percentile
 from benchmarks.lines import chain_of, random_joint_lines, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s, ruckig_s
 from iiwa_sim.controller.planner import Plan
-from iiwa_sim.robot.description import RobotDescription, load_robot
+from iiwa_sim.robot.description import load_robot
 
 MOVES = 50
 
@@ -16,9 +16,9 @@ def measure() -> list[Figure]:
     robot = load_robot()
     lines = list(random_lines(robot, MOVES, seed=1))
     joint_lines = list(random_joint_lines(robot, MOVES, seed=1))
-    planning_us = sorted(_planning_us(plan, robot) for plan in lines)
-    lin = [chain_of(plan, robot).rest_s / fastest_without_jerk_limit_s(plan.path, robot) for plan in lines]
-    ptp = [chain_of(plan, robot).rest_s / ruckig_s(plan.path, robot) for plan in joint_lines]
+    planning_us = sorted(_planning_us(plan) for plan in lines)
+    lin = [chain_of(plan).rest_s / fastest_without_jerk_limit_s(plan.path, robot) for plan in lines]
+    ptp = [chain_of(plan).rest_s / ruckig_s(plan.path, robot) for plan in joint_lines]
     return [
         Figure(
             "LIN duration over time-optimal without jerk limit, median",
@@ -34,11 +34,11 @@ def measure() -> list[Figure]:
     ]
 
 
-def _planning_us(plan: Plan, robot: RobotDescription) -> float:
+def _planning_us(plan: Plan) -> float:
     """The best of a few: what it costs, not what else the machine does."""
     taken = []
     for _ in range(5):
         began = perf_counter()
-        chain_of(plan, robot)
+        chain_of(plan)
         taken.append(perf_counter() - began)
     return 1e6 * min(taken)

@@ -7,7 +7,7 @@ import numpy as np
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.motion.chain import Chain
+from iiwa_sim.motion.chain import Chain, Way
 from iiwa_sim.motion.move import Move
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
@@ -49,10 +49,9 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
         yield planner.joint_line(start, end, [1.0] * len(end))
 
 
-def chain_of(plan: Plan, description: RobotDescription) -> Chain:
+def chain_of(plan: Plan) -> Chain:
     """The move alone, with its timing."""
-    lowest, highest = np.array(description.position_min), np.array(description.position_max)
-    return Chain(Move(1, *plan), [], lowest, highest)
+    return Chain(Way(Move(1, *plan)))
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:

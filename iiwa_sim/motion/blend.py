@@ -75,11 +75,12 @@ class Blend:
         a, b, c, d, e, f = self._coefficients
         return tuple((a + u * (b + u * (c + u * (d + u * (e + u * f))))).tolist())
 
-    def joints_along(self, x: Array) -> list[Joints]:
-        """The same at values of x (m,)."""
+    def joints_along(self, x: Array) -> Array:
+        """The same (m, n) at values of x (m,)."""
         u = (x / (self._before + np.sqrt((self._before**2 + self._bend * x).clip(0.0))))[:, None]
         a, b, c, d, e, f = self._coefficients
-        return list(map(tuple, (a + u * (b + u * (c + u * (d + u * (e + u * f))))).tolist()))
+        joints: Array = a + u * (b + u * (c + u * (d + u * (e + u * f))))
+        return joints
 
     def samples(self) -> PathSamples:
         """Over x."""

@@ -17,8 +17,6 @@ TINY = 1e-9
 CURVE_JERK = 0.7  # of jerk limits may be taken by the curve alone
 AIM = 0.98  # of acceleration limits, and
 SPEED_AIM = 0.995  # of squares of velocity limits, is planned with at first
-JUMP = 1e-3  # of loads at a sample
-BESIDE_S = 1e-9
 SAME = 1e-9  # parts of a step: samples that are closer are one
 
 
@@ -136,15 +134,10 @@ class Loads:
     """How much of the limits a motion along a path takes."""
 
     def __init__(self, bounds: Bounds) -> None:
-        s, loads, slopes = bounds.s, bounds.loads, bounds.slopes
-        self._inner = s[1:-1]
-        self._s = s
-        self._loads = loads
-        self._slopes = slopes
-        ends = loads[:, :-1] + slopes[:, :-1] * np.diff(s[:-1])
-        jumps = self._inner[(np.abs(ends - loads[:, 1:]) > JUMP).any(axis=0)]
-        self.places: Array = np.sort(np.concatenate([s, jumps - BESIDE_S, jumps + BESIDE_S]))
-        """Where to look: at the samples, and on both sides of those where loads jump."""
+        self._inner = bounds.s[1:-1]
+        self._s = bounds.s
+        self._loads = bounds.loads
+        self._slopes = bounds.slopes
 
     def of(self, s: Array, ds: Array, dds: Array, ddds: Array) -> tuple[Array, Array]:
         """Of velocity limits (k,), and of acceleration and jerk limits together (k,), at k states.

@@ -8,9 +8,11 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
+import numpy as np
+
 from iiwa_sim.motion.bounds import Bounds, joined
 from iiwa_sim.motion.chain_timing import from_rest, going_on
-from iiwa_sim.motion.corner import Corner, rounded, window_of
+from iiwa_sim.motion.corner import Corner, window_of
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints, Path
@@ -22,7 +24,7 @@ GENTLE = 1.5  # windows of the moving average, during which a chain sets out or 
 class _Curve(Protocol):
     def joints(self, x: float) -> Joints: ...
 
-    def joints_along(self, x: Array) -> list[Joints]: ...
+    def joints_along(self, x: Array) -> Array: ...
 
 
 class _Lengthened:
@@ -35,7 +37,7 @@ class _Lengthened:
     def joints(self, x: float) -> Joints:
         return self._path.joints(x / self._length)
 
-    def joints_along(self, x: Array) -> list[Joints]:
+    def joints_along(self, x: Array) -> Array:
         return self._path.joints_along(x / self._length)
 
 
@@ -50,8 +52,6 @@ class _Piece(NamedTuple):
 class _Geometry(NamedTuple):
     """Where a chain goes."""
 
-    steady: bool
-    """Whether no corner slows the robot down much."""
     moves: list[Move]
     targets: list[float]
     """The x of the target of each move: that of a corner is inside its blend."""
@@ -61,7 +61,7 @@ class _Geometry(NamedTuple):
     @classmethod
     def of(cls, move: Move) -> "_Geometry":
         piece = _Piece(0.0, 0.0, _Lengthened(move.path, move.length_s))
-        return cls(True, [move], [move.length_s], [piece], _bounds(move))
+        return cls([move], [move.length_s], [piece], _bounds(move))
 
     def gone_on(self, move: Move, corner: Corner) -> "_Geometry":
         """With another move blended into the last one."""
@@ -72,7 +72,6 @@ class _Geometry(NamedTuple):
         end = float(over_blend.s[-1])
         on_path = _bounds(move).moved(target)
         return _Geometry(
-            self.steady and corner.steady,
             [*self.moves, move],
             [*self.targets, target + move.length_s],
             [
@@ -88,7 +87,7 @@ class _Geometry(NamedTuple):
         first = max(bisect_right([piece.start for piece in self.pieces], x) - 1, 0)
         gone = min(bisect_right(self.targets, x), len(self.targets) - 1)
         moves, targets = self.moves[gone:], self.targets[gone:]
-        return _Geometry(True, moves, targets, self.pieces[first:], self.bounds.starting(x))
+        return _Geometry(moves, targets, self.pieces[first:], self.bounds.starting(x))
 
 
 class Plan(NamedTuple):
@@ -98,84 +97,79 @@ class Plan(NamedTuple):
     geometry: _Geometry
 
 
+class Way:
+    """The moves of a chain, and the corners between them that are driven round."""
+
+    def __init__(self, move: Move) -> None:
+        self.first = self.last = move
+        self.corners: list[tuple[Corner, Move]] = []
+        self.length_s = move.length_s
+        self.end_share = 1.0
+        """The part of the acceleration limits to brake with at its end."""
+
+    def go_on(self, corner: Corner, move: Move) -> None:
+        """Round a corner into another move."""
+        self.corners.append((corner, move))
+        self.length_s += move.length_s
+        self.last = move
+
+
 class Chain:
     """At rest at the start of its first move at time 0, and at rest at the target of its last."""
 
-    def __init__(
-        self,
-        move: Move,
-        waiting: Sequence[Move],
-        lowest: Array,
-        highest: Array,
-        share: float = 1.0,
-    ) -> None:
-        """Of a move and as many of those that wait as it can be driven on into round steady corners.
-
-        The limits of joint positions are in rad (n,). `share` is the part of the acceleration limits with
-        which it sets out.
-        """
-        self._position_limits = lowest, highest
-        self.open = True
-        """Whether another move may still blend into the last one."""
-        stages = self._stages(_Geometry.of(move), waiting, 0.0)
-        window_s, bounds = window_of(move.limits), stages[-1].bounds
+    def __init__(self, way: Way, share: float = 1.0) -> None:
+        """`share` is the part of the acceleration limits with which it sets out."""
+        geometry = _Geometry.of(way.first)
+        for corner, move in way.corners:
+            geometry = geometry.gone_on(move, corner)
+        window_s, bounds = window_of(way.first.limits), geometry.bounds
+        self.lost_s = (1.0 - share) * GENTLE * window_s
+        """How much later it comes to rest, at the most, than if it set out with its full acceleration."""
         if share < 1.0:
-            bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, move, share), share)
+            bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, way.first, share), share)
+        bounds = _ending_gently(bounds, window_s, way.last, way.end_share, 0.0)
         timing, bounds = from_rest(bounds, window_s)
-        self.plan = Plan(timing, stages[-1]._replace(bounds=bounds))
-        self.taken = len(stages)
-        """How many moves it has begun with."""
+        self._end_share = way.end_share
+        self.plan = Plan(timing, geometry._replace(bounds=bounds))
 
-    def driven_on(self, waiting: Sequence[Move], now_s: float, time_s: float) -> Plan | None:
-        """A plan with more moves, changing nothing before a time: with those after it that come after steady
-        corners, or with one.
+    def drive_on(self, way: Way, now_s: float, time_s: float) -> int:
+        """Go on into moves that follow the last one, as many as possible without changing anything before a
+        time.
 
-        None where there is none. Where the robot is already in the corner, or there is none to round, the
-        chain is no longer open.
+        Gives how many these are.
         """
-        if not self.open:
-            return None
-        left = self.plan.geometry.left(self.plan.timing.position(now_s))
-        stages = self._stages(left, waiting, self.plan.timing.front(time_s)[0], first_steady=False)
-        for count in sorted({len(stages) - 1, 1}, reverse=True):
-            if 0 < count < len(stages):
-                planned = going_on(self.plan.timing, stages[count].bounds, now_s, time_s)
-                if planned is not None:
-                    return Plan(planned[0], stages[count]._replace(bounds=planned[1]))
-        return None
-
-    def brake_with(self, share: float, now_s: float, time_s: float) -> None:
-        """Come to rest with a part of the acceleration limits, if that is possible without changing anything
-        before a time."""
         geometry = self.plan.geometry.left(self.plan.timing.position(now_s))
-        bounds, end = geometry.bounds, geometry.targets[-1]
-        way = _gentle_way(bounds, -1, self.plan.timing.window_s, self.moves[-1], share)
-        start = end - way
-        if share < 1.0 and start > max(float(bounds.s[0]), self.plan.timing.front(time_s)[0]):
-            planned = going_on(self.plan.timing, bounds.gentler(start, end, share), now_s, time_s)
-            if planned is not None:
-                self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
-
-    def _stages(
-        self, geometry: _Geometry, moves: Sequence[Move], front: float, *, first_steady: bool = True
-    ) -> list[_Geometry]:
-        """A geometry with 0, 1, ... more moves, as far as there are corners ahead of the front to round.
-
-        All of them are steady, or one that may not be is the only one.
-        """
-        stages = [geometry]
-        for move in moves:
-            corner = rounded(geometry.moves[-1], move, *self._position_limits)
-            if corner is None or geometry.targets[-1] - corner.before <= front:
-                self.open = self.open and len(stages) > 1
-                break
-            if not corner.steady and (first_steady or len(stages) > 1):
+        front = self.plan.timing.front(time_s)[0]
+        stages = []
+        for corner, move in way.corners:
+            if geometry.targets[-1] - corner.before <= front:
                 break
             geometry = geometry.gone_on(move, corner)
             stages.append(geometry)
-            if not corner.steady:
-                break
-        return stages
+        for count in sorted({len(stages), 1} if stages else (), reverse=True):
+            geometry = stages[count - 1]
+            share = way.end_share if count == len(way.corners) else 1.0
+            bounds = _ending_gently(
+                geometry.bounds, self.plan.timing.window_s, geometry.moves[-1], share, front
+            )
+            planned = going_on(self.plan.timing, bounds, now_s, time_s)
+            if planned is not None:
+                self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
+                self._end_share = share
+                return count
+        return 0
+
+    def braking(self, share: float, now_s: float, time_s: float) -> Plan:
+        """The plan with a part of the acceleration limits to come to rest with, if that is possible without
+        changing anything before a time; else as it is."""
+        if share >= self._end_share:
+            return self.plan
+        timing = self.plan.timing
+        geometry = self.plan.geometry.left(timing.position(now_s))
+        front = timing.front(time_s)[0]
+        bounds = _ending_gently(geometry.bounds, timing.window_s, self.moves[-1], share, front)
+        planned = going_on(timing, bounds, now_s, time_s)
+        return self.plan if planned is None else Plan(planned[0], geometry._replace(bounds=planned[1]))
 
     @property
     def moves(self) -> Sequence[Move]:
@@ -220,18 +214,28 @@ class Chain:
             k -= 1
         return pieces[k].curve.joints(x - pieces[k].origin)
 
-    def joints_along(self, times: Array) -> list[Joints]:
-        """The same at rising times (m,) before `rest_s`, for less where there are many."""
+    def joints_along(self, times: Array) -> Array:
+        """The same (m, n) at rising times (m,) before `rest_s`, for less where there are many."""
         x = self.plan.timing.positions(times)
         pieces = self.plan.geometry.pieces
         starts = [piece.start for piece in pieces]
         borders = x.searchsorted(starts).tolist()
         borders[0] = 0
-        joints: list[Joints] = []
-        for piece, first, last in zip(pieces, borders, [*borders[1:], len(x)], strict=True):
-            if first < last:
-                joints += piece.curve.joints_along(x[first:last] - piece.origin)
-        return joints
+        parts = [
+            piece.curve.joints_along(x[first:last] - piece.origin)
+            for piece, first, last in zip(pieces, borders, [*borders[1:], len(x)], strict=True)
+            if first < last
+        ]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+def _ending_gently(bounds: Bounds, window_s: float, last: Move, share: float, front: float) -> Bounds:
+    """With a part of the acceleration limits to come to rest with, where that is ahead of the front."""
+    end = float(bounds.s[-1])
+    start = end - _gentle_way(bounds, -1, window_s, last, share)
+    if share >= 1.0 or start <= max(float(bounds.s[0]), front):
+        return bounds
+    return bounds.gentler(start, end, share)
 
 
 def _gentle_way(bounds: Bounds, end: int, window_s: float, move: Move, share: float) -> float:

@@ -12,9 +12,7 @@ from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.zone import Zone, way_inside
 
-DIP = 0.03  # of the speed beside a blend
-STEADY = 0.7  # of the speed beside a blend: nothing is lost
-MARGIN = 1.5  # what jerk limits cost on top of the speeds that a curve allows
+STEADY = 0.7  # of the speed beside a blend: less, and to turn at the target is nearly always over sooner
 SHRINKING = 0.85
 SHRINKINGS = 12
 ROUNDING = 1.0 + 1e-9
@@ -39,8 +37,6 @@ class Corner(NamedTuple):
     """Over the blend, from 0."""
     before: float
     """How much of the first path it replaces, in the chain's parameter."""
-    steady: bool
-    """Whether it can be driven round at nearly the speed beside it."""
 
 
 def turning_share(first: Move, second: Move) -> float:
@@ -57,7 +53,7 @@ def turning_share(first: Move, second: Move) -> float:
 
 
 def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner | None:
-    """The corner between two moves, or None where there is none to round, or where to stop would be faster.
+    """The corner between two moves; None where there is none to round, or it cannot be driven round steadily.
 
     The blend stays in the zone and within the position limits (rad, (n,)): where it would leave them, less is
     cut off.
@@ -77,29 +73,18 @@ def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner 
         if _stays_inside(blend.places, zone, lowest, highest):
             velocity = blend.velocity_limits(first.limits, second.limits)
             bounds = Bounds.of(blend.samples(), second.limits, velocity)
-            fastest = np.sqrt(bounds.velocity_cap)
-            speed = np.minimum(fastest, np.sqrt(bounds.curve_cap))
-            steady = bool((speed / fastest).min() > STEADY)
-            corner = Corner(blend, bounds, before * first.length_s, steady)
-            if steady or _is_worth_it(corner, fastest, speed, window_of(first.limits)):
-                return corner
-            return None
+            fastest = max(_reach(first, bounds, 0), _reach(second, bounds, -1)) ** 2
+            if (bounds.curve_cap < STEADY**2 * bounds.velocity_cap.clip(max=fastest)).any():
+                return None
+            return Corner(blend, bounds, before * first.length_s)
         before, after = SHRINKING * before, SHRINKING * after
     return None
 
 
-def _is_worth_it(corner: Corner, fastest: Array, speed: Array, window_s: float) -> bool:
-    """Whether the way through a blend, at the speeds that its curve allows, is faster than to stop and go.
-
-    Where it is so short that the moving average sees no more of it than a dip, it is not.
-    """
-    s, room = corner.bounds.s, corner.bounds.room.min(axis=0)
-    through_s = float((2.0 * np.diff(s) / (speed[1:] + speed[:-1])).sum())
-    braking_s = sqrt(2.0 * corner.before / float(room[0]))
-    leaving_s = sqrt(2.0 * (corner.blend.length - corner.before) / float(room[-1]))
-    if through_s < window_s and (speed / fastest).min() < DIP:
-        return False
-    return MARGIN * through_s < braking_s + leaving_s + window_s
+def _reach(move: Move, bounds: Bounds, end: int) -> float:
+    """About the speed that a move would reach that sets out and comes to rest by itself."""
+    length = move.length_s
+    return length / (sqrt(length / float(bounds.room[:, end].min())) + window_of(move.limits) / 2.0)
 
 
 def _place(move: Move, s: float) -> Place:

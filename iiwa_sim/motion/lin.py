@@ -95,12 +95,12 @@ class Line:
             k -= 1
         return self._joints(s, self._stretches[k])
 
-    def joints_along(self, s: Array) -> list[Joints]:
+    def joints_along(self, s: Array) -> Array:
         """See `Path`."""
         singular = self._head is not None or self._tail is not None or len(self._stretches) > 1
         if singular or s[-1] >= 1.0:
-            return [self.joints(x) for x in s.tolist()]
-        return list(map(tuple, self._positions(s).tolist()))
+            return np.array([self.joints(x) for x in s.tolist()])
+        return self._positions(s)
 
     def _joints(self, s: float, stretch: _Stretch) -> Joints:
         redundancy = self._redundancy + s * self._redundancy_way

@@ -38,19 +38,21 @@ def set_out_s(first: Chain, second: Chain, time_s: float, lowest: Array, highest
     count = int(longest / STEP_S)
     if longest < SHORTEST_S:
         return None
-    target = np.array(first.end)
     # Both from three steps before the longest overlap to three steps after it.
     at: Array = STEP_S * np.arange(-3.0, count + 4.0)
     braking = _at(first, first.rest_s - longest + at)
-    leaving = _at(second, at) - target
+    leaving = _at(second, at) - np.array(first.end)
     velocity = np.maximum(ending.limits.velocity, beginning.limits.velocity)
     limits = velocity, ending.limits.acceleration, ending.limits.jerk
+    first_loads, second_loads = _loads(braking, limits), _loads(leaving, limits)
     for part in PARTS:
         steps = int(part * longest / STEP_S)
         if steps * STEP_S < SHORTEST_S:
             break
+        if np.abs(first_loads[count - steps :] + second_loads[: steps + 4]).max() > 1.0:
+            continue
         q = braking[count - steps :] + leaving[: steps + 7]
-        if _within(q, limits, lowest, highest) and _stays_inside(q, zone):
+        if (q > lowest).all() and (q < highest).all() and _stays_inside(q, zone):
             return first.rest_s - longest + (count - steps) * STEP_S
     return None
 
@@ -58,20 +60,22 @@ def set_out_s(first: Chain, second: Chain, time_s: float, lowest: Array, highest
 def _at(chain: Chain, times: Array) -> Array:
     """Joint positions (m, n) of a chain, also before it has set out and after it has come to rest."""
     inside = times.clip(0.0)
-    inside = inside[inside < chain.rest_s]
-    rest = [chain.end] * (len(times) - len(inside))
-    return np.array([*chain.joints_along(inside), *rest])
+    moving = chain.joints_along(inside[inside < chain.rest_s])
+    joints = np.empty((len(times), moving.shape[1]))
+    joints[: len(moving)] = moving
+    joints[len(moving) :] = chain.end
+    return joints
 
 
-def _within(q: Array, limits: tuple[Array, Array, Array], lowest: Array, highest: Array) -> bool:
-    if (q < lowest).any() or (q > highest).any():
-        return False
+def _loads(q: Array, limits: tuple[Array, Array, Array]) -> Array:
+    """Velocity, acceleration and jerk of each joint as parts of what is kept (m - 3, 3 n), with signs."""
+    count = q.shape[1]
+    loads = np.empty((len(q) - 3, 3 * count))
     differences = q
-    for limit, kept in zip(limits, KEPT, strict=True):
+    for order, (limit, kept) in enumerate(zip(limits, KEPT, strict=True)):
         differences = np.diff(differences, axis=0) / STEP_S
-        if (np.abs(differences) > kept * limit).any():
-            return False
-    return True
+        loads[:, order * count : (order + 1) * count] = differences[: len(loads)] / (kept * limit)
+    return loads
 
 
 def _stays_inside(q: Array, zone: Zone) -> bool:

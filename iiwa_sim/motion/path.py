@@ -35,8 +35,8 @@ class Path(Protocol):
     def joints(self, s: float) -> Joints:
         """Joint positions (rad) at 0 <= s <= 1."""
 
-    def joints_along(self, s: Array) -> list[Joints]:
-        """The same at rising values of s (m,), for less where there are many."""
+    def joints_along(self, s: Array) -> Array:
+        """The same (m, n) at rising values of s (m,), for less where there are many."""
 
 
 class PathSamples(NamedTuple):

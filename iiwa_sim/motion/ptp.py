@@ -17,6 +17,7 @@ class JointLine:
         self.end = end
         self._start = start
         self._way = tuple(b - a for a, b in zip(start, end, strict=True))
+        self.samples = _samples(start, self._way)
 
     def joints(self, s: float) -> Joints:
         """See `Path`."""
@@ -24,14 +25,14 @@ class JointLine:
             return self.end
         return tuple([a + s * d for a, d in zip(self._start, self._way, strict=True)])
 
-    def joints_along(self, s: Array) -> list[Joints]:
+    def joints_along(self, s: Array) -> Array:
         """See `Path`."""
-        return [self.joints(x) for x in s.tolist()]
+        joints: Array = np.array(self._start) + s[:, None] * np.array(self._way)
+        joints[s >= 1.0] = self.end
+        return joints
 
-    @property
-    def samples(self) -> PathSamples:
-        """See `Path`."""
-        s = np.linspace(0.0, 1.0, SAMPLES)
-        way = np.array([self._way])
-        none = np.zeros((SAMPLES, len(self._way)))
-        return PathSamples(s, np.array(self._start) + s[:, None] * way, none + way, none, none)
+
+def _samples(start: Joints, way: Joints) -> PathSamples:
+    s = np.linspace(0.0, 1.0, SAMPLES)
+    none = np.zeros((SAMPLES, len(way)))
+    return PathSamples(s, np.array(start) + s[:, None] * np.array(way), none + np.array(way), none, none)

@@ -15,7 +15,7 @@ class PlannedTime:
     """Planned time over ticks."""
 
     def __init__(self, tick_s: float, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
-        self._tick_s = tick_s
+        self.tick_s = tick_s
         self._task = InputParameter(1)
         self._task.control_interface = ControlInterface.Velocity
         self._task.max_acceleration = [largest_slope_per_s]
@@ -64,12 +64,12 @@ class PlannedTime:
 
     def ticks(self, count: int) -> Array:
         """The times of this tick and those that follow at full rate."""
-        return self.time_s + self._tick_s * np.arange(count, dtype=np.float64)
+        return self.time_s + self.tick_s * np.arange(count, dtype=np.float64)
 
     def step(self) -> None:
         """One tick."""
         if self._slowing is None:
-            self.time_s += self._tick_s
+            self.time_s += self.tick_s
         else:
-            self._slowing_s += self._tick_s
+            self._slowing_s += self.tick_s
             self.time_s = self._slowing.at_time(min(self._slowing_s, self._slowing.duration))[0][0]

@@ -61,19 +61,19 @@ class Run:
         braking = before.joints(time_s - self._starts[k - 1])
         return tuple([a + (b - c) for a, b, c in zip(braking, joints, before.end, strict=True)])
 
-    def joints_along(self, times: Array) -> list[Joints]:
-        """The same at rising times (m,) before `rest_s`, for less where there are many."""
-        joints: list[Joints] = []
+    def joints_along(self, times: Array) -> Array:
+        """The same (m, n) at rising times (m,) before `rest_s`, for less where there are many."""
+        parts = []
         for k, first, both, last in self._parts(times):
             start, chain = self._starts[k], self._chains[k]
             if first < both:
                 before = self._chains[k - 1]
-                braking = np.array(before.joints_along(times[first:both] - self._starts[k - 1]))
-                leaving = np.array(chain.joints_along(times[first:both] - start)) - np.array(before.end)
-                joints += map(tuple, (braking + leaving).tolist())
+                braking = before.joints_along(times[first:both] - self._starts[k - 1])
+                leaving = chain.joints_along(times[first:both] - start) - np.array(before.end)
+                parts.append(braking + leaving)
             if both < last:
-                joints += chain.joints_along(times[both:last] - start)
-        return joints
+                parts.append(chain.joints_along(times[both:last] - start))
+        return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def _parts(self, times: Array) -> Iterator[tuple[int, int, int, int]]:
         """Of each chain the first of the times, the first at which the one before is at rest, and the end."""

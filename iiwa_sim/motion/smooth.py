@@ -19,7 +19,6 @@ import numpy as np
 from iiwa_sim.motion.limits import Array
 
 SAME_S = 1e-9
-LONGEST_GAP_S = 0.01  # between times at which limits are checked
 
 
 class SmoothStates(NamedTuple):
@@ -134,43 +133,32 @@ class SmoothTiming:
         area, position, speed, acceleration = self._pieces[k]
         return area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
 
-    def states_at(self, passed: Array, from_s: float) -> SmoothStates:
-        """The motion from a time on where dds is largest, and where it passes given rising s (m,).
+    def states(self, from_s: float) -> SmoothStates:
+        """The motion from a time on where dds may be largest, and in between.
 
         dds is linear between the knots of S, and these a window later. ddds is constant between two of all
         these times; each carries the value that follows it.
         """
         knots, table = self._knots
         window_s = self.window_s
-        times = np.concatenate([knots, knots + window_s, [from_s]])
+        # Half a window after its knot s passes about the place of that knot.
+        times = np.concatenate([knots, knots + window_s / 2.0, knots + window_s, [from_s]])
         times.sort()
         times = times[times.searchsorted(from_s) :]
-        far = np.flatnonzero(np.diff(times) > LONGEST_GAP_S)
-        times = np.insert(times, far + 1, (times[far] + times[far + 1]) / 2.0)
-        s = self.positions(times)
-        passed = passed[passed.searchsorted(s[0], side="right") :]
-        s, times = np.concatenate([s, passed]), np.concatenate([times, np.interp(passed, s, times)])
-        order = s.argsort(kind="stable")
-        s, times = s[order], times[order]
         both = np.concatenate([times, times - window_s])
         inside = both.clip(knots[0], knots[-1])
         k = knots.searchsorted(inside, side="right") - 1
-        _, position, speed, acceleration = table.take(k, axis=1)
+        area, position, speed, acceleration = table.take(k, axis=1)
         step = inside - knots[k]
-        raw = np.empty((2, 2, len(times)))
-        flat = raw.reshape(2, -1)
-        flat[0] = position + step * (speed + step * acceleration / 2.0)
-        flat[1] = speed + step * acceleration
-        ds, dds = (raw[:, 0] - raw[:, 1]) / window_s
-        # At a knot itself rounding would decide which acceleration counts; half-way to the next it does not.
-        middles = (times[1:] + times[:-1]) / 2.0
+        raw = np.empty((3, 2, len(times)))
+        flat = raw.reshape(3, -1)
+        # After the end S stays there.
+        flat[0] = area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
+        flat[0] += (both - inside).clip(0.0) * table[1, -1]
+        flat[1] = position + step * (speed + step * acceleration / 2.0)
+        flat[2] = speed + step * acceleration
+        s, ds, dds = (raw[:, 0] - raw[:, 1]) / window_s
         ddds = np.zeros(len(times))
-        ddds[:-1] = (self._accelerations(middles) - self._accelerations(middles - window_s)) / window_s
-        end, start = raw[0] + self.start
-        return SmoothStates(s, ds, dds, ddds, start, end)
-
-    def _accelerations(self, times: Array) -> Array:
-        """Those of S, which is at rest before its first knot and after its last."""
-        knots, table = self._knots
-        accelerations: Array = np.append(table[3], 0.0).take(knots.searchsorted(times) - 1)
-        return accelerations
+        apart = np.diff(times)
+        np.divide(np.diff(dds), apart, out=ddds[:-1], where=apart > SAME_S)
+        return SmoothStates(s + self.start, ds, dds, ddds, raw[1, 1] + self.start, raw[1, 0] + self.start)

@@ -18,7 +18,7 @@ def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
     description = load_robot(robot)
     # Among these is one whose jerk was once 17 % too high, where rounding hid a change of acceleration.
     for plan in random_lines(description, count=60, seed=99, speed_rel=speed_rel):
-        chain = chain_of(plan, description)
+        chain = chain_of(plan)
         times = np.arange(0.0, chain.rest_s + 4 * TICK_S, TICK_S).tolist()
         q = np.array([chain.joints(t) for t in times])
         q = np.concatenate([q[:1]] * 3 + [q])
@@ -31,7 +31,7 @@ def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
 def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit() -> None:
     description = load_robot()
     ratios = [
-        chain_of(plan, description).rest_s / fastest_without_jerk_limit_s(plan.path, description)
+        chain_of(plan).rest_s / fastest_without_jerk_limit_s(plan.path, description)
         for plan in random_lines(description, count=50, seed=7)
     ]
     assert min(ratios) > 1.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from iiwa_sim.motion.chain import Chain
+from iiwa_sim.motion.chain import Chain, Way
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.move import Move
@@ -28,8 +28,8 @@ class Broken:
             raise ArithmeticError("no joints")
         return (s,)
 
-    def joints_along(self, s: NDArray[np.float64]) -> list[Joints]:
-        return [self.joints(x) for x in s.tolist()]
+    def joints_along(self, s: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.array([self.joints(x) for x in s.tolist()])
 
 
 def drive() -> Drive:
@@ -49,7 +49,7 @@ def steps(d: Drive, ticks: int) -> None:
 
 def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
     d = drive()
-    alone = Chain(move(1, JointLine((0.0,), (1.03,))), [], np.array([-10.0]), np.array([10.0]))
+    alone = Chain(Way(move(1, JointLine((0.0,), (1.03,)))))
     assert (2.0 * alone.rest_s) % TICK_S > 1e-3
     d.append(move(1, JointLine((0.0,), (1.03,))))
     d.append(move(2, JointLine((1.03,), (2.06,))))
