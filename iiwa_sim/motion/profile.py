@@ -16,7 +16,7 @@ LEVELS = 4  # the bounds on dds are tabulated at this many steps of b between re
 LEVEL_PARTS = np.arange(LEVELS + 1) / LEVELS
 TINY = 1e-9
 START_TOO_FAST = 1.02  # times the most b from which the end can be reached
-SAME = 1e-12  # knots that are closer are one
+SAME = 1e-15  # knots that are closer are one
 CROSSING = 1e-6  # of a step: crossings closer to a sample are taken to be there
 
 
