@@ -1,7 +1,8 @@
 """`iiwa-sim` and `iiwa-sim plot`: their options, messages and exit codes.
 
-Exit code 0 after SIGTERM or SIGINT, or when the picture is written; 2, with one line on stderr, for options,
-a robot, an address, a stdout or a file it cannot use, and for commands of a picture that are refused.
+Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, or when the picture is written; 2, with one line
+on stderr, for options, a robot, an address, a stdout or a file it cannot use, and for commands of a picture
+that are refused.
 """
 
 import argparse
@@ -21,7 +22,9 @@ from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots, load_robot
-from iiwa_sim.serve.tcp import MAX_PORT, ListenFault, host_and_port
+from iiwa_sim.serve import status_stream
+from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port
+from iiwa_sim.serve.turns import LONGEST_PAUSE_S
 from iiwa_sim.wording import harmless, shortened
 
 PORT = 30000
@@ -37,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if given and given[0] == PLOT:
             return _plot(_plot_parser().parse_args(given[1:]))
-        return _run(_parser().parse_args(given))
+        return _run(_options(given))
     except (RobotFault, ListenFault, PlotFault, _StdoutFault) as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
@@ -67,10 +70,17 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         port=options.port,
         rate_hz=options.rate,
         servo_timeout_s=options.servo_timeout,
+        status_port=options.status_port,
+        status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
+        exclusive=options.exclusive,
+        reconnect_pause_s=options.reconnect_pause,
+        on_bye=ending.asked.set if options.bye_shuts_down else None,
     )
     async with simulator:
         ending.watch()
         _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
+        if simulator.status_port is not None:
+            _say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
             print(_banner(simulator.description.name, simulator.host, simulator.port), file=sys.stderr)
         gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
@@ -149,6 +159,19 @@ class _Parser(argparse.ArgumentParser):
         _say(self.format_help())
 
 
+def _options(given: Sequence[str]) -> argparse.Namespace:
+    """The options for a run, also those checked that hang together."""
+    parser = _parser()
+    options = parser.parse_args(given)
+    if options.status_rate is not None:
+        if options.status_port is None:
+            parser.error("argument --status-rate: expected --status-port with it")
+        if options.status_rate > options.rate:
+            limit = f"the {options.rate} ticks per second of --rate"
+            parser.error(f"argument --status-rate: {options.status_rate} is above {limit}")
+    return options
+
+
 def _parser() -> _Parser:
     # Subcommands have parsers of their own, chosen by the first argument.
     parser = _Parser(
@@ -171,11 +194,40 @@ def _parser() -> _Parser:
     _add_rate(parser)
     parser.add_argument(
         "--servo-timeout",
-        type=_seconds,
+        type=_seconds(LONGEST_SERVO_TIMEOUT_S),
         metavar="SECONDS",
         help="stop the robot when a smart or direct move is not followed by another for so long, above 0 and "
         f"up to {LONGEST_SERVO_TIMEOUT_S:g} (default: never)",
     )
+    parser.add_argument(
+        "--status-port",
+        type=_whole(0, MAX_PORT),
+        metavar="PORT",
+        help="broadcast the robot's state there, as lines of JSON, and take the line 'stop'; 0 picks a port "
+        "(default: no such port)",
+    )
+    low_hz, high_hz = status_stream.MIN_RATE_HZ, status_stream.MAX_RATE_HZ
+    parser.add_argument(
+        "--status-rate",
+        type=_whole(low_hz, high_hz),
+        metavar="HZ",
+        help=f"lines per second on that port, {low_hz} to {high_hz}, and not above the --rate "
+        f"(default: {status_stream.DEFAULT_RATE_HZ})",
+    )
+    parser.add_argument(
+        "--exclusive",
+        action="store_true",
+        help="serve one client after the other: who connects meanwhile waits (default: all at once)",
+    )
+    parser.add_argument(
+        "--reconnect-pause",
+        type=_seconds(LONGEST_PAUSE_S, or_zero=True),
+        default=0.0,
+        metavar="SECONDS",
+        help="after the last client has gone, serve the next one so much later, up to "
+        f"{LONGEST_PAUSE_S:g} (default: 0)",
+    )
+    parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
     parser.add_argument(
         "--log-level",
         choices=log.LEVELS,
@@ -244,16 +296,18 @@ def _whole(low: int, high: int) -> Callable[[str], int]:
     return whole_number
 
 
-def _seconds(text: str) -> float:
-    try:
-        seconds = parse_decimal(text.encode())
-    except ValueError:
-        seconds = 0.0
-    if not 0.0 < seconds <= LONGEST_SERVO_TIMEOUT_S:
-        shown = shortened(repr(text), 40)
-        raise argparse.ArgumentTypeError(
-            f"{shown} is not a number of seconds above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g}"
-        )
+def _seconds(longest_s: float, *, or_zero: bool = False) -> Callable[[str], float]:
+    def seconds(text: str) -> float:
+        try:
+            value = parse_decimal(text.encode())
+        except ValueError:
+            value = -1.0
+        if not (0.0 < value <= longest_s or (or_zero and value == 0.0)):
+            shown = shortened(repr(text), 40)
+            limits = f"from 0 to {longest_s:g}" if or_zero else f"above 0 and up to {longest_s:g}"
+            raise argparse.ArgumentTypeError(f"{shown} is not a number of seconds {limits}")
+        return value
+
     return seconds
 
 

@@ -42,6 +42,11 @@ class Client:
             line = await self._reader.readuntil(b"\r\n")
         return line[:-2].decode()
 
+    async def line(self) -> str:
+        r"""A line that ends with `\n` only."""
+        async with asyncio.timeout(DEADLINE_S):
+            return (await self._reader.readuntil(b"\n"))[:-1].decode()
+
     async def until_stopped(self) -> int:
         """Asks for the status until the robot has stopped; how often it was still moving."""
         asked = 0

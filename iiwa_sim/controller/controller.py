@@ -72,6 +72,7 @@ class Controller:
         self._targets = Targets(self._planner, description)
         self._tool_in_flange = description.tool_in_flange
         self._motions = _motions(description, tick_s, self._targets.limits[Mode.SMART])
+        self._joints_before = self._motions.joints  # the last tick
         self._accepted = 0
         self._on_fault = on_fault
         self._servo_heard = 0  # in this tick
@@ -80,6 +81,7 @@ class Controller:
         """One tick."""
         self._watch_servo()
         self.tick += 1
+        self._joints_before = self._motions.joints
         self._motions.step()
 
     def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
@@ -163,6 +165,11 @@ class Controller:
     def joints(self) -> Joints:
         """Joint positions (rad)."""
         return self._motions.joints
+
+    def joint_velocity(self) -> tuple[float, ...]:
+        """Joint velocities (rad/s) in the last tick: the difference it made, over its time."""
+        last = zip(self.joints, self._joints_before, strict=True)
+        return tuple((now - before) / self.tick_s for now, before in last)
 
     def is_pending(self, move: int) -> bool:
         """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""

@@ -3,13 +3,13 @@
 import asyncio
 import contextlib
 import logging
-import os
 import socket
 import sys
 from collections.abc import Callable
 from typing import Protocol
 
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.serve.listening import address_of, listen, peer_of, why
+from iiwa_sim.serve.turns import Turns
 
 RECEIVE_BYTES = 65_536
 """Bytes taken from a connection at once. A buffer of our own instead of asyncio's, which allocates 256 KiB
@@ -24,14 +24,6 @@ UNREAD_S = 10.0
 
 CLOSING_S = 0.3
 """What a closing server grants its clients to take their last replies."""
-
-MAX_PORT = 65535
-
-BACKLOG = 512
-"""Clients that may knock at once."""
-
-LONGEST_HOST = 100
-"""Characters of a host that a message shows."""
 
 logger = logging.getLogger(__name__)
 
@@ -60,15 +52,13 @@ class LineSession(Protocol):
         """Learn that the connection is gone."""
 
 
-class ListenFault(Exception):
-    """An address that cannot be listened on. The message is one line."""
-
-
 class TcpServer:
     """Serves `open_session(name of the client)` for every connection to `host`:`port`.
 
     `port` 0 picks a free one; `address` says which. A host name stands for its first address, IPv4 before
-    IPv6. A client that does not read its replies for `unread_s` is dropped.
+    IPv6. A client that does not read its replies for `unread_s` is dropped. One that has to wait for its turn
+    is connected, but nothing is read from it. `on_good_bye` is called when a client has said good-bye and
+    been answered.
     """
 
     def __init__(
@@ -78,29 +68,21 @@ class TcpServer:
         port: int,
         *,
         unread_s: float = UNREAD_S,
+        turns: Turns | None = None,
+        on_good_bye: Callable[[], None] | None = None,
     ) -> None:
+        """`turns` says who is served when; all clients at once, if it is not given."""
         self.open_session = open_session
         self.unread_s = unread_s
+        self.turns = turns or Turns()
+        self.on_good_bye = on_good_bye
         self.connections: set[Connection] = set()
         self._asked = (host, port)
         self._server: asyncio.Server | None = None
 
     async def start(self) -> None:
         """Listen. Raises ListenFault."""
-        host, port = self._asked
-        if not 0 <= port <= MAX_PORT:
-            raise ListenFault(f"cannot listen on port {port}: expected 0 to {MAX_PORT}")
-        if not host:
-            raise ListenFault("cannot listen on host '': expected an address or a host name, 0.0.0.0 for all")
-        try:
-            family, address = await _resolve(host)
-            listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
-        except (OSError, ValueError) as fault:  # ValueError for characters no host name has
-            shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
-            raise ListenFault(f"cannot listen on {shown}: {_why(fault)}") from fault
-        self._server = await asyncio.get_running_loop().create_server(
-            lambda: Connection(self), sock=listener, backlog=BACKLOG
-        )
+        self._server = await listen(lambda: Connection(self), *self._asked)
 
     @property
     def listening(self) -> bool:
@@ -109,10 +91,7 @@ class TcpServer:
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on."""
-        if self._server is None:
-            raise RuntimeError("the server does not listen")
-        host, port = self._server.sockets[0].getsockname()[:2]
-        return host, port
+        return address_of(self._server)
 
     async def close(self) -> None:
         """Listen no more and close every connection; takes a little more than CLOSING_S at most."""
@@ -120,6 +99,7 @@ class TcpServer:
             return
         self._server.close()
         self._server = None
+        self.turns.close()
         open_connections = list(self.connections)
         for connection in open_connections:
             connection.close()
@@ -135,7 +115,7 @@ class Connection(asyncio.BufferedProtocol):
 
     Lines are answered a slice at a time, with other clients and ticks in between. While lines wait nothing
     more is read, and while the client leaves replies unread no line is answered: a client in a hurry fills
-    its own buffers and nobody else's.
+    its own buffers and nobody else's. Until its turn comes nothing is read either.
     """
 
     _transport: asyncio.Transport
@@ -156,8 +136,7 @@ class Connection(asyncio.BufferedProtocol):
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         self.gone = self._loop.create_future()
-        peer = transport.get_extra_info("peername")
-        self._name = host_and_port(*peer[:2]) if peer else "a client already gone"
+        self._name = peer_of(transport)
         self._mark = {"fields": {"session": self._name}}
         _tune(transport.get_extra_info("socket"))
         self._session = self._server.open_session(self._name)
@@ -165,6 +144,14 @@ class Connection(asyncio.BufferedProtocol):
         logger.info("%s connected", self._name, extra=self._mark)
         if not self._server.listening:  # accepted while the server closed
             self.close()
+        elif not self._server.turns.arrives(self):
+            logger.info("%s waits for its turn", self._name, extra=self._mark)
+            self._read(False)
+
+    def serve(self) -> None:
+        """Begin to read."""
+        logger.info("%s is served", self._name, extra=self._mark)
+        self._read(True)
 
     def get_buffer(self, _sizehint: int) -> memoryview:
         return self._buffer
@@ -195,8 +182,9 @@ class Connection(asyncio.BufferedProtocol):
             self._unread.cancel()
         self._server.connections.discard(self)
         self.gone.set_result(None)
-        logger.info("%s disconnected%s", self._name, f": {_why(exc)}" if exc else "", extra=self._mark)
+        logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
         self._session.lost()
+        self._server.turns.leaves(self)
 
     def close(self) -> None:
         """Send what is answered and close; what has not been answered is not any more."""
@@ -222,6 +210,8 @@ class Connection(asyncio.BufferedProtocol):
             self._transport.write(replies)
         if self._session.closing:
             self.close()
+            if self._server.on_good_bye is not None:
+                self._server.on_good_bye()
         elif self._unread is not None:
             self._read(False)
         elif self._session.waiting:
@@ -246,20 +236,6 @@ class Connection(asyncio.BufferedProtocol):
         self.abort()
 
 
-def host_and_port(host: str, port: int) -> str:
-    """An address as one writes it; an IPv6 host goes into brackets."""
-    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
-
-
-async def _resolve(host: str) -> tuple[socket.AddressFamily, str]:
-    # One address only: with two, port 0 would stand for two ports.
-    found = await asyncio.get_running_loop().getaddrinfo(
-        host, None, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-    )
-    family, _, _, _, address = min(found, key=lambda info: info[0] != socket.AF_INET)
-    return family, str(address[0])
-
-
 def _tune(connection: socket.socket) -> None:
     # A host that vanishes without a word is found out in some 11 s.
     with contextlib.suppress(OSError):  # already gone
@@ -270,10 +246,3 @@ def _tune(connection: socket.socket) -> None:
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 5)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 2)
             connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, 3)
-
-
-def _why(fault: Exception) -> str:
-    if isinstance(fault, OSError) and fault.errno is not None:
-        # Python adds the address to what bind(2) says; name resolution has numbers of its own, below 0
-        return os.strerror(fault.errno) if fault.errno > 0 else str(fault.strerror)
-    return str(fault)

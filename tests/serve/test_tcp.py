@@ -13,7 +13,8 @@ from unittest.mock import patch
 import pytest
 
 from iiwa_sim.serve import tcp
-from iiwa_sim.serve.tcp import ListenFault, TcpServer
+from iiwa_sim.serve.listening import ListenFault, host_and_port
+from iiwa_sim.serve.tcp import TcpServer
 from tests.serve.line_sessions import EchoSession
 from tests.talking import DEADLINE_S, Client, until
 
@@ -286,7 +287,7 @@ async def test_ipv6_is_served() -> None:
     assert await client.ask("there") == "there"
     await client.leaves()
     await server.close()
-    assert tcp.host_and_port("::1", 0) == "[::1]:0"
+    assert host_and_port("::1", 0) == "[::1]:0"
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,168 @@
+"""A port that broadcasts lines: each connection gets the newest one, as often as it can take one."""
+
+import asyncio
+import contextlib
+import logging
+import socket
+from collections.abc import Callable
+from typing import Protocol
+
+from iiwa_sim.serve.listening import address_of, listen, peer_of, why
+
+RECEIVE_BYTES = 1024
+"""Taken from a reader at once: what it says in a hurry is heard in small portions, with ticks in between."""
+
+SEND_BYTES = 4096
+"""What the system is asked to hold for a reader: the less, the newer is what a slow one gets next. Linux
+takes twice as much, which are a few lines with all that it counts."""
+
+MIN_RATE_HZ = 1
+MAX_RATE_HZ = 500
+DEFAULT_RATE_HZ = 50
+
+logger = logging.getLogger(__name__)
+
+
+class ReaderSession(Protocol):
+    """What one reader says, without sockets."""
+
+    def receive(self, data: bytes) -> bytes:
+        """Take in bytes, split anywhere; gives what is to be sent before the next line."""
+
+    def end(self) -> None:
+        """Learn that the reader sends no more: a rest without a line end is a line."""
+
+
+class StatusStream:
+    """Sends `line()` to every connection to `host`:`port`, `rate_hz` times in a second of ticks.
+
+    Counted in ticks, of which there are `tick_rate_hz` in a second: so a line shows the same instants however
+    the machine stalls. Where the rates are not multiples, lines are a tick nearer or farther apart.
+
+    A line is made once, for all who can take it. Who has not yet taken the last one goes without this one:
+    the process holds the rest of one line per connection at most, and waits for nobody. A reader that sends
+    no more is still sent lines.
+    """
+
+    def __init__(
+        self,
+        line: Callable[[], bytes],
+        open_session: Callable[[str], ReaderSession],
+        host: str,
+        port: int,
+        *,
+        rate_hz: int = DEFAULT_RATE_HZ,
+        tick_rate_hz: int,
+    ) -> None:
+        """Raises ValueError for a rate outside 1 to 500 Hz or beyond that of the ticks."""
+        most_hz = min(MAX_RATE_HZ, tick_rate_hz)
+        if not MIN_RATE_HZ <= rate_hz <= most_hz:
+            ticks = f", one line per tick at {tick_rate_hz} Hz" if most_hz == tick_rate_hz else ""
+            raise ValueError(f"status_rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {most_hz}{ticks}")
+        self.open_session = open_session
+        self.readers: set[Reader] = set()
+        self._line = line
+        self._rate_hz = rate_hz
+        self._tick_rate_hz = tick_rate_hz
+        self._due = 0  # in parts of 1 / tick_rate_hz of a line
+        self._asked = (host, port)
+        self._server: asyncio.Server | None = None
+
+    async def start(self) -> None:
+        """Listen. Raises ListenFault."""
+        self._server = await listen(lambda: Reader(self), *self._asked)
+
+    @property
+    def listening(self) -> bool:
+        return self._server is not None
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on."""
+        return address_of(self._server)
+
+    def tick(self) -> None:
+        """A tick has been made: send a line if one is due."""
+        self._due += self._rate_hz
+        if self._due >= self._tick_rate_hz:
+            self._due -= self._tick_rate_hz
+            self._broadcast()
+
+    async def close(self) -> None:
+        """Listen no more and close every connection."""
+        if self._server is None:
+            return
+        self._server.close()
+        self._server = None
+        gone = [reader.gone for reader in self.readers]
+        for reader in list(self.readers):
+            reader.close()
+        if gone:
+            await asyncio.wait(gone)
+
+    def _broadcast(self) -> None:
+        ready = [reader for reader in self.readers if reader.ready]
+        if ready:
+            line = self._line()
+            for reader in ready:
+                reader.send(line)
+
+
+class Reader(asyncio.BufferedProtocol):
+    """One connection to the status port."""
+
+    _transport: asyncio.Transport
+    gone: asyncio.Future[None]
+    """Done once the connection is."""
+
+    def __init__(self, stream: StatusStream) -> None:
+        self._stream = stream
+        self._buffer = memoryview(bytearray(RECEIVE_BYTES))
+        self._before_line = b""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        self.gone = asyncio.get_running_loop().create_future()
+        self._name = f"{peer_of(transport)} (status)"
+        self._mark = {"fields": {"session": self._name}}
+        with contextlib.suppress(OSError):  # already gone
+            transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
+        self._session = self._stream.open_session(self._name)
+        self._stream.readers.add(self)
+        logger.info("%s connected", self._name, extra=self._mark)
+        if not self._stream.listening:  # accepted while the stream closed
+            self.close()
+
+    def get_buffer(self, _sizehint: int) -> memoryview:
+        return self._buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
+        # Where a session fails, asyncio logs why and closes the connection.
+        answer = self._session.receive(self._buffer[:nbytes].tobytes())
+        self._before_line = answer or self._before_line
+
+    def eof_received(self) -> bool:
+        self._session.end()
+        return True  # the transport stays open for the lines
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._stream.readers.discard(self)
+        self.gone.set_result(None)
+        logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
+
+    @property
+    def ready(self) -> bool:
+        """Whether all that was sent has been taken by the system."""
+        return not (self._transport.get_write_buffer_size() or self._transport.is_closing())
+
+    def send(self, line: bytes) -> None:
+        self._transport.write(self._before_line + line)
+        self._before_line = b""
+
+    def close(self) -> None:
+        """Close at once, in good order unless a line has been sent in part."""
+        if self.ready:
+            self._transport.close()
+        else:
+            self._transport.abort()
