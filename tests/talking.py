@@ -60,6 +60,11 @@ class Client:
         async with asyncio.timeout(DEADLINE_S):
             return await self._reader.read()
 
+    @property
+    def unread(self) -> bytes:
+        """What has come and not been taken yet."""
+        return bytes(self._reader._buffer)
+
     def sends_no_more(self) -> None:
         self._writer.write_eof()
 

@@ -9,6 +9,8 @@ import pytest
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S, Turns
 from tests.talking import until
 
+PAUSE_S = 0.02
+
 
 class Someone:
     """A client that remembers when its turn came."""
@@ -69,17 +71,22 @@ def test_one_after_the_other_in_their_order() -> None:
 @pytest.mark.parametrize("exclusive", [False, True])
 async def test_a_pause_after_the_last_has_gone(exclusive: bool) -> None:
     loop = asyncio.get_running_loop()
-    door = Door(exclusive, 0.02)
-    assert door.come("ab") == ("a" if exclusive else "ab")
-    gone = loop.time()
+    door = Door(exclusive, PAUSE_S)
+    assert door.come("a") == "a"
+    served_before: list[int] = []
+    loop.call_later(PAUSE_S, lambda: served_before.append(len(door.served)))
     door.go("a")
-    assert door.come("c") == ("" if exclusive else "c"), "b is there still"
-    door.go("bc")
-    assert door.come("de") == ""
-    assert door.served == []
+    assert door.come("bc") == ""
     await until(lambda: bool(door.served))
-    assert loop.time() - gone > 0.019
-    assert door.served == (["d"] if exclusive else ["d", "e"])
+    assert served_before == [0], "nobody was served before the pause was over"
+    assert door.served == (["b"] if exclusive else ["b", "c"])
+
+
+def test_no_pause_while_anybody_is_served() -> None:
+    door = Door(pause_s=LONGEST_PAUSE_S)
+    assert door.come("ab") == "ab"
+    door.go("a")
+    assert door.come("c") == "c"
 
 
 async def test_nobodys_turn_comes_after_the_close() -> None:

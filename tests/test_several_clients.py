@@ -1,0 +1,189 @@
+"""Several clients of one robot, over real sockets: all at once, or one after the other."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import signal
+import socket
+from collections.abc import AsyncIterator
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.simulator import Simulator
+from tests.processes import running
+from tests.talking import DEADLINE_S, Client, until
+
+FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
+NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
+
+
+@pytest.fixture
+async def exclusive() -> AsyncIterator[Simulator]:
+    async with Simulator(exclusive=True) as simulator:
+        yield simulator
+
+
+async def connect(simulator: Simulator) -> Client:
+    """A client that the server knows of."""
+    count = len(simulator._server.connections)
+    client = await Client.connect(simulator.port)
+    await until(lambda: len(simulator._server.connections) == count + 1)
+    return client
+
+
+async def some_ticks(simulator: Simulator, ticks: int = 20) -> None:
+    """As a measure of time."""
+    until_tick = simulator.controller.tick + ticks
+    await until(lambda: simulator.controller.tick >= until_tick)
+
+
+async def test_both_move_the_robot_in_the_order_in_which_their_commands_arrive(simulator: Simulator) -> None:
+    one, two = await connect(simulator), await connect(simulator)
+    assert await one.ask("joint move : 0.1 0.5 0 -1 0 1.5 0 " + "1 " * 7) == "done"
+    assert await two.ask("joint move : 0.1 0.5 0 -1 0 1.5 0.1 " + "1 " * 7) == "done"
+    assert await one.ask("get status") == await two.ask("get status") == "moving"
+    assert await one.until_stopped() > 0
+    assert await two.ask("get joint position") == "0.1 0.5 0.0 -1.0 0.0 1.5 0.1"
+    await one.leaves()
+    await two.leaves()
+
+
+@pytest.mark.parametrize("how", ["leaves", "vanishes", "bye"])
+async def test_a_second_client_waits_until_the_first_has_gone(exclusive: Simulator, how: str) -> None:
+    first, second = await connect(exclusive), await connect(exclusive)
+    second.send(b"hello\r\nget status\r\n" + NEAR.encode() + b"\r\n")
+    await second.sent()
+    for _ in range(20):
+        assert await first.ask("get joint position") != ""
+    await some_ticks(exclusive)
+    assert second.unread == b"", "nothing is answered yet"
+    assert await first.ask("get status") == "stopped", "and nothing moves yet"
+    if how == "leaves":
+        await first.leaves()
+    elif how == "vanishes":
+        first.vanishes()
+    else:
+        assert await first.ask("bye") == "bye"
+    assert [await second.reply() for _ in range(3)] == ["hello", "stopped", "done"]
+    await second.until_stopped()
+    assert exclusive.controller.joints[0] == 0.01
+    await second.leaves()
+    await first.leaves()
+
+
+async def test_the_move_of_the_first_stops_before_the_second_is_served(exclusive: Simulator) -> None:
+    first, second, third = [await connect(exclusive) for _ in range(3)]
+    second.send(b"get joint position\r\n")
+    third.send(b"hello\r\n")
+    assert await first.ask(FAR) == "done"
+    await until(lambda: exclusive.controller.joints[0] > 0)
+    first.vanishes()
+    assert float((await second.reply()).split()[0]) < 0.5
+    await second.until_stopped()
+    assert exclusive.controller.joints[0] < 0.5
+    assert third.unread == b"", "one at a time"
+    await second.leaves()
+    assert await third.reply() == "hello"
+    await third.leaves()
+
+
+async def test_who_gave_up_waiting_is_passed_over(exclusive: Simulator) -> None:
+    first, second, third = [await connect(exclusive) for _ in range(3)]
+    assert await first.ask("hello") == "hello"
+    second.vanishes()
+    third.send(b"hello\r\n")
+    await first.leaves()
+    assert await third.reply() == "hello"
+    await third.leaves()
+
+
+async def test_a_client_that_waits_does_not_keep_the_simulator_from_ending() -> None:
+    async with Simulator(exclusive=True) as simulator:
+        first, second = await connect(simulator), await connect(simulator)
+        second.send(b"hello\r\n")
+        assert await first.ask("hello") == "hello"
+    assert await first.rest() == b""
+    with contextlib.suppress(ConnectionResetError):  # what it said was not read
+        assert await second.rest() == b""
+    await first.leaves()
+    await second.leaves()
+
+
+async def test_waiting_is_told_in_the_log(exclusive: Simulator, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.INFO, "iiwa_sim"):
+        first, second = await connect(exclusive), await connect(exclusive)
+        await first.leaves()
+        assert await second.ask("hello") == "hello"
+        await second.leaves()
+    said = [message.split(" ", 1)[1] for message in caplog.messages]
+    assert said[:5] == ["connected", "connected", "waits for its turn", "disconnected", "is served"]
+
+
+@pytest.mark.parametrize("exclusive", [False, True])
+async def test_a_pause_before_the_next_client_is_served(exclusive: bool) -> None:
+    pause_s = 0.1
+    loop = asyncio.get_running_loop()
+    async with Simulator(exclusive=exclusive, reconnect_pause_s=pause_s) as simulator:
+        first = await connect(simulator)
+        assert await first.ask("hello") == "hello", "the first one of all waits for nobody"
+        over = loop.create_future()
+        loop.call_later(pause_s, over.set_result, None)
+        await first.leaves()
+        await until(lambda: not simulator._server.connections)
+        next_one = await connect(simulator)
+        assert await next_one.ask("hello") == "hello"
+        assert over.done()
+        await next_one.leaves()
+
+
+async def test_bye_is_answered_before_it_is_told() -> None:
+    said_bye = asyncio.Event()
+    async with Simulator(on_bye=said_bye.set) as simulator:
+        one, two = await connect(simulator), await connect(simulator)
+        await one.leaves()
+        await until(lambda: len(simulator._server.connections) == 1)
+        assert not said_bye.is_set(), "to leave is not to say bye"
+        two.send(b"hello\r\nbye\r\nhello\r\n")
+        async with asyncio.timeout(DEADLINE_S):
+            await said_bye.wait()
+    assert await two.rest() == b"hello\r\nbye\r\n"
+    await two.leaves()
+
+
+def test_a_bye_ends_the_process_if_it_shall() -> None:
+    with running("--bye-shuts-down", "--status-port", "0") as simulator:
+        with Iiwa("127.0.0.1", simulator.port) as early:
+            early.hello()
+        with Iiwa("127.0.0.1", simulator.port) as robot:
+            robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+            robot.bye()
+            _, said = simulator.process.communicate(timeout=DEADLINE_S)
+        assert (simulator.process.returncode, said) == (0, "")
+
+
+def test_and_otherwise_it_does_not() -> None:
+    with running() as simulator:
+        for _ in range(2):
+            with Iiwa("127.0.0.1", simulator.port) as robot:
+                robot.bye()
+        assert simulator.ends(signal.SIGTERM) == (0, "")
+
+
+def test_one_client_after_the_other_as_the_original_has_it() -> None:
+    with running("--exclusive", "--reconnect-pause", "0.1") as simulator:
+        address = ("127.0.0.1", simulator.port)
+        with socket.create_connection(address) as first, socket.create_connection(address) as second:
+            for client in (second, first):
+                client.settimeout(DEADLINE_S)
+                client.sendall(b"hello\r\n")
+            assert first.recv(1024) == b"hello\r\n"
+            second.setblocking(False)
+            with pytest.raises(BlockingIOError):
+                second.recv(1024)
+            second.settimeout(DEADLINE_S)
+            first.close()
+            assert second.recv(1024) == b"hello\r\n"
+        assert simulator.ends(signal.SIGTERM) == (0, "")

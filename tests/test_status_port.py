@@ -1,0 +1,197 @@
+"""The status port of a simulator, over real sockets."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+from collections.abc import AsyncIterator
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.simulator import Simulator
+from tests.processes import IIWA_SIM, running
+from tests.states import state
+from tests.talking import DEADLINE_S, Client, until
+
+FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
+
+
+@pytest.fixture
+async def simulator() -> AsyncIterator[Simulator]:
+    """One with a status port."""
+    async with Simulator(status_port=0) as simulator:
+        yield simulator
+
+
+@pytest.fixture
+async def reader(simulator: Simulator) -> AsyncIterator[Client]:
+    assert simulator.status_port is not None
+    reader = await Client.connect(simulator.status_port)
+    yield reader
+    await reader.leaves()
+
+
+async def next_state(reader: Client) -> dict[str, object]:
+    return state((await reader.line()).encode() + b"\n")
+
+
+@pytest.mark.requirement("FRA201", "FRA007")
+async def test_the_state_comes_50_times_a_second_while_the_robot_moves(
+    client: Client, reader: Client
+) -> None:
+    assert await client.ask(FAR) == "done"
+    states = [await next_state(reader) for _ in range(30)]
+    ticks = [seen["tick"] for seen in states]
+    assert all((tick - ticks[0]) % 10 == 0 for tick in ticks), "500 ticks per second, 50 lines"
+    assert ticks == sorted(set(ticks))
+    assert all(seen["time_s"] == pytest.approx(seen["tick"] * 0.002) for seen in states)
+    assert {seen["mode"] for seen in states[1:]} == {"normal"}
+    assert states[-1]["status"] == "moving"
+    way = [seen["joint_position"][0] for seen in states]
+    assert way == sorted(way)
+    assert way[-1] > way[0]
+    assert states[-1]["joint_velocity"][0] > 0
+
+
+@pytest.mark.requirement("FRA202", "FRC003")
+async def test_stop_stops_the_robot_and_its_queue(
+    simulator: Simulator, client: Client, reader: Client
+) -> None:
+    for _ in range(3):
+        assert await client.ask(FAR) == "done"
+    await until(lambda: simulator.controller.joints[0] > 0)
+    reader.send(b"stop\n")
+    seen = await next_state(reader)
+    while seen["status"] == "moving":
+        seen = await next_state(reader)
+    assert seen["mode"] == "unknown"
+    assert seen["joint_position"][0] < 0.5
+    assert (await next_state(reader))["joint_velocity"] == [0.0] * 7
+    assert await client.ask("get status") == "stopped"
+    assert await client.ask("hello") == "hello", "the client itself is left alone"
+
+
+async def test_what_is_no_stop_shows_as_an_error_and_nothing_stops(client: Client, reader: Client) -> None:
+    assert await client.ask(FAR) == "done"
+    reader.send(b"get joint position\r\n")
+    seen = await next_state(reader)
+    while not seen["error"]["code"]:
+        seen = await next_state(reader)
+    assert seen["error"] == {"code": 3040, "reason": "the status port takes stop, and nothing else"}
+    assert seen["status"] == "moving"
+    assert seen["mode"] == "normal"
+
+
+async def test_a_reader_that_goes_stops_nothing(simulator: Simulator, client: Client, reader: Client) -> None:
+    assert await client.ask(FAR) == "done"
+    await next_state(reader)
+    reader.vanishes()
+    await until(lambda: not simulator._status.readers)
+    assert await client.ask("get status") == "moving"
+
+
+async def test_a_robot_that_fails_is_still_seen(
+    simulator: Simulator, reader: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = await next_state(reader)
+
+    def fails() -> None:
+        raise ZeroDivisionError("a fault of ours")
+
+    monkeypatch.setattr(simulator.controller._motions, "step", fails)
+    for _ in range(5):
+        seen = await next_state(reader)
+    assert seen["tick"] > before["tick"]
+
+
+@pytest.mark.requirement("FRA201")
+async def test_stuck_readers_delay_neither_replies_nor_ticks_nor_others() -> None:
+    async with Simulator(status_port=0, status_rate_hz=500) as simulator:
+        stuck = [socket.socket() for _ in range(3)]
+        for each in stuck:
+            each.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            each.connect(("127.0.0.1", simulator.status_port))
+        readers = [await Client.connect(simulator.status_port) for _ in range(7)]
+        client = await Client.connect(simulator.port)
+        assert await client.ask(FAR) == "done"
+        held = simulator._status.readers
+        await until(lambda: sum(r._transport.get_write_buffer_size() > 0 for r in held) == len(stuck))
+        last = [0] * len(readers)
+        for _ in range(100):
+            ticks = [(await next_state(reader))["tick"] for reader in readers]
+            assert all(now > before for now, before in zip(ticks, last, strict=True))
+            last = ticks
+            assert await client.ask("get status") == "moving"
+        assert all(r._transport.get_write_buffer_size() < 2000 for r in held)
+        for each in stuck:
+            each.close()
+        for each in [*readers, client]:
+            await each.leaves()
+
+
+async def test_after_the_context_neither_port_listens() -> None:
+    async with Simulator(status_port=0) as ending:
+        ports = [ending.port, ending.status_port]
+        clients = [await Client.connect(port) for port in ports]
+        await next_state(clients[1])
+    for port, client in zip(ports, clients, strict=True):
+        await client.rest()
+        await client.leaves()
+        with pytest.raises(ConnectionRefusedError):
+            await Client.connect(port)
+
+
+async def test_a_status_port_in_use_is_told_and_nothing_is_left_listening(simulator: Simulator) -> None:
+    second = Simulator(status_port=simulator.status_port)
+    with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.status_port}: "):
+        await second.__aenter__()
+    with pytest.raises(RuntimeError, match="does not listen"):
+        _ = second.port
+    assert second.controller.tick == 0
+
+
+def test_there_is_none_unless_it_is_asked_for() -> None:
+    assert Simulator().status_port is None
+
+
+def test_a_rate_above_that_of_the_ticks_is_refused() -> None:
+    with pytest.raises(ValueError, match="status_rate_hz is 101, expected 1 to 100"):
+        Simulator(rate_hz=100, status_port=0, status_rate_hz=101)
+
+
+@pytest.mark.requirement("FRA201", "FRA202")
+def test_as_a_process() -> None:
+    with running("--status-port", "0", "--status-rate", "100") as simulator:
+        assert simulator.process.stdout is not None
+        said, _, port = simulator.process.stdout.readline().rpartition(":")
+        assert said == "status on 127.0.0.1"
+        with (
+            Iiwa("127.0.0.1", simulator.port) as robot,
+            socket.create_connection(("127.0.0.1", int(port)), DEADLINE_S) as reader,
+            reader.makefile("rb") as lines,
+        ):
+            robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+            assert state(lines.readline())["status"] == "moving"
+            reader.sendall(b"stop\n")
+            while state(lines.readline())["status"] == "moving":
+                pass
+            assert robot.get_status() == "stopped"
+            assert simulator.ends(signal.SIGTERM) == (0, "")
+            assert all(state(line)["status"] == "stopped" for line in lines), "to the end lines are whole"
+
+
+def test_the_port_of_the_process_in_use() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = subprocess.run(
+            [*IIWA_SIM, "--port", "0", "--status-port", str(port)],
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
