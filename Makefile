@@ -1,8 +1,8 @@
-# make run | test | lint | bench, each with ARGS="..."; the first one makes .venv and installs everything into it.
+# make run | test | lint | requirements | bench, each with ARGS="..."; the first one makes .venv and installs everything into it.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: run test lint bench clean
+.PHONY: run test lint requirements bench clean
 
 run: .venv/ready
 	@$(BIN)/iiwa-sim $(ARGS)
@@ -14,6 +14,10 @@ lint: .venv/ready
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m tests.requirements --check
+
+requirements: .venv/ready
+	$(BIN)/python -m tests.requirements --run
 
 bench: .venv/ready
 	@$(BIN)/python -m benchmarks.bench $(ARGS)

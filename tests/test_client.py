@@ -144,6 +144,7 @@ def test_moves_arrive_as_they_were_called(connect):
     assert robot.stops == 1
 
 
+@pytest.mark.requirement("FRA007", "FRC017", "FRC018")
 def test_status_is_read_into_named_values(connect):
     client, _ = connect(speaking_for(FakeRobot()))
     assert client.get_status() == "stopped"
@@ -158,6 +159,7 @@ def test_status_is_read_into_named_values(connect):
     assert client.help("lin\nmove") == client.help("lin move")
 
 
+@pytest.mark.requirement("FRC021")
 def test_the_last_error_is_read_with_its_code(connect):
     client, _ = connect(speaking_for(FakeRobot()))
     with pytest.raises(CommandError):

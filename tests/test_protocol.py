@@ -68,6 +68,7 @@ def test_the_table_holds_appendix_b_and_what_else_it_holds_is_an_extension():
     assert not ours & set(APPENDIX_B)
 
 
+@pytest.mark.requirement("FRA005", "FRC001")
 @pytest.mark.parametrize("name", APPENDIX_B)
 def test_a_command_takes_and_answers_what_appendix_b_says(name):
     command = TABLE.commands[name]

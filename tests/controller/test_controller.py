@@ -104,6 +104,7 @@ def test_a_stop_discards_every_queued_move() -> None:
     robot.runs_until_stopped(0.1)
 
 
+@pytest.mark.requirement("FRC014")
 def test_the_queue_is_bounded_and_takes_moves_again_when_one_has_begun() -> None:
     controller = Controller(load_robot(), 0.002)
     targets = ([0.0] * 7, [0.01] * 7)

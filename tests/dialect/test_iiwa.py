@@ -113,6 +113,7 @@ def test_status_is_the_controllers():
     assert talk.ask("get cartesian force") == "1.5 -2.5 3.0 0.0 0.0 -0.125"
 
 
+@pytest.mark.requirement("FRC001")
 @pytest.mark.parametrize("name", TABLE.commands)
 def test_no_command_of_the_table_is_unknown(name):
     command = TABLE.commands[name]

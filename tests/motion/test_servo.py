@@ -344,6 +344,7 @@ def test_a_ragged_stream_round_a_circle_is_followed_with_bounded_lag(
     robot.assert_within_limits()
 
 
+@pytest.mark.requirement("FRA104")
 @pytest.mark.parametrize(("direct", "period_s"), STREAMS)
 @pytest.mark.parametrize("speed_rel", [0.02, 0.1, 0.3, 0.8])
 def test_an_even_stream_is_followed_smoothly(direct: bool, period_s: float, speed_rel: float) -> None:
@@ -405,6 +406,7 @@ def test_a_stream_of_steps_breaks_no_limit_and_each_last_step_is_reached(
 # Stops.
 
 
+@pytest.mark.requirement("FRC003")
 @pytest.mark.parametrize("direct", [False, True])
 @settings(max_examples=25, deadline=None)
 @given(commands=COMMANDS, seed=st.integers(0, 1000))

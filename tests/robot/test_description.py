@@ -19,6 +19,7 @@ def test_the_arms_that_come_along() -> None:
     assert load_robot() == load_robot("lbr_iiwa_7_r800")
 
 
+@pytest.mark.requirement("FRO001")
 @pytest.mark.parametrize(
     ("robot", "velocity_deg_per_s", "torque_nm"),
     [
