@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks import chains, core, durations, moves, replies, servo, start
+from benchmarks import chains, core, durations, moves, replies, servo, start, status
 from benchmarks.figures import Figure, as_json, table
 
 PARTS = {
@@ -18,6 +18,7 @@ PARTS = {
     "durations": durations.measure,
     "chains": chains.measure,
     "servo": servo.measure,
+    "status": status.measure,
 }
 
 

@@ -59,7 +59,11 @@ def listening(command: list[str]) -> Iterator[tuple[str, int]]:
 
 
 @contextlib.contextmanager
-def both() -> Iterator[tuple[Line, Line]]:
-    """A connection to iiwa-sim and one to the echo server. Both run all the time: disturbed alike."""
-    with listening(IIWA_SIM) as sim, listening(ECHO) as echo, Line(*sim) as to_sim, Line(*echo) as to_echo:
+def both(*options: str) -> Iterator[tuple[Line, Line]]:
+    """A connection to iiwa-sim with these options, and one to the echo server.
+
+    Both run all the time: disturbed alike.
+    """
+    sim_command = [*IIWA_SIM, *options]
+    with listening(sim_command) as sim, listening(ECHO) as echo, Line(*sim) as to_sim, Line(*echo) as to_echo:
         yield to_sim, to_echo

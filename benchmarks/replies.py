@@ -17,11 +17,11 @@ LINES_PER_PIPELINE = 50_000
 def measure() -> list[Figure]:
     """Blocks of both servers alternate, so that whatever else the machine does hits both."""
     with both() as (sim, echo):
-        _keep_moving(sim)
+        keep_moving(sim)
         return _ask_answer(sim, echo) + _pipelined(sim, echo, QUESTION) + _pipelined(sim, echo, b"hello\r\n")
 
 
-def _keep_moving(sim: Line) -> None:
+def keep_moving(sim: Line) -> None:
     """Queue slow moves there and back, half an hour of them."""
     for turn in range(300):
         target = "0.8 0.6 0.2 -1.2 0.3 1.4 0.5" if turn % 2 else "-0.8 0.3 -0.2 -0.9 -0.3 1.7 -0.5"
@@ -30,7 +30,7 @@ def _keep_moving(sim: Line) -> None:
             raise RuntimeError(f"joint move: {reply!r}")
 
 
-def _check_moving(sim: Line) -> None:
+def check_moving(sim: Line) -> None:
     if sim.ask(b"get status\r\n") != b"moving\r\n":
         raise RuntimeError("the robot should have moved all the time")
 
@@ -43,7 +43,7 @@ def _ask_answer(sim: Line, echo: Line) -> list[Figure]:
             block_of = [line.timed(QUESTION)[0] for _ in range(ASKS_PER_BLOCK)]
             if block >= 2:  # the first ones warm up
                 samples += block_of
-        _check_moving(sim)
+        check_moving(sim)
     return [
         Figure(f"ask-answer, get joint position, {name}", value, "us", floor, ratio_at_most=goal)
         for name, value, floor, goal in (
@@ -59,7 +59,7 @@ def _pipelined(sim: Line, echo: Line, question: bytes) -> list[Figure]:
     for _ in range(PIPELINES):
         for line, rates in ((sim, of_sim), (echo, of_echo)):
             rates.append(_flood(line, question))
-        _check_moving(sim)
+        check_moving(sim)
     name = question.decode().strip()
     return [Figure(f"pipelined, {name}", median(of_sim), "commands/s", median(of_echo))]
 

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 from collections.abc import AsyncIterator
+from pathlib import Path
 
 import pytest
 
@@ -151,6 +152,12 @@ async def test_a_status_port_in_use_is_told_and_nothing_is_left_listening(simula
     with pytest.raises(RuntimeError, match="does not listen"):
         _ = second.port
     assert second.controller.tick == 0
+
+
+def test_the_line_on_the_page_has_what_a_line_has() -> None:
+    page = (Path(__file__).parent.parent / "docs" / "status.md").read_text()
+    line = page[page.index("{") : page.index("```", page.index("{"))].replace("\n ", "")
+    state(line.encode())
 
 
 def test_there_is_none_unless_it_is_asked_for() -> None:

@@ -12,9 +12,9 @@ from iiwa_sim.serve.listening import address_of, listen, peer_of, why
 RECEIVE_BYTES = 1024
 """Taken from a reader at once: what it says in a hurry is heard in small portions, with ticks in between."""
 
-SEND_BYTES = 4096
-"""What the system is asked to hold for a reader: the less, the newer is what a slow one gets next. Linux
-takes twice as much, which are a few lines with all that it counts."""
+SEND_BYTES = 16_384
+"""What the system is asked to hold for a reader: the less, the newer is what a slow one gets next. Linux holds
+some 15 lines then. They are what has not been acknowledged either, for which it may take 40 ms."""
 
 MIN_RATE_HZ = 1
 MAX_RATE_HZ = 500
