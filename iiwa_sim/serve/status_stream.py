@@ -13,8 +13,8 @@ RECEIVE_BYTES = 1024
 """Taken from a reader at once: what it says in a hurry is heard in small portions, with ticks in between."""
 
 SEND_BYTES = 16_384
-"""What the system is asked to hold for a reader: the less, the newer is what a slow one gets next. Linux holds
-some 15 lines then. They are what has not been acknowledged either, for which it may take 40 ms."""
+"""What the system is asked to hold for a reader: the less, the newer is what a slow one gets next. Linux then
+holds some 15 lines, among them those on their way, which may be acknowledged 40 ms late."""
 
 MIN_RATE_HZ = 1
 MAX_RATE_HZ = 500
