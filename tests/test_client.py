@@ -109,9 +109,14 @@ def test_a_method_for_every_command_with_the_tables_parameters(name):
     method = getattr(Iiwa, name.replace(" ", "_"))
     arguments = list(inspect.signature(method).parameters)[1:]
     values = [value for argument in arguments for value in PARTS.get(argument, (argument,))]
-    assert values == ([command.phrase] if command.phrase else [each.name for each in command.parameters])
+    known = [each.name for each in (*command.parameters, *command.optional)]
+    assert values == ([command.phrase] if command.phrase else known)
     result = inspect.get_annotations(method)["return"]
-    if command.reply_values:
+    if command.reply_list is not None:
+        assert result == tuple[bool, ...]
+    elif len(command.reply_values) == 1:
+        assert result is (bool if command.reply_values[0].integer else float)
+    elif command.reply_values:
         assert result._fields == tuple(each.name for each in command.reply_values)
     else:
         words = str if command.phrase or len(command.reply_words) > 1 else None
@@ -154,6 +159,14 @@ def test_status_is_read_into_named_values(connect):
     assert client.get_cartesian_force().fy == -2.5
     assert client.get_joint_torque().t0 == 7.0
     assert client.get_joint_position() == JointPosition(0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.570796327)
+    client.set_output(2, True)
+    assert client.get_outputs() == (False, True, *[False] * 14)
+    assert client.get_output(2) is True
+    assert client.get_input(2) is False
+    assert client.get_inputs() == (False,) * 16
+    with pytest.raises(CommandError):
+        client.set_input(2, True)
+    assert client.get_error().code == 2
     assert "lin move : x[mm]" in client.help("lin move")
     assert client.help("lin\nmove") == client.help("lin move")
 

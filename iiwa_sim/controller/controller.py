@@ -6,6 +6,7 @@ import numpy as np
 
 from iiwa_sim.contact.load import ExternalLoad, Wrench
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import (
     LONGEST_SERVO_TIMEOUT_S,
     SERVO_MODES,
@@ -45,10 +46,11 @@ class Controller:
         description: RobotDescription,
         tick_s: float,
         *,
+        io: Io | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
     ) -> None:
-        """At rest at home.
+        """At rest at home, with these inputs and outputs, or 16 of each.
 
         The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`, None for never.
         `on_fault` is told the code and the reason of what goes wrong between commands. Raises `RobotFault`
@@ -65,6 +67,7 @@ class Controller:
         """That of the last command: it changes with the command, also where the robot has to stop first."""
         self.last_error: ErrorRecord | None = None
         """The last refused command, as far as it was recorded, or fault between commands."""
+        self.io = Io() if io is None else io
         self.load = ExternalLoad(len(description.joints))
         """What pushes the robot from outside."""
         self._model = Model(description)

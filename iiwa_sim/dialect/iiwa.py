@@ -122,10 +122,17 @@ class Session:
             return self._write(name, values_of(self._controller))
         if name == "get status":
             return _MOVING if self._controller.moving else _STOPPED
+        read = _INTEGERS.get(name)
+        if read is not None:
+            return _line(" ".join(str(int(value)) for value in read(self._controller, request.values)))
         plan = _MOVES.get(name)
         if plan is not None:
             self._planned = True  # refused or not, it has cost a plan
             self._last_move = plan(self._controller, request.values)
+            return _DONE
+        switch = _SWITCHES.get(name)
+        if switch is not None:
+            switch(self._controller, request.values)
             return _DONE
         carry_out = _OTHERS.get(name)
         if carry_out is None:
@@ -200,6 +207,16 @@ _VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
     "get joint torque": lambda controller: controller.joint_torque(),
     "get cartesian force": lambda controller: controller.cartesian_force(),
 }
+_INTEGERS: dict[str, Callable[[Controller, Values], Sequence[int]]] = {
+    "get input": lambda controller, v: [controller.io.input(int(v[0]))],
+    "get output": lambda controller, v: [controller.io.output(int(v[0]))],
+    "get inputs": lambda controller, _: controller.io.inputs,
+    "get outputs": lambda controller, _: controller.io.outputs,
+}
+_SWITCHES: dict[str, Callable[[Controller, Values], None]] = {
+    "set output": lambda controller, v: controller.io.set_output(int(v[0]), v[1] == 1.0),
+    "set input": lambda controller, v: controller.io.refuse_input(int(v[0])),
+}
 _OTHERS: dict[str, Callable[[Session, Request], bytes]] = {
     "hello": Session._hello,
     "bye": Session._bye,
@@ -208,4 +225,4 @@ _OTHERS: dict[str, Callable[[Session, Request], bytes]] = {
     "get mode": Session._mode,
     "get error": Session._error,
 }
-AVAILABLE = frozenset([*_MOVES, *_VALUES, *_OTHERS, "get status"])
+AVAILABLE = frozenset([*_MOVES, *_VALUES, *_INTEGERS, *_SWITCHES, *_OTHERS, "get status"])

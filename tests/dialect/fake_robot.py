@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord, Refused
+from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.frames import Frame
@@ -20,6 +21,7 @@ class FakeRobot:
         self.breaks: Exception | None = None
         self.moving = False
         self.mode = Mode.UNKNOWN
+        self.io = Io()
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 

@@ -117,7 +117,8 @@ def test_status_is_the_controllers():
 def test_no_command_of_the_table_is_unknown(name):
     command = TABLE.commands[name]
     robot = FakeRobot()
-    reply = Conversation(robot).ask(f"{name} : {' '.join(['0.5'] * len(command.parameters))}")
+    words = ["1" if each.integer else "0.5" for each in command.parameters]
+    reply = Conversation(robot).ask(f"{name} : {' '.join(words)}")
     if name in LATER:
         assert reply == ERROR
         assert robot.moves == []
@@ -125,6 +126,8 @@ def test_no_command_of_the_table_is_unknown(name):
         assert reply in command.reply_words
     elif command.reply_values:
         assert len([float(word) for word in reply.split()]) == len(command.reply_values)
+    elif command.reply_list:
+        assert set(reply.split()) == {"0"}
     elif command.phrase:
         assert "lin move" in reply
     else:
@@ -172,6 +175,41 @@ def test_the_last_error_can_be_asked_for():
     talk.session.receive(b"\xff\xfd\x06")
     talk.hear()
     assert talk.ask("get error").startswith("3000 internal fault"), "what goes well makes nothing unhappened"
+
+
+@pytest.mark.requirement("FRC022", "FRC023", "FRC024")
+def test_outputs_are_switched_and_all_of_them_told():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("set output : 3 1") == "done"
+    assert talk.ask("set output : 16 1.0") == "done"
+    assert talk.ask("get output : 3") == "1"
+    assert talk.ask("get output : 4") == "0"
+    assert talk.ask("get outputs") == "0 0 1 0 0 0 0 0 0 0 0 0 0 0 0 1"
+    assert talk.ask("set output : 3 0") == "done"
+    assert talk.ask("get output : 3") == "0"
+    robot.io.wire(2, on=True)
+    assert talk.ask("get input : 2") == "1"
+    assert talk.ask("get inputs") == "0 1" + " 0" * 14
+
+
+@pytest.mark.requirement("FRC022", "FRC023")
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("set output : 17 1", "1 no output 17: there are outputs 1 to 16"),
+        ("get output : 0", "1 no output 0: there are outputs 1 to 16"),
+        ("get input : -1", "1 no input -1: there are inputs 1 to 16"),
+        ("set input : 2 1", "2 'input 2' is an input: what is wired to it sets it, no driver can"),
+        ("set input : 17 1", "1 no input 17: there are inputs 1 to 16"),
+        ("set output : 1 0.5", "3040 value = 0.5: expected a whole number"),
+    ],
+)
+def test_a_wrong_number_or_an_input_that_is_set_has_an_error_of_its_own(line, told):
+    talk = Conversation()
+    assert talk.ask(line) == "error"
+    assert talk.ask("get error") == told
+    assert "1" not in talk.ask("get outputs") + talk.ask("get inputs")
 
 
 @pytest.mark.parametrize("mode", Mode)
@@ -344,7 +382,7 @@ def test_help_names_every_command_and_its_usage():
         f"{name} (extension)" for name, each in TABLE.commands.items() if each.extension
     ]
     assert hint == "lin move tells its usage)"
-    assert len(overview) < 600
+    assert len(overview) < 1500
 
 
 @pytest.mark.parametrize(
@@ -373,7 +411,8 @@ MOVES = {
 def malformed(name: str, count: int) -> list[str]:
     """A command that moves, in ways in which it does not."""
     fits = ["0.5"] * count
-    wrong = [fits[:-1], [*fits, "0.5"], ["nan", *fits[1:]], ["0,5", *fits[1:]]]
+    more = [*fits, *["0.5"] * len(TABLE.commands[name].optional), "0.5"]
+    wrong = [fits[:-1], more, ["nan", *fits[1:]], ["0,5", *fits[1:]]]
     for k, each in enumerate(TABLE.commands[name].parameters):
         if each.range:
             wrong.append([*fits[:k], "-1", *fits[k + 1 :]])
