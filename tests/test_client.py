@@ -14,6 +14,7 @@ from iiwa_sim.client import (
     JointPosition,
     LastError,
     ReplyError,
+    RobotStatus,
     UnknownCommandError,
 )
 from iiwa_sim.dialect.table import load_table
@@ -159,6 +160,7 @@ def test_status_is_read_into_named_values(connect):
     assert client.get_cartesian_force().fy == -2.5
     assert client.get_joint_torque().t0 == 7.0
     assert client.get_joint_position() == JointPosition(0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.570796327)
+    assert client.get_robot_status() == RobotStatus(2, 0, 1, 1, 0, 0, 0)
     client.set_output(2, True)
     assert client.get_outputs() == (False, True, *[False] * 14)
     assert client.get_output(2) is True
@@ -167,6 +169,8 @@ def test_status_is_read_into_named_values(connect):
     with pytest.raises(CommandError):
         client.set_input(2, True)
     assert client.get_error().code == 2
+    client.reset_error()
+    assert client.get_error().code == 0
     assert "lin move : x[mm]" in client.help("lin move")
     assert client.help("lin\nmove") == client.help("lin move")
 

@@ -14,6 +14,7 @@ FRAME = "x y z alpha beta gamma"
 JOINTS = "j0 j1 j2 j3 j4 j5 j6"
 SPEEDS = "v0 v1 v2 v3 v4 v5 v6"
 FORCE = "fx fy fz tx ty tz"
+ROBOT_STATUS = "mode e_stopped drives_powered motion_possible in_motion in_error error_code"
 THRESHOLDS = "thresholdX thresholdY thresholdZ"
 
 # command: (parameters, words or values of the reply)
@@ -54,7 +55,7 @@ UNITS = {
     "Nm": "tx ty tz t0 t1 t2 t3 t4 t5 t6",
     "N/m": "stiffness",
     "Nm/rad": "joint_stiffness",
-    "1": f"speed {SPEEDS} n value",
+    "1": f"speed {SPEEDS} n value {ROBOT_STATUS}",
 }
 MODES = {"any", "normal", "impedance", "smart", "direct"}
 

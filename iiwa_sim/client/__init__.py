@@ -12,7 +12,7 @@ a Frame holds it. It needs nothing of the simulator and works with any server of
 
 from iiwa_sim.client.commands import Iiwa
 from iiwa_sim.client.connection import CommandError, ReplyError, UnknownCommandError
-from iiwa_sim.client.replies import CartesianForce, Frame, JointPosition, JointTorque, LastError
+from iiwa_sim.client.replies import CartesianForce, Frame, JointPosition, JointTorque, LastError, RobotStatus
 
 __all__ = [
     "CartesianForce",
@@ -23,5 +23,6 @@ __all__ = [
     "JointTorque",
     "LastError",
     "ReplyError",
+    "RobotStatus",
     "UnknownCommandError",
 ]

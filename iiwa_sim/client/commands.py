@@ -4,7 +4,7 @@ import time
 from collections.abc import Sequence
 
 from iiwa_sim.client.connection import Connection
-from iiwa_sim.client.replies import CartesianForce, Frame, JointPosition, JointTorque, LastError
+from iiwa_sim.client.replies import CartesianForce, Frame, JointPosition, JointTorque, LastError, RobotStatus
 
 _POLL_PERIOD_S = 0.01
 
@@ -144,6 +144,14 @@ class Iiwa(Connection):
         if not (code.isascii() and code.isdigit()):
             raise self._nonsense("get error", reply)
         return LastError(int(code), reason)
+
+    def reset_error(self) -> None:
+        """Ends the error that refuses moves, and forgets the last refusal."""
+        self._command("reset error")
+
+    def get_robot_status(self) -> RobotStatus:
+        """The state of the robot as ROS-Industrial puts it."""
+        return RobotStatus._make(map(int, self._numbers("get robot status")))
 
     def get_tool_frame(self) -> Frame:
         """The TCP in the base frame."""

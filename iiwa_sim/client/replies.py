@@ -54,3 +54,15 @@ class LastError(NamedTuple):
 
     code: int
     reason: str
+
+
+class RobotStatus(NamedTuple):
+    """As industrial_msgs/RobotStatus: mode 2 is automatic, of the others 1 is true and 0 false."""
+
+    mode: int
+    e_stopped: int
+    drives_powered: int
+    motion_possible: int
+    in_motion: int
+    in_error: int
+    error_code: int

@@ -6,6 +6,7 @@ import numpy as np
 
 from iiwa_sim.contact.load import ExternalLoad, Wrench
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.faults import NO_CODE, Faults
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import (
     LONGEST_SERVO_TIMEOUT_S,
@@ -17,6 +18,7 @@ from iiwa_sim.controller.modes import (
 )
 from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
 from iiwa_sim.controller.targets import Targets
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.drive import Drive
@@ -65,8 +67,6 @@ class Controller:
         self.tick = 0
         self.mode = Mode.UNKNOWN
         """That of the last command: it changes with the command, also where the robot has to stop first."""
-        self.last_error: ErrorRecord | None = None
-        """The last refused command, as far as it was recorded, or fault between commands."""
         self.io = Io() if io is None else io
         self.load = ExternalLoad(len(description.joints))
         """What pushes the robot from outside."""
@@ -75,15 +75,21 @@ class Controller:
         self._targets = Targets(self._planner, description)
         self._tool_in_flange = description.tool_in_flange
         self._motions = _motions(description, tick_s, self._targets.limits[Mode.SMART])
+        self._faults = Faults()
         self._accepted = 0
         self._on_fault = on_fault
         self._servo_heard = 0  # in this tick
 
     def step(self) -> None:
-        """One tick."""
+        """One tick. A fault of ours in it stops the robot, is an error to be reset, and is raised."""
         self._watch_servo()
         self.tick += 1
-        self._motions.step()
+        try:
+            self._motions.step()
+        except Exception as fault:
+            self._faults.fail(EXECUTION, f"internal fault: {type(fault).__name__}, told in the log")
+            self.stop()
+            raise
 
     def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number.
@@ -153,9 +159,44 @@ class Controller:
         """Bring the robot to rest on its path, and forget the moves that wait."""
         self._enter(TRANSITIONS[self.mode, Event.STOP])
 
+    def emergency_stop(self) -> None:
+        """Stop as `stop` does, and take no moves until it is released and the error reset."""
+        self._faults.press_emergency_stop()
+        self.stop()
+
+    def release_emergency_stop(self) -> None:
+        """The error remains, to be reset."""
+        self._faults.release_emergency_stop()
+
     def record_error(self, code: int, reason: str) -> None:
         """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
-        self.last_error = ErrorRecord(code, reason)
+        self._faults.record(code, reason)
+
+    def reset_error(self) -> None:
+        """End the state of error, and forget the last refusal.
+
+        Raises `Refused` while the emergency stop is pressed.
+        """
+        self._faults.reset()
+
+    @property
+    def last_error(self) -> ErrorRecord | None:
+        """What has stopped the robot and was not reset, else the last refused command since a reset."""
+        return self._faults.last
+
+    def status(self) -> RobotStatus:
+        """The state of the robot, as ROS-Industrial puts it."""
+        faults = self._faults
+        standing = faults.standing
+        return RobotStatus(
+            mode=AUTOMATIC,
+            e_stopped=int(faults.e_stopped),
+            drives_powered=int(faults.drives_powered),
+            motion_possible=int(standing is None),
+            in_motion=int(self.moving),
+            in_error=int(standing is not None),
+            error_code=NO_CODE if standing is None else standing.code,
+        )
 
     @property
     def moving(self) -> bool:
@@ -189,6 +230,7 @@ class Controller:
 
     def _accept(self, plan: Callable[[Joints], Plan]) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
+        self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
         if motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
@@ -200,6 +242,7 @@ class Controller:
 
     def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
+        self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, event]
         joints, limits = find(change.mode, motions.rest_after_stop() if change.stops else motions.present)
         self._enter(change)
@@ -220,7 +263,7 @@ class Controller:
             return
         reason = f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops"
         self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT])
-        self.record_error(COMMUNICATION_FAILURE, reason)
+        self._faults.fail(COMMUNICATION_FAILURE, reason)
         if self._on_fault is not None:
             self._on_fault(COMMUNICATION_FAILURE, reason)
 

@@ -208,12 +208,14 @@ _VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
     "get cartesian force": lambda controller: controller.cartesian_force(),
 }
 _INTEGERS: dict[str, Callable[[Controller, Values], Sequence[int]]] = {
+    "get robot status": lambda controller, _: controller.status(),
     "get input": lambda controller, v: [controller.io.input(int(v[0]))],
     "get output": lambda controller, v: [controller.io.output(int(v[0]))],
     "get inputs": lambda controller, _: controller.io.inputs,
     "get outputs": lambda controller, _: controller.io.outputs,
 }
 _SWITCHES: dict[str, Callable[[Controller, Values], None]] = {
+    "reset error": lambda controller, _: controller.reset_error(),
     "set output": lambda controller, v: controller.io.set_output(int(v[0]), v[1] == 1.0),
     "set input": lambda controller, v: controller.io.refuse_input(int(v[0])),
 }

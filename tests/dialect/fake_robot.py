@@ -6,6 +6,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.frames import Frame
 
@@ -64,6 +65,12 @@ class FakeRobot:
 
     def record_error(self, code: int, reason: str) -> None:
         self.last_error = ErrorRecord(code, reason)
+
+    def reset_error(self) -> None:
+        self.last_error = None
+
+    def status(self) -> RobotStatus:
+        return RobotStatus(2, 0, 1, 1, 0, 0, 0)
 
     def stop(self) -> None:
         self.stops += 1
