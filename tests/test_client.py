@@ -161,6 +161,9 @@ def test_status_is_read_into_named_values(connect):
     assert client.get_joint_torque().t0 == 7.0
     assert client.get_joint_position() == JointPosition(0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.570796327)
     assert client.get_robot_status() == RobotStatus(2, 0, 1, 1, 0, 0, 0)
+    assert client.get_goal_frame() == Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0)
+    assert client.get_goal_joint_position().j0 == 1.0
+    assert client.get_distance_to_goal() == 100.25
     client.set_output(2, True)
     assert client.get_outputs() == (False, True, *[False] * 14)
     assert client.get_output(2) is True

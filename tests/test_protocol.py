@@ -49,7 +49,7 @@ APPENDIX_B = {
     "stop": ("", "done"),
 }
 UNITS = {
-    "mm": "x y z blending",
+    "mm": "x y z blending distance",
     "rad": f"alpha beta gamma r {JOINTS}",
     "N": f"fx fy fz {THRESHOLDS}",
     "Nm": "tx ty tz t0 t1 t2 t3 t4 t5 t6",

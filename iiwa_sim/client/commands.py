@@ -173,6 +173,18 @@ class Iiwa(Connection):
         """Force and torque at the TCP."""
         return CartesianForce._make(self._numbers("get cartesian force"))
 
+    def get_goal_frame(self) -> Frame:
+        """The TCP at the end of the move under way, or where the robot holds."""
+        return Frame._make(self._numbers("get goal frame"))
+
+    def get_goal_joint_position(self) -> JointPosition:
+        """Positions of all joints at the end of the move under way, or where the robot holds."""
+        return JointPosition._make(self._numbers("get goal joint position"))
+
+    def get_distance_to_goal(self) -> float:
+        """How far the TCP is from the end of the move under way (mm)."""
+        return self._numbers("get distance to goal")[0]
+
     def set_output(self, n: int, value: bool) -> None:
         """Switches a digital output, numbered from 1."""
         self._command("set output", n, value)

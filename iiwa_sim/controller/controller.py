@@ -1,6 +1,7 @@
 """The emulated controller, stepped: it takes commands between ticks and moves the robot in them."""
 
 from collections.abc import Callable, Sequence
+from math import dist
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
 from iiwa_sim.controller.targets import Targets
-from iiwa_sim.frames import Frame, compose
+from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
@@ -218,7 +219,23 @@ class Controller:
 
     def tool_frame(self) -> Frame:
         """The TCP in the base."""
-        return Frame.from_transform(compose(self._model.flange(self.joints), self._tool_in_flange))
+        return self._tcp_frame(self.joints)
+
+    @property
+    def goal_joints(self) -> Joints:
+        """Joint positions (rad) at the end of the move under way, not the last of the queue.
+
+        In servo modes those of the target, during a stop those at which it ends, at rest the present ones.
+        """
+        return self._motions.goal
+
+    def goal_frame(self) -> Frame:
+        """The TCP in the base at `goal_joints`."""
+        return self._tcp_frame(self.goal_joints)
+
+    def distance_to_goal_mm(self) -> float:
+        """How far the TCP is from there, in a straight line (mm)."""
+        return 1e3 * dist(self._tcp(self.joints).translation, self._tcp(self.goal_joints).translation)
 
     def cartesian_force(self) -> Wrench:
         """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
@@ -227,6 +244,12 @@ class Controller:
     def joint_torque(self) -> tuple[float, ...]:
         """The external torque on each joint (Nm)."""
         return self.load.joint_torques(self._model, self.joints, self._tool_in_flange)
+
+    def _tcp(self, joints: Joints) -> Transform:
+        return compose(self._model.flange(joints), self._tool_in_flange)
+
+    def _tcp_frame(self, joints: Joints) -> Frame:
+        return Frame.from_transform(self._tcp(joints))
 
     def _accept(self, plan: Callable[[Joints], Plan]) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""

@@ -65,6 +65,19 @@ class Motions:
         """Where the next servo target sets out from, as far as is known now (rad)."""
         return self.joints if self._following else self.rest_after_stop()
 
+    @property
+    def goal(self) -> Joints:
+        """Where what moves now ends: a move, a target, a stop (rad).
+
+        Where nothing has begun to move, that of what begins next, or where the robot is.
+        """
+        if not self._active.moving:
+            if self._next_target is not None:
+                return self._next_target.joints
+            if self._drive.moving:
+                return self._drive.goal
+        return self._active.goal
+
     def is_pending(self, number: int) -> bool:
         """Whether a move or a target of this number is being headed for or waits."""
         if number != self._newest_target:

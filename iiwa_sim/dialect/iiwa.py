@@ -206,6 +206,9 @@ _VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
     "get joint position": lambda controller: controller.joints,
     "get joint torque": lambda controller: controller.joint_torque(),
     "get cartesian force": lambda controller: controller.cartesian_force(),
+    "get goal frame": lambda controller: controller.goal_frame(),
+    "get goal joint position": lambda controller: controller.goal_joints,
+    "get distance to goal": lambda controller: [controller.distance_to_goal_mm()],
 }
 _INTEGERS: dict[str, Callable[[Controller, Values], Sequence[int]]] = {
     "get robot status": lambda controller, _: controller.status(),

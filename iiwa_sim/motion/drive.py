@@ -43,6 +43,15 @@ class Drive:
             return len(self._waiting)
         return len(self._waiting) + self._run.waiting(self._time.time_s)
 
+    @property
+    def goal(self) -> Joints:
+        """Where the move under way ends, or the first one that waits, or a stop (rad); at rest where it is."""
+        if self._run is None:
+            return self._waiting[0].path.end if self._waiting else self.joints
+        if self._time.stopping:
+            return self.rest_after_stop()
+        return self._run.goal(self._time.time_s)
+
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
         if self._run is None or self._time.stopping:

@@ -85,6 +85,16 @@ class FakeRobot:
     def flange_frame(self) -> Frame:
         return Frame(1.0, 2.0, 3.0, 0.4, 0.5, 0.6)
 
+    @property
+    def goal_joints(self) -> tuple[float, ...]:
+        return (1.0, 0.5, -0.25, -1.0, 0.0, 0.25, 1.5)
+
+    def goal_frame(self) -> Frame:
+        return Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0)
+
+    def distance_to_goal_mm(self) -> float:
+        return 100.25
+
     def cartesian_force(self) -> tuple[float, ...]:
         return (1.5, -2.5, 3.0, 0.0, 0.0, -0.125)
 

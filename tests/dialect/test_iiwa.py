@@ -111,6 +111,9 @@ def test_status_is_the_controllers():
     assert talk.ask("get joint position") == "1.0 2.0 3.0 4.0 5.0 6.0 7.0"
     assert talk.ask("get flange frame") == "1.0 2.0 3.0 0.4 0.5 0.6"
     assert talk.ask("get cartesian force") == "1.5 -2.5 3.0 0.0 0.0 -0.125"
+    assert talk.ask("get goal frame") == "600.0 100.0 500.5 3.0 0.0 0.0"
+    assert talk.ask("get goal joint position") == "1.0 0.5 -0.25 -1.0 0.0 0.25 1.5"
+    assert talk.ask("get distance to goal") == "100.25"
 
 
 @pytest.mark.parametrize("name", TABLE.commands)
@@ -390,7 +393,7 @@ def test_help_names_every_command_and_its_usage():
     [
         ("gravity", "no such command; alike: start gravity"),
         ("LINR", "no such command; alike: linr move"),
-        ("frame", "no such command; alike: get tool frame, get flange frame"),
+        ("frame", "no such command; alike: get tool frame, get flange frame, get goal frame"),
         ("nonsense", "no such command"),
     ],
 )
