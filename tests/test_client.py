@@ -13,10 +13,12 @@ from iiwa_sim.client import (
     Iiwa,
     JointPosition,
     LastError,
+    Reachability,
     ReplyError,
     RobotStatus,
     UnknownCommandError,
 )
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.table import load_table
 from tests.dialect.fake_robot import FakeRobot, Journal, Session
 
@@ -30,8 +32,13 @@ PARTS = {
     "target": ("x", "y", "z", "alpha", "beta", "gamma"),
     "joints": tuple(f"j{i}" for i in range(7)),
     "speeds": tuple(f"v{i}" for i in range(7)),
+    "position": ("x", "y", "z"),
+    "quaternion": ("qx", "qy", "qz", "qw"),
+    "shift": ("dx", "dy", "dz", "dalpha", "dbeta", "dgamma"),
     "force": ("fx", "fy", "fz", "tx", "ty", "tz"),
 }
+
+PROSE = {"get error": LastError, "is reachable": Reachability, "is lin reachable": Reachability}
 
 Answer = Callable[[bytes], bytes]
 
@@ -121,7 +128,7 @@ def test_a_method_for_every_command_with_the_tables_parameters(name):
         assert result._fields == tuple(each.name for each in command.reply_values)
     else:
         words = str if command.phrase or len(command.reply_words) > 1 else None
-        assert result is (LastError if name == "get error" else words)
+        assert result is PROSE.get(name, words)
 
 
 def test_no_method_that_the_table_does_not_know():
@@ -139,6 +146,8 @@ def test_moves_arrive_as_they_were_called(connect):
     client.linr_move(FRAME, 0.5, 0, r=1.25)
     client.ptpr_move(FRAME, 0.5, 0, -1.25)
     client.joint_move(JOINTS, speeds=SPEEDS)
+    client.ptp_quaternion_move(FRAME[:3], (0, 0, 1, 0), 0.5, 0)
+    client.lin_tool_relative_move(FRAME, 0.5, 5)
     client.stop()
     assert robot.moves == [
         ("lin", FRAME, 0.5, 0.0, None),
@@ -146,8 +155,28 @@ def test_moves_arrive_as_they_were_called(connect):
         ("lin", FRAME, 0.5, 0.0, 1.25),
         ("ptp", FRAME, 0.5, 0.0, -1.25),
         ("joint", JOINTS, SPEEDS),
+        ("ptp", (*FRAME[:3], math.pi, 0.0, 0.0), 0.5, 0.0, None),
+        ("lin relative", FRAME, 0.5, 5.0, True),
     ]
     assert robot.stops == 1
+
+
+def test_whether_a_target_is_reachable_is_read_with_the_reason(connect):
+    robot = FakeRobot()
+    client, _ = connect(speaking_for(robot))
+    assert client.is_reachable(FRAME) == Reachability(True, 0, "")
+    assert client.is_lin_reachable(FRAME, r=0.5) == Reachability(True, 0, "")
+    robot.refuses = Refused(3021, "out of reach")
+    assert client.is_lin_reachable(FRAME) == Reachability(False, 3021, "out of reach")
+    assert client.get_error().code == 0
+
+
+@pytest.mark.parametrize("reply", [b"unreachable\r\n", b"perhaps 3021 it is\r\n"])
+def test_a_reachability_that_makes_no_sense_ends_the_connection(connect, reply):
+    client, _ = connect(always(reply))
+    with pytest.raises(ReplyError, match="is reachable"):
+        client.is_reachable(FRAME)
+    assert_closed(client)
 
 
 def test_status_is_read_into_named_values(connect):

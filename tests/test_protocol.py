@@ -7,6 +7,7 @@ import pytest
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.iiwa import AVAILABLE
 from iiwa_sim.dialect.table import Quantity, load_table
+from iiwa_sim.frames import quaternion_from_rotation
 from iiwa_sim.robot.description import load_robot
 from tests.dialect.fake_robot import Conversation
 
@@ -14,6 +15,8 @@ FRAME = "x y z alpha beta gamma"
 JOINTS = "j0 j1 j2 j3 j4 j5 j6"
 SPEEDS = "v0 v1 v2 v3 v4 v5 v6"
 FORCE = "fx fy fz tx ty tz"
+SHIFT = "dx dy dz dalpha dbeta dgamma"
+QUATERNION = "qx qy qz qw"
 ROBOT_STATUS = "mode e_stopped drives_powered motion_possible in_motion in_error error_code"
 THRESHOLDS = "thresholdX thresholdY thresholdZ"
 
@@ -49,13 +52,13 @@ APPENDIX_B = {
     "stop": ("", "done"),
 }
 UNITS = {
-    "mm": "x y z blending distance",
-    "rad": f"alpha beta gamma r {JOINTS}",
+    "mm": "x y z blending distance dx dy dz",
+    "rad": f"alpha beta gamma dalpha dbeta dgamma r {JOINTS}",
     "N": f"fx fy fz {THRESHOLDS}",
     "Nm": "tx ty tz t0 t1 t2 t3 t4 t5 t6",
     "N/m": "stiffness",
     "Nm/rad": "joint_stiffness",
-    "1": f"speed {SPEEDS} n value {ROBOT_STATUS}",
+    "1": f"speed {SPEEDS} n value {QUATERNION} {ROBOT_STATUS}",
 }
 MODES = {"any", "normal", "impedance", "smart", "direct"}
 
@@ -123,7 +126,10 @@ def fitting_line(name: str, robot: Controller, parameter: str, value: float) -> 
     driven = robot.flange_frame() if servo else robot.tool_frame()
     frame = dict(zip(FRAME.split(), driven, strict=True))
     joints = dict(zip(JOINTS.split(), robot.joints, strict=True))
-    fitting = {**frame, **joints, "blending": 0.0, "r": robot.joints[2], "n": 1, parameter: value}
+    orientation = quaternion_from_rotation(driven.to_transform().rotation)
+    quaternion = dict(zip(QUATERNION.split(), orientation, strict=True))
+    others = {"blending": 0.0, "r": robot.joints[2], "n": 1, **dict.fromkeys(SHIFT.split(), 0.0)}
+    fitting = {**frame, **joints, **quaternion, **others, parameter: value}
     words = [repr(fitting.get(each.name, 0.5)) for each in TABLE.commands[name].parameters]
     return f"{name} : {' '.join(words)}"
 

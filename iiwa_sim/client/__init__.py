@@ -12,7 +12,15 @@ a Frame holds it. It needs nothing of the simulator and works with any server of
 
 from iiwa_sim.client.commands import Iiwa
 from iiwa_sim.client.connection import CommandError, ReplyError, UnknownCommandError
-from iiwa_sim.client.replies import CartesianForce, Frame, JointPosition, JointTorque, LastError, RobotStatus
+from iiwa_sim.client.replies import (
+    CartesianForce,
+    Frame,
+    JointPosition,
+    JointTorque,
+    LastError,
+    Reachability,
+    RobotStatus,
+)
 
 __all__ = [
     "CartesianForce",
@@ -22,6 +30,7 @@ __all__ = [
     "JointPosition",
     "JointTorque",
     "LastError",
+    "Reachability",
     "ReplyError",
     "RobotStatus",
     "UnknownCommandError",

@@ -4,7 +4,15 @@ import time
 from collections.abc import Sequence
 
 from iiwa_sim.client.connection import Connection
-from iiwa_sim.client.replies import CartesianForce, Frame, JointPosition, JointTorque, LastError, RobotStatus
+from iiwa_sim.client.replies import (
+    CartesianForce,
+    Frame,
+    JointPosition,
+    JointTorque,
+    LastError,
+    Reachability,
+    RobotStatus,
+)
 
 _POLL_PERIOD_S = 0.01
 
@@ -48,6 +56,34 @@ class Iiwa(Connection):
     def ptp_move(self, target: Sequence[float], speed: float, blending: float) -> None:
         """The TCP to a frame, straight in joint space; blending in mm."""
         self._command("ptp move", *target, speed, blending)
+
+    def lin_quaternion_move(
+        self, position: Sequence[float], quaternion: Sequence[float], speed: float, blending: float
+    ) -> None:
+        """As lin_move, to x y z (mm) with the orientation of a unit quaternion x y z w."""
+        self._command("lin quaternion move", *position, *quaternion, speed, blending)
+
+    def ptp_quaternion_move(
+        self, position: Sequence[float], quaternion: Sequence[float], speed: float, blending: float
+    ) -> None:
+        """As ptp_move, to x y z (mm) with the orientation of a unit quaternion x y z w."""
+        self._command("ptp quaternion move", *position, *quaternion, speed, blending)
+
+    def lin_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_move, by x y z (mm) alpha beta gamma (rad) in base axes, from the end of the queue."""
+        self._command("lin relative move", *shift, speed, blending)
+
+    def lin_tool_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_relative_move, in the axes of the tool at the end of the queue."""
+        self._command("lin tool relative move", *shift, speed, blending)
+
+    def ptp_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_relative_move, straight in joint space."""
+        self._command("ptp relative move", *shift, speed, blending)
+
+    def ptp_tool_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_tool_relative_move, straight in joint space."""
+        self._command("ptp tool relative move", *shift, speed, blending)
 
     def linr_move(self, target: Sequence[float], speed: float, blending: float, r: float) -> None:
         """As lin_move, with joint A3 at r (rad) at the target."""
@@ -185,6 +221,14 @@ class Iiwa(Connection):
         """How far the TCP is from the end of the move under way (mm)."""
         return self._numbers("get distance to goal")[0]
 
+    def is_reachable(self, target: Sequence[float], r: float | None = None) -> Reachability:
+        """Whether the TCP can be brought to a frame by PTP, with A3 at r (rad) if that is given."""
+        return self._reachability("is reachable", target, r)
+
+    def is_lin_reachable(self, target: Sequence[float], r: float | None = None) -> Reachability:
+        """Whether it can go there on a straight line from the end of the queue."""
+        return self._reachability("is lin reachable", target, r)
+
     def set_output(self, n: int, value: bool) -> None:
         """Switches a digital output, numbered from 1."""
         self._command("set output", n, value)
@@ -208,6 +252,16 @@ class Iiwa(Connection):
     def get_inputs(self) -> tuple[bool, ...]:
         """The states of all digital inputs, from number 1 on."""
         return self._states("get inputs")
+
+    def _reachability(self, name: str, target: Sequence[float], r: float | None) -> Reachability:
+        reply = self._text(name, *target, *([] if r is None else [r]))
+        if reply == "reachable":
+            return Reachability(True, 0, "")
+        verdict, _, why = reply.partition(" ")
+        code, _, reason = why.partition(" ")
+        if verdict != "unreachable" or not (code.isascii() and code.isdigit()):
+            raise self._nonsense(name, reply)
+        return Reachability(False, int(code), reason)
 
     def _states(self, name: str, *values: float) -> tuple[bool, ...]:
         return tuple(number != 0.0 for number in self._numbers(name, *values))

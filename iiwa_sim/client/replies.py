@@ -56,6 +56,14 @@ class LastError(NamedTuple):
     reason: str
 
 
+class Reachability(NamedTuple):
+    """Whether a target can be reached; if not, code and reason with which a move there is refused."""
+
+    reachable: bool
+    code: int
+    reason: str
+
+
 class RobotStatus(NamedTuple):
     """As industrial_msgs/RobotStatus: mode 2 is automatic, of the others 1 is true and 0 false."""
 

@@ -19,6 +19,7 @@ from iiwa_sim.controller.modes import (
 )
 from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
 from iiwa_sim.controller.targets import Targets
 from iiwa_sim.frames import Frame, Transform, compose
@@ -128,6 +129,26 @@ class Controller:
         return self._accept(
             lambda start: self._planner.lin_to_joints(start, joints, speed_rel, blending_mm, tool)
         )
+
+    def ptp_relative_move(self, shift: Frame, speed_rel: float, blending_mm: float, *, in_tool: bool) -> int:
+        """PTP to where the TCP is when it has gone by a shift; otherwise like `ptp_move`.
+
+        The shift is in the axes of the base or of the tool, from where the TCP will be when the moves that
+        wait are done. The target is fixed now: what becomes of those moves does not change it.
+        """
+        return self.ptp_move(self._shifted(shift, in_tool=in_tool), speed_rel, blending_mm)
+
+    def lin_relative_move(self, shift: Frame, speed_rel: float, blending_mm: float, *, in_tool: bool) -> int:
+        """LIN; otherwise like `ptp_relative_move`."""
+        return self.lin_move(self._shifted(shift, in_tool=in_tool), speed_rel, blending_mm)
+
+    def check_reach(self, target: Frame, redundancy: float | None = None) -> None:
+        """Raises `Refused` where `ptp_move` would, with the reason; changes nothing."""
+        self._planner.ptp(self._next_start(), target, 1.0, 0.0, redundancy, self._tool_in_flange)
+
+    def check_line(self, target: Frame, redundancy: float | None = None) -> None:
+        """Raises `Refused` where `lin_move` would, with the reason; changes nothing."""
+        self._planner.lin(self._next_start(), target, 1.0, 0.0, redundancy, self._tool_in_flange)
 
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """Head for joint positions (rad) from wherever the robot is; gives the move's number.
@@ -257,11 +278,19 @@ class Controller:
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
         if motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
-        planned = plan(motions.rest_after_stop() if change.stops else motions.rest)
+        planned = plan(self._next_start())
         self._enter(change)
         self._accepted += 1
         motions.append(Move(self._accepted, *planned))
         return self._accepted
+
+    def _next_start(self) -> Joints:
+        """Where the next normal move begins (rad)."""
+        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops
+        return self._motions.rest_after_stop() if stops else self._motions.rest
+
+    def _shifted(self, shift: Frame, *, in_tool: bool) -> Frame:
+        return shifted(self._tcp(self._next_start()), shift, in_tool=in_tool)
 
     def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
         """Find the target of a servo from where that will set out, and head for it."""

@@ -45,7 +45,7 @@ class Drive:
 
     @property
     def goal(self) -> Joints:
-        """Where the move under way ends, or the first one that waits, or a stop (rad); at rest where it is."""
+        """Where the move under way, or the first that waits, or a stop ends (rad); at rest where it is."""
         if self._run is None:
             return self._waiting[0].path.end if self._waiting else self.joints
         if self._time.stopping:

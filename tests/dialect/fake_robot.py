@@ -16,6 +16,7 @@ class FakeRobot:
 
     def __init__(self) -> None:
         self.moves: list[tuple[object, ...]] = []
+        self.asked: list[tuple[object, ...]] = []
         self.stops = 0
         self.pending: set[int] = set()
         self.refuses: Refused | None = None
@@ -50,6 +51,23 @@ class FakeRobot:
         self, target: Frame, speed: float, blending_mm: float, redundancy: float | None = None
     ) -> int:
         return self._accept("ptp", target, speed, blending_mm, redundancy)
+
+    def lin_relative_move(self, shift: Frame, speed: float, blending_mm: float, *, in_tool: bool) -> int:
+        return self._accept("lin relative", shift, speed, blending_mm, in_tool)
+
+    def ptp_relative_move(self, shift: Frame, speed: float, blending_mm: float, *, in_tool: bool) -> int:
+        return self._accept("ptp relative", shift, speed, blending_mm, in_tool)
+
+    def check_reach(self, target: Frame, redundancy: float | None = None) -> None:
+        self._check("ptp", target, redundancy)
+
+    def check_line(self, target: Frame, redundancy: float | None = None) -> None:
+        self._check("lin", target, redundancy)
+
+    def _check(self, *asked: object) -> None:
+        self.asked.append(asked)
+        if self.refuses is not None:
+            raise self.refuses
 
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         return self._accept("smart joint", tuple(joints), tuple(speeds_rel))

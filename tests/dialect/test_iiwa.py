@@ -1,3 +1,5 @@
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -99,6 +101,45 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert robot.stops == 1
 
 
+@pytest.mark.requirement("FRC005", "FRC007")
+def test_quaternions_and_shifts_reach_the_controller_as_they_were_said():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    shift = Frame(10.0, -20.0, 30.0, 0.1, 0.2, 0.3)
+    assert talk.ask("lin quaternion move : 600 0 500 0 1 0 0 0.5 10") == "done"
+    assert talk.ask("ptp quaternion move : 600 0 500 0 0 0.6 -0.8 0.5 10") == "done"
+    for name in ("lin relative", "lin tool relative", "ptp relative", "ptp tool relative"):
+        assert talk.ask(f"{name} move : 10 -20 30 .1 .2 .3 .5 6") == "done"
+    (_, flat, *_), (_, turned, *_), *relative = robot.moves
+    assert flat == pytest.approx((600.0, 0.0, 500.0, math.pi, 0.0, math.pi))
+    assert turned == pytest.approx((600.0, 0.0, 500.0, 2.0 * math.atan2(0.6, -0.8) - 2.0 * math.pi, 0.0, 0.0))
+    assert relative == [
+        (f"{kind} relative", shift, 0.5, 6.0, tool) for kind in ("lin", "ptp") for tool in (False, True)
+    ]
+    assert talk.ask("lin quaternion move : 600 0 500 0 0 0 0 0.5 10") == "error"
+    assert talk.ask("get error") == "3000 a quaternion of length 0: expected 1, within 0.01"
+    assert len(robot.moves) == 6
+
+
+@pytest.mark.requirement("FRC020")
+def test_reachability_is_told_with_its_reason_and_is_no_error():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    target = Frame(600.0, 0.0, 500.0, 0.0, 1.0, 0.0)
+    for name, kind in (("is reachable", "ptp"), ("is lin reachable", "lin")):
+        robot.refuses, robot.asked = None, []
+        assert talk.ask(f"{name} : 600 0 500 0 1 0") == "reachable"
+        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == "reachable"
+        assert robot.asked == [(kind, target, None), (kind, target, 0.5)]
+        robot.refuses = Refused(3021, "out\n of reach")
+        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == r"unreachable 3021 out\n of reach"
+    assert talk.ask("get error") == "0 none"
+    assert talk.journal.refusals == []
+    assert robot.moves == []
+    assert talk.ask("is reachable : 600 0 500 0 1 0 0.5 1") == "error"
+    assert talk.ask("get error") == "3040 is reachable takes 6 or 7 parameters, got 8"
+
+
 @pytest.mark.requirement("FRA007")
 def test_status_is_the_controllers():
     robot = FakeRobot()
@@ -120,7 +161,7 @@ def test_status_is_the_controllers():
 def test_no_command_of_the_table_is_unknown(name):
     command = TABLE.commands[name]
     robot = FakeRobot()
-    words = ["1" if each.integer else "0.5" for each in command.parameters]
+    words = ["1" if each.integer else "0.5" for each in command.parameters]  # also a unit quaternion
     reply = Conversation(robot).ask(f"{name} : {' '.join(words)}")
     if name in LATER:
         assert reply == ERROR
@@ -134,7 +175,7 @@ def test_no_command_of_the_table_is_unknown(name):
     elif command.phrase:
         assert "lin move" in reply
     else:
-        assert reply == "0 none"
+        assert reply == ("0 none" if name == "get error" else "reachable")
 
 
 @pytest.mark.parametrize("name", LATER)
