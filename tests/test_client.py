@@ -193,6 +193,8 @@ def test_status_is_read_into_named_values(connect):
     assert client.get_goal_frame() == Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0)
     assert client.get_goal_joint_position().j0 == 1.0
     assert client.get_distance_to_goal() == 100.25
+    client.set_override(0.25)
+    assert client.get_override() == 0.25
     client.set_output(2, True)
     assert client.get_outputs() == (False, True, *[False] * 14)
     assert client.get_output(2) is True

@@ -165,8 +165,16 @@ class Iiwa(Connection):
         """Brings the robot to rest on its path and discards all waiting moves."""
         self._command("stop")
 
+    def set_override(self, override: float) -> None:
+        """Runs all motions at this part of their speed, 0 (a pause) to 1."""
+        self._command("set override", override)
+
+    def get_override(self) -> float:
+        """The override that was set last."""
+        return self._numbers("get override")[0]
+
     def get_status(self) -> str:
-        """`moving` or `stopped`."""
+        """`moving`, also in a pause, or `stopped`."""
         return self._command("get status")
 
     def get_mode(self) -> str:

@@ -26,6 +26,7 @@ from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
@@ -181,6 +182,21 @@ class Controller:
         """Bring the robot to rest on its path, and forget the moves that wait."""
         self._enter(TRANSITIONS[self.mode, Event.STOP])
 
+    @property
+    def override(self) -> float:
+        """The part of their planned speed at which all motions run or will run, 0..1."""
+        return self._motions.override
+
+    def set_override(self, override: float) -> None:
+        """Run all motions at this part of their planned speed, from 0, a pause, to 1.
+
+        What moves stays on its path and keeps the planned limits; so it takes up to a second. At rest the
+        override is there at once. Raises `Refused` for a number out of range.
+        """
+        if not 0.0 <= override <= 1.0:
+            raise Refused(EXECUTION, f"override {override:g}: expected 0 to 1")
+        self._motions.set_override(override)
+
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self._faults.press_emergency_stop()
@@ -215,14 +231,14 @@ class Controller:
             e_stopped=int(faults.e_stopped),
             drives_powered=int(faults.drives_powered),
             motion_possible=int(standing is None),
-            in_motion=int(self.moving),
+            in_motion=int(self.moving and not self._motions.pausing),
             in_error=int(standing is not None),
             error_code=NO_CODE if standing is None else standing.code,
         )
 
     @property
     def moving(self) -> bool:
-        """Whether anything moves, is being stopped, or waits."""
+        """Whether anything moves, is being stopped, or waits, also for an override above 0."""
         return self._motions.moving
 
     @property
@@ -321,8 +337,11 @@ class Controller:
 
 
 def _motions(description: RobotDescription, tick_s: float, limits: JointLimits) -> Motions:
+    override = Override(tick_s, limits)
+
     def time() -> PlannedTime:
-        return PlannedTime(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
+        return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
 
     home, low, high = description.home, description.position_min, description.position_max
-    return Motions(Drive(home, time(), np.array(low), np.array(high)), Servo(home, time(), limits, low, high))
+    drive = Drive(home, time(), np.array(low), np.array(high))
+    return Motions(drive, Servo(home, time(), limits, low, high), override)

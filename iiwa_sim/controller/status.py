@@ -16,6 +16,7 @@ class RobotStatus(NamedTuple):
     motion_possible: int
     """A move would be accepted."""
     in_motion: int
+    """The robot moves: unlike `get status`, not in a pause."""
     in_error: int
     error_code: int
     """The cause of the state of error, 0 outside of it."""

@@ -238,9 +238,10 @@ _VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
     "get joint position": lambda controller: controller.joints,
     "get joint torque": lambda controller: controller.joint_torque(),
     "get cartesian force": lambda controller: controller.cartesian_force(),
+    "get override": lambda controller: (controller.override,),
     "get goal frame": lambda controller: controller.goal_frame(),
     "get goal joint position": lambda controller: controller.goal_joints,
-    "get distance to goal": lambda controller: [controller.distance_to_goal_mm()],
+    "get distance to goal": lambda controller: (controller.distance_to_goal_mm(),),
 }
 _INTEGERS: dict[str, Callable[[Controller, Values], Sequence[int]]] = {
     "get robot status": lambda controller, _: controller.status(),
@@ -254,6 +255,7 @@ _CHECKS: dict[str, Callable[[Controller, Values], None]] = {
     "is lin reachable": lambda controller, v: controller.check_line(Frame(*v[:6]), *v[6:]),
 }
 _SWITCHES: dict[str, Callable[[Controller, Values], None]] = {
+    "set override": lambda controller, v: controller.set_override(v[0]),
     "reset error": lambda controller, _: controller.reset_error(),
     "set output": lambda controller, v: controller.io.set_output(int(v[0]), v[1] == 1.0),
     "set input": lambda controller, v: controller.io.refuse_input(int(v[0])),

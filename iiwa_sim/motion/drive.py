@@ -116,7 +116,10 @@ class Drive:
             self.joints = run.joints(self._time.time_s)
             if self._time.stopped:
                 self._run = None
-        else:
+        elif not self._time.even:
+            self._ahead.clear()
+            self.joints = run.joints(self._time.time_s)
+        elif not self._time.standing:
             if not self._ahead:
                 times = self._time.ticks(AHEAD)
                 joints = run.joints_along(times[times < run.rest_s])

@@ -24,6 +24,7 @@ class FakeRobot:
         self.moving = False
         self.mode = Mode.UNKNOWN
         self.io = Io()
+        self.override = 1.0
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
@@ -83,6 +84,9 @@ class FakeRobot:
 
     def record_error(self, code: int, reason: str) -> None:
         self.last_error = ErrorRecord(code, reason)
+
+    def set_override(self, override: float) -> None:
+        self.override = override
 
     def reset_error(self) -> None:
         self.last_error = None

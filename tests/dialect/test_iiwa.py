@@ -221,6 +221,20 @@ def test_the_last_error_can_be_asked_for():
     assert talk.ask("get error").startswith("3000 internal fault"), "what goes well makes nothing unhappened"
 
 
+@pytest.mark.requirement("FRC025")
+def test_the_override_is_set_and_told():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("get override") == "1.0"
+    assert talk.ask("set override : .25") == "done"
+    assert robot.override == 0.25
+    for wrong in ("-0.01", "1.01", "50"):
+        assert talk.ask(f"set override : {wrong}") == "error"
+    assert talk.ask("get override") == "0.25"
+    assert talk.ask("set override : 0") == "done"
+    assert talk.ask("get override") == "0.0"
+
+
 @pytest.mark.requirement("FRC022", "FRC023", "FRC024")
 def test_outputs_are_switched_and_all_of_them_told():
     robot = FakeRobot()
