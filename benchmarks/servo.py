@@ -8,6 +8,7 @@ import numpy as np
 from benchmarks.figures import Figure, percentile
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
@@ -50,7 +51,7 @@ def _circle(
     model = Model(robot)
     nearest = Nearest(inverse_of(model), robot)
     home = Frame.from_transform(model.flange(robot.home))
-    time = PlannedTime(TICK_S, robot.stop_rate_per_s, robot.stop_rate_change_per_s2)
+    time = PlannedTime(Override(TICK_S, limits), robot.stop_rate_per_s, robot.stop_rate_change_per_s2)
     servo = Servo(robot.home, time, limits, robot.position_min, robot.position_max)
 
     def solve(time_s: float, present: Joints) -> Joints:

@@ -48,6 +48,17 @@ class ChainStop:
     wait: int
 
 
+@dataclass(frozen=True)
+class ChainOverride:
+    """Another override, and the ticks before what follows is sent; a pause ends then."""
+
+    value: float
+    wait: int
+
+
+RESUMED = 0.4  # after a pause
+
+
 def chain_moves(
     joint_count: int = 7, kinds: Sequence[str] = KINDS, at_once: bool = False
 ) -> st.SearchStrategy[ChainMove]:
@@ -69,12 +80,19 @@ def chain_moves(
 
 
 def chains(
-    joint_count: int = 7, kinds: Sequence[str] = KINDS, at_once: bool = False, stops: bool = False
+    joint_count: int = 7,
+    kinds: Sequence[str] = KINDS,
+    at_once: bool = False,
+    stops: bool = False,
+    overrides: bool = False,
 ) -> st.SearchStrategy[list[Any]]:
     """2 to 20 moves."""
     item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)
     if stops:
         item = st.one_of(item, item, item, st.builds(ChainStop, st.integers(0, 80)))
+    if overrides:
+        values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.0, 1.0]))
+        item = st.one_of(item, st.builds(ChainOverride, values, st.integers(0, 500)))
     return st.integers(2, 20).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
 
 
@@ -135,6 +153,11 @@ class Recorder:
         self.robot.stop()
         self._orders.append((self.tick, lambda controller, _: controller.stop()))
 
+    def override(self, value: float) -> None:
+        """Sets the override of the robot; the scout goes on at full speed."""
+        self.robot.controller.set_override(value)
+        self._orders.append((self.tick, lambda controller, _: controller.set_override(value)))
+
     def wait(self, ticks: int) -> None:
         if ticks == UNTIL_STOPPED:
             self.robot.runs_until_stopped()
@@ -153,6 +176,11 @@ class Recorder:
         for item in chain:
             if isinstance(item, ChainStop):
                 self.stop()
+            elif isinstance(item, ChainOverride):
+                self.override(item.value)
+                if item.value == 0.0:
+                    self.wait(item.wait)
+                    self.override(RESUMED)
             else:
                 least = LEAST_FAR_SPEED if item.place == "far" else 0.0
                 speeds = tuple(max(speed, least) for speed in item.speeds_rel)

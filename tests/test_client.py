@@ -13,9 +13,12 @@ from iiwa_sim.client import (
     Iiwa,
     JointPosition,
     LastError,
+    Reachability,
     ReplyError,
+    RobotStatus,
     UnknownCommandError,
 )
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.table import load_table
 from tests.dialect.fake_robot import FakeRobot, Journal, Session
 
@@ -29,8 +32,13 @@ PARTS = {
     "target": ("x", "y", "z", "alpha", "beta", "gamma"),
     "joints": tuple(f"j{i}" for i in range(7)),
     "speeds": tuple(f"v{i}" for i in range(7)),
+    "position": ("x", "y", "z"),
+    "quaternion": ("qx", "qy", "qz", "qw"),
+    "shift": ("dx", "dy", "dz", "dalpha", "dbeta", "dgamma"),
     "force": ("fx", "fy", "fz", "tx", "ty", "tz"),
 }
+
+PROSE = {"get error": LastError, "is reachable": Reachability, "is lin reachable": Reachability}
 
 Answer = Callable[[bytes], bytes]
 
@@ -109,13 +117,18 @@ def test_a_method_for_every_command_with_the_tables_parameters(name):
     method = getattr(Iiwa, name.replace(" ", "_"))
     arguments = list(inspect.signature(method).parameters)[1:]
     values = [value for argument in arguments for value in PARTS.get(argument, (argument,))]
-    assert values == ([command.phrase] if command.phrase else [each.name for each in command.parameters])
+    known = [each.name for each in (*command.parameters, *command.optional)]
+    assert values == ([command.phrase] if command.phrase else known)
     result = inspect.get_annotations(method)["return"]
-    if command.reply_values:
+    if command.reply_list is not None:
+        assert result == tuple[bool, ...]
+    elif len(command.reply_values) == 1:
+        assert result is (bool if command.reply_values[0].integer else float)
+    elif command.reply_values:
         assert result._fields == tuple(each.name for each in command.reply_values)
     else:
         words = str if command.phrase or len(command.reply_words) > 1 else None
-        assert result is (LastError if name == "get error" else words)
+        assert result is PROSE.get(name, words)
 
 
 def test_no_method_that_the_table_does_not_know():
@@ -133,6 +146,8 @@ def test_moves_arrive_as_they_were_called(connect):
     client.linr_move(FRAME, 0.5, 0, r=1.25)
     client.ptpr_move(FRAME, 0.5, 0, -1.25)
     client.joint_move(JOINTS, speeds=SPEEDS)
+    client.ptp_quaternion_move(FRAME[:3], (0, 0, 1, 0), 0.5, 0)
+    client.lin_tool_relative_move(FRAME, 0.5, 5)
     client.stop()
     assert robot.moves == [
         ("lin", FRAME, 0.5, 0.0, None),
@@ -140,8 +155,28 @@ def test_moves_arrive_as_they_were_called(connect):
         ("lin", FRAME, 0.5, 0.0, 1.25),
         ("ptp", FRAME, 0.5, 0.0, -1.25),
         ("joint", JOINTS, SPEEDS),
+        ("ptp", (*FRAME[:3], math.pi, 0.0, 0.0), 0.5, 0.0, None),
+        ("lin relative", FRAME, 0.5, 5.0, True),
     ]
     assert robot.stops == 1
+
+
+def test_whether_a_target_is_reachable_is_read_with_the_reason(connect):
+    robot = FakeRobot()
+    client, _ = connect(speaking_for(robot))
+    assert client.is_reachable(FRAME) == Reachability(True, 0, "")
+    assert client.is_lin_reachable(FRAME, r=0.5) == Reachability(True, 0, "")
+    robot.refuses = Refused(3021, "out of reach")
+    assert client.is_lin_reachable(FRAME) == Reachability(False, 3021, "out of reach")
+    assert client.get_error().code == 0
+
+
+@pytest.mark.parametrize("reply", [b"unreachable\r\n", b"perhaps 3021 it is\r\n"])
+def test_a_reachability_that_makes_no_sense_ends_the_connection(connect, reply):
+    client, _ = connect(always(reply))
+    with pytest.raises(ReplyError, match="is reachable"):
+        client.is_reachable(FRAME)
+    assert_closed(client)
 
 
 @pytest.mark.requirement("FRA007", "FRC017", "FRC018")
@@ -155,6 +190,22 @@ def test_status_is_read_into_named_values(connect):
     assert client.get_cartesian_force().fy == -2.5
     assert client.get_joint_torque().t0 == 7.0
     assert client.get_joint_position() == JointPosition(0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.570796327)
+    assert client.get_robot_status() == RobotStatus(2, 0, 1, 1, 0, 0, 0)
+    assert client.get_goal_frame() == Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0)
+    assert client.get_goal_joint_position().j0 == 1.0
+    assert client.get_distance_to_goal() == 100.25
+    client.set_override(0.25)
+    assert client.get_override() == 0.25
+    client.set_output(2, True)
+    assert client.get_outputs() == (False, True, *[False] * 14)
+    assert client.get_output(2) is True
+    assert client.get_input(2) is False
+    assert client.get_inputs() == (False,) * 16
+    with pytest.raises(CommandError):
+        client.set_input(2, True)
+    assert client.get_error().code == 2
+    client.reset_error()
+    assert client.get_error().code == 0
     assert "lin move : x[mm]" in client.help("lin move")
     assert client.help("lin\nmove") == client.help("lin move")
 

@@ -7,6 +7,7 @@ import pytest
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.iiwa import AVAILABLE
 from iiwa_sim.dialect.table import Quantity, load_table
+from iiwa_sim.frames import quaternion_from_rotation
 from iiwa_sim.robot.description import load_robot
 from tests.dialect.fake_robot import Conversation
 
@@ -14,6 +15,9 @@ FRAME = "x y z alpha beta gamma"
 JOINTS = "j0 j1 j2 j3 j4 j5 j6"
 SPEEDS = "v0 v1 v2 v3 v4 v5 v6"
 FORCE = "fx fy fz tx ty tz"
+SHIFT = "dx dy dz dalpha dbeta dgamma"
+QUATERNION = "qx qy qz qw"
+ROBOT_STATUS = "mode e_stopped drives_powered motion_possible in_motion in_error error_code"
 THRESHOLDS = "thresholdX thresholdY thresholdZ"
 
 # command: (parameters, words or values of the reply)
@@ -48,13 +52,13 @@ APPENDIX_B = {
     "stop": ("", "done"),
 }
 UNITS = {
-    "mm": "x y z blending",
-    "rad": f"alpha beta gamma r {JOINTS}",
+    "mm": "x y z blending distance dx dy dz",
+    "rad": f"alpha beta gamma dalpha dbeta dgamma r {JOINTS}",
     "N": f"fx fy fz {THRESHOLDS}",
     "Nm": "tx ty tz t0 t1 t2 t3 t4 t5 t6",
     "N/m": "stiffness",
     "Nm/rad": "joint_stiffness",
-    "1": f"speed {SPEEDS}",
+    "1": f"speed {SPEEDS} override n value {QUATERNION} {ROBOT_STATUS}",
 }
 MODES = {"any", "normal", "impedance", "smart", "direct"}
 
@@ -82,7 +86,7 @@ def test_quantities_have_the_units_of_appendix_b():
     used = {
         (each.name, each.unit)
         for command in TABLE.commands.values()
-        for each in (*command.parameters, *command.reply_values)
+        for each in (*command.parameters, *command.optional, *command.reply_values)
     }
     assert used == {(name, unit) for unit, names in UNITS.items() for name in names.split()}
 
@@ -123,7 +127,10 @@ def fitting_line(name: str, robot: Controller, parameter: str, value: float) -> 
     driven = robot.flange_frame() if servo else robot.tool_frame()
     frame = dict(zip(FRAME.split(), driven, strict=True))
     joints = dict(zip(JOINTS.split(), robot.joints, strict=True))
-    fitting = {**frame, **joints, "blending": 0.0, "r": robot.joints[2], parameter: value}
+    orientation = quaternion_from_rotation(driven.to_transform().rotation)
+    quaternion = dict(zip(QUATERNION.split(), orientation, strict=True))
+    others = {"blending": 0.0, "r": robot.joints[2], "n": 1, **dict.fromkeys(SHIFT.split(), 0.0)}
+    fitting = {**frame, **joints, **quaternion, **others, parameter: value}
     words = [repr(fitting.get(each.name, 0.5)) for each in TABLE.commands[name].parameters]
     return f"{name} : {' '.join(words)}"
 
@@ -148,7 +155,7 @@ def edges(quantity: Quantity) -> tuple[list[float], list[float]]:
     [
         (name, each.name)
         for name, command in TABLE.commands.items()
-        if name in AVAILABLE
+        if name in AVAILABLE and name != "set input"
         for each in command.parameters
         if each.range
     ],
@@ -162,4 +169,4 @@ def test_the_controller_keeps_the_tables_ranges(name, parameter):
         assert talk.ask(fitting_line(name, robot, parameter, value)) == "error"
     assert not robot.moving
     for value in inside:
-        assert talk.ask(fitting_line(name, robot, parameter, value)) == "done"
+        assert talk.ask(fitting_line(name, robot, parameter, value)) in TABLE.commands[name].reply_words

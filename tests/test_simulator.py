@@ -43,6 +43,36 @@ async def test_stop_is_carried_out_in_mid_move(client: Client) -> None:
     assert joints[0] < 0.5, "it stopped on its way"
 
 
+@pytest.mark.requirement("FRC019", "FRC025")
+async def test_a_move_is_paused_and_resumed_under_way(simulator: Simulator, client: Client) -> None:
+    assert await client.ask("joint move : 0.3 0.5 0 -1 0 1.5 0 " + " ".join(["0.1"] * 7)) == "done"
+    assert await client.ask("set override : 0") == "done"
+    await until(lambda: simulator.controller.status().in_motion == 0)
+    assert await client.ask("get status") == "moving"
+    joints = await client.ask("get joint position")
+    tick = simulator.controller.tick
+    await until(lambda: simulator.controller.tick > tick + 20)
+    assert await client.ask("get joint position") == joints != HOME
+    goal = await client.ask("get goal joint position")
+    assert await client.ask("set override : 1") == "done"
+    await client.until_stopped()
+    assert await client.ask("get joint position") == goal
+    assert await client.ask("get distance to goal") == "0.0"
+
+
+@pytest.mark.requirement("FRC021", "FRC026")
+async def test_an_error_is_told_to_everyone_and_reset_by_anyone(simulator: Simulator, client: Client) -> None:
+    other = await Client.connect(simulator.port)
+    assert await client.ask(FAR) == "done"
+    simulator.controller.emergency_stop()
+    simulator.controller.release_emergency_stop()
+    assert await client.ask(FAR) == "error"
+    assert await other.ask("get error") == "3030 emergency stop"
+    assert await other.ask("reset error") == "done"
+    assert await client.ask(NEAR) == "done"
+    await other.leaves()
+
+
 @pytest.mark.parametrize("how", ["leaves", "vanishes", "bye", "sends no more"])
 async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(
     simulator: Simulator, caplog: pytest.LogCaptureFixture, how: str

@@ -1,11 +1,14 @@
 """The emulated controller, stepped: it takes commands between ticks and moves the robot in them."""
 
 from collections.abc import Callable, Sequence
+from math import dist
 
 import numpy as np
 
 from iiwa_sim.contact.load import ExternalLoad, Wrench
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.faults import NO_CODE, Faults
+from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import (
     LONGEST_SERVO_TIMEOUT_S,
     SERVO_MODES,
@@ -16,11 +19,14 @@ from iiwa_sim.controller.modes import (
 )
 from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.poses import shifted
+from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
 from iiwa_sim.controller.targets import Targets
-from iiwa_sim.frames import Frame, compose
+from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
@@ -45,10 +51,11 @@ class Controller:
         description: RobotDescription,
         tick_s: float,
         *,
+        io: Io | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
     ) -> None:
-        """At rest at home.
+        """At rest at home, with these inputs and outputs, or 16 of each.
 
         The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`, None for never.
         `on_fault` is told the code and the reason of what goes wrong between commands. Raises `RobotFault`
@@ -63,8 +70,7 @@ class Controller:
         self.tick = 0
         self.mode = Mode.UNKNOWN
         """That of the last command: it changes with the command, also where the robot has to stop first."""
-        self.last_error: ErrorRecord | None = None
-        """The last refused command, as far as it was recorded, or fault between commands."""
+        self.io = Io() if io is None else io
         self.load = ExternalLoad(len(description.joints))
         """What pushes the robot from outside."""
         self._model = Model(description)
@@ -73,16 +79,22 @@ class Controller:
         self._tool_in_flange = description.tool_in_flange
         self._motions = _motions(description, tick_s, self._targets.limits[Mode.SMART])
         self._joints_before = self._motions.joints  # the last tick
+        self._faults = Faults()
         self._accepted = 0
         self._on_fault = on_fault
         self._servo_heard = 0  # in this tick
 
     def step(self) -> None:
-        """One tick."""
+        """One tick. A fault of ours in it stops the robot, is an error to be reset, and is raised."""
         self._watch_servo()
         self.tick += 1
         self._joints_before = self._motions.joints
-        self._motions.step()
+        try:
+            self._motions.step()
+        except Exception as fault:
+            self._faults.fail(EXECUTION, f"internal fault: {type(fault).__name__}, told in the log")
+            self.stop()
+            raise
 
     def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number.
@@ -121,6 +133,26 @@ class Controller:
             lambda start: self._planner.lin_to_joints(start, joints, speed_rel, blending_mm, tool)
         )
 
+    def ptp_relative_move(self, shift: Frame, speed_rel: float, blending_mm: float, *, in_tool: bool) -> int:
+        """PTP to where the TCP is when it has gone by a shift; otherwise like `ptp_move`.
+
+        The shift is in the axes of the base or of the tool, from where the TCP will be when the moves that
+        wait are done. The target is fixed now: what becomes of those moves does not change it.
+        """
+        return self.ptp_move(self._shifted(shift, in_tool=in_tool), speed_rel, blending_mm)
+
+    def lin_relative_move(self, shift: Frame, speed_rel: float, blending_mm: float, *, in_tool: bool) -> int:
+        """LIN; otherwise like `ptp_relative_move`."""
+        return self.lin_move(self._shifted(shift, in_tool=in_tool), speed_rel, blending_mm)
+
+    def check_reach(self, target: Frame, redundancy: float | None = None) -> None:
+        """Raises `Refused` where `ptp_move` would, with the reason; changes nothing."""
+        self._planner.ptp(self._next_start(), target, 1.0, 0.0, redundancy, self._tool_in_flange)
+
+    def check_line(self, target: Frame, redundancy: float | None = None) -> None:
+        """Raises `Refused` where `lin_move` would, with the reason; changes nothing."""
+        self._planner.lin(self._next_start(), target, 1.0, 0.0, redundancy, self._tool_in_flange)
+
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """Head for joint positions (rad) from wherever the robot is; gives the move's number.
 
@@ -152,13 +184,63 @@ class Controller:
         """Bring the robot to rest on its path, and forget the moves that wait."""
         self._enter(TRANSITIONS[self.mode, Event.STOP])
 
+    @property
+    def override(self) -> float:
+        """The part of their planned speed at which all motions run or will run, 0..1."""
+        return self._motions.override
+
+    def set_override(self, override: float) -> None:
+        """Run all motions at this part of their planned speed, from 0, a pause, to 1.
+
+        What moves stays on its path and keeps the planned limits; so it takes up to a second. At rest the
+        override is there at once. Raises `Refused` for a number out of range.
+        """
+        if not 0.0 <= override <= 1.0:
+            raise Refused(EXECUTION, f"override {override:g}: expected 0 to 1")
+        self._motions.set_override(override)
+
+    def emergency_stop(self) -> None:
+        """Stop as `stop` does, and take no moves until it is released and the error reset."""
+        self._faults.press_emergency_stop()
+        self.stop()
+
+    def release_emergency_stop(self) -> None:
+        """The error remains, to be reset."""
+        self._faults.release_emergency_stop()
+
     def record_error(self, code: int, reason: str) -> None:
         """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
-        self.last_error = ErrorRecord(code, reason)
+        self._faults.record(code, reason)
+
+    def reset_error(self) -> None:
+        """End the state of error, and forget the last refusal.
+
+        Raises `Refused` while the emergency stop is pressed.
+        """
+        self._faults.reset()
+
+    @property
+    def last_error(self) -> ErrorRecord | None:
+        """What has stopped the robot and was not reset, else the last refused command since a reset."""
+        return self._faults.last
+
+    def status(self) -> RobotStatus:
+        """The state of the robot, as ROS-Industrial puts it."""
+        faults = self._faults
+        standing = faults.standing
+        return RobotStatus(
+            mode=AUTOMATIC,
+            e_stopped=int(faults.e_stopped),
+            drives_powered=int(faults.drives_powered),
+            motion_possible=int(standing is None),
+            in_motion=int(self.moving and not self._motions.pausing),
+            in_error=int(standing is not None),
+            error_code=NO_CODE if standing is None else standing.code,
+        )
 
     @property
     def moving(self) -> bool:
-        """Whether anything moves, is being stopped, or waits."""
+        """Whether anything moves, is being stopped, or waits, also for an override above 0."""
         return self._motions.moving
 
     @property
@@ -181,7 +263,23 @@ class Controller:
 
     def tool_frame(self) -> Frame:
         """The TCP in the base."""
-        return Frame.from_transform(compose(self._model.flange(self.joints), self._tool_in_flange))
+        return self._tcp_frame(self.joints)
+
+    @property
+    def goal_joints(self) -> Joints:
+        """Joint positions (rad) at the end of the move under way, not the last of the queue.
+
+        In servo modes those of the target, during a stop those at which it ends, at rest the present ones.
+        """
+        return self._motions.goal
+
+    def goal_frame(self) -> Frame:
+        """The TCP in the base at `goal_joints`."""
+        return self._tcp_frame(self.goal_joints)
+
+    def distance_to_goal_mm(self) -> float:
+        """How far the TCP is from there, in a straight line (mm)."""
+        return 1e3 * dist(self._tcp(self.joints).translation, self._tcp(self.goal_joints).translation)
 
     def cartesian_force(self) -> Wrench:
         """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
@@ -191,19 +289,35 @@ class Controller:
         """The external torque on each joint (Nm)."""
         return self.load.joint_torques(self._model, self.joints, self._tool_in_flange)
 
+    def _tcp(self, joints: Joints) -> Transform:
+        return compose(self._model.flange(joints), self._tool_in_flange)
+
+    def _tcp_frame(self, joints: Joints) -> Frame:
+        return Frame.from_transform(self._tcp(joints))
+
     def _accept(self, plan: Callable[[Joints], Plan]) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
+        self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
         if motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
-        planned = plan(motions.rest_after_stop() if change.stops else motions.rest)
+        planned = plan(self._next_start())
         self._enter(change)
         self._accepted += 1
         motions.append(Move(self._accepted, *planned))
         return self._accepted
 
+    def _next_start(self) -> Joints:
+        """Where the next normal move begins (rad)."""
+        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops
+        return self._motions.rest_after_stop() if stops else self._motions.rest
+
+    def _shifted(self, shift: Frame, *, in_tool: bool) -> Frame:
+        return shifted(self._tcp(self._next_start()), shift, in_tool=in_tool)
+
     def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
+        self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, event]
         joints, limits = find(change.mode, motions.rest_after_stop() if change.stops else motions.present)
         self._enter(change)
@@ -224,14 +338,17 @@ class Controller:
             return
         reason = f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops"
         self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT])
-        self.record_error(COMMUNICATION_FAILURE, reason)
+        self._faults.fail(COMMUNICATION_FAILURE, reason)
         if self._on_fault is not None:
             self._on_fault(COMMUNICATION_FAILURE, reason)
 
 
 def _motions(description: RobotDescription, tick_s: float, limits: JointLimits) -> Motions:
+    override = Override(tick_s, limits)
+
     def time() -> PlannedTime:
-        return PlannedTime(tick_s, description.stop_rate_per_s, description.stop_rate_change_per_s2)
+        return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
 
     home, low, high = description.home, description.position_min, description.position_max
-    return Motions(Drive(home, time(), np.array(low), np.array(high)), Servo(home, time(), limits, low, high))
+    drive = Drive(home, time(), np.array(low), np.array(high))
+    return Motions(drive, Servo(home, time(), limits, low, high), override)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.servo import Servo
 
@@ -25,8 +26,9 @@ class Motions:
     wait in the drive, of servo targets the newest one waits here.
     """
 
-    def __init__(self, drive: Drive, servo: Servo) -> None:
-        """Both at rest in the same place."""
+    def __init__(self, drive: Drive, servo: Servo, override: Override) -> None:
+        """Both at rest in the same place, at the rate of this override."""
+        self._override = override
         self._drive = drive
         self._servo = servo
         self._active: Drive | Servo = drive
@@ -43,6 +45,23 @@ class Motions:
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
         return self._drive.moving or self._servo.moving or self._next_target is not None
+
+    @property
+    def override(self) -> float:
+        """The rate that was asked for, 0..1."""
+        return self._override.value
+
+    def set_override(self, value: float) -> None:
+        """Run what moves and what will at this rate (0..1): as soon as limits allow, at rest at once."""
+        if self.moving:
+            self._override.go_to(value)
+        else:
+            self._override.be(value)
+
+    @property
+    def pausing(self) -> bool:
+        """Whether what moves has come to a standstill by an override of 0."""
+        return self.moving and self._override.pausing
 
     @property
     def waiting(self) -> int:
@@ -64,6 +83,19 @@ class Motions:
     def present(self) -> Joints:
         """Where the next servo target sets out from, as far as is known now (rad)."""
         return self.joints if self._following else self.rest_after_stop()
+
+    @property
+    def goal(self) -> Joints:
+        """Where what moves now ends: a move, a target, a stop (rad).
+
+        Where nothing has begun to move, that of what begins next, or where the robot is.
+        """
+        if not self._active.moving:
+            if self._next_target is not None:
+                return self._next_target.joints
+            if self._drive.moving:
+                return self._drive.goal
+        return self._active.goal
 
     def is_pending(self, number: int) -> bool:
         """Whether a move or a target of this number is being headed for or waits."""
@@ -94,6 +126,7 @@ class Motions:
 
     def step(self) -> None:
         """One tick. Where the active motion fails, what waits is forgotten, and what it raised is raised."""
+        self._override.step()
         if not self._active.moving:
             self._hand_over()
         try:

@@ -7,6 +7,7 @@ import msgspec
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
+from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
 
 NO_ERROR = ErrorRecord(0, "none")
@@ -40,6 +41,16 @@ class Snapshot(msgspec.Struct, frozen=True):
     """External force (N) and torque (Nm) at the TCP, along its axes."""
     joint_torque: tuple[float, ...]
     """External torque on each joint (Nm)."""
+    goal_joint_position: tuple[float, ...]
+    """rad: the end of the move under way."""
+    goal_frame: Frame
+    """The TCP there, in the base: mm, rad."""
+    override: float
+    """0 to 1."""
+    robot_status: RobotStatus
+    inputs: tuple[bool, ...]
+    """From number 1 on."""
+    outputs: tuple[bool, ...]
     error: ErrorState
 
 
@@ -57,5 +68,11 @@ def snapshot(controller: Controller) -> Snapshot:
         tool_frame=controller.tool_frame(),
         cartesian_force=controller.cartesian_force(),
         joint_torque=controller.joint_torque(),
+        goal_joint_position=controller.goal_joints,
+        goal_frame=controller.goal_frame(),
+        override=controller.override,
+        robot_status=controller.status(),
+        inputs=controller.io.inputs,
+        outputs=controller.io.outputs,
         error=ErrorState(error.code, error.reason),
     )

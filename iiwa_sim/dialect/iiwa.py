@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, COMPONENT_NOT_READY, EXECUTION, Refused
+from iiwa_sim.controller.poses import from_quaternion
 from iiwa_sim.dialect.decimals import format_decimals, readable
 from iiwa_sim.dialect.help import alternatives, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
@@ -122,15 +123,33 @@ class Session:
             return self._write(name, values_of(self._controller))
         if name == "get status":
             return _MOVING if self._controller.moving else _STOPPED
+        read = _INTEGERS.get(name)
+        if read is not None:
+            return _line(" ".join(str(int(value)) for value in read(self._controller, request.values)))
         plan = _MOVES.get(name)
         if plan is not None:
             self._planned = True  # refused or not, it has cost a plan
             self._last_move = plan(self._controller, request.values)
             return _DONE
+        check = _CHECKS.get(name)
+        if check is not None:
+            self._planned = True
+            return self._is_possible(check, request.values)
+        switch = _SWITCHES.get(name)
+        if switch is not None:
+            switch(self._controller, request.values)
+            return _DONE
         carry_out = _OTHERS.get(name)
         if carry_out is None:
             raise Refused(COMPONENT_NOT_READY, f"not available in this version: {name}")
         return carry_out(self, request)
+
+    def _is_possible(self, check: Callable[[Controller, Values], None], values: Values) -> bytes:
+        try:
+            check(self._controller, values)
+        except Refused as refused:
+            return _line(f"unreachable {refused.code} {harmless(refused.reason)}")
+        return _line("reachable")
 
     def _write(self, name: str, values: Sequence[float]) -> bytes:
         # Within a tick, and while the robot rests, the same values are asked for again and again.
@@ -180,6 +199,12 @@ def _text(line: bytes) -> str:
     return "(too long)" if line is OVERLONG else readable(line)
 
 
+def _turned(values: Values) -> Frame:
+    """The frame of x y z (mm) and a quaternion."""
+    x, y, z, qx, qy, qz, qw, *_ = values
+    return from_quaternion((x, y, z), (qx, qy, qz, qw))
+
+
 # Frames on the wire are what Frame holds: mm and rad, intrinsic Z-Y-X.
 _MOVES: dict[str, Callable[[Controller, Values], int]] = {
     "joint move": lambda controller, v: controller.joint_move(v[:7], v[7:]),
@@ -188,6 +213,20 @@ _MOVES: dict[str, Callable[[Controller, Values], int]] = {
     "ptp move": lambda controller, v: controller.ptp_move(Frame(*v[:6]), v[6], v[7]),
     "linr move": lambda controller, v: controller.lin_move(Frame(*v[:6]), v[6], v[7], v[8]),
     "ptpr move": lambda controller, v: controller.ptp_move(Frame(*v[:6]), v[6], v[7], v[8]),
+    "lin quaternion move": lambda controller, v: controller.lin_move(_turned(v), v[7], v[8]),
+    "ptp quaternion move": lambda controller, v: controller.ptp_move(_turned(v), v[7], v[8]),
+    "lin relative move": lambda controller, v: controller.lin_relative_move(
+        Frame(*v[:6]), v[6], v[7], in_tool=False
+    ),
+    "lin tool relative move": lambda controller, v: controller.lin_relative_move(
+        Frame(*v[:6]), v[6], v[7], in_tool=True
+    ),
+    "ptp relative move": lambda controller, v: controller.ptp_relative_move(
+        Frame(*v[:6]), v[6], v[7], in_tool=False
+    ),
+    "ptp tool relative move": lambda controller, v: controller.ptp_relative_move(
+        Frame(*v[:6]), v[6], v[7], in_tool=True
+    ),
     "smart joint move": lambda controller, v: controller.smart_joint_move(v[:7], v[7:]),
     "smart cartesian move": lambda controller, v: controller.smart_cartesian_move(Frame(*v[:6]), v[6]),
     "direct joint move": lambda controller, v: controller.direct_joint_move(v[:7], v[7:]),
@@ -199,6 +238,27 @@ _VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
     "get joint position": lambda controller: controller.joints,
     "get joint torque": lambda controller: controller.joint_torque(),
     "get cartesian force": lambda controller: controller.cartesian_force(),
+    "get override": lambda controller: (controller.override,),
+    "get goal frame": lambda controller: controller.goal_frame(),
+    "get goal joint position": lambda controller: controller.goal_joints,
+    "get distance to goal": lambda controller: (controller.distance_to_goal_mm(),),
+}
+_INTEGERS: dict[str, Callable[[Controller, Values], Sequence[int]]] = {
+    "get robot status": lambda controller, _: controller.status(),
+    "get input": lambda controller, v: [controller.io.input(int(v[0]))],
+    "get output": lambda controller, v: [controller.io.output(int(v[0]))],
+    "get inputs": lambda controller, _: controller.io.inputs,
+    "get outputs": lambda controller, _: controller.io.outputs,
+}
+_CHECKS: dict[str, Callable[[Controller, Values], None]] = {
+    "is reachable": lambda controller, v: controller.check_reach(Frame(*v[:6]), *v[6:]),
+    "is lin reachable": lambda controller, v: controller.check_line(Frame(*v[:6]), *v[6:]),
+}
+_SWITCHES: dict[str, Callable[[Controller, Values], None]] = {
+    "set override": lambda controller, v: controller.set_override(v[0]),
+    "reset error": lambda controller, _: controller.reset_error(),
+    "set output": lambda controller, v: controller.io.set_output(int(v[0]), v[1] == 1.0),
+    "set input": lambda controller, v: controller.io.refuse_input(int(v[0])),
 }
 _OTHERS: dict[str, Callable[[Session, Request], bytes]] = {
     "hello": Session._hello,
@@ -208,4 +268,4 @@ _OTHERS: dict[str, Callable[[Session, Request], bytes]] = {
     "get mode": Session._mode,
     "get error": Session._error,
 }
-AVAILABLE = frozenset([*_MOVES, *_VALUES, *_OTHERS, "get status"])
+AVAILABLE = frozenset([*_MOVES, *_VALUES, *_INTEGERS, *_CHECKS, *_SWITCHES, *_OTHERS, "get status"])

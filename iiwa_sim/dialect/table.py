@@ -36,6 +36,7 @@ class Quantity(NamedTuple):
     above: float | None
     minimum: float | None
     maximum: float | None
+    integer: bool
 
     @property
     def range(self) -> str:
@@ -47,6 +48,8 @@ class Quantity(NamedTuple):
 
     def expectation(self, value: float) -> str:
         """What was expected instead of a value out of range; empty where it is in range."""
+        if self.integer and value != int(value):
+            return "expected a whole number"
         too_low = (self.above is not None and value <= self.above) or (
             self.minimum is not None and value < self.minimum
         )
@@ -63,8 +66,9 @@ class Quantity(NamedTuple):
 class Command(NamedTuple):
     """One command of the table.
 
-    It takes numbers (`parameters`) or words (`phrase` names them) or nothing, and answers one of
-    `reply_words`, numbers (`reply_values`) or a line of prose.
+    It takes numbers (`parameters`, and `optional` ones, all or none of them) or words (`phrase` names them)
+    or nothing. It answers one of `reply_words`, numbers (`reply_values`), any number of the same
+    (`reply_list`) or a line of prose.
     """
 
     name: str
@@ -76,12 +80,17 @@ class Command(NamedTuple):
     phrase: str
     reply_words: tuple[str, ...]
     reply_values: tuple[Quantity, ...]
+    optional: tuple[Quantity, ...]
+    reply_list: Quantity | None
 
     def usage(self) -> str:
         """How to write it, with units and ranges, and what it answers."""
         takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in _in_series(self.parameters))
+        takes += "".join(f" ({each.name}[{_unit_and_range(each)}])" for each in self.optional)
         takes = takes or (f"[{self.phrase}]" if self.phrase else "")
         gives = " ".join(f"{each.name}[{each.unit}]" for each in _in_series(self.reply_values))
+        if self.reply_list is not None:
+            gives = f"{self.reply_list.name}[{_unit_and_range(self.reply_list)}] ..."
         gives = gives or " / ".join(self.reply_words) or "text"
         return f"{self.name}{' : ' if takes else ''}{takes} -> {gives}"
 
@@ -168,10 +177,15 @@ class Table:
             return self._remember(line, Request(command, (), ""))
         words = rest.replace(b"\t", b" ").split(b" ")
         words = [word for word in words if word]
-        if len(words) != len(command.parameters):
-            return _error(f"{command.name} takes {len(command.parameters)} parameters, got {len(words)}")
+        quantities = command.parameters
+        if len(words) > len(quantities):
+            quantities += command.optional
+        if len(words) != len(quantities):
+            more = f" or {len(command.parameters) + len(command.optional)}" if command.optional else ""
+            count = f"{len(command.parameters)}{more}"
+            return _error(f"{command.name} takes {count} parameters, got {len(words)}")
         values = []
-        for quantity, word in zip(command.parameters, words, strict=True):
+        for quantity, word in zip(quantities, words, strict=True):
             try:
                 value = parse_decimal(word)
             except NotANumberError as fault:
@@ -223,11 +237,13 @@ class _ValueRow(msgspec.Struct, forbid_unknown_fields=True):
     above: float | None = None
     minimum: float | None = None
     maximum: float | None = None
+    integer: bool = False
 
 
 class _ReplyRow(msgspec.Struct, forbid_unknown_fields=True):
-    words: list[str] = []
+    words: tuple[str, ...] = ()
     values: str = ""
+    list: str = ""
     prose: bool = False
 
 
@@ -237,6 +253,7 @@ class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
     requirements: list[str]
     reply: _ReplyRow
     parameters: str = ""
+    optional: str = ""
     phrase: str = ""
     extension: bool = False
 
@@ -274,8 +291,14 @@ def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueR
         raise TableError(f"{source}: command.{name}: expected a name in lower case with single blanks")
     if row.phrase and row.parameters:
         raise TableError(f"{source}: command.{name}: expected either parameters or phrase")
-    if (bool(row.reply.words), bool(row.reply.values), row.reply.prose).count(True) != 1:
-        raise TableError(f"{source}: command.{name}.reply: expected one of words, values, prose")
+    if row.optional and not row.parameters:
+        raise TableError(f"{source}: command.{name}.optional: expected parameters, too")
+    reply = row.reply
+    if (bool(reply.words), bool(reply.values), bool(reply.list), reply.prose).count(True) != 1:
+        raise TableError(f"{source}: command.{name}.reply: expected one of words, values, list, prose")
+    listed = quantities("reply.list", reply.list)
+    if len(listed) > 1:
+        raise TableError(f"{source}: command.{name}.reply.list: expected one value")
     return Command(
         name=name,
         summary=row.summary,
@@ -284,6 +307,8 @@ def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueR
         extension=row.extension,
         parameters=quantities("parameters", row.parameters),
         phrase=row.phrase,
-        reply_words=tuple(row.reply.words),
-        reply_values=quantities("reply.values", row.reply.values),
+        reply_words=reply.words,
+        reply_values=quantities("reply.values", reply.values),
+        optional=quantities("optional", row.optional),
+        reply_list=listed[0] if listed else None,
     )

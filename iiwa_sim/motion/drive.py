@@ -43,6 +43,15 @@ class Drive:
             return len(self._waiting)
         return len(self._waiting) + self._run.waiting(self._time.time_s)
 
+    @property
+    def goal(self) -> Joints:
+        """Where the move under way, or the first that waits, or a stop ends (rad); at rest where it is."""
+        if self._run is None:
+            return self._waiting[0].path.end if self._waiting else self.joints
+        if self._time.stopping:
+            return self.rest_after_stop()
+        return self._run.goal(self._time.time_s)
+
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
         if self._run is None or self._time.stopping:
@@ -107,7 +116,10 @@ class Drive:
             self.joints = run.joints(self._time.time_s)
             if self._time.stopped:
                 self._run = None
-        else:
+        elif not self._time.even:
+            self._ahead.clear()
+            self.joints = run.joints(self._time.time_s)
+        elif not self._time.standing:
             if not self._ahead:
                 times = self._time.ticks(AHEAD)
                 joints = run.joints_along(times[times < run.rest_s])

@@ -1,4 +1,4 @@
-"""The rate of planned time: 1 as planned, 0 at a stop, with a bounded slope between.
+"""The rate of planned time: that of the override, and 0 at a stop, with a bounded slope between.
 
 On a planned motion q(t) with velocity v, acceleration a and jerk j, at the rate r of planned time, joints see
 the velocity r v, the acceleration r^2 a + r' v and the jerk r^3 j + 3 r r' a + r'' v. So bounds on r' and r''
@@ -9,13 +9,15 @@ import numpy as np
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Trajectory
 
 from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.override import Override
 
 
 class PlannedTime:
-    """Planned time over ticks."""
+    """Planned time over ticks, of one motion. The override is stepped by its owner, before this."""
 
-    def __init__(self, tick_s: float, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
-        self.tick_s = tick_s
+    def __init__(self, override: Override, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
+        self.tick_s = override.tick_s
+        self._override = override
         self._task = InputParameter(1)
         self._task.control_interface = ControlInterface.Velocity
         self._task.max_acceleration = [largest_slope_per_s]
@@ -24,10 +26,20 @@ class PlannedTime:
         self.start(0.0)
 
     def start(self, time_s: float) -> None:
-        """Run from this time at full rate."""
+        """Run from this time."""
         self.time_s = time_s
         self._slowing: Trajectory | None = None
         self._slowing_s = 0.0
+
+    @property
+    def even(self) -> bool:
+        """Whether the rate stays as it is, if nothing is asked for."""
+        return self._slowing is None and self._override.even
+
+    @property
+    def standing(self) -> bool:
+        """Whether no time has gone by in the last tick, since the override is a pause."""
+        return self._slowing is None and self._override.advance_s == 0.0
 
     @property
     def stopping(self) -> bool:
@@ -52,8 +64,8 @@ class PlannedTime:
 
     def _stopping_now(self) -> Trajectory:
         self._task.current_position = [self.time_s]
-        self._task.current_velocity = [1.0]
-        self._task.current_acceleration = [0.0]
+        self._task.current_velocity = [self._override.rate]
+        self._task.current_acceleration = [self._override.slope_per_s]
         self._task.target_velocity = [0.0]
         self._task.target_acceleration = [0.0]
         slowing = Trajectory(1)
@@ -63,13 +75,14 @@ class PlannedTime:
         return slowing
 
     def ticks(self, count: int) -> Array:
-        """The times of this tick and those that follow at full rate."""
-        return self.time_s + self.tick_s * np.arange(count, dtype=np.float64)
+        """The times of this tick and those that follow while the rate is even."""
+        tick_s = self.tick_s * self._override.rate
+        return self.time_s + tick_s * np.arange(count, dtype=np.float64)
 
     def step(self) -> None:
         """One tick."""
         if self._slowing is None:
-            self.time_s += self.tick_s
+            self.time_s += self._override.advance_s
         else:
             self._slowing_s += self.tick_s
             self.time_s = self._slowing.at_time(min(self._slowing_s, self._slowing.duration))[0][0]

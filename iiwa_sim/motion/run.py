@@ -90,6 +90,12 @@ class Run:
         k = self._at(time_s)
         return self._chains[k].move_at(time_s - self._starts[k])
 
+    def goal(self, time_s: float) -> Joints:
+        """Where the move that is under way at a time ends (rad)."""
+        number = self.move_at(time_s)
+        moves = self._chains[self._at(time_s)].moves
+        return next(move.path.end for move in moves if move.number == number)
+
     def waiting(self, time_s: float) -> int:
         """How many moves have not begun at a time."""
         k = self._at(time_s)

@@ -71,6 +71,11 @@ class Servo:
         """Whether the robot is under way to a target, or is being stopped."""
         return self._course is not None or self._asks_again
 
+    @property
+    def goal(self) -> Joints:
+        """The target, or where a stop ends (rad); at rest where it is."""
+        return self.rest
+
     def head_for(self, target: Joints, limits: JointLimits) -> None:
         """Go to joint positions (rad) within the position limits, from now on within these limits.
 

@@ -7,6 +7,7 @@ import pytest
 
 from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.override import Override
 
 Joints = tuple[float, ...]
 HERE, THERE, FAR = (0.0,), (1.0,), (2.0,)
@@ -76,7 +77,7 @@ class Motion:
 
 def pair() -> tuple[Motion, Motion, Motions]:
     drive, servo = Motion(), Motion()
-    return drive, servo, Motions(drive, servo)
+    return drive, servo, Motions(drive, servo, Override(0.002, LIMITS))
 
 
 def runs_until_stopped(motions: Motions) -> int:

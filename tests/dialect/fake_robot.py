@@ -4,7 +4,9 @@ from collections.abc import Iterable, Sequence
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord, Refused
+from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.frames import Frame
 
@@ -14,12 +16,15 @@ class FakeRobot:
 
     def __init__(self) -> None:
         self.moves: list[tuple[object, ...]] = []
+        self.asked: list[tuple[object, ...]] = []
         self.stops = 0
         self.pending: set[int] = set()
         self.refuses: Refused | None = None
         self.breaks: Exception | None = None
         self.moving = False
         self.mode = Mode.UNKNOWN
+        self.io = Io()
+        self.override = 1.0
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
@@ -48,6 +53,23 @@ class FakeRobot:
     ) -> int:
         return self._accept("ptp", target, speed, blending_mm, redundancy)
 
+    def lin_relative_move(self, shift: Frame, speed: float, blending_mm: float, *, in_tool: bool) -> int:
+        return self._accept("lin relative", shift, speed, blending_mm, in_tool)
+
+    def ptp_relative_move(self, shift: Frame, speed: float, blending_mm: float, *, in_tool: bool) -> int:
+        return self._accept("ptp relative", shift, speed, blending_mm, in_tool)
+
+    def check_reach(self, target: Frame, redundancy: float | None = None) -> None:
+        self._check("ptp", target, redundancy)
+
+    def check_line(self, target: Frame, redundancy: float | None = None) -> None:
+        self._check("lin", target, redundancy)
+
+    def _check(self, *asked: object) -> None:
+        self.asked.append(asked)
+        if self.refuses is not None:
+            raise self.refuses
+
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         return self._accept("smart joint", tuple(joints), tuple(speeds_rel))
 
@@ -63,6 +85,15 @@ class FakeRobot:
     def record_error(self, code: int, reason: str) -> None:
         self.last_error = ErrorRecord(code, reason)
 
+    def set_override(self, override: float) -> None:
+        self.override = override
+
+    def reset_error(self) -> None:
+        self.last_error = None
+
+    def status(self) -> RobotStatus:
+        return RobotStatus(2, 0, 1, 1, 0, 0, 0)
+
     def stop(self) -> None:
         self.stops += 1
         self.pending.clear()
@@ -75,6 +106,16 @@ class FakeRobot:
 
     def flange_frame(self) -> Frame:
         return Frame(1.0, 2.0, 3.0, 0.4, 0.5, 0.6)
+
+    @property
+    def goal_joints(self) -> tuple[float, ...]:
+        return (1.0, 0.5, -0.25, -1.0, 0.0, 0.25, 1.5)
+
+    def goal_frame(self) -> Frame:
+        return Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0)
+
+    def distance_to_goal_mm(self) -> float:
+        return 100.25
 
     def cartesian_force(self) -> tuple[float, ...]:
         return (1.5, -2.5, 3.0, 0.0, 0.0, -0.125)

@@ -1,3 +1,5 @@
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -99,6 +101,45 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert robot.stops == 1
 
 
+@pytest.mark.requirement("FRC005", "FRC007")
+def test_quaternions_and_shifts_reach_the_controller_as_they_were_said():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    shift = Frame(10.0, -20.0, 30.0, 0.1, 0.2, 0.3)
+    assert talk.ask("lin quaternion move : 600 0 500 0 1 0 0 0.5 10") == "done"
+    assert talk.ask("ptp quaternion move : 600 0 500 0 0 0.6 -0.8 0.5 10") == "done"
+    for name in ("lin relative", "lin tool relative", "ptp relative", "ptp tool relative"):
+        assert talk.ask(f"{name} move : 10 -20 30 .1 .2 .3 .5 6") == "done"
+    (_, flat, *_), (_, turned, *_), *relative = robot.moves
+    assert flat == pytest.approx((600.0, 0.0, 500.0, math.pi, 0.0, math.pi))
+    assert turned == pytest.approx((600.0, 0.0, 500.0, 2.0 * math.atan2(0.6, -0.8) - 2.0 * math.pi, 0.0, 0.0))
+    assert relative == [
+        (f"{kind} relative", shift, 0.5, 6.0, tool) for kind in ("lin", "ptp") for tool in (False, True)
+    ]
+    assert talk.ask("lin quaternion move : 600 0 500 0 0 0 0 0.5 10") == "error"
+    assert talk.ask("get error") == "3000 a quaternion of length 0: expected 1, within 0.01"
+    assert len(robot.moves) == 6
+
+
+@pytest.mark.requirement("FRC020")
+def test_reachability_is_told_with_its_reason_and_is_no_error():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    target = Frame(600.0, 0.0, 500.0, 0.0, 1.0, 0.0)
+    for name, kind in (("is reachable", "ptp"), ("is lin reachable", "lin")):
+        robot.refuses, robot.asked = None, []
+        assert talk.ask(f"{name} : 600 0 500 0 1 0") == "reachable"
+        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == "reachable"
+        assert robot.asked == [(kind, target, None), (kind, target, 0.5)]
+        robot.refuses = Refused(3021, "out\n of reach")
+        assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == r"unreachable 3021 out\n of reach"
+    assert talk.ask("get error") == "0 none"
+    assert talk.journal.refusals == []
+    assert robot.moves == []
+    assert talk.ask("is reachable : 600 0 500 0 1 0 0.5 1") == "error"
+    assert talk.ask("get error") == "3040 is reachable takes 6 or 7 parameters, got 8"
+
+
 @pytest.mark.requirement("FRA007")
 def test_status_is_the_controllers():
     robot = FakeRobot()
@@ -111,6 +152,9 @@ def test_status_is_the_controllers():
     assert talk.ask("get joint position") == "1.0 2.0 3.0 4.0 5.0 6.0 7.0"
     assert talk.ask("get flange frame") == "1.0 2.0 3.0 0.4 0.5 0.6"
     assert talk.ask("get cartesian force") == "1.5 -2.5 3.0 0.0 0.0 -0.125"
+    assert talk.ask("get goal frame") == "600.0 100.0 500.5 3.0 0.0 0.0"
+    assert talk.ask("get goal joint position") == "1.0 0.5 -0.25 -1.0 0.0 0.25 1.5"
+    assert talk.ask("get distance to goal") == "100.25"
 
 
 @pytest.mark.requirement("FRC001")
@@ -118,7 +162,8 @@ def test_status_is_the_controllers():
 def test_no_command_of_the_table_is_unknown(name):
     command = TABLE.commands[name]
     robot = FakeRobot()
-    reply = Conversation(robot).ask(f"{name} : {' '.join(['0.5'] * len(command.parameters))}")
+    words = ["1" if each.integer else "0.5" for each in command.parameters]  # also a unit quaternion
+    reply = Conversation(robot).ask(f"{name} : {' '.join(words)}")
     if name in LATER:
         assert reply == ERROR
         assert robot.moves == []
@@ -126,10 +171,12 @@ def test_no_command_of_the_table_is_unknown(name):
         assert reply in command.reply_words
     elif command.reply_values:
         assert len([float(word) for word in reply.split()]) == len(command.reply_values)
+    elif command.reply_list:
+        assert set(reply.split()) == {"0"}
     elif command.phrase:
         assert "lin move" in reply
     else:
-        assert reply == "0 none"
+        assert reply == ("0 none" if name == "get error" else "reachable")
 
 
 @pytest.mark.parametrize("name", LATER)
@@ -173,6 +220,55 @@ def test_the_last_error_can_be_asked_for():
     talk.session.receive(b"\xff\xfd\x06")
     talk.hear()
     assert talk.ask("get error").startswith("3000 internal fault"), "what goes well makes nothing unhappened"
+
+
+@pytest.mark.requirement("FRC025")
+def test_the_override_is_set_and_told():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("get override") == "1.0"
+    assert talk.ask("set override : .25") == "done"
+    assert robot.override == 0.25
+    for wrong in ("-0.01", "1.01", "50"):
+        assert talk.ask(f"set override : {wrong}") == "error"
+    assert talk.ask("get override") == "0.25"
+    assert talk.ask("set override : 0") == "done"
+    assert talk.ask("get override") == "0.0"
+
+
+@pytest.mark.requirement("FRC022", "FRC023", "FRC024")
+def test_outputs_are_switched_and_all_of_them_told():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("set output : 3 1") == "done"
+    assert talk.ask("set output : 16 1.0") == "done"
+    assert talk.ask("get output : 3") == "1"
+    assert talk.ask("get output : 4") == "0"
+    assert talk.ask("get outputs") == "0 0 1 0 0 0 0 0 0 0 0 0 0 0 0 1"
+    assert talk.ask("set output : 3 0") == "done"
+    assert talk.ask("get output : 3") == "0"
+    robot.io.wire(2, on=True)
+    assert talk.ask("get input : 2") == "1"
+    assert talk.ask("get inputs") == "0 1" + " 0" * 14
+
+
+@pytest.mark.requirement("FRC022", "FRC023")
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("set output : 17 1", "1 no output 17: there are outputs 1 to 16"),
+        ("get output : 0", "1 no output 0: there are outputs 1 to 16"),
+        ("get input : -1", "1 no input -1: there are inputs 1 to 16"),
+        ("set input : 2 1", "2 'input 2' is an input: what is wired to it sets it, no driver can"),
+        ("set input : 17 1", "1 no input 17: there are inputs 1 to 16"),
+        ("set output : 1 0.5", "3040 value = 0.5: expected a whole number"),
+    ],
+)
+def test_a_wrong_number_or_an_input_that_is_set_has_an_error_of_its_own(line, told):
+    talk = Conversation()
+    assert talk.ask(line) == "error"
+    assert talk.ask("get error") == told
+    assert "1" not in talk.ask("get outputs") + talk.ask("get inputs")
 
 
 @pytest.mark.parametrize("mode", Mode)
@@ -345,7 +441,7 @@ def test_help_names_every_command_and_its_usage():
         f"{name} (extension)" for name, each in TABLE.commands.items() if each.extension
     ]
     assert hint == "lin move tells its usage)"
-    assert len(overview) < 600
+    assert len(overview) < 1500
 
 
 @pytest.mark.parametrize(
@@ -353,7 +449,7 @@ def test_help_names_every_command_and_its_usage():
     [
         ("gravity", "no such command; alike: start gravity"),
         ("LINR", "no such command; alike: linr move"),
-        ("frame", "no such command; alike: get tool frame, get flange frame"),
+        ("frame", "no such command; alike: get tool frame, get flange frame, get goal frame"),
         ("nonsense", "no such command"),
     ],
 )
@@ -374,7 +470,8 @@ MOVES = {
 def malformed(name: str, count: int) -> list[str]:
     """A command that moves, in ways in which it does not."""
     fits = ["0.5"] * count
-    wrong = [fits[:-1], [*fits, "0.5"], ["nan", *fits[1:]], ["0,5", *fits[1:]]]
+    more = [*fits, *["0.5"] * len(TABLE.commands[name].optional), "0.5"]
+    wrong = [fits[:-1], more, ["nan", *fits[1:]], ["0,5", *fits[1:]]]
     for k, each in enumerate(TABLE.commands[name].parameters):
         if each.range:
             wrong.append([*fits[:k], "-1", *fits[k + 1 :]])

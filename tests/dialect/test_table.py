@@ -24,8 +24,16 @@ parameterless = commands.filter(lambda command: not command.parameters and not c
 taking_numbers = commands.filter(lambda command: command.parameters)
 
 
+def fitting(quantity: Quantity) -> str:
+    """A number that the table allows, for every quantity of the kind the same."""
+    return "1" if quantity.integer else "0.5"
+
+
 def within(quantity: Quantity) -> st.SearchStrategy[float]:
     """Numbers that the table allows."""
+    if quantity.integer:
+        low, high = (None if each is None else int(each) for each in (quantity.minimum, quantity.maximum))
+        return st.integers(low, high).map(float).filter(math.isfinite)
     low = quantity.minimum if quantity.above is None else quantity.above
     return st.floats(
         low, quantity.maximum, exclude_min=quantity.above is not None, allow_nan=False, allow_infinity=False
@@ -93,9 +101,11 @@ def test_parameters_behind_a_command_that_takes_none_are_ignored(command, rest):
 
 @given(taking_numbers, st.integers(0, 20))
 def test_a_wrong_number_of_parameters_is_an_error(command, count):
-    line = f"{command.name} : {' '.join(['0.5'] * count)}"
-    if count == len(command.parameters):
-        assert parse(line) == Request(command, (0.5,) * count, "")
+    known = (*command.parameters, *command.optional)
+    words = ([fitting(each) for each in known] + ["0.5"] * count)[:count]
+    line = f"{command.name} : {' '.join(words)}"
+    if count in (len(command.parameters), len(known)):
+        assert parse(line) == Request(command, tuple(map(float, words)), "")
     else:
         assert refusal(line) == ERROR
 
@@ -106,7 +116,7 @@ def test_a_wrong_number_of_parameters_is_an_error(command, count):
     st.sampled_from(["nan", "inf", "-Infinity", "1e999", "1,5", "1_0", "0x1", "x", "--1"]),
 )
 def test_a_parameter_that_is_no_finite_number_is_an_error(data, command, word):
-    words = ["0.5"] * len(command.parameters)
+    words = [fitting(each) for each in command.parameters]
     place = data.draw(st.integers(0, len(words) - 1))
     words[place] = word
     line = f"{command.name} : {' '.join(words)}"
@@ -114,11 +124,11 @@ def test_a_parameter_that_is_no_finite_number_is_an_error(data, command, word):
     assert reason(line).startswith(f"{command.parameters[place].name} = {word}: expected a ")
 
 
-@given(st.data(), taking_numbers)
+@given(st.data(), taking_numbers.filter(lambda command: any(each.range for each in command.parameters)))
 def test_a_parameter_out_of_range_is_an_error_that_names_it(data, command):
     quantity = data.draw(st.sampled_from([each for each in command.parameters if each.range]))
     value = data.draw(beyond(quantity))
-    words = [repr(value) if each is quantity else "0.5" for each in command.parameters]
+    words = [repr(value) if each is quantity else fitting(each) for each in command.parameters]
     line = f"{command.name} : {' '.join(words)}"
     assert refusal(line) == ERROR
     assert reason(line).startswith(f"{quantity.name} = {value!r}: expected ")
@@ -135,6 +145,8 @@ def test_a_parameter_out_of_range_is_an_error_that_names_it(data, command):
         ("linforcez move : 450 0 500 3 0 3 0.5 0 0", "thresholdZ = 0: expected above 0"),
         ("start gravity : " + "-" * 4000, "joint_stiffness = " + "-" * 40 + "...: expected a number"),
         ("lin move : 450 0 500", "lin move takes 8 parameters, got 3"),
+        ("set output : 1.5 1", "n = 1.5: expected a whole number"),
+        ("set output : 1 2", "value = 2: expected at least 0 and up to 1"),
         ("", "empty line"),
         (" \t", "empty line"),
         (":", "empty line"),
@@ -171,7 +183,10 @@ def test_any_bytes_are_a_request_or_refused(line):
     answer = TABLE.parse(line)
     assert isinstance(answer, Request | Refusal)
     if isinstance(answer, Request):
-        assert len(answer.values) == len(answer.command.parameters)
+        assert len(answer.values) in (
+            len(answer.command.parameters),
+            len(answer.command.parameters) + len(answer.command.optional),
+        )
         assert all(math.isfinite(value) for value in answer.values)
 
 
@@ -184,6 +199,16 @@ def test_a_line_that_was_too_long_is_an_error():
 def test_words_for_a_command_that_takes_words():
     assert parse("help :  LIN \t move ") == Request(TABLE.commands["help"], (), "lin move")
     assert parse("help") == Request(TABLE.commands["help"], (), "")
+
+
+def test_optional_parameters_are_all_there_or_none_of_them():
+    table = read_table(
+        SMALL.replace('parameters = "n"', 'parameters = "n"\noptional = "n n"').encode(), "small.toml"
+    )
+    assert table.parse(b"nod : 1").values == (1.0,)
+    assert table.parse(b"nod : 1 2 3").values == (1.0, 2.0, 3.0)
+    assert table.parse(b"nod : 1 2").reason == "nod takes 1 or 3 parameters, got 2"
+    assert table.parse(b"nod : 1 2 5").reason == "n = 5: expected above 0 and up to 4"
 
 
 def test_what_is_remembered_of_lines_is_bounded():
@@ -226,6 +251,8 @@ reply.words = ["done"]
             "command.nod.reply: expected one of",
         ),
         ('parameters = "n"', 'parameters = "n"\nphrase = "word"', "command.nod: expected either"),
+        ('parameters = "n"', 'optional = "n"', "command.nod.optional: expected parameters"),
+        ('reply.values = "n"', 'reply.list = "n n"', "command.nod.reply.list: expected one value"),
         ("[command.nod]", "[command.Nod]", "command.Nod: expected a name in lower case"),
         ('mode = "any"', "mode = 3", "Expected `str`, got `int`"),
         ('mode = "any"', 'mood = "any"', "unknown field `mood`"),
@@ -243,6 +270,10 @@ def test_a_fault_in_a_table_is_told_in_one_line(old, new, told):
 
 def test_usage_tells_units_and_ranges():
     assert read_table(SMALL.encode(), "small.toml").commands["nod"].usage() == "nod : n[0 < n <= 4] -> n[1]"
+    longer = SMALL.replace('parameters = "n"', 'parameters = "n"\noptional = "n"')
+    longer = longer.replace("reply.values", "reply.list")
+    usage = read_table(longer.encode(), "small.toml").commands["nod"].usage()
+    assert usage == "nod : n[0 < n <= 4] (n[0 < n <= 4]) -> n[0 < n <= 4] ..."
     assert "x[mm]" in TABLE.commands["lin move"].usage()
     assert "blending[mm, 0 <= blending]" in TABLE.commands["lin move"].usage()
     assert TABLE.commands["joint move"].usage() == "joint move : j0..j6[rad] v0..v6[0 < v0..v6 <= 1] -> done"

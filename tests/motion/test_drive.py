@@ -8,6 +8,7 @@ from iiwa_sim.motion.chain import Chain, Way
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.rate import PlannedTime
@@ -33,7 +34,8 @@ class Broken:
 
 
 def drive() -> Drive:
-    return Drive((0.0,), PlannedTime(TICK_S, 15.0, 600.0), np.array([-10.0]), np.array([10.0]))
+    time = PlannedTime(Override(TICK_S, LIMITS), 15.0, 600.0)
+    return Drive((0.0,), time, np.array([-10.0]), np.array([10.0]))
 
 
 def move(number: int, path: Path) -> Move:

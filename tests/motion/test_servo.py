@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
@@ -51,7 +52,7 @@ class Followed:
         self.stop_limits = JointLimits(self.limits.velocity, *map(np.array, stops))
         self.low, self.high = np.array(d.position_min), np.array(d.position_max)
         self.tick_s = tick_s
-        time = PlannedTime(tick_s, d.stop_rate_per_s, d.stop_rate_change_per_s2)
+        time = PlannedTime(Override(tick_s, self.limits), d.stop_rate_per_s, d.stop_rate_change_per_s2)
         self.servo = Servo(start, time, self.limits, d.position_min, d.position_max)
         self.passed = [start]
 

@@ -1,125 +1,24 @@
-"""A small blocking client for drivers and tests: one method per command of the iiwa's line protocol.
+"""The commands of the iiwa's line protocol, each as a method."""
 
-    with Iiwa("127.0.0.1", 30000) as robot:
-        robot.lin_move((600, 0, 500, 3.14159, 0, 3.14159), speed=0.5, blending=0)
-        robot.wait_until_stopped(timeout_s=10)
-        print(robot.get_joint_position())
-
-Methods are called as the commands of protocol/iiwa.toml, and its units hold: mm, rad, N, Nm, speeds relative
-to the limits (0 < speed <= 1). `target` is x y z (mm, base frame) alpha beta gamma (rad, intrinsic Z-Y-X), as
-a Frame holds it. It needs nothing of the simulator and works with any server of the protocol.
-"""
-
-import math
-import socket
 import time
-import tomllib
 from collections.abc import Sequence
-from importlib.resources import files
-from types import TracebackType
-from typing import Any, NamedTuple, Self
 
-_TABLE = tomllib.loads(files("iiwa_sim.protocol").joinpath("iiwa.toml").read_text())
-_COMMANDS: dict[str, Any] = _TABLE["command"]
+from iiwa_sim.client.connection import Connection
+from iiwa_sim.client.replies import (
+    CartesianForce,
+    Frame,
+    JointPosition,
+    JointTorque,
+    LastError,
+    Reachability,
+    RobotStatus,
+)
 
 _POLL_PERIOD_S = 0.01
-_MAX_REPLY_BYTES = 65536
-_REASON = "its log has the reason"
 
 
-class CommandError(Exception):
-    """The robot answered `error`; the message quotes the command."""
-
-
-class UnknownCommandError(CommandError):
-    """The robot answered `unknown command`: the server is older than this client, or another one."""
-
-
-class ReplyError(Exception):
-    """The reply does not fit the command: client and server are out of step, or the protocol is another."""
-
-
-class Frame(NamedTuple):
-    """A pose in the base frame: mm, and intrinsic Z-Y-X angles in rad."""
-
-    x: float
-    y: float
-    z: float
-    alpha: float
-    beta: float
-    gamma: float
-
-
-class JointPosition(NamedTuple):
-    """Positions of A1 to A7 in rad."""
-
-    j0: float
-    j1: float
-    j2: float
-    j3: float
-    j4: float
-    j5: float
-    j6: float
-
-
-class JointTorque(NamedTuple):
-    """External torques on A1 to A7 in Nm."""
-
-    t0: float
-    t1: float
-    t2: float
-    t3: float
-    t4: float
-    t5: float
-    t6: float
-
-
-class CartesianForce(NamedTuple):
-    """Force (N) and torque (Nm) at the TCP, in TCP orientation, acting on the robot."""
-
-    fx: float
-    fy: float
-    fz: float
-    tx: float
-    ty: float
-    tz: float
-
-
-class LastError(NamedTuple):
-    """A result code of robot_movement_interface, and the reason in words."""
-
-    code: int
-    reason: str
-
-
-class Iiwa:
-    """One connection. Not for use by several threads at once.
-
-    Every command raises CommandError where the robot answers `error`, ReplyError where the answer makes no
-    sense, and OSError (TimeoutError among them) where the connection fails. The latter two close the
-    connection: a late reply would be taken for the next one's. On a closed one every command raises
-    ConnectionError, an OSError. Wrong counts and numbers that are not finite raise ValueError before anything
-    is sent.
-    """
-
-    def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:
-        """Connects; `timeout_s` bounds that and the wait for each reply."""
-        self._socket = socket.create_connection((host, port), timeout_s)
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._replies = self._socket.makefile("rb")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """Ends the connection. A robot that still carries out a move of this client stops."""
-        self._replies.close()
-        self._socket.close()
+class Iiwa(Connection):
+    """A robot at the other end of a connection, one method per command."""
 
     def wait_until_stopped(self, timeout_s: float) -> None:
         """Returns when the robot is at rest; raises TimeoutError, and keeps the connection, if it is not."""
@@ -157,6 +56,34 @@ class Iiwa:
     def ptp_move(self, target: Sequence[float], speed: float, blending: float) -> None:
         """The TCP to a frame, straight in joint space; blending in mm."""
         self._command("ptp move", *target, speed, blending)
+
+    def lin_quaternion_move(
+        self, position: Sequence[float], quaternion: Sequence[float], speed: float, blending: float
+    ) -> None:
+        """As lin_move, to x y z (mm) with the orientation of a unit quaternion x y z w."""
+        self._command("lin quaternion move", *position, *quaternion, speed, blending)
+
+    def ptp_quaternion_move(
+        self, position: Sequence[float], quaternion: Sequence[float], speed: float, blending: float
+    ) -> None:
+        """As ptp_move, to x y z (mm) with the orientation of a unit quaternion x y z w."""
+        self._command("ptp quaternion move", *position, *quaternion, speed, blending)
+
+    def lin_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_move, by x y z (mm) alpha beta gamma (rad) in base axes, from the end of the queue."""
+        self._command("lin relative move", *shift, speed, blending)
+
+    def lin_tool_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_relative_move, in the axes of the tool at the end of the queue."""
+        self._command("lin tool relative move", *shift, speed, blending)
+
+    def ptp_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_relative_move, straight in joint space."""
+        self._command("ptp relative move", *shift, speed, blending)
+
+    def ptp_tool_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
+        """As lin_tool_relative_move, straight in joint space."""
+        self._command("ptp tool relative move", *shift, speed, blending)
 
     def linr_move(self, target: Sequence[float], speed: float, blending: float, r: float) -> None:
         """As lin_move, with joint A3 at r (rad) at the target."""
@@ -238,8 +165,16 @@ class Iiwa:
         """Brings the robot to rest on its path and discards all waiting moves."""
         self._command("stop")
 
+    def set_override(self, override: float) -> None:
+        """Runs all motions at this part of their speed, 0 (a pause) to 1."""
+        self._command("set override", override)
+
+    def get_override(self) -> float:
+        """The override that was set last."""
+        return self._numbers("get override")[0]
+
     def get_status(self) -> str:
-        """`moving` or `stopped`."""
+        """`moving`, also in a pause, or `stopped`."""
         return self._command("get status")
 
     def get_mode(self) -> str:
@@ -248,12 +183,19 @@ class Iiwa:
 
     def get_error(self) -> LastError:
         """What was refused, or has stopped the robot, last; code 0 and "none" if there was neither."""
-        reply = self._ask("get error")
+        reply = self._text("get error")
         code, _, reason = reply.partition(" ")
         if not (code.isascii() and code.isdigit()):
-            self.close()
-            raise ReplyError(f"get error answered {reply!r}")
+            raise self._nonsense("get error", reply)
         return LastError(int(code), reason)
+
+    def reset_error(self) -> None:
+        """Ends the error that refuses moves, and forgets the last refusal."""
+        self._command("reset error")
+
+    def get_robot_status(self) -> RobotStatus:
+        """The state of the robot as ROS-Industrial puts it."""
+        return RobotStatus._make(map(int, self._numbers("get robot status")))
 
     def get_tool_frame(self) -> Frame:
         """The TCP in the base frame."""
@@ -275,47 +217,59 @@ class Iiwa:
         """Force and torque at the TCP."""
         return CartesianForce._make(self._numbers("get cartesian force"))
 
-    def _command(self, name: str, *values: float) -> str:
-        """Sends a command that answers a word of the table, and returns that word."""
-        expected = len(_COMMANDS[name].get("parameters", "").split())
-        if len(values) != expected:
-            raise ValueError(f"{name}: expected {expected} numbers, got {len(values)}")
-        if not all(map(math.isfinite, values)):
-            raise ValueError(f"{name}: expected finite numbers, got {values}")
-        parameters = " ".join(repr(float(value)) for value in values)
-        reply = self._ask(f"{name} : {parameters}" if values else name)
-        if reply not in _COMMANDS[name]["reply"]["words"]:
-            self.close()
-            raise ReplyError(f"{name} answered {reply!r}")
-        return reply
+    def get_goal_frame(self) -> Frame:
+        """The TCP at the end of the move under way, or where the robot holds."""
+        return Frame._make(self._numbers("get goal frame"))
 
-    def _numbers(self, name: str) -> list[float]:
-        """Sends a command that answers numbers."""
-        reply = self._ask(name)
-        try:
-            values = [float(word) for word in reply.split()]
-        except ValueError:
-            values = []
-        if len(values) != len(_COMMANDS[name]["reply"]["values"].split()):
-            self.close()
-            raise ReplyError(f"{name} answered {reply!r}")
-        return values
+    def get_goal_joint_position(self) -> JointPosition:
+        """Positions of all joints at the end of the move under way, or where the robot holds."""
+        return JointPosition._make(self._numbers("get goal joint position"))
 
-    def _ask(self, line: str) -> str:
-        """Sends a line and returns the line it is answered by."""
-        if self._socket.fileno() < 0:
-            raise ConnectionError("this connection is closed; a new Iiwa(host, port) opens another")
-        try:
-            self._socket.sendall(line.encode() + b"\r\n")
-            reply = self._replies.readline(_MAX_REPLY_BYTES)
-            if not reply.endswith(b"\n"):
-                raise ConnectionResetError(f"the connection ended before the answer to {line!r}")
-        except BaseException:
-            self.close()
-            raise
-        text = reply.decode("ascii", "replace").strip()
-        if text == "unknown command":
-            raise UnknownCommandError(f"the server answered unknown command to {line!r}; {_REASON}")
-        if text == "error":
-            raise CommandError(f"the server answered error to {line!r}; {_REASON}")
-        return text
+    def get_distance_to_goal(self) -> float:
+        """How far the TCP is from the end of the move under way (mm)."""
+        return self._numbers("get distance to goal")[0]
+
+    def is_reachable(self, target: Sequence[float], r: float | None = None) -> Reachability:
+        """Whether the TCP can be brought to a frame by PTP, with A3 at r (rad) if that is given."""
+        return self._reachability("is reachable", target, r)
+
+    def is_lin_reachable(self, target: Sequence[float], r: float | None = None) -> Reachability:
+        """Whether it can go there on a straight line from the end of the queue."""
+        return self._reachability("is lin reachable", target, r)
+
+    def set_output(self, n: int, value: bool) -> None:
+        """Switches a digital output, numbered from 1."""
+        self._command("set output", n, value)
+
+    def set_input(self, n: int, value: bool) -> None:
+        """Always refused, with a code of its own: no driver sets an input."""
+        self._command("set input", n, value)
+
+    def get_output(self, n: int) -> bool:
+        """The state of a digital output, numbered from 1."""
+        return self._states("get output", n)[0]
+
+    def get_input(self, n: int) -> bool:
+        """The state of a digital input, numbered from 1."""
+        return self._states("get input", n)[0]
+
+    def get_outputs(self) -> tuple[bool, ...]:
+        """The states of all digital outputs, from number 1 on."""
+        return self._states("get outputs")
+
+    def get_inputs(self) -> tuple[bool, ...]:
+        """The states of all digital inputs, from number 1 on."""
+        return self._states("get inputs")
+
+    def _reachability(self, name: str, target: Sequence[float], r: float | None) -> Reachability:
+        reply = self._text(name, *target, *([] if r is None else [r]))
+        if reply == "reachable":
+            return Reachability(True, 0, "")
+        verdict, _, why = reply.partition(" ")
+        code, _, reason = why.partition(" ")
+        if verdict != "unreachable" or not (code.isascii() and code.isdigit()):
+            raise self._nonsense(name, reply)
+        return Reachability(False, int(code), reason)
+
+    def _states(self, name: str, *values: float) -> tuple[bool, ...]:
+        return tuple(number != 0.0 for number in self._numbers(name, *values))

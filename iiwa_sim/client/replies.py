@@ -1,0 +1,76 @@
+"""What replies of several values are read into. Units are those of protocol/iiwa.toml."""
+
+from typing import NamedTuple
+
+
+class Frame(NamedTuple):
+    """A pose in the base frame: mm, and intrinsic Z-Y-X angles in rad."""
+
+    x: float
+    y: float
+    z: float
+    alpha: float
+    beta: float
+    gamma: float
+
+
+class JointPosition(NamedTuple):
+    """Positions of A1 to A7 in rad."""
+
+    j0: float
+    j1: float
+    j2: float
+    j3: float
+    j4: float
+    j5: float
+    j6: float
+
+
+class JointTorque(NamedTuple):
+    """External torques on A1 to A7 in Nm."""
+
+    t0: float
+    t1: float
+    t2: float
+    t3: float
+    t4: float
+    t5: float
+    t6: float
+
+
+class CartesianForce(NamedTuple):
+    """Force (N) and torque (Nm) at the TCP, in TCP orientation, acting on the robot."""
+
+    fx: float
+    fy: float
+    fz: float
+    tx: float
+    ty: float
+    tz: float
+
+
+class LastError(NamedTuple):
+    """A result code of robot_movement_interface, and the reason in words."""
+
+    code: int
+    reason: str
+
+
+class Reachability(NamedTuple):
+    """Whether a target can be reached; if not, code and reason with which a move there is refused."""
+
+    reachable: bool
+    code: int
+    reason: str
+
+
+class RobotStatus(NamedTuple):
+    """As industrial_msgs/RobotStatus: mode 2 is automatic, of the others 1 is true and 0 false."""
+
+    mode: int
+    e_stopped: int
+    drives_powered: int
+    motion_possible: int
+    in_motion: int
+    in_error: int
+    error_code: int

@@ -1,0 +1,68 @@
+"""Digital inputs and outputs: what the controller switches, and what is wired to it.
+
+They are numbered from 1, as KUKA numbers them ($OUT[1], $IN[1]): inputs and outputs each for themselves. The
+codes of refusals are those of robot_movement_interface's services SetIO and GetIO.
+"""
+
+from collections.abc import Sequence
+
+from iiwa_sim.controller.errors import Refused
+
+NUMBER_OUT_OF_RANGE = 1
+NOT_AN_OUTPUT = 2
+DEFAULT_COUNT = 16
+DEFAULT_INPUTS = tuple(f"input {number}" for number in range(1, DEFAULT_COUNT + 1))
+DEFAULT_OUTPUTS = tuple(f"output {number}" for number in range(1, DEFAULT_COUNT + 1))
+
+
+class Io:
+    """The inputs and outputs of one controller. All are off at first."""
+
+    def __init__(
+        self,
+        input_names: tuple[str, ...] = DEFAULT_INPUTS,
+        output_names: tuple[str, ...] = DEFAULT_OUTPUTS,
+    ) -> None:
+        """As many of each as there are names."""
+        self.input_names = input_names
+        self.output_names = output_names
+        self._inputs = [False] * len(self.input_names)
+        self._outputs = [False] * len(self.output_names)
+
+    @property
+    def inputs(self) -> tuple[bool, ...]:
+        """All of them, from number 1 on."""
+        return tuple(self._inputs)
+
+    @property
+    def outputs(self) -> tuple[bool, ...]:
+        """All of them, from number 1 on."""
+        return tuple(self._outputs)
+
+    def input(self, number: int) -> bool:
+        """The state of one; raises `Refused` where there is none of this number."""
+        return self._inputs[_place("input", number, self.input_names)]
+
+    def output(self, number: int) -> bool:
+        """The state of one; raises `Refused` where there is none of this number."""
+        return self._outputs[_place("output", number, self.output_names)]
+
+    def set_output(self, number: int, on: bool) -> None:
+        """What a driver may switch; raises `Refused` where there is none of this number."""
+        self._outputs[_place("output", number, self.output_names)] = on
+
+    def refuse_input(self, number: int) -> None:
+        """What a driver may not switch; raises `Refused`, whatever the number."""
+        name = self.input_names[_place("input", number, self.input_names)]
+        raise Refused(NOT_AN_OUTPUT, f"'{name}' is an input: what is wired to it sets it, no driver can")
+
+    def wire(self, number: int, on: bool) -> None:
+        """What is wired to an input switches; raises `Refused` where there is none of this number."""
+        self._inputs[_place("input", number, self.input_names)] = on
+
+
+def _place(kind: str, number: int, names: Sequence[str]) -> int:
+    if not 1 <= number <= len(names):
+        there_are = f"there are {kind}s 1 to {len(names)}" if names else f"there are no {kind}s"
+        raise Refused(NUMBER_OUT_OF_RANGE, f"no {kind} {number}: {there_are}")
+    return number - 1

@@ -1,0 +1,22 @@
+"""The state of the robot in the terms of ROS-Industrial: fields and values of industrial_msgs/RobotStatus."""
+
+from typing import NamedTuple
+
+AUTOMATIC = 2
+"""The mode in which a controller takes moves from a driver; it is in no other."""
+
+
+class RobotStatus(NamedTuple):
+    """What is not a number of its own is 1 for true and 0 for false."""
+
+    mode: int
+    e_stopped: int
+    """The emergency stop is pressed."""
+    drives_powered: int
+    motion_possible: int
+    """A move would be accepted."""
+    in_motion: int
+    """The robot moves: unlike `get status`, not in a pause."""
+    in_error: int
+    error_code: int
+    """The cause of the state of error, 0 outside of it."""

@@ -1,0 +1,121 @@
+"""The override: the rate at which planned time runs, from 0, a pause, to 1, as planned.
+
+It changes in a way that keeps the limits of every planned motion, wherever on its path the robot is. At the
+rate r a joint with the planned velocity v, acceleration a and jerk j sees r v, r^2 a + r' v and
+r^3 j + 3 r r' a + r'' v. A motion may use all of its limits V, A = f V and J = g A at r = 1, so there r must
+not change at all; the lower r is, the faster it may. That is the shape of r = tanh u: with |u'| <= c and
+|u''| <= f g / 2 the accelerations are at most A (r^2 + (1 - r^2) c / f), and the jerks at most
+J (r^3 + K r (1 - r^2) + (1 - r^2) / 2) with K = 3 c / g + 2 c^2 / (f g). For r from 0 to 1 neither is more
+than the limit if c <= f and K <= 1. As tanh never comes to 1, r is a little more than tanh u: 1 is then
+reached, and what a planned motion has to leave free for that is MARGIN of the acceleration, and 1.5 times as
+much of the jerk; planners keep 0.99 of the limits.
+"""
+
+from math import atanh, sqrt, tanh
+
+from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
+
+from iiwa_sim.motion.limits import JointLimits
+
+MARGIN = 0.005
+STRETCH = sqrt(1.0 + MARGIN)
+SPEED_KEPT = 1.0 - 1e-11
+"""Were u a hair faster than its limit, Ruckig might take a way that is seconds longer."""
+JERK_SHARES = (1.0, 1.0 - 1e-6)
+"""Where Ruckig finds nothing, some phase has no length; with a little less jerk it has one."""
+
+
+class Override:
+    """The rate of planned time over ticks; 1 at first."""
+
+    def __init__(self, tick_s: float, limits: JointLimits) -> None:
+        """For motions planned within these limits, or within others with more acceleration for the velocity
+        and more jerk for the acceleration, as those of direct mode."""
+        self.tick_s = tick_s
+        self.value = 1.0
+        """What was asked for last: the rate is this, or goes there."""
+        self.rate = 1.0
+        """At the end of the last tick,"""
+        self.slope_per_s = 0.0
+        """with this derivative."""
+        self.advance_s = tick_s
+        """By how much planned time has gone on in the last tick."""
+        f = float((limits.acceleration / limits.velocity).min())
+        g = float((limits.jerk / limits.acceleration).min())
+        fastest = f * g / 4.0 * (sqrt(9.0 / g**2 + 8.0 / (f * g)) - 3.0 / g)  # here K is 1
+        self._ruckig = Ruckig(1)
+        self._task = InputParameter(1)
+        self._task.max_velocity = [min(f, fastest)]
+        self._task.max_acceleration = [f * g / 2.0]
+        self._task.max_jerk = [f * g / 2.0 * g]
+        self._change: Trajectory | None = None
+        self._changed_s = 0.0  # so long ago it has begun
+
+    @property
+    def even(self) -> bool:
+        """Whether the rate stays as it is, if nothing is asked for."""
+        return self._change is None
+
+    @property
+    def pausing(self) -> bool:
+        """Whether planned time stands still."""
+        return self.rate == 0.0 and self.even
+
+    def be(self, value: float) -> None:
+        """Have another rate (0..1) at once: to be called at rest only."""
+        self.value = self.rate = value
+        self.slope_per_s, self._change = 0.0, None
+
+    def go_to(self, value: float) -> None:
+        """Take another rate (0..1) from now on, as fast as the limits allow."""
+        if value == self.value:
+            return
+        u, speed, acceleration = _place(self.rate), 0.0, 0.0
+        if self._change is not None:
+            u, speed, acceleration = (each[0] for each in self._change.at_time(self._changed_s))
+        task = self._task
+        task.current_position, task.target_position = [u], [_place(value)]
+        task.current_velocity, task.current_acceleration = [SPEED_KEPT * speed], [acceleration]
+        self._change = self._way()
+        self._changed_s, self.value = 0.0, value
+
+    def step(self) -> None:
+        """One tick."""
+        if self._change is None:
+            self.advance_s = self.tick_s * self.rate
+            return
+        before, middle = self.rate, self._at(self._changed_s + 0.5 * self.tick_s)[0]
+        self._changed_s += self.tick_s
+        self.rate, self.slope_per_s = self._at(self._changed_s)
+        self.advance_s = self.tick_s * (before + 4.0 * middle + self.rate) / 6.0  # Simpson's rule
+        if self._changed_s >= self._change.duration:
+            self._change = None
+
+    def _at(self, time_s: float) -> tuple[float, float]:
+        """Rate and slope at a time after the change has begun."""
+        assert self._change is not None
+        if time_s >= self._change.duration:
+            return self.value, 0.0
+        (u,), (speed,), _ = self._change.at_time(time_s)
+        part = tanh(u)
+        return min(max(STRETCH * part, 0.0), 1.0), STRETCH * (1.0 - part * part) * speed
+
+    def _way(self) -> Trajectory:
+        jerk = self._task.max_jerk
+        try:
+            for share in JERK_SHARES:
+                self._task.max_jerk = [share * jerk[0]]
+                way = Trajectory(1)
+                try:
+                    if self._ruckig.calculate(self._task, way) == Result.Working:
+                        return way
+                except RuckigError:
+                    continue
+        finally:
+            self._task.max_jerk = jerk
+        raise ArithmeticError(f"Ruckig: no way to the override of {self._task.target_position}")
+
+
+def _place(rate: float) -> float:
+    """The u of a rate."""
+    return atanh(rate / STRETCH)

@@ -1,0 +1,205 @@
+"""The override: on the path and within the planned limits, whatever moves and whenever it changes."""
+
+from __future__ import annotations
+
+from math import nan
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.robot.description import load_robot
+from tests import chains
+from tests.chain_checks import assert_keeps_all_promises
+from tests.chains import Recorder
+from tests.dialect.fake_robot import Conversation
+from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
+
+FULL = [1.0] * 7
+START = (0.2, 0.4, 0.0, -1.2, 0.1, 1.0, 0.0)
+AWAY = (0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6)
+ELSEWHERE = (-0.5, 0.6, 0.3, -1.4, 0.1, 1.2, 0.2)
+values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.5, 1.0]))
+SETTLED_TICKS = 450  # after which a change of the override is over
+
+
+@pytest.mark.requirement("FRC025")
+@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@settings(max_examples=30, deadline=None)
+@given(chain=chains.chains(stops=True, overrides=True))
+def test_chains_keep_all_their_promises_whenever_the_override_changes(
+    robot_name: str, chain: list[Any]
+) -> None:
+    recorder = Recorder(load_robot(robot_name))
+    recorder.run(chain)
+    assert_keeps_all_promises(recorder)
+
+
+@pytest.mark.requirement("FRC025")
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from([0.001, 0.002, 0.01]),
+    st.lists(st.tuples(values, st.floats(0.0, 0.6)), min_size=1, max_size=8),
+)
+def test_a_line_stays_a_line_and_ends_at_its_target(
+    tick_s: float, changes: list[tuple[float, float]]
+) -> None:
+    robot = SteppedRobot(tick_s=tick_s)
+    frame = robot.controller.tool_frame()
+    target = frame._replace(y_mm=frame.y_mm + 300.0, gamma=frame.gamma + 0.4)
+    robot.controller.lin_move(target, 1.0, 0.0)
+    for value, wait_s in changes:
+        robot.step(round(wait_s / tick_s))
+        robot.controller.set_override(value)
+    robot.step(10)
+    robot.controller.set_override(0.6)
+    robot.runs_until_stopped()
+    assert_straight(robot, robot.joints, target)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC025")
+@pytest.mark.parametrize("direct", [False, True])
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.tuples(values, st.integers(0, 2), st.integers(0, 150)), min_size=2, max_size=12))
+def test_servo_targets_are_followed_within_the_limits(
+    direct: bool, told: list[tuple[float, int, int]]
+) -> None:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    controller = robot.controller
+    target = START
+    for value, k, ticks in told:
+        controller.set_override(value)
+        if direct:
+            target = tuple(np.add(controller.joints, (0.08, -0.04, 0.0)[k]).tolist())
+            controller.direct_joint_move(target, FULL)
+        else:
+            target = (START, AWAY, ELSEWHERE)[k]
+            controller.smart_joint_move(target, FULL)
+        robot.step(ticks)
+    controller.set_override(0.7)
+    robot.runs_until_stopped()
+    assert controller.joints == target
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC025")
+@settings(max_examples=30, deadline=None)
+@given(values, values, st.integers(0, 300), st.integers(0, 300))
+def test_a_stop_at_any_time_takes_100_ms_at_most_and_the_stop_limits(
+    first: float, second: float, ticks: int, more: int
+) -> None:
+    robot = SteppedRobot()
+    robot.controller.joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], FULL)
+    robot.step(100)
+    robot.controller.set_override(first)
+    robot.step(ticks)
+    robot.controller.set_override(second)
+    robot.step(more)
+    rest = robot.controller._motions.rest_after_stop()
+    robot.stop()
+    assert robot.controller.goal_joints == rest
+    robot.runs_until_stopped(0.1)
+    assert robot.controller.joints == rest
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC025")
+def test_set_at_rest_it_holds_from_the_first_tick_on() -> None:
+    full, half = SteppedRobot(), SteppedRobot()
+    half.controller.set_override(0.5)
+    for robot in (full, half):
+        robot.controller.joint_move(AWAY, FULL)
+        robot.runs_until_stopped()
+    np.testing.assert_allclose(half.joints[::2], full.joints[: len(half.joints[::2])], atol=1e-12)
+    assert half.controller.override == 0.5
+
+
+@pytest.mark.requirement("FRC025")
+def test_a_pause_is_a_standstill_that_goes_on_where_it_began() -> None:
+    robot = SteppedRobot()
+    talk = Conversation(robot.controller)
+    talk.ask("joint move : 1 0.5 -0.5 -1.2 1 1 -1 0.3 0.3 0.3 0.3 0.3 0.3 0.3")
+    talk.ask("ptp move : 450 0 520 0 -1.57 0 1 0")
+    robot.step(300)
+    before = robot.controller.joints
+    assert talk.ask("set override : 0") == "done"
+    assert talk.ask("get override") == "0.0"
+    assert talk.ask("get robot status") == "2 0 1 1 1 0 0", "it still moves"
+    robot.step(SETTLED_TICKS)
+    paused = robot.controller.joints
+    assert paused != before
+    robot.step(1000)
+    assert robot.controller.joints == paused
+    assert talk.ask("get status") == "moving"
+    assert talk.ask("get robot status") == "2 0 1 1 0 0 0"
+    goal = robot.controller.goal_joints
+    assert goal == (1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0)
+    assert talk.ask("set override : 1") == "done"
+    assert talk.ask("get robot status") == "2 0 1 1 1 0 0"
+    robot.runs_until_stopped()
+    assert robot.controller.tool_frame()[:3] == pytest.approx((450.0, 0.0, 520.0), abs=1e-6)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC025", "FRC016")
+def test_a_stop_in_a_pause_ends_the_moves_and_not_the_pause() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    number = controller.joint_move(AWAY, FULL)
+    controller.joint_move(START, FULL)
+    robot.step(100)
+    controller.set_override(0.0)
+    robot.step(SETTLED_TICKS)
+    paused = controller.joints
+    robot.stop()
+    assert robot.runs_until_stopped() <= 1
+    assert controller.joints == paused
+    assert not controller.is_pending(number)
+    for command in (controller.joint_move, controller.smart_joint_move):
+        command(START, FULL)
+        robot.step(50)
+        assert controller.joints == paused
+        assert controller.moving
+    controller.set_override(1.0)
+    robot.runs_until_stopped()
+    assert controller.joints == START
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC025")
+def test_moves_that_are_sent_in_a_pause_blend_when_it_ends() -> None:
+    recorder = Recorder(load_robot())
+    recorder.lin(0.0, 200.0, 0.0, 30.0, speed_rel=0.3)
+    recorder.wait(50)
+    recorder.override(0.0)
+    recorder.wait(SETTLED_TICKS)
+    recorder.lin(0.0, 0.0, -150.0, 30.0)
+    recorder.wait(50)
+    recorder.override(1.0)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    (run,) = recorder.runs
+    assert len(run.moves) == 2
+    corner = np.array(run.robot.tcp(run.moves[0].corner).translation)
+    assert 1e-5 < float(np.linalg.norm(run.ticks.p - corner, axis=1).min()) < 0.03
+
+
+@pytest.mark.requirement("FRC025")
+@pytest.mark.parametrize("value", [-0.01, 1.01, nan])
+def test_an_override_out_of_range_is_refused_and_changes_nothing(value: float) -> None:
+    robot = SteppedRobot()
+    robot.controller.joint_move(AWAY, FULL)
+    robot.step(50)
+    with pytest.raises(Refused, match="override"):
+        robot.controller.set_override(value)
+    assert robot.controller.override == 1.0
+    twin = SteppedRobot()
+    twin.controller.joint_move(AWAY, FULL)
+    robot.step(50)
+    twin.step(100)
+    assert robot.joints == twin.joints

@@ -1,0 +1,167 @@
+"""Quaternion targets, relative moves, and whether a target is reachable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf, nan
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.poses import from_quaternion, shifted
+from iiwa_sim.frames import Frame, quaternion_from_rotation
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
+
+FULL = [1.0] * 7
+AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
+angles = st.floats(-3.0, 3.0)
+mm = st.floats(-200.0, 200.0)
+places = st.floats(-900.0, 900.0)
+shifts = st.builds(Frame, mm, mm, mm, angles, angles, angles)
+
+
+@pytest.mark.requirement("FRC005")
+@given(angles, st.floats(-1.5, 1.5), angles, st.floats(0.991, 1.009), st.sampled_from([-1.0, 1.0]))
+def test_a_quaternion_is_the_orientation_that_it_came_from(
+    alpha: float, beta: float, gamma: float, length: float, sign: float
+) -> None:
+    frame = Frame(10.0, -20.0, 30.0, alpha, beta, gamma)
+    x, y, z, w = (sign * length * q for q in quaternion_from_rotation(frame.to_transform().rotation))
+    found = from_quaternion((10.0, -20.0, 30.0), (x, y, z, w))
+    assert found[:3] == frame[:3]
+    np.testing.assert_allclose(found.to_transform().rotation, frame.to_transform().rotation, atol=1e-12)
+
+
+@pytest.mark.requirement("FRC005")
+@pytest.mark.parametrize(
+    "quaternion", [(0.0,) * 4, (nan,) * 4, (inf, 0.0, 0.0, 1.0), (0.5, 0.5, 0.5, 0.4), (1e200,) * 4]
+)
+def test_what_is_no_unit_quaternion_is_refused(quaternion: tuple[float, float, float, float]) -> None:
+    with pytest.raises(Refused, match="a quaternion of length"):
+        from_quaternion((0.0, 0.0, 0.0), quaternion)
+
+
+@pytest.mark.requirement("FRC007")
+@given(shifts, shifts)
+def test_a_shift_turns_the_tool_on_the_spot_and_takes_it_along_the_axes(start: Frame, shift: Frame) -> None:
+    pose, way = start.to_transform(), shift.to_transform()
+    r = np.reshape(pose.rotation, (3, 3))
+    turn = np.reshape(way.rotation, (3, 3))
+    for in_tool, moved, turned in (
+        (False, np.add(pose.translation, way.translation), turn @ r),
+        (True, np.add(pose.translation, r @ way.translation), r @ turn),
+    ):
+        found = shifted(pose, shift, in_tool=in_tool).to_transform()
+        np.testing.assert_allclose(found.translation, moved, atol=1e-12)
+        np.testing.assert_allclose(np.reshape(found.rotation, (3, 3)), turned, atol=1e-12)
+
+
+@pytest.mark.requirement("FRC007")
+def test_a_relative_line_begins_where_the_queue_ends_and_its_target_stays() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.joint_move(AWAY, FULL)
+    corner = robot.tcp_frame(AWAY)
+    controller.lin_relative_move(Frame(0.0, 80.0, 0.0, 0.0, 0.0, 0.0), 0.5, 0.0, in_tool=False)
+    robot.runs_until_stopped()
+    target = corner._replace(y_mm=corner.y_mm + 80.0)
+    assert controller.tool_frame() == pytest.approx(target, abs=1e-6)
+    begun = len(robot.joints)
+    turn = Frame(0.0, 0.0, -50.0, 0.3, 0.0, 0.0)
+    controller.lin_relative_move(turn, 0.5, 0.0, in_tool=True)
+    target = shifted(robot.tcp(controller.joints), turn, in_tool=True)
+    robot.runs_until_stopped()
+    assert_straight(robot, robot.joints[begun - 1 :], target)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC007")
+@pytest.mark.parametrize("in_tool", [False, True])
+def test_relative_moves_there_and_back_end_where_they_began(in_tool: bool) -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    home = controller.tool_frame()
+    for way in (40.0, -40.0):
+        controller.ptp_relative_move(Frame(way, 0.0, way, 0.0, 0.0, 0.0), 1.0, 0.0, in_tool=in_tool)
+        controller.lin_relative_move(Frame(0.0, way, 0.0, 0.0, 0.0, 0.0), 1.0, 10.0, in_tool=in_tool)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(controller.tool_frame()[:3], home[:3], atol=1e-6)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC007")
+def test_from_a_servo_a_relative_move_begins_where_the_robot_comes_to_rest() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.smart_joint_move(AWAY, FULL)
+    robot.step(80)
+    controller.lin_relative_move(Frame(0.0, 0.0, 30.0, 0.0, 0.0, 0.0), 0.5, 0.0, in_tool=False)
+    rest = controller.goal_frame()
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(controller.tool_frame(), rest._replace(z_mm=rest.z_mm + 30.0), atol=1e-6)
+
+
+def refusal(command: Callable[[], object]) -> tuple[int, str] | None:
+    """Code and reason, or None where it is not refused."""
+    try:
+        command()
+    except Refused as refused:
+        return refused.code, refused.reason
+    return None
+
+
+def state(controller: Controller) -> tuple[object, ...]:
+    return (controller.joints, controller.moving, controller.mode, controller.last_error, controller.status())
+
+
+@pytest.mark.requirement("FRC020")
+@settings(max_examples=60, deadline=None)
+@example(Frame(2000.0, 0.0, 520.0, 0.0, -1.57, 0.0), None, 0)
+@example(Frame(inf, 0.0, 520.0, 0.0, -1.57, 0.0), None, 0)
+@given(
+    st.builds(Frame, places, places, st.floats(-200.0, 1300.0), angles, angles, angles),
+    st.one_of(st.none(), st.floats(-3.2, 3.2)),
+    st.integers(0, 100),
+)
+def test_reachable_means_that_the_move_would_be_accepted_and_asking_changes_nothing(
+    target: Frame, redundancy: float | None, ticks: int
+) -> None:
+    asked, silent, line, ptp = (SteppedRobot() for _ in range(4))
+    for robot in (asked, silent, line, ptp):
+        robot.controller.joint_move(AWAY, FULL)
+        robot.step(ticks)
+    before = state(asked.controller)
+    answers = [
+        refusal(lambda: asked.controller.check_line(target, redundancy)),
+        refusal(lambda: asked.controller.check_reach(target, redundancy)),
+    ]
+    assert state(asked.controller) == before
+    assert answers == [
+        refusal(lambda: line.controller.lin_move(target, 1.0, 0.0, redundancy)),
+        refusal(lambda: ptp.controller.ptp_move(target, 1.0, 0.0, redundancy)),
+    ]
+    for robot in (asked, silent):
+        robot.runs_until_stopped()
+    assert asked.joints == silent.joints
+
+
+@pytest.mark.requirement("FRC020")
+def test_a_line_may_be_impossible_to_a_target_that_ptp_reaches() -> None:
+    controller = Controller(load_robot(), 0.002)
+    home = controller.tool_frame()
+    behind = home._replace(x_mm=-home.x_mm)
+    controller.check_reach(behind)
+    with pytest.raises(Refused):
+        controller.check_line(behind)
+    with pytest.raises(Refused) as refused:
+        controller.check_reach(home._replace(x_mm=2000.0))
+    assert refused.value.code == OUT_OF_REACH
+    with pytest.raises(Refused) as refused:
+        controller.check_reach(home, 3.0)
+    assert refused.value.code == JOINT_LIMIT
