@@ -51,7 +51,7 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
 
 def chain_of(plan: Plan) -> Chain:
     """The move alone, with its timing."""
-    return Chain(Way(Move(1, *plan)))
+    return Chain(Way(Move(1, *plan, plan.path.joints(0.0), lambda _: None)))
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:

@@ -2,8 +2,8 @@
 
 Everything goes through the standard library's logging, so a program that uses the simulator as a library sets
 it up its own way; only the command line calls `configure`. Levels: `warning` tells of refused commands and of
-clients that are dropped, vanish while the robot moves, or leave a servo mode without commands, `info` of
-clients that come and go, `debug` of every command.
+clients that are dropped, vanish while the robot moves, or leave a servo mode without commands, and of forces
+that end a move, `info` of clients that come and go, `debug` of every command.
 """
 
 import contextlib
@@ -13,6 +13,7 @@ import os
 import select
 from datetime import UTC, datetime
 
+from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.wording import harmless
 
 LEVELS = ("error", "warning", "info", "debug")
@@ -68,6 +69,11 @@ class SessionLog:
 def robot_fault(code: int, reason: str) -> None:
     """What the controller meets with between commands."""
     logger.warning("%s", reason, extra={"fields": {"code": code, "reason": reason}})
+
+
+def robot_contact(contact: Contact) -> None:
+    """What has ended a force move."""
+    logger.warning("%s", contact, extra={"fields": contact._asdict() | {"tcp": contact.tcp._asdict()}})
 
 
 def configure(level: str, as_json: bool, descriptor: int) -> None:

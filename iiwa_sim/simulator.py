@@ -9,7 +9,7 @@ from iiwa_sim.clock import DEFAULT_RATE_HZ, RealTimeClock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
-from iiwa_sim.log import SessionLog, robot_fault
+from iiwa_sim.log import SessionLog, robot_contact, robot_fault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, load_robot
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.status_stream import StatusStream
@@ -53,7 +53,11 @@ class Simulator:
         self.description = load_robot(robot)
         self._clock = RealTimeClock(rate_hz)
         self.controller = Controller(
-            self.description, self._clock.tick_s, servo_timeout_s=servo_timeout_s, on_fault=robot_fault
+            self.description,
+            self._clock.tick_s,
+            servo_timeout_s=servo_timeout_s,
+            on_fault=robot_fault,
+            on_contact=robot_contact,
         )
         self._log = SessionLog()
         self._server = TcpServer(

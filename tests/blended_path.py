@@ -41,6 +41,8 @@ class Sent:
     """The radius of the sphere; of no meaning for a joint move."""
     tick: int
     """After which it was sent."""
+    number: int = 0
+    """That of the controller."""
 
     @property
     def blends_in_joints(self) -> bool:
@@ -81,6 +83,10 @@ class Run:
     """The tick at which it rests after them."""
     stopped_at: int | None = None
     """The tick after which it was told to stop."""
+    done: int | None = None
+    """How many of its moves were no longer to be done, once one was cancelled."""
+    passed: bool = False
+    """Whether these include some behind the cancelled one."""
 
     def part(self, first_move: int, last_move: int) -> Run:
         """From the middle of one move to the middle of a later one, of a run of lines that never meet."""

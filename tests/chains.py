@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from hypothesis import reject
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.drive import SAME_RAD
 from iiwa_sim.robot.description import RobotDescription
 from tests.blended_path import Joints, Run, Sent
 from tests.stepped import SteppedRobot
@@ -108,6 +110,7 @@ class Recorder:
         self.scout = SteppedRobot(description, SCOUT_TICK_S)
         self.runs = [Run(self.robot, 0, self.robot.controller.joints, [])]
         self._orders: list[tuple[int, Order]] = []
+        self._order_of: dict[int, Order] = {}  # of the moves, by their numbers
 
     @property
     def tick(self) -> int:
@@ -129,7 +132,11 @@ class Recorder:
             self.scout.runs_until_stopped()
             self._orders.append((self.tick, order))
             speeds_rel = speeds if kind == "joint" else speeds[:1] * len(speeds)
-            self.runs[-1].moves.append(Sent(kind, start, self.end, speeds_rel, blending_mm, self.tick))
+            number = len(self._order_of) + 1
+            self._order_of[number] = order
+            self.runs[-1].moves.append(
+                Sent(kind, start, self.end, speeds_rel, blending_mm, self.tick, number)
+            )
         return accepted
 
     def lin(self, x_mm: float, y_mm: float, z_mm: float, blending_mm: float, speed_rel: float = 1.0) -> None:
@@ -158,6 +165,71 @@ class Recorder:
         self.robot.controller.set_override(value)
         self._orders.append((self.tick, lambda controller, _: controller.set_override(value)))
 
+    def cancel(self) -> None:
+        """Cancels the move that runs; the others are to be run from where the robot comes to rest."""
+        run, tick = self.runs[-1], self.tick
+        twin = self._twin()
+        twin.stop()
+        twin.runs_until_stopped()
+        rest_tick, rest = len(twin.joints) - 1, twin.controller.joints
+        before = self._pending()
+        self.robot.cancel()
+        self._orders.append((tick, lambda controller, _: controller.cancel_move()))
+        left = self._pending()
+        if tick < run.first:
+            assert left == before, "it was stopping already"
+            return
+        assert left == before[len(before) - len(left) :]
+        assert not before or len(left) < len(before)
+        if rest_tick > tick:
+            run.stopped_at, run.last = tick, rest_tick
+            run.done = len(run.moves) - len(left)
+            run.passed = len(before) - len(left) > 1
+            self.runs.append(Run(self.robot, rest_tick, rest, []))
+        else:
+            assert len(left) == max(len(before) - 1, 0)
+        self.runs[-1].moves = self._begun_at(rest, left)
+
+    def clear(self) -> bool:
+        """Clears the queue; whether the move that runs goes on to its target."""
+        run, tick = self.runs[-1], self.tick
+        twin = self._twin()
+        twin.stop()
+        twin.runs_until_stopped()
+        before = self._pending()
+        running = before[0] if before else 0
+        goes_on = self.robot.clears_queue(running.number) if running else False
+        self._orders.append((tick, lambda controller, _: controller.clear_queue()))
+        assert self.robot.controller.queue == 0
+        assert self._pending() == before[:goes_on]
+        if running:
+            if goes_on:
+                del run.moves[run.moves.index(running) + 1 :]
+            else:
+                run.stopped_at, run.last = tick, len(twin.joints) - 1
+                self.runs.append(Run(self.robot, run.last, twin.controller.joints, []))
+            self.scout.goes_to(self.runs[-1].moves[-1].corner if goes_on else twin.controller.joints)
+        return goes_on
+
+    def _pending(self) -> list[Sent]:
+        return [move for move in self.runs[-1].moves if self.robot.controller.is_pending(move.number)]
+
+    def _begun_at(self, joints: Joints, moves: list[Sent]) -> list[Sent]:
+        """Moves as they are when the first begins elsewhere; where one is impossible the example is none."""
+        self.scout.goes_to(joints)
+        begun = []
+        for move in moves:
+            start = self.end
+            if np.abs(np.subtract(start, move.start)).max() <= SAME_RAD:
+                begun += moves[len(begun) :]
+                self.scout.goes_to(moves[-1].corner)
+                break
+            if not _accepted(self._order_of[move.number], self.scout.controller, False):
+                reject()
+            self.scout.runs_until_stopped()
+            begun.append(replace(move, start=start, corner=self.end))
+        return begun
+
     def wait(self, ticks: int) -> None:
         if ticks == UNTIL_STOPPED:
             self.robot.runs_until_stopped()
@@ -170,6 +242,12 @@ class Recorder:
         self.robot.step(3)
         self.runs[-1].last = self.tick
         self.runs = [run for run in self.runs if run.moves]
+        for run in self.runs:
+            # Where the robot rested after a cancelled move decides which of the others are still to be done.
+            if run.passed:
+                assert run.places.possible[-1, 2 * run.done - 1 :].any(), "what is done has been passed"
+            if run.done is not None and run.done < len(run.moves) - 1:
+                assert not run.places.passed(run.done), "what has been passed is done"
 
     def run(self, chain: list[Any]) -> None:
         """Sends a chain at its ticks, and waits for the end."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.description import RobotDescription, load_robot
@@ -30,11 +31,13 @@ class SteppedRobot:
     ) -> None:
         self.description = load_robot(robot) if isinstance(robot, str) else robot
         self.faults: list[tuple[int, str]] = []
+        self.contacts: list[Contact] = []
         self.controller = Controller(
             self.description,
             tick_s,
             servo_timeout_s=servo_timeout_s,
             on_fault=lambda code, reason: self.faults.append((code, reason)),
+            on_contact=self._meets,
         )
         self.model = Model(self.description)
         self.tick_s = tick_s
@@ -60,6 +63,24 @@ class SteppedRobot:
         self.notice_mode()
         self.controller.stop()
         self._stop_ticks = self._longest_stop
+
+    def cancel(self) -> None:
+        self.notice_mode()
+        self.controller.cancel_move()
+        self._stop_ticks = self._longest_stop
+
+    def clears_queue(self, running: int) -> bool:
+        """Whether the move that runs goes on to its target."""
+        self.notice_mode()
+        self.controller.clear_queue()
+        goes_on = self.controller.is_pending(running)
+        if not goes_on:
+            self._stop_ticks = self._longest_stop
+        return goes_on
+
+    def _meets(self, contact: Contact) -> None:
+        self.contacts.append(contact)
+        self._stop_ticks = self._longest_stop + 1  # it begins in the next tick
 
     @property
     def _longest_stop(self) -> int:

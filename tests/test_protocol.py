@@ -58,7 +58,7 @@ UNITS = {
     "Nm": "tx ty tz t0 t1 t2 t3 t4 t5 t6",
     "N/m": "stiffness",
     "Nm/rad": "joint_stiffness",
-    "1": f"speed {SPEEDS} override n value {QUATERNION} {ROBOT_STATUS}",
+    "1": f"speed {SPEEDS} override n value moves {QUATERNION} {ROBOT_STATUS}",
 }
 MODES = {"any", "normal", "impedance", "smart", "direct"}
 

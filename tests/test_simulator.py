@@ -73,6 +73,37 @@ async def test_an_error_is_told_to_everyone_and_reset_by_anyone(simulator: Simul
     await other.leaves()
 
 
+@pytest.mark.requirement("FRC013", "FRC014", "FRC016")
+async def test_the_queue_is_counted_a_move_cancelled_and_the_rest_cleared(client: Client) -> None:
+    for reply in ("0", "1", "2"):
+        assert await client.ask(FAR) == "done"
+        assert await client.ask("get queue") == reply
+    assert await client.ask("cancel move") == "done"
+    assert int(await client.ask("get queue")) in (1, 2)  # the next one may already have begun
+    assert await client.ask("get status") == "moving"
+    assert await client.ask("clear queue") == "done"
+    assert await client.ask("get queue") == "0"
+    assert await client.ask("stop") == "done"
+    await client.until_stopped()
+    assert await client.ask("get error") == "0 none"
+
+
+async def test_a_force_ends_a_force_move_and_the_log_says_where(
+    simulator: Simulator, client: Client, caplog: pytest.LogCaptureFixture
+) -> None:
+    assert await client.ask("linforcez move : 450 200 520 0 -1.57079 0 0.1 0 5") == "done"
+    await until(lambda: simulator.controller.tool_frame().y_mm > 5.0)
+    simulator.controller.load.wrench = (0.0, 0.0, -6.5, 0.0, 0.0, 0.0)
+    await client.until_stopped()
+    x, y, z, *_ = [float(word) for word in (await client.ask("get tool frame")).split()]
+    assert (x, z) == pytest.approx((450.0, 520.0), abs=0.5)
+    assert 5.0 < y < 150.0
+    assert await client.ask("get cartesian force") == "0.0 0.0 -6.5 0.0 0.0 0.0"
+    (record,) = caplog.records
+    assert record.levelname == "WARNING"
+    assert "move 1 ends at a force of -6.500 N along z of the TCP" in record.getMessage()
+
+
 @pytest.mark.parametrize("how", ["leaves", "vanishes", "bye", "sends no more"])
 async def test_a_client_that_goes_stops_the_robot_it_set_in_motion(
     simulator: Simulator, caplog: pytest.LogCaptureFixture, how: str

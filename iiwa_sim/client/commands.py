@@ -173,6 +173,18 @@ class Iiwa(Connection):
         """The override that was set last."""
         return self._numbers("get override")[0]
 
+    def cancel_move(self) -> None:
+        """Ends the move that runs on its path; the robot goes on with the next one."""
+        self._command("cancel move")
+
+    def clear_queue(self) -> None:
+        """Discards the moves that wait; the one that runs ends at its target."""
+        self._command("clear queue")
+
+    def get_queue(self) -> int:
+        """How many moves wait behind the one that runs."""
+        return int(self._numbers("get queue")[0])
+
     def get_status(self) -> str:
         """`moving`, also in a pause, or `stopped`."""
         return self._command("get status")

@@ -8,6 +8,7 @@ import numpy as np
 from iiwa_sim.contact.load import ExternalLoad, Wrench
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.faults import NO_CODE, Faults
+from iiwa_sim.controller.force_guard import Contact, ForceGuard, ForceGuards, Thresholds, checked
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import (
     LONGEST_SERVO_TIMEOUT_S,
@@ -54,12 +55,14 @@ class Controller:
         io: Io | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
+        on_contact: Callable[[Contact], None] | None = None,
     ) -> None:
         """At rest at home, with these inputs and outputs, or 16 of each.
 
         The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`, None for never.
-        `on_fault` is told the code and the reason of what goes wrong between commands. Raises `RobotFault`
-        where the robot's folder does not fit together, and ValueError for a timeout out of range.
+        `on_fault` is told the code and the reason of what goes wrong between commands, `on_contact` which
+        force has ended a move. Raises `RobotFault` where the robot's folder does not fit together, and
+        ValueError for a timeout out of range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
@@ -82,10 +85,16 @@ class Controller:
         self._faults = Faults()
         self._accepted = 0
         self._on_fault = on_fault
+        self._on_contact = on_contact
+        self._guards = ForceGuards()
         self._servo_heard = 0  # in this tick
 
     def step(self) -> None:
-        """One tick. A fault of ours in it stops the robot, is an error to be reset, and is raised."""
+        """One tick: the robot moves, then feels the forces where it is now, then compares with thresholds.
+
+        So a stop that a force asks for begins in the tick after the one in which its threshold is passed. A
+        fault of ours in a tick stops the robot, is an error to be reset, and is raised.
+        """
         self._watch_servo()
         self.tick += 1
         self._joints_before = self._motions.joints
@@ -95,6 +104,8 @@ class Controller:
             self._faults.fail(EXECUTION, f"internal fault: {type(fault).__name__}, told in the log")
             self.stop()
             raise
+        if self._guards:
+            self._watch_forces()
 
     def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number.
@@ -153,6 +164,30 @@ class Controller:
         """Raises `Refused` where `lin_move` would, with the reason; changes nothing."""
         self._planner.lin(self._next_start(), target, 1.0, 0.0, redundancy, self._tool_in_flange)
 
+    def lin_force_move(
+        self, target: Frame, speed_rel: float, blending_mm: float, thresholds: Thresholds
+    ) -> int:
+        """As `lin_move`, until a force at the TCP has changed by more than its threshold (N).
+
+        It is compared with that at the command, in TCP axes. In the tick after one is beyond its threshold
+        the robot begins to stop on its path, and then goes on with the next move. Forces are watched from the
+        tick in which the move begins to the one before it ends; of two moves that blend into each other one
+        ends and the other begins where `is_pending` of the first changes.
+        """
+        tool = self._tool_in_flange
+        return self._accept(
+            lambda start: self._planner.lin(start, target, speed_rel, blending_mm, None, tool), thresholds
+        )
+
+    def ptp_force_move(
+        self, target: Frame, speed_rel: float, blending_mm: float, thresholds: Thresholds
+    ) -> int:
+        """As `ptp_move`, until a force has changed by more than its threshold: see `lin_force_move`."""
+        tool = self._tool_in_flange
+        return self._accept(
+            lambda start: self._planner.ptp(start, target, speed_rel, blending_mm, None, tool), thresholds
+        )
+
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """Head for joint positions (rad) from wherever the robot is; gives the move's number.
 
@@ -183,6 +218,27 @@ class Controller:
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
         self._enter(TRANSITIONS[self.mode, Event.STOP])
+
+    def cancel_move(self) -> None:
+        """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
+
+        In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
+        robot is being stopped, nothing changes.
+        """
+        self._motions.cancel()
+
+    def clear_queue(self) -> None:
+        """Forget the moves that wait; the one that runs ends at its target.
+
+        Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
+        robot stops on its path.
+        """
+        self._motions.clear()
+
+    @property
+    def queue(self) -> int:
+        """How many moves wait behind the one that runs, or begins in the next tick."""
+        return self._motions.behind
 
     @property
     def override(self) -> float:
@@ -295,16 +351,21 @@ class Controller:
     def _tcp_frame(self, joints: Joints) -> Frame:
         return Frame.from_transform(self._tcp(joints))
 
-    def _accept(self, plan: Callable[[Joints], Plan]) -> int:
+    def _accept(self, plan: Callable[[Joints], Plan], thresholds: Thresholds | None = None) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
         if motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
-        planned = plan(self._next_start())
+        start = self._next_start()
+        planned = plan(start)
+        if thresholds is not None:
+            checked(thresholds)
         self._enter(change)
         self._accepted += 1
-        motions.append(Move(self._accepted, *planned))
+        motions.append(self._move(self._accepted, plan, planned, start))
+        if thresholds is not None:
+            self._guards.add(ForceGuard(self._accepted, thresholds, self.cartesian_force()))
         return self._accepted
 
     def _next_start(self) -> Joints:
@@ -314,6 +375,21 @@ class Controller:
 
     def _shifted(self, shift: Frame, *, in_tool: bool) -> Frame:
         return shifted(self._tcp(self._next_start()), shift, in_tool=in_tool)
+
+    def _move(self, number: int, plan: Callable[[Joints], Plan], planned: Plan, start: Joints) -> Move:
+        return Move(number, *planned, start, lambda start: self._plan_again(number, plan, start))
+
+    def _plan_again(self, number: int, plan: Callable[[Joints], Plan], start: Joints) -> Move | None:
+        """An accepted move, to begin elsewhere (rad). Where that is impossible, say so."""
+        try:
+            planned = plan(start)
+        except Refused as refused:
+            lost = f"move {number} and those behind it are forgotten, planned again after a move ended early"
+            reason = f"{lost}: {refused.reason}"
+            self.record_error(refused.code, reason)
+            self._tell(refused.code, reason)
+            return None
+        return self._move(number, plan, planned, start)
 
     def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
@@ -339,8 +415,24 @@ class Controller:
         reason = f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops"
         self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT])
         self._faults.fail(COMMUNICATION_FAILURE, reason)
+        self._tell(COMMUNICATION_FAILURE, reason)
+
+    def _watch_forces(self) -> None:
+        """End a force move that has met a force."""
+        if not self._motions.moving:
+            self._guards.forget_all()
+            return
+        guard = self._guards.of(self._motions.under_way)
+        contact = guard and guard.contact(self.cartesian_force(), self.tool_frame)
+        if contact is not None:
+            self._motions.cancel()
+            if self._on_contact is not None:
+                self._on_contact(contact)
+
+    def _tell(self, code: int, reason: str) -> None:
+        """Tell of what has gone wrong between commands."""
         if self._on_fault is not None:
-            self._on_fault(COMMUNICATION_FAILURE, reason)
+            self._on_fault(code, reason)
 
 
 def _motions(description: RobotDescription, tick_s: float, limits: JointLimits) -> Motions:

@@ -69,6 +69,16 @@ class Motions:
         return self._drive.waiting
 
     @property
+    def behind(self) -> int:
+        """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
+        return self._drive.waiting if self._servo_stops else self._drive.behind
+
+    @property
+    def under_way(self) -> int:
+        """The number of the move that runs and is not being stopped, 0 where there is none."""
+        return self._drive.under_way if self._active is self._drive else 0
+
+    @property
     def rest(self) -> Joints:
         """Where the robot will rest when the moves that wait are done: there the next move begins (rad)."""
         if self._active is self._drive or self._drive.moving:
@@ -123,6 +133,32 @@ class Motions:
         self._servo.stop()
         self._next_target = None
         self._following = False
+
+    def cancel(self) -> None:
+        """End what runs, or begins in the next tick: a move as `Drive.cancel` does, or a servo's target.
+
+        While the robot is being stopped nothing runs, and nothing changes.
+        """
+        if self._following:
+            if self._servo.moving:
+                self._servo.stop()
+                self._following = False
+        elif self._next_target is not None:
+            if not self._active.moving:
+                self._next_target = None
+        elif not self._servo_stops:
+            self._drive.cancel()
+
+    def clear(self) -> None:
+        """Forget the moves behind the one that runs, or begins in the next tick."""
+        if self._servo_stops:
+            self._drive.stop()  # all of them wait
+        else:
+            self._drive.clear()
+
+    @property
+    def _servo_stops(self) -> bool:
+        return self._active is self._servo and self._servo.moving
 
     def step(self) -> None:
         """One tick. Where the active motion fails, what waits is forgotten, and what it raised is raised."""

@@ -41,7 +41,7 @@ class Session:
         self._table = load_table("iiwa")
         self._splitter = LineSplitter()
         self._lines: deque[bytes] = deque()
-        self._last_move: int | None = None  # accepted from this connection
+        self._moves: deque[int] = deque()  # accepted from this connection; those at the front are to be done
         self._planned = False  # a move, within the present answer()
         self._closing = False
         self._written: dict[str, tuple[Values, bytes]] = {}
@@ -90,10 +90,10 @@ class Session:
         """The connection has gone: stops the robot if a move of this session is still to be done."""
         self._lines.clear()
         self._closing = True
-        if self._last_move is not None and self._controller.is_pending(self._last_move):
+        if any(map(self._controller.is_pending, self._moves)):
             self._controller.stop()
             self._log.stopped(self._name, vanished=True)
-        self._last_move = None
+        self._moves.clear()
 
     def _reply(self, line: bytes) -> bytes:
         request = self._table.parse(line)
@@ -129,7 +129,7 @@ class Session:
         plan = _MOVES.get(name)
         if plan is not None:
             self._planned = True  # refused or not, it has cost a plan
-            self._last_move = plan(self._controller, request.values)
+            self._remember(plan(self._controller, request.values))
             return _DONE
         check = _CHECKS.get(name)
         if check is not None:
@@ -150,6 +150,12 @@ class Session:
         except Refused as refused:
             return _line(f"unreachable {refused.code} {harmless(refused.reason)}")
         return _line("reachable")
+
+    def _remember(self, move: int) -> None:
+        """A move of this session; those that are done are forgotten."""
+        while self._moves and not self._controller.is_pending(self._moves[0]):
+            self._moves.popleft()
+        self._moves.append(move)
 
     def _write(self, name: str, values: Sequence[float]) -> bytes:
         # Within a tick, and while the robot rests, the same values are asked for again and again.
@@ -227,6 +233,18 @@ _MOVES: dict[str, Callable[[Controller, Values], int]] = {
     "ptp tool relative move": lambda controller, v: controller.ptp_relative_move(
         Frame(*v[:6]), v[6], v[7], in_tool=True
     ),
+    "linforcez move": lambda controller, v: controller.lin_force_move(
+        Frame(*v[:6]), v[6], v[7], (None, None, v[8])
+    ),
+    "ptpforcez move": lambda controller, v: controller.ptp_force_move(
+        Frame(*v[:6]), v[6], v[7], (None, None, v[8])
+    ),
+    "linforce move": lambda controller, v: controller.lin_force_move(
+        Frame(*v[:6]), v[6], v[7], (v[8], v[9], v[10])
+    ),
+    "ptpforce move": lambda controller, v: controller.ptp_force_move(
+        Frame(*v[:6]), v[6], v[7], (v[8], v[9], v[10])
+    ),
     "smart joint move": lambda controller, v: controller.smart_joint_move(v[:7], v[7:]),
     "smart cartesian move": lambda controller, v: controller.smart_cartesian_move(Frame(*v[:6]), v[6]),
     "direct joint move": lambda controller, v: controller.direct_joint_move(v[:7], v[7:]),
@@ -244,6 +262,7 @@ _VALUES: dict[str, Callable[[Controller], Sequence[float]]] = {
     "get distance to goal": lambda controller: (controller.distance_to_goal_mm(),),
 }
 _INTEGERS: dict[str, Callable[[Controller, Values], Sequence[int]]] = {
+    "get queue": lambda controller, _: [controller.queue],
     "get robot status": lambda controller, _: controller.status(),
     "get input": lambda controller, v: [controller.io.input(int(v[0]))],
     "get output": lambda controller, v: [controller.io.output(int(v[0]))],
@@ -255,6 +274,8 @@ _CHECKS: dict[str, Callable[[Controller, Values], None]] = {
     "is lin reachable": lambda controller, v: controller.check_line(Frame(*v[:6]), *v[6:]),
 }
 _SWITCHES: dict[str, Callable[[Controller, Values], None]] = {
+    "cancel move": lambda controller, _: controller.cancel_move(),
+    "clear queue": lambda controller, _: controller.clear_queue(),
     "set override": lambda controller, v: controller.set_override(v[0]),
     "reset error": lambda controller, _: controller.reset_error(),
     "set output": lambda controller, v: controller.io.set_output(int(v[0]), v[1] == 1.0),

@@ -18,6 +18,7 @@ from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.smooth import SmoothTiming
 
+TOO_LATE = 1e-6  # in x before a blend: it counts as begun
 GENTLE = 1.5  # windows of the moving average, during which a chain sets out or comes to rest with a share
 
 
@@ -88,6 +89,22 @@ class _Geometry(NamedTuple):
         gone = min(bisect_right(self.targets, x), len(self.targets) - 1)
         moves, targets = self.moves[gone:], self.targets[gone:]
         return _Geometry(moves, targets, self.pieces[first:], self.bounds.starting(x))
+
+    def alone(self) -> "_Geometry | None":
+        """Its first move without those behind it; None where a blend into the next has begun."""
+        move, target = self.moves[0], self.targets[0]
+        paths = [isinstance(each.curve, _Lengthened) and each.start < target for each in self.pieces]
+        if True not in paths:
+            return None
+        count = paths.index(True) + 1
+        bounds = self.bounds
+        if count < len(self.pieces):
+            start = self.pieces[count].start
+            if start - self.bounds.s[0] < TOO_LATE:
+                return None
+            on_path = _bounds(move).moved(target - move.length_s)
+            bounds = joined([bounds.upto(start), on_path.starting(start)])
+        return _Geometry([move], [target], self.pieces[:count], bounds)
 
 
 class Plan(NamedTuple):
@@ -170,6 +187,21 @@ class Chain:
         bounds = _ending_gently(geometry.bounds, timing.window_s, self.moves[-1], share, front)
         planned = going_on(timing, bounds, now_s, time_s)
         return self.plan if planned is None else Plan(planned[0], geometry._replace(bounds=planned[1]))
+
+    def end_with_move_at(self, time_s: float) -> bool:
+        """Let the move that is under way at a time be the last one.
+
+        False, and nothing is changed, where the robot has begun to leave its path for the next one's, or is
+        too fast to rest at its target.
+        """
+        if self.waiting(time_s):
+            geometry = self.plan.geometry.left(self.plan.timing.position(time_s)).alone()
+            planned = geometry and going_on(self.plan.timing, geometry.bounds, time_s, time_s)
+            if geometry is None or planned is None:
+                return False
+            self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
+            self._end_share = 1.0
+        return True
 
     @property
     def moves(self) -> Sequence[Move]:

@@ -1,6 +1,7 @@
 """The drive: runs moves one after the other, blended where they may be, and stops them on their path."""
 
 from collections import deque
+from collections.abc import Iterable
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.look_ahead import LookAhead
@@ -11,12 +12,17 @@ from iiwa_sim.motion.run import Run
 
 AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a third of what one by one does."""
+SAME_RAD = 1e-10
+"""A move planned from so near to where the robot will be need not be planned again."""
 
 
 class Drive:
     """Joint positions (rad) over ticks.
 
     A move starts in the tick after it is appended, or when those before it have ended, also within a tick.
+    What waits when a move is cancelled is planned again from where the robot will come to rest, one move in a
+    tick, as far as that makes a difference. Where one cannot be done from there, it is forgotten with those
+    behind it.
     """
 
     def __init__(self, joints: Joints, time: PlannedTime, lowest: Array, highest: Array) -> None:
@@ -28,41 +34,60 @@ class Drive:
         self._look_ahead = LookAhead(time, lowest, highest)
         self._run: Run | None = None
         self._waiting: deque[Move] = deque()
+        self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
         self._newest = 0
+        self._forgotten: set[int] = set()  # numbers, between those of moves that run or wait and the newest
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        return self._run is not None or bool(self._waiting)
+        return self._run is not None or bool(self._waiting) or bool(self._again)
 
     @property
     def waiting(self) -> int:
         """Moves that have not begun."""
+        waiting = len(self._waiting) + len(self._again)
         if self._run is None or self._time.stopping:
-            return len(self._waiting)
-        return len(self._waiting) + self._run.waiting(self._time.time_s)
+            return waiting
+        return waiting + self._run.waiting(self._time.time_s)
+
+    @property
+    def behind(self) -> int:
+        """Moves behind the one that runs, or begins in the next tick."""
+        waiting = self.waiting
+        return waiting - 1 if waiting and self._run is None else waiting
+
+    @property
+    def under_way(self) -> int:
+        """The number of the move that runs and is not being stopped, 0 where there is none."""
+        if self._run is None or self._time.stopping:
+            return 0
+        return self._run.move_at(self._time.time_s)
 
     @property
     def goal(self) -> Joints:
         """Where the move under way, or the first that waits, or a stop ends (rad); at rest where it is."""
         if self._run is None:
-            return self._waiting[0].path.end if self._waiting else self.joints
+            waiting = self._waiting or self._again
+            return waiting[0].path.end if waiting else self.joints
         if self._time.stopping:
             return self.rest_after_stop()
         return self._run.goal(self._time.time_s)
 
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
-        if self._run is None or self._time.stopping:
-            return bool(self._waiting) and self._waiting[0].number <= number <= self._newest
-        return self._run.move_at(self._time.time_s) <= number <= self._newest
+        first = self.under_way
+        if not first:
+            waiting = self._waiting or self._again
+            first = waiting[0].number if waiting else self._newest + 1
+        return first <= number <= self._newest and number not in self._forgotten
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
         self._newest = move.number
-        self._waiting.append(move)
+        (self._again or self._waiting).append(move)
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
@@ -72,13 +97,60 @@ class Drive:
 
     def stop(self) -> None:
         """Stop on the path, and forget the moves that wait."""
-        self._waiting.clear()
+        self._forget_all()
         self._time.stop()
         self.rest = self.rest_after_stop()
 
+    def cancel(self) -> None:
+        """End the move that runs, or begins in the next tick: stop on the path, and go on with the next.
+
+        The robot goes on from where it has come to rest. Moves that it was blended into are done where it
+        passes their targets while it brakes. While it is being stopped no move runs, and nothing changes.
+        """
+        run = self._run
+        if run is None:
+            waiting = self._waiting or self._again
+            if waiting:
+                waiting.popleft()
+        elif self._time.stopping:
+            return
+        else:
+            cancelled = self.under_way
+            self._time.stop()
+            resumed = max(run.move_at(self._time.rest_s()), cancelled + 1)
+            self._waiting.extendleft(reversed(run.moves_from(resumed)))
+        self._plan_again()
+
+    def clear(self) -> None:
+        """Forget the moves behind the one that runs, or begins in the next tick; it ends at its target.
+
+        Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
+        robot stops on its path.
+        """
+        run = self._run
+        kept: list[Move] = []
+        blended: list[Move] = []
+        if run is None:
+            kept = [*self._waiting, *self._again][:1]
+        elif not self._time.stopping:
+            blended = run.moves_from(self.under_way + 1)
+            if blended and not run.end_with_move_at(self._time.time_s):
+                self._time.stop()
+            self._ahead.clear()
+            self._look_ahead.forget()
+        self._forget([*blended, *self._waiting, *self._again][len(kept) :])
+        self._waiting.clear()
+        self._again.clear()
+        self._again.extend(kept)
+        self.rest = kept[0].path.end if kept else self._planned_end()
+
     def start_from(self, joints: Joints) -> None:
-        """Be at rest at other joint positions (rad): something else has moved the robot, or will have."""
-        self.joints = self.rest = joints
+        """Be at rest at other joint positions (rad): something else has moved the robot, or will have.
+
+        What waits begins there: it is planned again.
+        """
+        self.joints = joints
+        self._plan_again()
 
     def step(self) -> None:
         """One tick.
@@ -86,21 +158,26 @@ class Drive:
         Where a path fails, the robot rests where it is, the moves that wait are forgotten, and what the path
         raised is raised.
         """
-        if self._run is None and not self._waiting:
+        if not self.moving:
             return
         try:
             self._advance()
         except Exception:
             self._run = None
-            self._waiting.clear()
+            self._forget_all()
             self.rest = self.joints
             raise
 
     def _advance(self) -> None:
-        if self._run is None and self._waiting[0].length_s == 0.0:
-            # One move a tick of those that have no way to go: many might add up to a jump.
-            self.joints = self._waiting.popleft().path.end
-            return
+        if self._again:
+            self._plan_next_again()
+        if self._run is None:
+            if not self._waiting:
+                return
+            if self._waiting[0].length_s == 0.0:
+                # One move a tick of those that have no way to go: many might add up to a jump.
+                self.joints = self._waiting.popleft().path.end
+                return
         run = self._run or self._begin(0.0)
         if not self._time.stopping:
             self._take(self._look_ahead.step(run, self._waiting))
@@ -140,3 +217,52 @@ class Drive:
             for _ in range(count):
                 self._waiting.popleft()
             self._ahead.clear()
+
+    def _plan_again(self) -> None:
+        """Let what waits be planned again."""
+        self._again.extendleft(reversed(self._waiting))
+        self._waiting.clear()
+        self._look_ahead.forget()
+        self.rest = self._again[-1].path.end if self._again else self._planned_end()
+
+    def _plan_next_again(self) -> None:
+        """Plan the next of the moves again that would begin elsewhere; those before it stay as they are."""
+        planned = False
+        while self._again:
+            start = self._planned_end()
+            move: Move | None = self._again[0]
+            if not _same(self._again[0].start, start):
+                if planned:
+                    return
+                move, planned = self._again[0].again(start), True
+            if move is None:
+                self._forget(self._again)
+                self._again.clear()
+                self.rest = start
+                return
+            self._again.popleft()
+            self._waiting.append(move)
+        self.rest = self._planned_end()
+
+    def _planned_end(self) -> Joints:
+        """Where the last move ends that need not be planned again (rad)."""
+        if self._waiting:
+            return self._waiting[-1].path.end
+        if self._run is None or self._time.stopping:
+            return self.rest_after_stop()
+        return self._run.last.end
+
+    def _forget(self, moves: Iterable[Move]) -> None:
+        """Note that these are no longer pending."""
+        first = self.under_way
+        self._forgotten = {number for number in self._forgotten if number > first}
+        self._forgotten.update(move.number for move in moves)
+
+    def _forget_all(self) -> None:
+        self._waiting.clear()
+        self._again.clear()
+        self._forgotten.clear()
+
+
+def _same(one: Joints, other: Joints) -> bool:
+    return all(abs(a - b) <= SAME_RAD for a, b in zip(one, other, strict=True))

@@ -1,9 +1,10 @@
 """A move that the drive can run."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.path import Path
+from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.zone import Zone
 
 
@@ -18,3 +19,7 @@ class Move(NamedTuple):
     """How long its joints take at the least, by their velocity limits; 0 where there is no way to go."""
     zone: Zone | None
     """Where it may blend into the next one; without, it stops at its target."""
+    start: Joints
+    """Where it begins (rad)."""
+    again: Callable[[Joints], "Move | None"]
+    """The same move planned to begin elsewhere (rad), None where it cannot be done from there."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from iiwa_sim.motion.chain import Chain
 from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 
 
@@ -95,6 +96,23 @@ class Run:
         number = self.move_at(time_s)
         moves = self._chains[self._at(time_s)].moves
         return next(move.path.end for move in moves if move.number == number)
+
+    def moves_from(self, number: int) -> list[Move]:
+        """Those of this number and after it, in their order."""
+        return [move for chain in self._chains for move in chain.moves if move.number >= number]
+
+    def end_with_move_at(self, time_s: float) -> bool:
+        """Let the move that is under way at a time be the last one.
+
+        False, and nothing is changed, where the robot has begun to leave its path for the next one's, or is
+        too fast to rest at its target.
+        """
+        k = self._at(time_s)
+        later = self._starts[k + 1 : k + 2]
+        if (later and later[0] <= time_s) or not self._chains[k].end_with_move_at(time_s - self._starts[k]):
+            return False
+        del self._starts[k + 1 :], self._chains[k + 1 :]
+        return True
 
     def waiting(self, time_s: float) -> int:
         """How many moves have not begun at a time."""

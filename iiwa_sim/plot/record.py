@@ -202,7 +202,7 @@ class _Session(Session):
 
     @property
     def last_move(self) -> int | None:
-        return self._last_move
+        return self._moves[-1] if self._moves else None
 
 
 class _Refusal:

@@ -18,6 +18,9 @@ class FakeRobot:
         self.moves: list[tuple[object, ...]] = []
         self.asked: list[tuple[object, ...]] = []
         self.stops = 0
+        self.cancels = 0
+        self.clears = 0
+        self.queue = 3
         self.pending: set[int] = set()
         self.refuses: Refused | None = None
         self.breaks: Exception | None = None
@@ -70,6 +73,16 @@ class FakeRobot:
         if self.refuses is not None:
             raise self.refuses
 
+    def lin_force_move(
+        self, target: Frame, speed: float, blending_mm: float, thresholds: tuple[float | None, ...]
+    ) -> int:
+        return self._accept("lin force", target, speed, blending_mm, thresholds)
+
+    def ptp_force_move(
+        self, target: Frame, speed: float, blending_mm: float, thresholds: tuple[float | None, ...]
+    ) -> int:
+        return self._accept("ptp force", target, speed, blending_mm, thresholds)
+
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         return self._accept("smart joint", tuple(joints), tuple(speeds_rel))
 
@@ -97,6 +110,12 @@ class FakeRobot:
     def stop(self) -> None:
         self.stops += 1
         self.pending.clear()
+
+    def cancel_move(self) -> None:
+        self.cancels += 1
+
+    def clear_queue(self) -> None:
+        self.clears += 1
 
     def is_pending(self, move: int) -> bool:
         return move in self.pending

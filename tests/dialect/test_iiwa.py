@@ -19,7 +19,6 @@ REST = FakeRobot()
 
 LIN = "lin move : 600 0 500 3 0 3 0.5 0"
 LATER = [name for name, command in TABLE.commands.items() if command.mode == "impedance"]
-LATER += [name for name in TABLE.commands if "force" in name and "move" in name]
 
 
 def written(values) -> str:
@@ -138,6 +137,34 @@ def test_reachability_is_told_with_its_reason_and_is_no_error():
     assert robot.moves == []
     assert talk.ask("is reachable : 600 0 500 0 1 0 0.5 1") == "error"
     assert talk.ask("get error") == "3040 is reachable takes 6 or 7 parameters, got 8"
+
+
+@pytest.mark.requirement("FRA006", "FRC001")
+def test_force_moves_reach_the_controller_with_their_thresholds():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    frame = Frame(600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
+    for kind in ("lin", "ptp"):
+        assert talk.ask(f"{kind}forcez move : 600 -.5 5e2 3. 0.25 -3 0.5 10 7.5") == "done"
+        assert talk.ask(f"{kind}force move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1 2 3") == "done"
+        assert talk.ask(f"{kind}force move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1 0 3") == "error"
+        assert talk.ask(f"{kind}forcez move : 600 -.5 5e2 3. 0.25 -3 0.5 10 inf") == "error"
+    assert robot.moves == [
+        move
+        for kind in ("lin force", "ptp force")
+        for move in ((kind, frame, 0.5, 10.0, (None, None, 7.5)), (kind, frame, 0.5, 10.0, (1.0, 2.0, 3.0)))
+    ]
+
+
+@pytest.mark.requirement("FRC013", "FRC014", "FRC016")
+def test_the_queue_can_be_counted_and_cleared_and_a_move_cancelled():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    assert talk.ask("get queue") == "3"
+    assert talk.ask("cancel move") == "done"
+    assert (robot.cancels, robot.clears, robot.stops) == (1, 0, 0)
+    assert talk.ask("clear queue") == "done"
+    assert (robot.cancels, robot.clears, robot.stops) == (1, 1, 0)
 
 
 @pytest.mark.requirement("FRA007")
@@ -392,6 +419,16 @@ def test_a_client_that_vanishes_leaves_other_moves_alone():
     assert robot.stops == 0
     assert early.journal.stops == []
     assert robot.pending
+
+
+def test_a_client_that_vanishes_stops_what_was_left_of_its_moves():
+    robot = FakeRobot()
+    talk = Conversation(robot)
+    for _ in range(3):
+        talk.ask(LIN)
+    robot.pending = {2}  # the first is done, the last was cleared from the queue
+    talk.session.lost()
+    assert robot.stops == 1
 
 
 def test_a_refused_move_is_not_this_clients_to_stop():

@@ -41,7 +41,8 @@ def drive() -> Drive:
 def move(number: int, path: Path) -> Move:
     """At full speed, to a stop."""
     way = abs(path.end[0] - path.joints(0.0)[0])
-    return Move(number, path, LIMITS, way if way > STANDSTILL_RAD else 0.0, None)
+    length_s = way if way > STANDSTILL_RAD else 0.0
+    return Move(number, path, LIMITS, length_s, None, path.joints(0.0), lambda _: None)
 
 
 def steps(d: Drive, ticks: int) -> None:

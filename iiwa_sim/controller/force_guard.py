@@ -1,0 +1,91 @@
+"""Force moves: which forces end them, and what is told when one does."""
+
+from collections import deque
+from collections.abc import Callable
+from math import isfinite
+from typing import NamedTuple
+
+from iiwa_sim.contact.load import Wrench
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Frame
+
+AXES = ("x", "y", "z")
+
+Thresholds = tuple[float | None, float | None, float | None]
+"""Of the force along x, y and z of the TCP (N); None where it is not watched."""
+
+
+class Contact(NamedTuple):
+    """A force that has ended a move."""
+
+    move: int
+    """Its number."""
+    axis: str
+    """Of the TCP."""
+    force_n: float
+    """Acting on the robot, along that axis."""
+    offset_n: float
+    """The same when the move was accepted."""
+    threshold_n: float
+    tcp: Frame
+    """In the base, in the tick in which the force has changed by more than its threshold."""
+
+    def __str__(self) -> str:
+        x_mm, y_mm, z_mm = (round(place, 3) for place in self.tcp[:3])
+        return (
+            f"move {self.move} ends at a force of {self.force_n:.3f} N along {self.axis} of the TCP: it was "
+            f"{self.offset_n:.3f} N at the command, and the threshold is {self.threshold_n:g} N; "
+            f"TCP at {x_mm} {y_mm} {z_mm} mm"
+        )
+
+
+class ForceGuard(NamedTuple):
+    """What the forces may not do while a move is under way."""
+
+    move: int
+    thresholds: Thresholds
+    offset: Wrench
+    """At the command."""
+
+    def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
+        """What ends the move, if a force does: of several the one that is farthest beyond its threshold."""
+        beyond = [
+            (abs(force - offset) / threshold, axis, force, offset, threshold)
+            for axis, force, offset, threshold in zip(
+                AXES, wrench[:3], self.offset[:3], self.thresholds, strict=True
+            )
+            if threshold is not None and abs(force - offset) > threshold
+        ]
+        return Contact(self.move, *max(beyond)[1:], tcp()) if beyond else None
+
+
+class ForceGuards:
+    """Those of the force moves that run or wait."""
+
+    def __init__(self) -> None:
+        self._guards: deque[ForceGuard] = deque()  # the numbers of their moves rise
+
+    def __bool__(self) -> bool:
+        return bool(self._guards)
+
+    def add(self, guard: ForceGuard) -> None:
+        """Guard a move, the newest."""
+        self._guards.append(guard)
+
+    def forget_all(self) -> None:
+        """There is nothing to guard."""
+        self._guards.clear()
+
+    def of(self, under_way: int) -> ForceGuard | None:
+        """That of the move under way, if it is a force move; those before it are guarded no more."""
+        while self._guards and self._guards[0].move < under_way:
+            self._guards.popleft()
+        return self._guards[0] if self._guards and self._guards[0].move == under_way else None
+
+
+def checked(thresholds: Thresholds) -> Thresholds:
+    """The same, or `Refused` where one is not above 0 and finite."""
+    for axis, threshold in zip(AXES, thresholds, strict=True):
+        if threshold is not None and not (isfinite(threshold) and threshold > 0.0):
+            raise Refused(EXECUTION, f"threshold along {axis} {threshold:g} N: expected above 0 and finite")
+    return thresholds

@@ -1,0 +1,362 @@
+"""Force moves: the stop begins in the tick after a force has passed its threshold, and in no other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, reject, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.contact.load import Wrench
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Frame, apply, inverse
+from iiwa_sim.motion.path import Joints
+from tests.stepped import SteppedRobot, assert_within_limits, line_errors
+
+STOP_S = 0.1
+START = [0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0]
+NOTHING: Wrench = (0.0,) * 6
+DEEPER = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, -1.0)}
+"""Directions in the base in which a wall is pressed."""
+
+
+class Wall:
+    """A spring that pushes against the TCP (N) from a place on, and whatever else presses there (N)."""
+
+    def __init__(
+        self, robot: SteppedRobot, way: str, after_m: float, stiffness: float, offset: Wrench
+    ) -> None:
+        self.robot, self.way, self.stiffness, self.offset = robot, np.array(DEEPER[way]), stiffness, offset
+        self.surface = float(np.dot(robot.tcp(robot.controller.joints).translation, self.way)) + after_m
+        self.forces: list[Wrench] = []
+        """At the end of each tick."""
+        robot.controller.cartesian_force = self.wrench
+
+    def wrench(self) -> Wrench:
+        tcp = self.robot.tcp(self.robot.controller.joints)
+        depth = max(float(np.dot(tcp.translation, self.way)) - self.surface, 0.0)
+        fx, fy, fz = (-self.stiffness * depth * self.way).tolist()
+        force = apply(inverse(tcp)._replace(translation=(0.0, 0.0, 0.0)), (fx, fy, fz))
+        return tuple(np.add(self.offset, (*force, 0.0, 0.0, 0.0)).tolist())
+
+
+def at_start() -> SteppedRobot:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    return robot
+
+
+def presses(robot: SteppedRobot, wall: Wall, ticks: int = 1000) -> None:
+    for _ in range(ticks):
+        if not robot.controller.moving:
+            return
+        robot.step()
+        wall.forces.append(wall.wrench())
+
+
+def changed(wall: Wall, axis: int, threshold: float, at_command: Wrench) -> int:
+    """The first tick in which a force has changed by more than its threshold."""
+    change = np.abs(np.array(wall.forces)[:, axis] - at_command[axis])
+    return int(np.flatnonzero(change > threshold)[0]) + 1
+
+
+@pytest.mark.requirement("FRC005", "FRC008", "FRC009")
+@pytest.mark.parametrize("kind", ["lin", "ptp"])
+@pytest.mark.parametrize("way", DEEPER)
+@settings(max_examples=8, deadline=None)
+@given(
+    speed=st.floats(0.05, 1.0),
+    threshold=st.floats(0.5, 60.0),
+    stiffness=st.sampled_from([1e3, 1e4, 1e5]),
+    pressing=st.sampled_from([0.0, 25.0, -40.0]),
+    after_m=st.sampled_from([0.0, 0.01, 0.04]),
+    only_one=st.booleans(),
+)
+def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
+    kind: str,
+    way: str,
+    speed: float,
+    threshold: float,
+    stiffness: float,
+    pressing: float,
+    after_m: float,
+    only_one: bool,
+) -> None:
+    robot, free, cancelled = at_start(), at_start(), at_start()
+    wall = Wall(robot, way, after_m, stiffness, (0.5 * pressing, -pressing, pressing, 1.0, 2.0, 3.0))
+    start = robot.controller.tool_frame()
+    target = Frame(*np.add(start, [*(120.0 * wall.way), 0.0, 0.0, 0.0]).tolist())
+    at_command = wall.wrench()
+    # At the start x, y, z of the TCP are -z, y, x of the base, or nearly so.
+    axis = {"x": 2, "y": 1, "z": 0}[way]
+    thresholds = [None if only_one else 1e9] * 3
+    thresholds[axis] = threshold
+    number = force_move(robot, kind)(target, speed, 0.0, tuple(thresholds))
+    for each in (free, cancelled):
+        getattr(each.controller, f"{kind}_move")(target, speed, 0.0)
+    presses(robot, wall, 20000)
+    tick = changed(wall, axis, threshold, at_command)
+    (contact,) = robot.contacts
+    assert contact.move == number
+    assert contact.axis == "xyz"[axis]
+    assert contact.force_n == wall.forces[tick - 1][axis]
+    assert contact.offset_n == at_command[axis]
+    assert contact.threshold_n == threshold
+    assert contact.tcp == robot.tcp_frame(robot.joints[tick])
+    free.step(tick + 1)
+    assert robot.joints[: tick + 1] == free.joints[:-1]
+    assert robot.joints[tick + 1] != free.joints[-1]
+    cancelled.step(tick)
+    cancelled.cancel()
+    assert cancelled.runs_until_stopped() * robot.tick_s <= STOP_S + 1e-9
+    assert robot.joints == cancelled.joints
+    assert not robot.controller.is_pending(number)
+    assert robot.controller.last_error is None
+    if kind == "lin":
+        off_line_m, off_arc_rad = line_errors(robot, robot.joints, target)
+        assert off_line_m < 1e-6
+        assert off_arc_rad < 1e-6
+    assert_within_limits(robot)
+
+
+def force_move(robot: SteppedRobot, kind: str) -> Callable[..., int]:
+    return getattr(robot.controller, f"{kind}_force_move")
+
+
+def test_repeated_runs_are_the_same_to_the_last_bit() -> None:
+    runs = []
+    for _ in range(2):
+        robot = at_start()
+        wall = Wall(robot, "z", 0.02, 2e4, NOTHING)
+        here = robot.controller.tool_frame()
+        robot.controller.lin_force_move(here._replace(z_mm=here.z_mm - 100.0), 0.4, 0.0, (None, None, 1e3))
+        robot.controller.lin_force_move(here._replace(z_mm=here.z_mm - 80.0), 0.4, 0.0, (5.0, 5.0, 5.0))
+        robot.controller.lin_move(here, 0.4, 0.0)
+        presses(robot, wall)
+        runs.append((robot.joints, robot.contacts, wall.forces))
+    assert runs[0] == runs[1]
+
+
+thresholds = st.tuples(*[st.one_of(st.none(), st.floats(1e-6, 1e3))] * 3)
+targets = st.tuples(*[st.floats(-80.0, 80.0)] * 3)
+
+
+@pytest.mark.requirement("FRC012", "FRC014", "FRC015")
+@settings(max_examples=25, deadline=None)
+@given(
+    moves=st.lists(
+        st.tuples(
+            st.sampled_from(["lin", "ptp"]), targets, st.floats(0.1, 1.0), st.floats(0.0, 50.0), thresholds
+        ),
+        min_size=1,
+        max_size=6,
+    ),
+    pressing=st.floats(-100.0, 100.0),
+)
+def test_in_free_space_force_moves_are_moves_like_others(
+    moves: list[tuple[Any, ...]], pressing: float
+) -> None:
+    guarded, plain = at_start(), at_start()
+    guarded.controller.load.wrench = (pressing, 0.0, -pressing, 0.0, 0.0, 0.0)  # the same all the time
+    start = guarded.controller.tool_frame()
+    end = start
+    for kind, shift_mm, speed, blending_mm, each in moves:
+        end = Frame(*np.add(start, [*shift_mm, 0.0, 0.0, 0.0]).tolist())
+        try:
+            force_move(guarded, kind)(end, speed, blending_mm, each)
+        except Refused:  # a line that passes too close to a singular pose
+            reject()
+        getattr(plain.controller, f"{kind}_move")(end, speed, blending_mm)
+    for robot in (guarded, plain):
+        robot.runs_until_stopped()
+    assert guarded.joints == plain.joints
+    assert guarded.contacts == []
+    np.testing.assert_allclose(guarded.controller.tool_frame()[:3], end[:3], atol=1e-6)
+
+
+@pytest.mark.requirement("FRC014")
+def test_moves_behind_it_run_on_from_where_it_has_stopped() -> None:
+    robot = at_start()
+    wall = Wall(robot, "z", 0.02, 2e4, NOTHING)
+    here = robot.controller.tool_frame()
+    down, up = here._replace(z_mm=here.z_mm - 100.0), here._replace(z_mm=here.z_mm + 50.0)
+    numbers = [
+        robot.controller.lin_force_move(down, 0.3, 10.0, (None, None, None)),
+        robot.controller.lin_force_move(down, 0.3, 10.0, (10.0, None, None)),
+    ]
+    robot.controller.cancel_move()
+    numbers += [robot.controller.lin_move(up, 0.5, 20.0), robot.controller.ptp_move(here, 0.5, 0.0)]
+    while not robot.contacts:
+        robot.step()
+    pressed = len(robot.joints) - 1
+    assert robot.controller.queue == 2
+    assert robot.controller.moving
+    assert [robot.controller.is_pending(number) for number in numbers] == [False, False, True, True]
+    presses(robot, wall)
+    np.testing.assert_allclose(robot.controller.tool_frame(), here, atol=1e-6)
+    heights = np.array([robot.tcp(joints).translation[2] for joints in robot.joints]) * 1000.0
+    assert heights[pressed:].max() > up.z_mm - 20.0
+    assert heights.min() > down.z_mm + 20.0
+    assert len(robot.contacts) == 1
+    assert robot.faults == []
+    assert_within_limits(robot)
+
+
+def pushed(robot: SteppedRobot, fz: float) -> None:
+    robot.controller.load.wrench = (0.0, 0.0, fz, 0.0, 0.0, 0.0)
+
+
+AWAY = [0.3, 0.5, 0.2, -1.2, 0.1, 1.2, 0.3]
+
+
+def test_forces_are_watched_from_the_tick_in_which_the_move_begins_until_it_ends() -> None:
+    """A push, held for a tick, in every tick of a chain whose second move is guarded."""
+    chain = SteppedRobot()
+    numbers = three_moves(chain)
+    under_way = []
+    while chain.controller.moving:
+        chain.step()
+        under_way.append([chain.controller.is_pending(number) for number in numbers])
+    for tick in range(1, len(under_way) + 1, 7):
+        robot = SteppedRobot()
+        three_moves(robot)
+        robot.step(tick - 1)
+        pushed(robot, 20.0)
+        robot.step()
+        pushed(robot, 0.0)
+        first, second, third = under_way[tick - 1]
+        assert bool(robot.contacts) == (not first and second and third)
+        robot.runs_until_stopped()
+        assert robot.controller.joints == pytest.approx((0.0,) * 7, abs=1e-9)
+        assert_within_limits(robot)
+
+
+def three_moves(robot: SteppedRobot) -> list[int]:
+    c = robot.controller
+    frame = c.tool_frame()._replace(y_mm=200.0)
+    return [
+        c.joint_move(AWAY, [1.0] * 7),
+        c.ptp_force_move(frame, 1.0, 40.0, (None, None, 15.0)),
+        c.joint_move([0.0] * 7, [1.0] * 7),
+    ]
+
+
+def test_a_push_that_began_before_the_move_did_ends_it_in_its_first_tick() -> None:
+    robot = SteppedRobot()
+    c = robot.controller
+    first = c.joint_move(AWAY, [1.0] * 7)
+    number = c.ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0))
+    robot.step(10)
+    pushed(robot, 20.0)
+    while c.is_pending(first):
+        assert not robot.contacts
+        robot.step()
+    assert [contact.move for contact in robot.contacts] == [number]
+    robot.runs_until_stopped()
+    assert c.joints == pytest.approx(AWAY, abs=0.1)
+    again = c.ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0))  # now it is the offset
+    robot.runs_until_stopped()
+    assert [contact.move for contact in robot.contacts] == [number]
+    assert again > number
+    assert robot.controller.tool_frame() == pytest.approx(robot.tcp_frame(START), abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["lin", "ptp"])
+@pytest.mark.parametrize("wrong", [0.0, -1.0, nan, inf])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_threshold_is_above_0_and_finite(kind: str, wrong: float, axis: int) -> None:
+    robot = at_start()
+    thresholds: list[float | None] = [5.0, 5.0, 5.0]
+    thresholds[axis] = wrong
+    with pytest.raises(Refused, match=f"threshold along {'xyz'[axis]}") as refused:
+        force_move(robot, kind)(robot.controller.tool_frame(), 0.5, 0.0, tuple(thresholds))
+    assert refused.value.code == EXECUTION
+    assert not robot.controller.moving
+
+
+def test_a_stop_ends_a_force_move_like_any_other() -> None:
+    robot = at_start()
+    here = robot.controller.tool_frame()
+    robot.controller.lin_force_move(here._replace(y_mm=200.0), 1.0, 0.0, (None, None, 15.0))
+    robot.step(50)
+    robot.stop()
+    pushed(robot, 100.0)
+    assert robot.runs_until_stopped() * robot.tick_s <= STOP_S
+    robot.controller.lin_move(here, 1.0, 0.0)
+    pushed(robot, 0.0)
+    robot.runs_until_stopped()
+    assert robot.contacts == []
+    np.testing.assert_allclose(robot.controller.tool_frame(), here, atol=1e-6)
+
+
+def test_what_ended_a_move_is_told_in_one_line() -> None:
+    robot = at_start()
+    pushed(robot, 0.25)
+    here: Frame = robot.controller.tool_frame()
+    robot.controller.lin_force_move(here._replace(y_mm=200.0), 0.5, 0.0, (1.0, 1.0, 15.0))
+    robot.controller.load.wrench = (3.0, 0.0, -20.125, 0.0, 0.0, 0.0)  # x is beyond thrice, z once
+    robot.step()
+    (contact,) = robot.contacts
+    place = " ".join(str(round(value, 3)) for value in robot.controller.tool_frame()[:3])
+    assert str(contact) == (
+        "move 2 ends at a force of 3.000 N along x of the TCP: it was 0.000 N at the command, and the "
+        f"threshold is 1 N; TCP at {place} mm"
+    )
+
+
+def rest_of(robot: SteppedRobot) -> Joints:
+    robot.runs_until_stopped()
+    return robot.controller.joints
+
+
+@pytest.mark.requirement("FRC013")
+@pytest.mark.parametrize("servo", ["smart", "direct"])
+def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str) -> None:
+    robot, stopped = at_start(), at_start()
+    near = np.add(START, 0.06).tolist()
+    for each in (robot, stopped):
+        head_for(each, servo, near)
+        each.step(20)
+    robot.cancel()
+    stopped.stop()
+    assert robot.controller.mode.value == servo
+    assert not robot.controller.is_pending(2)
+    assert rest_of(robot) == rest_of(stopped)
+    assert rest_of(robot) != tuple(near)
+    number = head_for(robot, servo, near)
+    assert robot.controller.is_pending(number)
+    assert rest_of(robot) == tuple(near)
+    robot.controller.cancel_move()
+    robot.step(3)
+    assert not robot.controller.moving
+    number = head_for(robot, servo, START)
+    robot.controller.clear_queue()
+    assert robot.controller.queue == 0
+    assert robot.controller.is_pending(number)
+    assert rest_of(robot) == tuple(START)
+    assert_within_limits(robot)
+
+
+def head_for(robot: SteppedRobot, servo: str, joints: list[float]) -> int:
+    return getattr(robot.controller, f"{servo}_joint_move")(joints, [1.0] * 7)
+
+
+def test_moves_that_wait_for_a_servo_to_stop_are_the_queue() -> None:
+    robot = at_start()
+    head_for(robot, "smart", AWAY)
+    robot.step(50)
+    numbers = [robot.controller.joint_move(target, [1.0] * 7) for target in (START, AWAY)]
+    assert robot.controller.queue == 2
+    robot.cancel()
+    assert all(map(robot.controller.is_pending, numbers)), "the robot was stopping"
+    robot.controller.clear_queue()
+    assert robot.controller.queue == 0
+    assert not any(map(robot.controller.is_pending, numbers))
+    assert robot.runs_until_stopped() * robot.tick_s <= STOP_S
+    robot.controller.joint_move(START, [1.0] * 7)
+    assert rest_of(robot) == tuple(START)
+    assert_within_limits(robot)

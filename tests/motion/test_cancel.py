@@ -1,0 +1,342 @@
+"""Cancelling a move and clearing the queue: what ends, where, and what goes on from there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.errors import CROSSING_SINGULARITY
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
+from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.override import Override
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.ptp import JointLine
+from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.robot.description import load_robot
+from tests.chain_checks import assert_keeps_all_promises
+from tests.chains import Recorder, chain_moves
+from tests.stepped import SteppedRobot, assert_within_limits, line_errors
+
+FULL = [1.0] * 7
+STOP_S = 0.1
+LIMITS = JointLimits(np.array([1.0]), np.array([10.0]), np.array([100.0]))
+
+chains = st.integers(2, 12).flatmap(
+    lambda count: st.lists(chain_moves(at_once=True), min_size=count, max_size=count)
+)
+
+
+def sent(chain: list[Any]) -> Recorder:
+    """A robot with a place to start from, to which a chain was sent."""
+    recorder = Recorder(replace(load_robot(), home=(0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0)))
+    for move in chain:
+        least = 0.3 if move.place == "far" else 0.05
+        speeds = tuple(max(speed, least) for speed in move.speeds_rel)
+        recorder.send(move.kind, *recorder._target(move), speeds, move.blending_mm)
+    return recorder
+
+
+waits = st.tuples(
+    st.sampled_from([1.0, 1.0, 1.0, 0.4, 0.05, 0.0]), st.one_of(st.integers(0, 60), st.integers(0, 600))
+)
+"""An override, and the ticks that it is waited for."""
+
+
+@pytest.mark.requirement("FRC013", "FRC014")
+@settings(max_examples=40, deadline=None)
+@given(chain=chains, cancels=st.lists(waits, min_size=1, max_size=4))
+def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
+    chain: list[Any], cancels: list[tuple[float, int]]
+) -> None:
+    recorder = sent(chain)
+    for override, wait in cancels:
+        if override != recorder.robot.controller.override:
+            recorder.override(override)
+        recorder.wait(wait)
+        recorder.cancel()
+    recorder.override(1.0)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    assert recorder.robot.faults == []
+
+
+@pytest.mark.requirement("FRC016")
+@settings(max_examples=40, deadline=None)
+@given(chain=chains, wait=st.one_of(st.integers(0, 60), st.integers(0, 1000)), again=st.booleans())
+def test_a_cleared_queue_leaves_the_running_move(chain: list[Any], wait: int, again: bool) -> None:
+    recorder = sent(chain)
+    recorder.wait(wait)
+    recorder.clear()
+    if again:
+        *others, a7 = recorder.end
+        joints = (*others, a7 + (0.1 if a7 < 0.0 else -0.1))
+        assert recorder.send("joint", joints, recorder.robot.tcp_frame(joints), (0.5,) * 7, 0.0)
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    assert recorder.robot.controller.joints == recorder.end
+
+
+def lines(blending_mm: float) -> tuple[Recorder, list[int]]:
+    """Two sides of a square, sent at once, and the ticks at which each is first under way."""
+    recorder = sent([])
+    for y_mm, z_mm in ((200.0, 0.0), (0.0, -200.0)):
+        recorder.lin(0.0, y_mm, z_mm, blending_mm)
+    return recorder, [move.number for move in recorder.runs[-1].moves]
+
+
+@pytest.mark.requirement("FRC013")
+@settings(max_examples=20, deadline=None)
+@given(after=st.integers(1, 250))
+def test_a_cancelled_line_stays_on_its_line_while_it_brakes(after: int) -> None:
+    robot = SteppedRobot()
+    target = robot.controller.tool_frame()._replace(y_mm=300.0)
+    robot.controller.lin_move(target, 1.0, 0.0)
+    robot.step(after)
+    robot.cancel()
+    assert robot.runs_until_stopped() * robot.tick_s <= STOP_S + 1e-9
+    off_line_m, off_arc_rad = line_errors(robot, robot.joints, target)
+    assert off_line_m < 1e-6
+    assert off_arc_rad < 1e-6
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC013", "FRC014")
+def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
+    robot, stopped = SteppedRobot(), SteppedRobot()
+    there = [0.0, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0]
+    for each in (robot, stopped):
+        each.controller.joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], FULL)
+        first, second = 1, each.controller.joint_move(there, FULL)
+        each.step(100)
+    robot.cancel()
+    assert not robot.controller.is_pending(first)
+    assert robot.controller.is_pending(second)
+    assert robot.controller.queue == 1
+    stopped.stop()
+    ticks = stopped.runs_until_stopped()
+    robot.step(ticks)
+    assert robot.joints == stopped.joints
+    stopped.controller.joint_move(there, FULL)
+    stopped.runs_until_stopped()
+    robot.runs_until_stopped()
+    assert robot.joints == stopped.joints
+    assert robot.controller.joints == tuple(there)
+
+
+@pytest.mark.requirement("FRC013", "FRC015")
+@pytest.mark.parametrize("tick", [40, 60, 80, 180])
+def test_the_robot_does_not_go_back_to_what_it_has_passed_while_it_brakes(tick: int) -> None:
+    """Short lines in one direction: it takes several of them to brake."""
+    recorder = sent([])
+    for _ in range(40):
+        recorder.lin(0.0, 2.0, 0.0, 1.0)
+    recorder.wait(tick)
+    before = recorder.robot.controller.queue
+    recorder.cancel()
+    assert recorder.robot.controller.queue < before - 2
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    along = np.array([recorder.robot.tcp(joints).translation[1] for joints in recorder.robot.joints])
+    assert np.diff(along).min() > -1e-9
+
+
+@pytest.mark.requirement("FRC013")
+def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
+    once, often = SteppedRobot(), SteppedRobot()
+    often.cancel()
+    often.controller.clear_queue()
+    assert not often.controller.moving
+    for robot in (once, often):
+        for k in range(3):
+            robot.controller.joint_move([0.3 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0], FULL)
+        robot.step(60)
+        robot.cancel()
+    for _ in range(5):
+        often.step(1)
+        often.cancel()
+    once.step(5)
+    for robot in (once, often):
+        robot.runs_until_stopped()
+    assert once.joints == often.joints
+
+
+@pytest.mark.requirement("FRC013")
+def test_a_move_that_would_begin_in_the_next_tick_counts_as_running() -> None:
+    robot = SteppedRobot()
+    home = robot.controller.joints
+    first = robot.controller.joint_move([0.0] * 7, FULL)
+    assert robot.controller.queue == 0
+    second = robot.controller.joint_move(home, FULL)
+    assert robot.controller.queue == 1
+    robot.controller.cancel_move()
+    assert not robot.controller.is_pending(first)
+    assert robot.controller.is_pending(second)
+    robot.runs_until_stopped()
+    assert robot.joints == [home] * len(robot.joints)
+    kept = robot.controller.joint_move([0.1] * 7, FULL)
+    robot.controller.joint_move([0.2] * 7, FULL)
+    assert robot.clears_queue(kept)
+    robot.runs_until_stopped()
+    assert robot.controller.joints == (0.1,) * 7
+
+
+@pytest.mark.requirement("FRC014", "FRC021")
+def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it() -> None:
+    robot = SteppedRobot()
+    mirrored = [0.0, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
+    beside = [0.1, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
+    numbers = [
+        robot.controller.joint_move(mirrored, FULL),
+        robot.controller.ptp_move(robot.tcp_frame(mirrored)._replace(z_mm=700.0), 1.0, 0.0),
+        robot.controller.lin_joint_move(beside, 1.0, 0.0),  # only with the arm bent that way
+        robot.controller.joint_move([0.0] * 7, FULL),
+    ]
+    robot.step(10)
+    robot.cancel()
+    assert robot.controller.queue == 3
+    assert robot.faults == []
+    robot.step(2)
+    assert robot.controller.queue == 1
+    assert [robot.controller.is_pending(number) for number in numbers] == [False, True, False, False]
+    ((code, reason),) = robot.faults
+    assert code == CROSSING_SINGULARITY
+    assert f"move {numbers[2]} and those behind it are forgotten" in reason
+    assert robot.controller.last_error == (code, reason)
+    robot.runs_until_stopped()
+    assert robot.controller.tool_frame().z_mm == pytest.approx(700.0)
+    assert len(robot.faults) == 1
+    assert robot.controller.mode is Mode.NORMAL
+    robot.controller.joint_move(mirrored, FULL)
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(mirrored)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC016")
+@pytest.mark.parametrize("blending_mm", [0.0, 40.0])
+def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(blending_mm: float) -> None:
+    recorder, (first, _) = lines(blending_mm)
+    recorder.wait(100)
+    assert recorder.clear()
+    recorder.finish()
+    assert_keeps_all_promises(recorder)
+    alone = sent([])
+    alone.lin(0.0, 200.0, 0.0, 0.0)
+    alone.finish()
+    assert recorder.robot.controller.joints == alone.robot.controller.joints
+    assert recorder.tick <= 1.05 * alone.tick
+    assert first == 1
+
+
+@pytest.mark.requirement("FRC016")
+def test_a_running_move_that_has_left_its_path_stops_on_its_blend() -> None:
+    recorder, (first, second) = lines(40.0)
+    while recorder.robot.controller.is_pending(first):
+        recorder.wait(1)
+    blended, (first, _) = lines(40.0)
+    blended.wait(recorder.tick - 2)
+    assert blended.robot.controller.is_pending(first)
+    assert not blended.clear()
+    assert blended.robot.runs_until_stopped() * blended.robot.tick_s <= STOP_S
+    blended.finish()
+    assert_keeps_all_promises(blended)
+    assert second == 2
+
+
+@pytest.mark.requirement("FRC016")
+def test_cleared_moves_are_pending_no_more_and_later_ones_are() -> None:
+    robot = SteppedRobot()
+    targets = [[0.1 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0] for k in range(1, 5)]
+    numbers = [robot.controller.joint_move(target, FULL) for target in targets]
+    robot.step(20)
+    assert robot.clears_queue(numbers[0])
+    later = robot.controller.joint_move(targets[3], FULL)
+    assert [robot.controller.is_pending(number) for number in (*numbers, later)] == [1, 0, 0, 0, 1]
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(targets[3])
+    assert_within_limits(robot)
+
+
+class Again:
+    """Moves of one joint that count how often they are planned again."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        time = PlannedTime(Override(0.01, LIMITS), 15.0, 600.0)
+        self.drive = Drive((0.0,), time, np.array([-10.0]), np.array([10.0]))
+
+    def append(self, number: int, end: float, ends_elsewhere: bool = False) -> None:
+        """A move to a place, or the same way from wherever it begins."""
+        way = end - self.drive.rest[0]
+        self.drive.append(
+            self._move(number, self.drive.rest, lambda start: start + way if ends_elsewhere else end)
+        )
+
+    def _move(self, number: int, start: Joints, end: Callable[[float], float]) -> Move:
+        path = JointLine(start, (end(start[0]),))
+        way = abs(path.end[0] - start[0])
+        length_s = way if way > STANDSTILL_RAD else 0.0
+        return Move(
+            number, path, LIMITS, length_s, None, start, lambda joints: self._again(number, joints, end)
+        )
+
+    def _again(self, number: int, start: Joints, end: Callable[[float], float]) -> Move:
+        self.count += 1
+        return self._move(number, start, end)
+
+    def runs(self) -> None:
+        while self.drive.moving:
+            self.drive.step()
+
+
+def test_only_as_many_moves_are_planned_again_as_begin_elsewhere() -> None:
+    robot = Again()
+    for number in range(1, 1001):
+        robot.append(number, float(number % 2))
+    for _ in range(20):
+        robot.drive.step()
+    robot.drive.cancel()
+    assert robot.count == 0
+    for _ in range(20):
+        robot.drive.step()
+        assert robot.count == 1
+    assert robot.drive.waiting >= 998
+
+
+def test_one_move_is_planned_again_in_a_tick_and_those_sent_meanwhile_follow() -> None:
+    robot = Again()
+    for number in range(1, 101):
+        robot.append(number, 0.01 * number, ends_elsewhere=True)
+    for _ in range(3):
+        robot.drive.step()
+    robot.drive.cancel()
+    for tick in range(1, 51):
+        robot.drive.step()
+        assert robot.count == tick
+    robot.append(101, 3.0)
+    robot.runs()
+    assert robot.count == 100
+    assert robot.drive.joints == robot.drive.rest == (3.0,)
+
+
+def test_what_waits_may_be_told_to_begin_elsewhere() -> None:
+    robot = Again()
+    robot.append(1, 1.0)
+    robot.append(2, 2.0, ends_elsewhere=True)
+    robot.drive.start_from((0.5,))
+    assert robot.drive.joints == (0.5,)
+    places = []
+    while robot.drive.moving:
+        robot.drive.step()
+        places.append(robot.drive.joints[0])
+    assert min(places) >= 0.5
+    assert places[-1] == robot.drive.rest[0] == 2.0
+    assert robot.count == 1
