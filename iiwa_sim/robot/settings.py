@@ -16,7 +16,7 @@ LONGEST_STOP_S = 0.1
 
 _POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
 _ACCELERATION, _JERK = (0.1, 1_000.0, " 1/s"), (0.1, 10_000.0, " 1/s")
-_LENGTH, _ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
+LENGTH, ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
 _RANGES = {
     "home_deg": _POSITION,
     "limits.position_min_deg": _POSITION,
@@ -27,12 +27,12 @@ _RANGES = {
     "limits.jerk_per_acceleration_per_s": _JERK,
     "direct.acceleration_per_velocity_per_s": _ACCELERATION,
     "direct.jerk_per_acceleration_per_s": _JERK,
-    "tool_in_flange.x_mm": _LENGTH,
-    "tool_in_flange.y_mm": _LENGTH,
-    "tool_in_flange.z_mm": _LENGTH,
-    "tool_in_flange.alpha": _ANGLE,
-    "tool_in_flange.beta": _ANGLE,
-    "tool_in_flange.gamma": _ANGLE,
+    "tool_in_flange.x_mm": LENGTH,
+    "tool_in_flange.y_mm": LENGTH,
+    "tool_in_flange.z_mm": LENGTH,
+    "tool_in_flange.alpha": ANGLE,
+    "tool_in_flange.beta": ANGLE,
+    "tool_in_flange.gamma": ANGLE,
     "stop.rate_per_s": (1.0, 1_000.0, " 1/s"),
     "stop.rate_change_per_s2": (1.0, 1_000_000.0, " 1/s^2"),
 }
