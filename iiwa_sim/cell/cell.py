@@ -13,7 +13,7 @@ from iiwa_sim.contact.world import World
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
-from iiwa_sim.settings import Reader
+from iiwa_sim.settings import Reader, quoted
 
 
 @dataclass(frozen=True)
@@ -55,11 +55,11 @@ def load_cell(path: str | Path) -> Cell:
     """
     file = Path(path)
     try:
-        is_there = file.exists()
-    except (OSError, ValueError) as fault:  # a name too long, one with a NUL
-        raise CellFault("cell", "file", repr(str(path)), f"the name of a file ({fault})") from None
+        is_there, why = file.exists(), ""
+    except (OSError, ValueError) as fault:  # a name too long, one with a NUL, a parent folder closed to us
+        is_there, why = False, f" ({getattr(fault, 'strerror', fault)})"
     if not is_there:
-        raise CellFault("cell", "file", repr(str(path)), "a file that is there")
+        raise CellFault("cell", "file", quoted(str(path)), f"a file that is there{why}")
     reader = Reader(str(file), CellFault)
     settings = read_settings(str(file), reader.text(file, "a file that is there"))
     description = load_robot(_robot(reader, settings.robot, file.parent))
