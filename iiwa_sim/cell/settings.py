@@ -39,7 +39,7 @@ SURFACE_RANGES: dict[str, Range] = {
 OTHER_RANGES: dict[str, Range] = {
     "contact_radius_mm": (0.0, 500.0, " mm"),
     **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
-    "noise.seed": (0, 2**32 - 1, ""),
+    "noise.seed": (0, 999_999_999, ""),
     "noise.force_n": (0.0, 1000.0, " N"),
     "noise.torque_nm": (0.0, 1000.0, " Nm"),
     "noise.joint_torque_nm": (0.0, 1000.0, " Nm"),
