@@ -56,7 +56,10 @@ class Simulator:
     ) -> None:
         if robot is not None and cell is not None:
             raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
-        self.cell = load_cell(cell) if cell is not None else robot_alone(DEFAULT_ROBOT if robot is None else robot)
+        if cell is None:
+            self.cell = robot_alone(DEFAULT_ROBOT if robot is None else robot)
+        else:
+            self.cell = load_cell(cell)
         self._clock = RealTimeClock(rate_hz)
         self.controller = Controller(
             self.cell.description,

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
 
-from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, IoSettings, read_settings
+from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, read_settings
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world import World
+from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
@@ -29,8 +30,8 @@ class Cell:
     """Of the sphere round the TCP that touches surfaces."""
     surfaces: tuple[Surface, ...] = ()
     noise_levels: NoiseLevels | None = None
-    input_names: tuple[str, ...] = IoSettings().input_names()
-    output_names: tuple[str, ...] = IoSettings().output_names()
+    input_names: tuple[str, ...] = DEFAULT_INPUTS
+    output_names: tuple[str, ...] = DEFAULT_OUTPUTS
 
     def world(self) -> World:
         """The surfaces, as nothing has touched them yet."""

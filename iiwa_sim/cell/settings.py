@@ -7,6 +7,7 @@ from operator import attrgetter
 import msgspec
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.settings import ANGLE, LENGTH, ToolSettings
@@ -14,7 +15,6 @@ from iiwa_sim.settings import Range, Reader, SettingsFault
 
 HOME = "home"
 DEFAULT_CONTACT_RADIUS_MM = 5.0
-DEFAULT_IO_COUNT = 16
 LARGEST_IO_COUNT = 1024
 
 _SIZE: Range = (0.01, 10_000.0, " mm")
@@ -111,8 +111,8 @@ class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    inputs: int | list[str] = DEFAULT_IO_COUNT
-    outputs: int | list[str] = DEFAULT_IO_COUNT
+    inputs: int | list[str] = DEFAULT_COUNT
+    outputs: int | list[str] = DEFAULT_COUNT
 
     def input_names(self) -> tuple[str, ...]:
         return _names("input", self.inputs)

@@ -65,10 +65,11 @@ class Controller:
         """At rest at `start` (rad, within the limits), None for home; the TCP is the robot's own for None.
 
         The TCP touches the surfaces of `world`; the robot goes where it is sent, however hard it presses.
-        `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or 16
-        of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`, None
-        for never. `on_fault` is told the code and the reason of what goes wrong between commands. Raises
-        `RobotFault` where the robot's folder does not fit together, and ValueError for a timeout out of range.
+        `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
+        16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
+        None for never. `on_fault` is told the code and the reason of what goes wrong between commands. Raises
+        `RobotFault` where the robot's folder does not fit together, and ValueError for a timeout out of
+        range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
