@@ -1,8 +1,8 @@
-"""`iiwa-sim` and `iiwa-sim plot`: their options, messages and exit codes.
+"""`iiwa-sim`, `iiwa-sim plot` and `iiwa-sim check-cell`: their options, messages and exit codes.
 
-Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, or when the picture is written; 2, with one line
-on stderr, for options, a robot, an address, a stdout or a file it cannot use, and for commands of a picture
-that are refused.
+Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written or the cell is
+right; 2, with one line on stderr, for options, a cell, a robot, an address, a stdout or a file it cannot use,
+and for commands of a picture that are refused.
 """
 
 import argparse
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim import log
+from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
@@ -29,19 +30,22 @@ from iiwa_sim.wording import harmless, shortened
 
 PORT = 30000
 PLOT = "plot"
+CHECK_CELL = "check-cell"
 PICTURES = (".png", ".svg")
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the simulator until SIGTERM or SIGINT, or make a picture; returns the exit code."""
+    """Run the simulator until SIGTERM or SIGINT, make a picture or check a cell; returns the exit code."""
     given = sys.argv[1:] if arguments is None else arguments
     try:
         if given and given[0] == PLOT:
             return _plot(_plot_parser().parse_args(given[1:]))
+        if given and given[0] == CHECK_CELL:
+            return _check_cell(_check_cell_parser().parse_args(given[1:]))
         return _run(_options(given))
-    except (RobotFault, ListenFault, PlotFault, _StdoutFault) as fault:
+    except (CellFault, RobotFault, ListenFault, PlotFault, _StdoutFault) as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # while a picture is made
@@ -66,6 +70,7 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
 
     simulator = Simulator(
         options.robot,
+        cell=options.cell,
         host=options.host,
         port=options.port,
         rate_hz=options.rate,
@@ -82,7 +87,7 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         if simulator.status_port is not None:
             _say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
-            print(_banner(simulator.description.name, simulator.host, simulator.port), file=sys.stderr)
+            print(_banner(simulator.cell.description.name, simulator.host, simulator.port), file=sys.stderr)
         gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
         gc.enable()
         await ending.asked.wait()
@@ -100,12 +105,21 @@ def _plot(options: argparse.Namespace) -> int:
     from iiwa_sim.plot.script import read_script
 
     output: Path = options.output
-    recording = record(read_script(options.commands), load_robot(options.robot), options.rate)
+    robot = load_robot(DEFAULT_ROBOT if options.robot is None else options.robot)
+    recording = record(read_script(options.commands), robot, options.rate)
     drawn = picture(recording, output.suffix[1:].lower())
     try:
         output.write_bytes(drawn)
     except OSError as fault:
         raise PlotFault(f"{output}: cannot be written: {fault.strerror}") from None
+    return 0
+
+
+def _check_cell(options: argparse.Namespace) -> int:
+    from iiwa_sim.cell.summary import summary
+    from iiwa_sim.simulator import Simulator
+
+    _say(summary(Simulator(cell=options.cell).cell))  # all but listening
     return 0
 
 
@@ -163,6 +177,8 @@ def _options(given: Sequence[str]) -> argparse.Namespace:
     """The options for a run, also those checked that hang together."""
     parser = _parser()
     options = parser.parse_args(given)
+    if options.cell is not None and options.robot is not None:
+        parser.error("argument --robot: expected no cell with it, which names its robot")
     if options.status_rate is not None:
         if options.status_port is None:
             parser.error("argument --status-rate: expected --status-port with it")
@@ -177,9 +193,15 @@ def _parser() -> _Parser:
     parser = _Parser(
         prog="iiwa-sim",
         description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa. "
-        f"To draw a motion instead: iiwa-sim {PLOT} --help",
+        f"To draw a motion instead: iiwa-sim {PLOT} --help. To check a cell: iiwa-sim {CHECK_CELL} CELL.toml",
         epilog="To talk to it: telnet HOST PORT, then help",
         allow_abbrev=False,
+    )
+    parser.add_argument(
+        "cell",
+        nargs="?",
+        metavar="CELL.toml",
+        help="robot, start pose, tool and what stands round it (default: a robot alone)",
     )
     _add_robot(parser)
     parser.add_argument(
@@ -259,12 +281,21 @@ def _plot_parser() -> _Parser:
     return parser
 
 
+def _check_cell_parser() -> _Parser:
+    parser = _Parser(
+        prog=f"iiwa-sim {CHECK_CELL}",
+        description="Says what is in a cell, or what is wrong in it.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("cell", metavar="CELL.toml", help="the file")
+    return parser
+
+
 def _add_robot(parser: _Parser) -> None:
     parser.add_argument(
         "--robot",
-        default=DEFAULT_ROBOT,
         metavar="NAME|FOLDER",
-        help=f"{', '.join(built_in_robots())}, or your own (default: %(default)s)",
+        help=f"{', '.join(built_in_robots())}, or your own (default: {DEFAULT_ROBOT})",
     )
 
 

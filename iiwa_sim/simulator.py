@@ -1,16 +1,18 @@
-"""The simulator put together: a robot, its controller, the clock that steps it and the server that talks."""
+"""The simulator put together: a cell, its controller, the clock that steps it and the server that talks."""
 
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.clock import DEFAULT_RATE_HZ, RealTimeClock
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.io import Io
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
-from iiwa_sim.robot.description import DEFAULT_ROBOT, load_robot
+from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
@@ -23,23 +25,25 @@ class Simulator:
         async with Simulator("lbr_iiwa_14_r820") as simulator:
             reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
 
-    `robot` is the name of a robot that comes along, or a robot's folder; `port` 0 picks a free port; a servo
-    mode ends when it hears of no command for `servo_timeout_s`, None for never.
+    `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`
+    is the path of a cell.toml, which names its robot. `port` 0 picks a free port; a servo mode ends when it
+    hears of no command for `servo_timeout_s`, None for never.
 
     With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
     second of simulated time. With `exclusive`, clients are served one after the other, and in any case the
     next one `reconnect_pause_s` after the last has gone. `on_bye` is called when a client has said bye and
     been answered: there the caller may leave the context.
 
-    Raises RobotFault for a robot that cannot be used, and ValueError for a rate outside 100 to 1000 Hz, a
-    status rate outside 1 to 500 Hz or above the rate, or a time outside 0 to a day; entering the context
-    raises ListenFault if host and ports cannot be listened on.
+    Raises CellFault or RobotFault for a cell or a robot that cannot be used, and ValueError for both
+    together, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time
+    outside 0 to a day; entering the context raises ListenFault if host and ports cannot be listened on.
     """
 
     def __init__(
         self,
-        robot: str | Path = DEFAULT_ROBOT,
+        robot: str | Path | None = None,
         *,
+        cell: str | Path | None = None,
         host: str = "127.0.0.1",
         port: int = 0,
         rate_hz: int = DEFAULT_RATE_HZ,
@@ -50,11 +54,21 @@ class Simulator:
         reconnect_pause_s: float = 0.0,
         on_bye: Callable[[], None] | None = None,
     ) -> None:
-        self.description = load_robot(robot)
+        if robot is not None and cell is not None:
+            raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
+        if cell is None:
+            self.cell = robot_alone(DEFAULT_ROBOT if robot is None else robot)
+        else:
+            self.cell = load_cell(cell)
         self._clock = RealTimeClock(rate_hz)
         self.controller = Controller(
-            self.description,
+            self.cell.description,
             self._clock.tick_s,
+            start=self.cell.start,
+            tool_in_flange=self.cell.tool_in_flange,
+            world=self.cell.world(),
+            noise=self.cell.noise(),
+            io=Io(self.cell.input_names, self.cell.output_names),
             servo_timeout_s=servo_timeout_s,
             on_fault=robot_fault,
             on_contact=robot_contact,

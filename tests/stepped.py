@@ -110,8 +110,8 @@ class SteppedRobot:
         self.runs_until_stopped()
         self.joints, self.stopping, self.direct = [self.controller.joints], [False], [False]
 
-    def tcp(self, joints: Sequence[float]) -> Transform:
-        return compose(self.model.flange(joints), self.description.tool_in_flange)
+    def tcp(self, joints: Sequence[float], tool_in_flange: Transform | None = None) -> Transform:
+        return compose(self.model.flange(joints), tool_in_flange or self.description.tool_in_flange)
 
     def tcp_frame(self, joints: Sequence[float]) -> Frame:
         return Frame.from_transform(self.tcp(joints))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
 from iiwa_sim.cli import main
 from iiwa_sim.log import LEVELS
 from iiwa_sim.robot.description import built_in_robots
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
 
 
 @pytest.mark.parametrize(
@@ -40,13 +43,13 @@ from iiwa_sim.robot.description import built_in_robots
         (["--reconnect-pause", "-1"], "--reconnect-pause: '-1' is not a number of seconds from 0 to 86400"),
         (["--reconnect-pause", "nan"], "argument --reconnect-pause"),
         (["--reconnect-pause", "86400.1"], "argument --reconnect-pause"),
-        (["--exclusive", "1"], "unrecognized arguments: 1"),
+        (["a.toml", "--exclusive", "1"], "unrecognized arguments: 1"),
         (["--log-level", "loud"], "argument --log-level"),
-        (["--prot", "1"], "unrecognized arguments: --prot 1"),
+        (["--prot", "1"], "unrecognized arguments: --prot"),
         (["--port", "9" * 5000], "is not a whole number from 0 to 65535"),
-        (["foo\nbar\x1b[2J"], r"unrecognized arguments: foo\nbar\x1b[2J"),
-        (["x" * 5000], "unrecognized arguments: xxx"),
-        (["cell.toml"], "unrecognized arguments: cell.toml"),
+        (["a.toml", "foo\nbar\x1b[2J"], r"unrecognized arguments: foo\nbar\x1b[2J"),
+        (["a.toml", "x" * 5000], "unrecognized arguments: xxx"),
+        (["a.toml", "--robot", "lbr_iiwa_7_r800"], "argument --robot: expected no cell with it"),
     ],
 )
 def test_wrong_arguments_end_with_one_line(
@@ -60,6 +63,45 @@ def test_wrong_arguments_end_with_one_line(
     assert re.fullmatch(r"iiwa-sim: [^\n]+\n", err)
     assert err[:-1].isprintable()
     assert len(err) < 500
+    assert told in err
+
+
+@pytest.mark.parametrize("cell", ["no such.toml", "x" * 5000, "foo\nbar\x1b[2J", ""])
+def test_a_cell_that_is_not_there(
+    cell: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["check-cell", cell]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.fullmatch(r"iiwa-sim: [^\n]+: expected a[^\n]+file[^\n]*\n", err)
+    assert err[:-1].isprintable()
+    assert len(err) < 300
+
+
+def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check-cell", str(EXAMPLES / "table.toml")]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "box 'table': 20000 N/m, 107.41 mm away\n" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "the following arguments are required: CELL.toml"),
+        (["a.toml", "b.toml"], "unrecognized arguments: b.toml"),
+        (["--robot", "x", "a.toml"], "unrecognized arguments: --robot"),
+    ],
+)
+def test_check_cell_takes_one_file(
+    arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["check-cell", *arguments])
+    _, err = capsys.readouterr()
+    assert caught.value.code == 2
+    assert re.fullmatch(r"iiwa-sim check-cell: [^\n]+\n", err)
     assert told in err
 
 

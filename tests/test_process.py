@@ -60,13 +60,27 @@ def test_a_robot_folder_with_a_fault(tmp_path: Path) -> None:
     assert str(tmp_path / "robot.toml") in fails("--robot", str(tmp_path), "--port", "0")
 
 
+@pytest.mark.parametrize("command", [("--port", "0"), ("check-cell",)])
+def test_a_cell_with_a_fault(tmp_path: Path, command: tuple[str, ...]) -> None:
+    (tmp_path / "cell.toml").write_text("[[plane]]\nname = 'table'\nstiffness_n_per_m = 0\n")
+    told = fails(*command, str(tmp_path / "cell.toml"))
+    assert "cell.toml: plane[0].stiffness_n_per_m = 0.0: expected a number from 1 to 10000000 N/m" in told
+
+
 def test_a_robot_that_is_not_there() -> None:
     assert "no_such_robot" in fails("--robot", "no_such_robot", "--port", "0")
 
 
 @pytest.mark.parametrize(
     "options",
-    [("--host", "a\nb"), ("--host", ""), ("foo\nbar",), ("--robot", "a\nb"), ("--robot", "x" * 300)],
+    [
+        ("--host", "a\nb"),
+        ("--host", ""),
+        ("foo\nbar",),
+        ("a.toml", "foo\nbar"),
+        ("--robot", "a\nb"),
+        ("--robot", "x" * 300),
+    ],
 )
 def test_odd_arguments_end_with_one_line(options: tuple[str, ...]) -> None:
     fails("--port", "0", *options)

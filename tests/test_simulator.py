@@ -14,6 +14,7 @@ from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.talking import Client, until
 
+EXAMPLES = Path(__file__).parent.parent / "examples"
 HOME = "0.0 0.523598776 0.0 -1.047197551 0.0 1.570796327 0.0"  # 0 30 0 -60 0 90 0 deg
 FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 NEAR = "joint move : 0.01 0.52 0 -1.04 0 1.57 0 " + " ".join(["1"] * 7)
@@ -24,6 +25,30 @@ async def test_ready_means_listening(client: Client) -> None:
     assert await client.ask("hello") == "hello"
     assert await client.ask("get joint position") == HOME
     assert await client.ask("get status") == "stopped"
+
+
+async def test_a_driver_presses_on_the_table_of_a_cell() -> None:
+    async with Simulator(cell=EXAMPLES / "table.toml") as simulator:
+        client = await Client.connect(simulator.port)
+        assert await client.ask("get cartesian force") == "0.0 0.0 0.0 0.0 0.0 0.0"
+        assert await client.ask("lin move : 600 0 302 3.14159265359 0 3.14159265359 1 0") == "done"
+        await client.until_stopped()
+        force = [float(word) for word in (await client.ask("get cartesian force")).split()]
+        assert force[2] == pytest.approx(-20.0, rel=1e-6)
+        assert any(float(word) for word in (await client.ask("get joint torque")).split())
+        await client.leaves()
+
+
+async def test_a_cell_names_inputs_and_outputs(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text('[io]\ninputs = ["door"]\noutputs = 3\n')
+    io = Simulator(cell=tmp_path / "cell.toml").controller.io
+    assert io.input_names == ("door",)
+    assert io.output_names == ("output 1", "output 2", "output 3")
+
+
+def test_a_robot_beside_a_cell_is_refused() -> None:
+    with pytest.raises(ValueError, match="robot and cell are both given"):
+        Simulator("lbr_iiwa_7_r800", cell=EXAMPLES / "table.toml")
 
 
 @pytest.mark.requirement("FRA006", "FRA101", "FRA104")

@@ -1,1 +1,1 @@
-"""What the robot feels: pushes from outside and, in a later version, surfaces, and the torques they make."""
+"""What the robot feels: pushes from outside, surfaces, noise, and the torques they make."""

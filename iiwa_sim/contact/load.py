@@ -1,35 +1,105 @@
-"""The external load on the arm, and what its joints feel of it."""
+"""The external load on the arm: what pushes it and what it touches, and what its joints feel of it."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from iiwa_sim.frames import Transform, compose, rotate
+from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.world import NOTHING, World
+from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
+from iiwa_sim.frames import Transform, Vector, apply, compose, rotate, transpose
 from iiwa_sim.robot.model import Model
-
-Wrench = tuple[float, float, float, float, float, float]
-"""Force (N) and torque (Nm) at the TCP, along its axes, acting on the robot."""
 
 
 class ExternalLoad:
-    """A wrench at the TCP and a torque on each joint, as pushed from outside; none in free space."""
+    """What acts on the arm from outside, tick by tick; nothing, and exactly 0, in free space.
 
-    def __init__(self, joint_count: int) -> None:
-        self.wrench: Wrench = (0.0,) * 6
-        self.joint_push: tuple[float, ...] = (0.0,) * joint_count
+    A wrench at the TCP and a torque on each joint are pushed from outside, for as long as they are set. What
+    the world does is felt once per tick. The readings are their sum, with noise if there is any.
+    """
 
-    def joint_torques(
-        self, model: Model, joints: Sequence[float], tool_in_flange: Transform
-    ) -> tuple[float, ...]:
-        """External torque (Nm) on each joint: pushes, and the wrench by the TCP's transposed Jacobian."""
-        if not any(self.wrench):
-            return self.joint_push
-        flange = model.flange(joints)
-        tcp = compose(flange, tool_in_flange)
-        fx, fy, fz = rotate(tcp.rotation, self.wrench[:3])
-        tx, ty, tz = rotate(tcp.rotation, self.wrench[3:])
-        # Moved from the TCP to the flange's origin, of which we have the Jacobian, the force adds a torque.
-        px, py, pz = (a - b for a, b in zip(tcp.translation, flange.translation, strict=True))
-        at_flange = (fx, fy, fz, tx + py * fz - pz * fy, ty + pz * fx - px * fz, tz + px * fy - py * fx)
-        torques = model.jacobian(joints).T @ np.array(at_flange)
-        return tuple((torques + np.array(self.joint_push)).tolist())
+    def __init__(
+        self,
+        model: Model,
+        tool_in_flange: Transform,
+        joints: Sequence[float],
+        world: World | None = None,
+        noise: Noise | None = None,
+    ) -> None:
+        """With the robot at rest at `joints` (rad), and the TCP at `tool_in_flange`."""
+        self.wrench: Wrench = NO_WRENCH
+        """Pushed: at the TCP, along its axes."""
+        self.joint_push: tuple[float, ...] = (0.0,) * model.joint_count
+        """Pushed: torque (Nm) on each joint."""
+        self._touch: Wrench = NO_WRENCH
+        self._model = model
+        self._tool_in_flange = tool_in_flange
+        self._flange_to_tcp = transpose(tool_in_flange.rotation)
+        self._world = World((), 0.0) if world is None else world
+        self._noise = noise
+        self._place: Vector | None = None  # of the TCP, when the world was felt last
+        self._feel(joints, 0.0)
+
+    def step(self, joints: Sequence[float], tick_s: float) -> None:
+        """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise."""
+        if self._noise is not None:
+            self._noise.next()
+        if self._world.empty:
+            self._touch, self._place = NO_WRENCH, None
+        else:
+            self._feel(joints, tick_s)
+
+    def cartesian_force(self) -> Wrench:
+        """The reading of the wrench at the TCP, along its axes."""
+        wrench = self._acting()
+        return wrench if self._noise is None else add(wrench, self._noise.wrench)
+
+    def joint_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
+        """The reading of the external torque (Nm) on each joint, with the robot at `joints` (rad).
+
+        Pushes, and the wrench at the TCP by its transposed Jacobian.
+        """
+        torques = self.joint_push
+        wrench = self._acting()
+        if any(wrench):
+            made = torques_of(wrench, self._model, joints, self._tool_in_flange)
+            torques = tuple(a + b for a, b in zip(torques, made, strict=True))
+        if self._noise is not None:
+            torques = tuple(a + b for a, b in zip(torques, self._noise.joint_torques, strict=True))
+        return torques
+
+    def _acting(self) -> Wrench:
+        if self._touch is NO_WRENCH:
+            return self.wrench
+        return self._touch if self.wrench is NO_WRENCH else add(self._touch, self.wrench)
+
+    def _feel(self, joints: Sequence[float], tick_s: float) -> None:
+        flange, tool = self._model.flange(joints), self._tool_in_flange
+        x, y, z = place = apply(flange, tool.translation)
+        velocity = (0.0, 0.0, 0.0)
+        if self._place is not None:
+            was_x, was_y, was_z = self._place
+            velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
+        self._place = place
+        touch = self._world.feel(place, velocity, tick_s)
+        if touch is NOTHING:
+            self._touch = NO_WRENCH
+        else:
+            to_flange, to_tcp = transpose(flange.rotation), self._flange_to_tcp
+            fx, fy, fz = rotate(to_tcp, rotate(to_flange, touch.force))
+            tx, ty, tz = rotate(to_tcp, rotate(to_flange, touch.torque))
+            self._touch = (fx, fy, fz, tx, ty, tz)
+
+
+def torques_of(
+    wrench: Wrench, model: Model, joints: Sequence[float], tool_in_flange: Transform
+) -> tuple[float, ...]:
+    """What a wrench at the TCP, along its axes, is to the joints (Nm): by the TCP's transposed Jacobian."""
+    flange = model.flange(joints)
+    tcp = compose(flange, tool_in_flange)
+    fx, fy, fz = rotate(tcp.rotation, wrench[:3])
+    tx, ty, tz = rotate(tcp.rotation, wrench[3:])
+    # Moved from the TCP to the flange's origin, of which we have the Jacobian, the force adds a torque.
+    px, py, pz = (a - b for a, b in zip(tcp.translation, flange.translation, strict=True))
+    at_flange = (fx, fy, fz, tx + py * fz - pz * fy, ty + pz * fx - px * fz, tz + px * fy - py * fx)
+    return tuple((model.jacobian(joints).T @ np.array(at_flange)).tolist())

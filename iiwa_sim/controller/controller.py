@@ -5,7 +5,10 @@ from math import dist
 
 import numpy as np
 
-from iiwa_sim.contact.load import ExternalLoad, Wrench
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.world import World
+from iiwa_sim.contact.wrench import Wrench
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.faults import NO_CODE, Faults
 from iiwa_sim.controller.force_guard import Contact, ForceGuard, ForceGuards, Thresholds, checked
@@ -52,17 +55,23 @@ class Controller:
         description: RobotDescription,
         tick_s: float,
         *,
+        start: Joints | None = None,
+        tool_in_flange: Transform | None = None,
+        world: World | None = None,
+        noise: Noise | None = None,
         io: Io | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
     ) -> None:
-        """At rest at home, with these inputs and outputs, or 16 of each.
+        """At rest at `start` (rad, within the limits), None for home; the TCP is the robot's own for None.
 
-        The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`, None for never.
-        `on_fault` is told the code and the reason of what goes wrong between commands, `on_contact` which
-        force has ended a move. Raises `RobotFault` where the robot's folder does not fit together, and
-        ValueError for a timeout out of range.
+        The TCP touches the surfaces of `world`; the robot goes where it is sent, however hard it presses.
+        `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
+        16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
+        None for never. `on_fault` is told the code and the reason of what goes wrong between commands,
+        `on_contact` which force has ended a move. Raises `RobotFault` where the robot's folder does not fit
+        together, and ValueError for a timeout out of range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
@@ -74,14 +83,15 @@ class Controller:
         self.mode = Mode.UNKNOWN
         """That of the last command: it changes with the command, also where the robot has to stop first."""
         self.io = Io() if io is None else io
-        self.load = ExternalLoad(len(description.joints))
-        """What pushes the robot from outside."""
         self._model = Model(description)
         self._planner = Planner(self._model)
         self._targets = Targets(self._planner, description)
-        self._tool_in_flange = description.tool_in_flange
-        self._motions = _motions(description, tick_s, self._targets.limits[Mode.SMART])
+        self._tool_in_flange = description.tool_in_flange if tool_in_flange is None else tool_in_flange
+        start = description.home if start is None else start
+        self._motions = _motions(description, start, tick_s, self._targets.limits[Mode.SMART])
         self._joints_before = self._motions.joints  # the last tick
+        self.load = ExternalLoad(self._model, self._tool_in_flange, start, world, noise)
+        """What pushes the robot from outside, and what it touches."""
         self._faults = Faults()
         self._accepted = 0
         self._on_fault = on_fault
@@ -104,6 +114,7 @@ class Controller:
             self._faults.fail(EXECUTION, f"internal fault: {type(fault).__name__}, told in the log")
             self.stop()
             raise
+        self.load.step(self._motions.joints, self.tick_s)
         if self._guards:
             self._watch_forces()
 
@@ -339,11 +350,11 @@ class Controller:
 
     def cartesian_force(self) -> Wrench:
         """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
-        return self.load.wrench
+        return self.load.cartesian_force()
 
     def joint_torque(self) -> tuple[float, ...]:
         """The external torque on each joint (Nm)."""
-        return self.load.joint_torques(self._model, self.joints, self._tool_in_flange)
+        return self.load.joint_torques(self.joints)
 
     def _tcp(self, joints: Joints) -> Transform:
         return compose(self._model.flange(joints), self._tool_in_flange)
@@ -435,12 +446,12 @@ class Controller:
             self._on_fault(code, reason)
 
 
-def _motions(description: RobotDescription, tick_s: float, limits: JointLimits) -> Motions:
+def _motions(description: RobotDescription, start: Joints, tick_s: float, limits: JointLimits) -> Motions:
     override = Override(tick_s, limits)
 
     def time() -> PlannedTime:
         return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
 
-    home, low, high = description.home, description.position_min, description.position_max
-    drive = Drive(home, time(), np.array(low), np.array(high))
-    return Motions(drive, Servo(home, time(), limits, low, high), override)
+    low, high = description.position_min, description.position_max
+    drive = Drive(start, time(), np.array(low), np.array(high))
+    return Motions(drive, Servo(start, time(), limits, low, high), override)

@@ -10,6 +10,7 @@ from pathlib import Path
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.fault import RobotFault
 from iiwa_sim.robot.settings import read_settings
+from iiwa_sim.settings import Reader
 
 __all__ = ["DEFAULT_ROBOT", "RobotDescription", "RobotFault", "built_in_robots", "load_robot"]
 
@@ -148,13 +149,4 @@ def _folder(name_or_folder: str | Path) -> Traversable:
 
 def _text(folder: Traversable, file: str, name_or_folder: str | Path) -> str:
     path = folder / file
-    try:
-        if isinstance(path, Path) and path.exists() and not path.is_file():  # reading a pipe would never end
-            raise RobotFault(str(path), "", "", "a regular file")
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise RobotFault(str(path), "", "", f"this file in the robot's folder {name_or_folder}") from None
-    except OSError as fault:
-        raise RobotFault(str(path), "", "", f"a readable text file ({fault.strerror})") from None
-    except UnicodeDecodeError as fault:
-        raise RobotFault(str(path), "", "", f"a readable text file ({fault})") from None
+    return Reader(str(path), RobotFault).text(path, f"this file in the robot's folder {name_or_folder}")

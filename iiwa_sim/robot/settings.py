@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import re
-import sys
-import tomllib
 from math import radians, sqrt
 from operator import attrgetter
-from typing import Any
 
 import msgspec
 
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.settings import Reader
 
 LONGEST_STOP_S = 0.1
 """A stop takes at most this: what the original controller is documented to do."""
 
-LONGEST_NAME = 100
-
 _POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
 _ACCELERATION, _JERK = (0.1, 1_000.0, " 1/s"), (0.1, 10_000.0, " 1/s")
-_LENGTH, _ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
+LENGTH, ANGLE = (-10_000.0, 10_000.0, " mm"), (-10.0, 10.0, " rad")
 _RANGES = {
     "home_deg": _POSITION,
     "limits.position_min_deg": _POSITION,
@@ -32,19 +27,16 @@ _RANGES = {
     "limits.jerk_per_acceleration_per_s": _JERK,
     "direct.acceleration_per_velocity_per_s": _ACCELERATION,
     "direct.jerk_per_acceleration_per_s": _JERK,
-    "tool_in_flange.x_mm": _LENGTH,
-    "tool_in_flange.y_mm": _LENGTH,
-    "tool_in_flange.z_mm": _LENGTH,
-    "tool_in_flange.alpha": _ANGLE,
-    "tool_in_flange.beta": _ANGLE,
-    "tool_in_flange.gamma": _ANGLE,
+    "tool_in_flange.x_mm": LENGTH,
+    "tool_in_flange.y_mm": LENGTH,
+    "tool_in_flange.z_mm": LENGTH,
+    "tool_in_flange.alpha": ANGLE,
+    "tool_in_flange.beta": ANGLE,
+    "tool_in_flange.gamma": ANGLE,
     "stop.rate_per_s": (1.0, 1_000.0, " 1/s"),
     "stop.rate_change_per_s2": (1.0, 1_000_000.0, " 1/s^2"),
 }
 """Least and greatest value, by a wide margin, of any arm, and the unit: a number beyond is a slip."""
-
-_PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
-_PART = re.compile(r"(\w+)|\[(\d+)\]")
 
 
 class ToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -111,77 +103,27 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def read_settings(path: str, text: str) -> Settings:
     """The settings in the text of a robot.toml; raises `RobotFault`."""
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as fault:
-        raise RobotFault(path, "", "", f"valid TOML ({fault})") from None
-    except ValueError:
-        longest = sys.get_int_max_str_digits()
-        raise RobotFault(path, "", "", f"whole numbers of at most {longest} digits") from None
-    except RecursionError:
-        raise RobotFault(path, "", "", "fewer lists and tables within each other") from None
-    try:
-        settings = msgspec.convert(table, Settings)
-    except msgspec.ValidationError as fault:
-        raise _type_fault(path, table, str(fault)) from None
-    _check_values(path, settings)
+    reader = Reader(path, RobotFault)
+    settings = reader.settings(text, Settings)
+    _check_values(reader, settings)
     return settings
 
 
-def _type_fault(path: str, table: dict[str, Any], message: str) -> RobotFault:
-    """The fault that msgspec found, with the value it is about: it says `what it wants - at $.key[1]`."""
-    place = _PLACE.search(message)
-    key = place[1].removeprefix(".") if place else ""
-    expected = message[: place.start()] if place else message
-    if "unknown field" in expected or "missing required field" in expected:
-        fault = "no key of this name" if "unknown field" in expected else "this key"
-        field = expected[expected.index("`") + 1 : expected.rindex("`")]
-        holder = _value(table, key)
-        value = _quoted(holder[field]) if field in holder else "(missing)"
-        return RobotFault(path, f"{key}.{field}" if key else field, value, fault)
-    if expected == "Number out of range":
-        expected = "a number of less than 309 digits"
-    expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
-    return RobotFault(path, key, _quoted(_value(table, key)), expected)
-
-
-def _quoted(value: object) -> object:
-    return repr(value) if isinstance(value, str) else value
-
-
-def _value(table: dict[str, Any], key: str) -> Any:
-    value: Any = table
-    for name, index in _PART.findall(key):
-        value = value[name] if name else value[int(index)]
-    return value
-
-
-def _check_values(path: str, settings: Settings) -> None:
-    def check(key: str, value: object, holds: bool, expected: str) -> None:
-        if not holds:
-            raise RobotFault(path, key, value, expected)
-
+def _check_values(reader: Reader, settings: Settings) -> None:
+    check = reader.check
     limits, direct, stop = settings.limits, settings.direct, settings.stop
     names = settings.joints
-    check("name", _quoted(settings.name), settings.name.strip() != "", "a name")
-    check("name", _quoted(settings.name), settings.name.isprintable(), "characters that print")
-    check(
-        "name",
-        _quoted(settings.name),
-        len(settings.name) <= LONGEST_NAME,
-        f"at most {LONGEST_NAME} characters",
-    )
+    reader.check_name("name", settings.name)
     check("joints", names, len(names) > 0, "at least one joint")
     check("joints", names, len(set(names)) == len(names), "each joint once")
-    for key, (least, greatest, unit) in _RANGES.items():
+    for key, allowed in _RANGES.items():
         values = attrgetter(key)(settings)
-        each = f"a number from {least:.9g} to {greatest:.9g}{unit}"
         if isinstance(values, float):
-            check(key, values, least <= values <= greatest, each)
+            reader.check_range(key, values, allowed)
             continue
         check(key, values, len(values) == len(names), f"{len(names)} values, one per joint")
         for axis, value in enumerate(values):
-            check(f"{key}[{axis}]", value, least <= value <= greatest, each)
+            reader.check_range(f"{key}[{axis}]", value, allowed)
     for axis, (low, home, high) in enumerate(
         zip(limits.position_min_deg, settings.home_deg, limits.position_max_deg, strict=True)
     ):

@@ -1,51 +1,145 @@
-"""What the joints feel of a push at the TCP."""
+"""What acts on the arm from outside, and what its joints feel of it."""
+
+from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from iiwa_sim.contact.load import ExternalLoad
-from iiwa_sim.frames import rotate
+from iiwa_sim.contact.load import torques_of
+from iiwa_sim.contact.noise import Noise, NoiseLevels
+from iiwa_sim.contact.world import World
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.frames import Frame, Transform, rotate
+from iiwa_sim.robot.description import load_robot
+from tests.contact.materials import PLANE, RADIUS, STIFFNESS, at, surface
 from tests.stepped import SteppedRobot, rotation_log
 
 ROBOT = SteppedRobot()
+TOOLS = [ROBOT.description.tool_in_flange, Frame(30.0, -20.0, 170.0, 0.4, -0.8, 1.2).to_transform()]
 STEP = 1e-6
+TICK_S = 0.002
+TCP_HEIGHT = ROBOT.tcp(ROBOT.controller.joints).translation[2]
 
 
-@given(
-    joints=st.tuples(*[st.floats(-1.9, 1.9)] * 7),
-    wrench=st.tuples(*[st.floats(-100, 100, allow_subnormal=False)] * 6),
-)
-def test_joint_torques_do_the_work_of_the_wrench(
-    joints: tuple[float, ...], wrench: tuple[float, float, float, float, float, float]
-) -> None:
-    load = ExternalLoad(7)
-    load.wrench = wrench
-    torques = load.joint_torques(ROBOT.model, joints, ROBOT.description.tool_in_flange)
-    tcp = ROBOT.tcp(joints)
-    force, torque = rotate(tcp.rotation, wrench[:3]), rotate(tcp.rotation, wrench[3:])
-    for joint in range(7):
-        ahead, behind = list(joints), list(joints)
-        ahead[joint] += STEP
-        behind[joint] -= STEP
-        a, b = ROBOT.tcp(ahead), ROBOT.tcp(behind)
-        moved = np.subtract(a.translation, b.translation)
-        turned = rotation_log(np.reshape(a.rotation, (3, 3)) @ np.reshape(b.rotation, (3, 3)).T)
-        work = (moved @ force + turned @ torque) / (2 * STEP)
-        assert torques[joint] == pytest.approx(work, abs=1e-5)
+@pytest.mark.parametrize("tool", TOOLS)
+def test_joint_torques_do_the_work_of_the_wrench(tool: Transform) -> None:
+    """Against differences of Pinocchio's kinematics, at 500 poses with each tool."""
+    d = ROBOT.description
+    rng = np.random.default_rng(5)
+    for joints in rng.uniform(d.position_min, d.position_max, (500, 7)).tolist():
+        fx, fy, fz, tx, ty, tz = rng.uniform(-100.0, 100.0, 6).tolist()
+        torques = torques_of((fx, fy, fz, tx, ty, tz), ROBOT.model, joints, tool)
+        tcp = ROBOT.tcp(joints, tool)
+        force, torque = rotate(tcp.rotation, (fx, fy, fz)), rotate(tcp.rotation, (tx, ty, tz))
+        for joint in range(7):
+            ahead, behind = list(joints), list(joints)
+            ahead[joint] += STEP
+            behind[joint] -= STEP
+            a, b = ROBOT.tcp(ahead, tool), ROBOT.tcp(behind, tool)
+            moved = np.subtract(a.translation, b.translation)
+            turned = rotation_log(np.reshape(a.rotation, (3, 3)) @ np.reshape(b.rotation, (3, 3)).T)
+            work = (moved @ force + turned @ torque) / (2 * STEP)
+            assert torques[joint] == pytest.approx(work, abs=1e-5)
 
 
-def test_in_free_space_there_is_none() -> None:
-    controller = SteppedRobot().controller
-    assert controller.cartesian_force() == (0.0,) * 6
-    assert controller.joint_torque() == (0.0,) * 7
+@pytest.mark.parametrize("world", [None, World((), RADIUS), World([surface()], RADIUS)])
+def test_in_free_space_there_is_none(world: World | None) -> None:
+    controller = Controller(ROBOT.description, TICK_S, world=world)
+    for _ in range(3):
+        assert controller.cartesian_force() == (0.0,) * 6
+        assert controller.joint_torque() == (0.0,) * 7
+        controller.joint_move([0.1] * 7, [1.0] * 7)
+        controller.step()
 
 
 def test_pushes_on_joints_add_up_with_the_wrench() -> None:
-    robot = SteppedRobot()
-    robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
-    alone = robot.controller.joint_torque()
-    robot.controller.load.joint_push = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
-    np.testing.assert_allclose(np.subtract(robot.controller.joint_torque(), alone), range(1, 8))
-    assert robot.controller.cartesian_force()[2] == 10.0
+    controller = SteppedRobot().controller
+    controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    alone = controller.joint_torque()
+    controller.load.joint_push = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+    np.testing.assert_allclose(np.subtract(controller.joint_torque(), alone), range(1, 8))
+    assert controller.cartesian_force()[2] == 10.0
+
+
+def pressed(depth: float, friction: float = 0.0, damping: float = 0.0) -> Controller:
+    """At home, the contact sphere so deep (m) in a level surface."""
+    table = surface(PLANE, at(0.0, 0.0, TCP_HEIGHT - RADIUS + depth), friction=friction, damping=damping)
+    return Controller(load_robot(), TICK_S, world=World([table], RADIUS))
+
+
+def test_a_surface_is_felt_from_the_start_and_along_the_axes_of_the_tcp() -> None:
+    controller = pressed(0.001)
+    up = np.array([0.0, 0.0, STIFFNESS * 0.001])
+    rotation = np.reshape(ROBOT.tcp(controller.joints).rotation, (3, 3))
+    for _ in range(3):
+        assert controller.cartesian_force()[:3] == pytest.approx(rotation.T @ up, abs=1e-9)
+        assert controller.cartesian_force()[3:] == (0.0, 0.0, 0.0)
+        lifting = torques_of(controller.cartesian_force(), ROBOT.model, controller.joints, TOOLS[0])
+        assert controller.joint_torque() == lifting
+        assert lifting[1] < -1.0, "what lifts the hand turns A2 backwards"
+        controller.step()
+
+
+def test_pushes_and_touch_add_up() -> None:
+    controller = pressed(0.001)
+    alone = controller.cartesian_force()
+    controller.load.wrench = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    assert controller.cartesian_force() == pytest.approx(np.add(alone, (1, 2, 3, 4, 5, 6)))
+
+
+def test_damping_feels_the_speed_of_the_last_tick() -> None:
+    controller = pressed(-0.002, damping=2.0)
+    start = controller.tool_frame()
+    controller.lin_move(start._replace(z_mm=start.z_mm - 10.0), 1.0, 0.0)
+    speeds = []
+    while controller.moving:
+        before = controller.tool_frame().z_mm
+        controller.step()
+        now = controller.tool_frame().z_mm
+        depth, speed = -2e-3 + 1e-3 * (start.z_mm - now), 1e-3 * (before - now) / TICK_S
+        speeds.append(speed)
+        normal = STIFFNESS * max(0.0, depth) * (1.0 + 2.0 * speed)
+        assert np.linalg.norm(controller.cartesian_force()[:3]) == pytest.approx(normal, abs=1e-6)
+    assert max(speeds) > 0.01
+    controller.step()
+    assert np.linalg.norm(controller.cartesian_force()[:3]) == pytest.approx(STIFFNESS * 0.008)
+
+
+def test_a_robot_that_has_slid_and_stands_keeps_its_friction() -> None:
+    runs = []
+    for _ in range(2):
+        controller = pressed(0.001, friction=0.3, damping=0.5)
+        target = controller.tool_frame()
+        controller.lin_move(target._replace(y_mm=target.y_mm + 30.0), 0.5, 0.0)
+        forces = []
+        while controller.moving:
+            controller.step()
+            forces.append(controller.cartesian_force())
+        controller.step()
+        kept = controller.cartesian_force()
+        assert kept == pytest.approx(forces[-1])
+        for _ in range(20):
+            controller.step()
+            assert controller.cartesian_force() == kept
+        normal = STIFFNESS * 0.001
+        assert np.linalg.norm(forces[-1][:3]) == pytest.approx(normal * np.hypot(1.0, 0.3), rel=1e-6)
+        assert np.linalg.norm(forces[-1][3:]) == pytest.approx(RADIUS * 0.3 * normal, rel=1e-6)
+        runs.append(forces)
+    assert runs[0] == runs[1]
+
+
+def test_noise_comes_on_top_and_stays_within_a_tick() -> None:
+    levels = NoiseLevels(3, 0.5, 0.05, 0.1)
+    quiet, loud = (Controller(ROBOT.description, TICK_S, noise=n) for n in (None, Noise(levels, 7)))
+    quiet.load.wrench = loud.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    noise = Noise(levels, 7)
+    for _ in range(600):
+        wrench, torques = loud.cartesian_force(), loud.joint_torque()
+        assert np.subtract(wrench, quiet.cartesian_force()) == pytest.approx(noise.wrench)
+        assert np.subtract(torques, quiet.joint_torque()) == pytest.approx(noise.joint_torques)
+        assert loud.cartesian_force() == wrench
+        assert loud.joint_torque() == torques
+        loud.step()
+        quiet.step()
+        noise.next()
+        assert loud.cartesian_force() != wrench

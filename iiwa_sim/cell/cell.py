@@ -1,0 +1,137 @@
+"""A cell, read and checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import degrees, radians
+from pathlib import Path
+
+from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, read_settings
+from iiwa_sim.contact.noise import Noise, NoiseLevels
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.world import World
+from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS
+from iiwa_sim.frames import Transform, compose
+from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
+from iiwa_sim.robot.model import Model
+from iiwa_sim.settings import Reader, quoted
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What a simulator is built from."""
+
+    description: RobotDescription
+    start: tuple[float, ...]
+    """Joint positions (rad) in which the robot starts."""
+    tool_in_flange: Transform
+    """Pose of the TCP in the flange."""
+    contact_radius_m: float = 0.0
+    """Of the sphere round the TCP that touches surfaces."""
+    surfaces: tuple[Surface, ...] = ()
+    noise_levels: NoiseLevels | None = None
+    input_names: tuple[str, ...] = DEFAULT_INPUTS
+    output_names: tuple[str, ...] = DEFAULT_OUTPUTS
+
+    def world(self) -> World:
+        """The surfaces, as nothing has touched them yet."""
+        return World(self.surfaces, self.contact_radius_m)
+
+    def noise(self) -> Noise | None:
+        """The noise from its beginning."""
+        return None if self.noise_levels is None else Noise(self.noise_levels, len(self.start))
+
+
+def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
+    """A robot at home with nothing round it; raises `RobotFault`."""
+    description = load_robot(name_or_folder)
+    return Cell(description, description.home, description.tool_in_flange)
+
+
+def load_cell(path: str | Path) -> Cell:
+    """The cell in a file.
+
+    Raises `CellFault` for a file that is not there or does not describe a cell, and `RobotFault` where the
+    robot's folder cannot be used. A robot's folder is looked for from the folder of the file.
+    """
+    file = Path(path)
+    try:
+        is_there, why = file.exists(), ""
+    except (OSError, ValueError) as fault:  # a name too long, one with a NUL, a parent folder closed to us
+        is_there, why = False, f" ({getattr(fault, 'strerror', fault)})"
+    if not is_there:
+        raise CellFault("cell", "file", quoted(str(path)), f"a file that is there{why}")
+    reader = Reader(str(file), CellFault)
+    settings = read_settings(str(file), reader.text(file, "a file that is there"))
+    description = load_robot(_robot(reader, settings.robot, file.parent))
+    tool = settings.tool_in_flange
+    noise = settings.noise
+    cell = Cell(
+        description=description,
+        start=_start(reader, settings.start_deg, description),
+        tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
+        contact_radius_m=1e-3 * settings.contact_radius_mm,
+        surfaces=_surfaces(settings),
+        noise_levels=None
+        if noise is None
+        else NoiseLevels(noise.seed, noise.force_n, noise.torque_nm, noise.joint_torque_nm),
+        input_names=settings.io.input_names(),
+        output_names=settings.io.output_names(),
+    )
+    _check_start(reader, settings, cell)
+    return cell
+
+
+def _robot(reader: Reader, name: str, folder: Path) -> str | Path:
+    """A robot that comes along, or a folder."""
+    names = built_in_robots()
+    if name in names:
+        return name
+    own = folder / name
+    try:
+        is_folder = name != "" and own.is_dir()
+    except (OSError, ValueError):  # a name too long, a parent folder closed to us
+        is_folder = False
+    reader.check("robot", name, is_folder, f"a folder, or one of {', '.join(names)}")
+    return own
+
+
+def _start(reader: Reader, start_deg: str | list[float], description: RobotDescription) -> tuple[float, ...]:
+    if isinstance(start_deg, str):
+        reader.check("start_deg", start_deg, start_deg == HOME, f"joint positions in degrees, or {HOME!r}")
+        return description.home
+    count = len(description.joints)
+    reader.check("start_deg", start_deg, len(start_deg) == count, f"{count} values, one per joint")
+    start = tuple(map(radians, start_deg))
+    for axis, (low, value, high) in enumerate(
+        zip(description.position_min, start, description.position_max, strict=True)
+    ):
+        range_deg = f"{degrees(low):.9g} to {degrees(high):.9g} deg"
+        within = f"a position within {description.joints[axis]}'s {range_deg}"
+        reader.check(f"start_deg[{axis}]", start_deg[axis], low <= value <= high, within)
+    return start
+
+
+def _surfaces(settings: CellSettings) -> tuple[Surface, ...]:
+    return tuple(
+        Surface(
+            name=surface.name,
+            shape=surface.shape(),
+            pose=surface.pose(),
+            stiffness=surface.stiffness_n_per_m,
+            damping=surface.damping_s_per_m,
+            friction=surface.friction,
+        )
+        for surface in settings.surfaces().values()
+    )
+
+
+def _check_start(reader: Reader, settings: CellSettings, cell: Cell) -> None:
+    """The sphere round the TCP may press against a surface from the start, but not its centre lie within."""
+    if not cell.surfaces:
+        return
+    x, y, z = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange).translation
+    for surface in cell.surfaces:
+        depth_mm = -1e3 * surface.nearest(x, y, z)[0]
+        outside = f"a pose with the TCP outside of surface {surface.name!r}, not {depth_mm:.3f} mm within it"
+        reader.check("start_deg", settings.start_deg, depth_mm <= 0.0, outside)

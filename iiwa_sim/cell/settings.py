@@ -1,0 +1,189 @@
+"""cell.toml: its keys, and what may stand there. The reference for users is docs/cell.md."""
+
+from __future__ import annotations
+
+from operator import attrgetter
+
+import msgspec
+
+from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.controller.io import DEFAULT_COUNT
+from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.robot.description import DEFAULT_ROBOT
+from iiwa_sim.robot.settings import ANGLE, LENGTH, ToolSettings
+from iiwa_sim.settings import Range, Reader, SettingsFault
+
+HOME = "home"
+DEFAULT_CONTACT_RADIUS_MM = 5.0
+LARGEST_IO_COUNT = 1024
+
+_SIZE: Range = (0.01, 10_000.0, " mm")
+POSE_RANGES: dict[str, Range] = {
+    "x_mm": LENGTH,
+    "y_mm": LENGTH,
+    "z_mm": LENGTH,
+    "alpha": ANGLE,
+    "beta": ANGLE,
+    "gamma": ANGLE,
+}
+SURFACE_RANGES: dict[str, Range] = {
+    **POSE_RANGES,
+    "stiffness_n_per_m": (1.0, 1e7, " N/m"),
+    "damping_s_per_m": (0.0, 100.0, " s/m"),
+    "friction": (0.0, 10.0, ""),
+    "size_mm": _SIZE,
+    "radius_mm": _SIZE,
+    "length_mm": _SIZE,
+}
+"""Of a key of any surface, or of each value in it."""
+OTHER_RANGES: dict[str, Range] = {
+    "contact_radius_mm": (0.0, 500.0, " mm"),
+    **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
+    "noise.seed": (0, 999_999_999, ""),
+    "noise.force_n": (0.0, 1000.0, " N"),
+    "noise.torque_nm": (0.0, 1000.0, " Nm"),
+    "noise.joint_torque_nm": (0.0, 1000.0, " Nm"),
+}
+"""Least and greatest value, and the unit."""
+
+
+class CellFault(SettingsFault):
+    """A cell cannot be used as its file describes it.
+
+    The message is one line that names the file, the key, its value and what was expected.
+    """
+
+
+class SurfaceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """What all surfaces have."""
+
+    name: str
+    stiffness_n_per_m: float
+    damping_s_per_m: float = 0.0
+    friction: float = 0.0
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    z_mm: float = 0.0
+    alpha: float = 0.0
+    beta: float = 0.0
+    gamma: float = 0.0
+
+    def pose(self) -> Transform:
+        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
+
+
+class PlaneSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    def shape(self) -> Plane:
+        return Plane()
+
+
+class BoxSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    size_mm: tuple[float, float, float]
+
+    def shape(self) -> Box:
+        x_mm, y_mm, z_mm = self.size_mm
+        return Box(0.5e-3 * x_mm, 0.5e-3 * y_mm, 0.5e-3 * z_mm)
+
+
+class SphereSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    radius_mm: float
+
+    def shape(self) -> Sphere:
+        return Sphere(1e-3 * self.radius_mm)
+
+
+class CylinderSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    radius_mm: float
+    length_mm: float
+
+    def shape(self) -> Cylinder:
+        return Cylinder(1e-3 * self.radius_mm, 0.5e-3 * self.length_mm)
+
+
+AnySurface = PlaneSettings | BoxSettings | SphereSettings | CylinderSettings
+
+
+class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    seed: int = 0
+    force_n: float = 0.0
+    torque_nm: float = 0.0
+    joint_torque_nm: float = 0.0
+
+
+class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    inputs: int | list[str] = DEFAULT_COUNT
+    outputs: int | list[str] = DEFAULT_COUNT
+
+    def input_names(self) -> tuple[str, ...]:
+        return _names("input", self.inputs)
+
+    def output_names(self) -> tuple[str, ...]:
+        return _names("output", self.outputs)
+
+
+class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    robot: str = DEFAULT_ROBOT
+    start_deg: str | list[float] = HOME
+    contact_radius_mm: float = DEFAULT_CONTACT_RADIUS_MM
+    tool_in_flange: ToolSettings | None = None
+    plane: list[PlaneSettings] = []
+    box: list[BoxSettings] = []
+    sphere: list[SphereSettings] = []
+    cylinder: list[CylinderSettings] = []
+    noise: NoiseSettings | None = None
+    io: IoSettings = IoSettings()
+
+    def surfaces(self) -> dict[str, AnySurface]:
+        """All surfaces, with the keys at which they stand in the file."""
+        return {
+            f"{kind}[{index}]": surface
+            for kind in ("plane", "box", "sphere", "cylinder")
+            for index, surface in enumerate(getattr(self, kind))
+        }
+
+
+def read_settings(path: str, text: str) -> CellSettings:
+    """The settings in the text of a cell.toml; raises `CellFault`."""
+    reader = Reader(path, CellFault)
+    settings = reader.settings(text, CellSettings)
+    for key, allowed in OTHER_RANGES.items():
+        table = key.rpartition(".")[0]
+        if not table or attrgetter(table)(settings) is not None:
+            reader.check_range(key, attrgetter(key)(settings), allowed)
+    _check_surfaces(reader, settings.surfaces())
+    _check_io(reader, "io.inputs", settings.io.inputs)
+    _check_io(reader, "io.outputs", settings.io.outputs)
+    return settings
+
+
+def _check_surfaces(reader: Reader, surfaces: dict[str, AnySurface]) -> None:
+    names: dict[str, str] = {}
+    for place, surface in surfaces.items():
+        reader.check_name(f"{place}.name", surface.name)
+        taken = names.setdefault(surface.name, place)
+        reader.check(f"{place}.name", surface.name, taken == place, f"another name than that of {taken}")
+        for key in surface.__struct_fields__:
+            if key not in SURFACE_RANGES:
+                continue
+            value = getattr(surface, key)
+            if isinstance(value, float):
+                reader.check_range(f"{place}.{key}", value, SURFACE_RANGES[key])
+            else:
+                for index, each in enumerate(value):
+                    reader.check_range(f"{place}.{key}[{index}]", each, SURFACE_RANGES[key])
+
+
+def _check_io(reader: Reader, key: str, given: int | list[str]) -> None:
+    if isinstance(given, int):
+        reader.check_range(key, given, (0, LARGEST_IO_COUNT, " of them"))
+        return
+    reader.check(key, given, len(given) <= LARGEST_IO_COUNT, f"at most {LARGEST_IO_COUNT} names")
+    for index, name in enumerate(given):
+        reader.check_name(f"{key}[{index}]", name)
+        reader.check(f"{key}[{index}]", name, name not in given[:index], "each name once")
+
+
+def _names(kind: str, given: int | list[str]) -> tuple[str, ...]:
+    if isinstance(given, int):
+        return tuple(f"{kind} {number}" for number in range(1, given + 1))
+    return tuple(given)

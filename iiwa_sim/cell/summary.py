@@ -1,0 +1,39 @@
+"""What a cell holds, in a few lines for whoever wrote it."""
+
+from math import degrees
+
+from iiwa_sim.cell.cell import Cell
+from iiwa_sim.frames import Frame, compose
+from iiwa_sim.robot.model import Model
+from iiwa_sim.wording import harmless
+
+
+def summary(cell: Cell) -> str:
+    """Lines that name what is there, each with its end."""
+    tcp = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange)
+    radius_mm = 1e3 * cell.contact_radius_m
+    lines = [
+        f"robot: {harmless(cell.description.name)}",
+        f"start: {_numbers(*map(degrees, cell.start))} deg",
+        f"TCP in the flange: {_frame(Frame.from_transform(cell.tool_in_flange))}",
+        f"TCP at the start: {_frame(Frame.from_transform(tcp))}",
+        f"contact radius: {_numbers(radius_mm)} mm",
+    ]
+    for surface in cell.surfaces:
+        away_mm = 1e3 * surface.nearest(*tcp.translation)[0] - radius_mm
+        there = f"{_numbers(away_mm)} mm away" if away_mm >= 0.0 else f"pressed in by {_numbers(-away_mm)} mm"
+        kind = type(surface.shape).__name__.lower()
+        lines.append(f"{kind} {surface.name!r}: {_numbers(surface.stiffness)} N/m, {there}")
+    if not cell.surfaces:
+        lines.append("no surfaces")
+    lines.append("no noise" if cell.noise_levels is None else f"noise with seed {cell.noise_levels.seed}")
+    lines.append(f"{len(cell.input_names)} inputs, {len(cell.output_names)} outputs")
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _frame(frame: Frame) -> str:
+    return f"{_numbers(*frame[:3])} mm, {_numbers(*frame[3:])} rad"
+
+
+def _numbers(*values: float) -> str:
+    return " ".join(f"{round(value, 3) + 0.0:.7g}" for value in values)

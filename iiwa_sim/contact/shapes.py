@@ -1,0 +1,100 @@
+"""Shapes of surfaces: how far a point is from one, and which way is out, in closed form.
+
+Lengths are metres, in the shape's own frame. The signed distance is that to the nearest point of the surface,
+negative within the material. The direction is the unit vector along which the distance grows; where several
+are equally good, as in the middle of a sphere, it is always the same one of them.
+"""
+
+from math import copysign, hypot, inf
+from typing import NamedTuple
+
+Nearest = tuple[float, float, float, float]
+"""The signed distance (m), and the three components of the direction."""
+
+
+class Plane(NamedTuple):
+    """All below the x-y plane is material."""
+
+    @property
+    def extent(self) -> float:
+        """How far from the origin there is material, at most."""
+        return inf
+
+    def nearest(self, _x: float, _y: float, z: float) -> Nearest:
+        """Of a point."""
+        return (z, 0.0, 0.0, 1.0)
+
+
+class Box(NamedTuple):
+    """A box round the origin, its edges along the axes."""
+
+    half_x: float
+    half_y: float
+    half_z: float
+
+    @property
+    def extent(self) -> float:
+        """How far from the origin there is material, at most."""
+        return hypot(self.half_x, self.half_y, self.half_z)
+
+    def nearest(self, x: float, y: float, z: float) -> Nearest:
+        """Of a point."""
+        beyond_x, beyond_y, beyond_z = abs(x) - self.half_x, abs(y) - self.half_y, abs(z) - self.half_z
+        largest = max(beyond_x, beyond_y, beyond_z)
+        if largest <= 0.0:  # within: the nearest face
+            if largest == beyond_x:
+                return (largest, copysign(1.0, x), 0.0, 0.0)
+            if largest == beyond_y:
+                return (largest, 0.0, copysign(1.0, y), 0.0)
+            return (largest, 0.0, 0.0, copysign(1.0, z))
+        out_x = copysign(beyond_x, x) if beyond_x > 0.0 else 0.0
+        out_y = copysign(beyond_y, y) if beyond_y > 0.0 else 0.0
+        out_z = copysign(beyond_z, z) if beyond_z > 0.0 else 0.0
+        distance = hypot(out_x, out_y, out_z)
+        return (distance, out_x / distance, out_y / distance, out_z / distance)
+
+
+class Sphere(NamedTuple):
+    """A ball round the origin."""
+
+    radius: float
+
+    @property
+    def extent(self) -> float:
+        """How far from the origin there is material, at most."""
+        return self.radius
+
+    def nearest(self, x: float, y: float, z: float) -> Nearest:
+        """Of a point."""
+        from_centre = hypot(x, y, z)
+        if from_centre == 0.0:
+            return (-self.radius, 0.0, 0.0, 1.0)
+        return (from_centre - self.radius, x / from_centre, y / from_centre, z / from_centre)
+
+
+class Cylinder(NamedTuple):
+    """A solid cylinder round the origin, its axis along z."""
+
+    radius: float
+    half_z: float
+
+    @property
+    def extent(self) -> float:
+        """How far from the origin there is material, at most."""
+        return hypot(self.radius, self.half_z)
+
+    def nearest(self, x: float, y: float, z: float) -> Nearest:
+        """Of a point."""
+        from_axis = hypot(x, y)
+        along_x, along_y = (x / from_axis, y / from_axis) if from_axis > 0.0 else (1.0, 0.0)
+        beyond_mantle, beyond_end = from_axis - self.radius, abs(z) - self.half_z
+        if beyond_end <= 0.0 and beyond_end <= beyond_mantle:
+            return (beyond_mantle, along_x, along_y, 0.0)
+        if beyond_mantle <= 0.0:
+            return (beyond_end, 0.0, 0.0, copysign(1.0, z))
+        distance = hypot(beyond_mantle, beyond_end)
+        share = beyond_mantle / distance
+        return (distance, share * along_x, share * along_y, copysign(beyond_end / distance, z))
+
+
+Shape = Plane | Box | Sphere | Cylinder

@@ -1,0 +1,135 @@
+"""Files of settings, in TOML: how they are read, and how what is wrong in them is told.
+
+A fault is one line that names the file, the key, its value and what was expected.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from iiwa_sim.wording import harmless, shortened
+
+LONGEST_NAME = 100
+LONGEST_VALUE = 60
+"""Characters of a key or a value that a message shows."""
+LONGEST_EXPECTED = 400
+"""Characters of what was expected, which may cite paths and names, that a message shows."""
+
+Range = tuple[float, float, str]
+"""Least and greatest value, and the unit with a blank before it."""
+Settings = TypeVar("Settings")
+
+_PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
+_PART = re.compile(r"(\w+)|\[(\d+)\]")
+
+
+class SettingsFault(Exception):
+    """A file of settings cannot be used."""
+
+    def __init__(self, file: str, key: str, value: object, expected: str) -> None:
+        place = f"{file}: {_shown(key)} = {_shown(value)}" if key else file
+        wanted = shortened(" ".join(expected.split()), LONGEST_EXPECTED)
+        super().__init__(harmless(f"{place}: expected {wanted}"))
+
+
+class Reader:
+    """Reads one file, and checks what stands there; every fault is raised as one of the same kind."""
+
+    def __init__(self, path: str, fault: type[SettingsFault]) -> None:
+        self.path = path
+        self._fault = fault
+
+    def fault(self, key: str, value: object, expected: str) -> SettingsFault:
+        """What to raise for a key whose value cannot be used."""
+        return self._fault(self.path, key, quoted(value), expected)
+
+    def text(self, file: Traversable, missing: str) -> str:
+        """What is in a file; `missing` tells what was expected if there is none."""
+        try:
+            if isinstance(file, Path) and file.exists() and not file.is_file():  # a pipe would never end
+                raise self.fault("", "", "a regular file")
+            return file.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            raise self.fault("", "", missing) from None
+        except OSError as fault:
+            raise self.fault("", "", f"a readable text file ({fault.strerror})") from None
+        except UnicodeDecodeError as fault:
+            raise self.fault("", "", f"a readable text file ({fault})") from None
+
+    def settings(self, text: str, kind: type[Settings]) -> Settings:
+        """What a text in TOML says, with the keys and types of a `msgspec.Struct`."""
+        try:
+            table = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as fault:
+            raise self.fault("", "", f"valid TOML ({fault})") from None
+        except ValueError:
+            longest = sys.get_int_max_str_digits()
+            raise self.fault("", "", f"whole numbers of at most {longest} digits") from None
+        except RecursionError:
+            raise self.fault("", "", "fewer lists and tables within each other") from None
+        try:
+            return msgspec.convert(table, kind)
+        except msgspec.ValidationError as fault:
+            raise self._type_fault(table, str(fault)) from None
+
+    def check(self, key: str, value: object, holds: bool, expected: str) -> None:
+        """Raises where something does not hold of a value."""
+        if not holds:
+            raise self.fault(key, value, expected)
+
+    def check_range(self, key: str, value: float, allowed: Range) -> None:
+        """Raises where a number is out of its range."""
+        least, greatest, unit = allowed
+        expected = f"a number from {least:.9g} to {greatest:.9g}{unit}"
+        self.check(key, value, least <= value <= greatest, expected)
+
+    def check_name(self, key: str, name: str) -> None:
+        """Raises where a text is no good as a name."""
+        self.check(key, name, name.strip() != "", "a name")
+        self.check(key, name, name.isprintable(), "characters that print")
+        self.check(key, name, len(name) <= LONGEST_NAME, f"at most {LONGEST_NAME} characters")
+
+    def _type_fault(self, table: dict[str, Any], message: str) -> SettingsFault:
+        """The fault that msgspec found, with the value it is about.
+
+        It says `what it wants - at $.key[1]`.
+        """
+        place = _PLACE.search(message)
+        key = place[1].removeprefix(".") if place else ""
+        expected = message[: place.start()] if place else message
+        if "unknown field" in expected or "missing required field" in expected:
+            wanted = "no key of this name" if "unknown field" in expected else "this key"
+            field = expected[expected.index("`") + 1 : expected.rindex("`")]
+            holder = _value(table, key)
+            value = quoted(holder[field]) if field in holder else "(missing)"
+            return self._fault(self.path, f"{key}.{field}" if key else field, value, wanted)
+        if expected == "Number out of range":
+            expected = "a number of less than 309 digits"
+        expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
+        return self.fault(key, _value(table, key), expected)
+
+
+def quoted(value: object) -> object:
+    """A text in quotes, so that it is seen where it begins and ends; anything else as it is."""
+    return repr(value) if isinstance(value, str) else value
+
+
+def _value(table: dict[str, Any], key: str) -> Any:
+    value: Any = table
+    for name, index in _PART.findall(key):
+        value = value[name] if name else value[int(index)]
+    return value
+
+
+def _shown(value: object) -> str:
+    try:
+        return shortened(str(value), LONGEST_VALUE)
+    except (ValueError, RecursionError):  # an integer of more digits than Python prints, lists in lists
+        return f"a very long {type(value).__name__}"

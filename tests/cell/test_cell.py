@@ -1,0 +1,228 @@
+"""A cell.toml: what becomes of what stands in it, and one line for everything that can be wrong."""
+
+from __future__ import annotations
+
+import os
+import re
+from math import radians
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.cell.cell import load_cell, robot_alone
+from iiwa_sim.cell.settings import CellFault
+from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import RobotFault, load_robot
+from tests.cell.cells import TABLE, TOOL, cell_from
+from tests.robot.arms import copy_of_robot, edit
+
+ALL_SURFACES = """
+[[sphere]]
+name = "ball"
+radius_mm = 30
+x_mm = 1
+y_mm = 2
+z_mm = 3
+alpha = 0.1
+beta = 0.2
+gamma = 0.3
+stiffness_n_per_m = 5000
+damping_s_per_m = 0.5
+friction = 0.3
+[[plane]]
+name = "floor"
+stiffness_n_per_m = 1e5
+[[cylinder]]
+name = "rod"
+radius_mm = 10
+length_mm = 300
+z_mm = -500
+stiffness_n_per_m = 50000
+"""
+
+
+def test_an_empty_file_is_the_default_robot_alone(tmp_path: Path) -> None:
+    cell = cell_from(tmp_path, "")
+    assert cell.description == load_robot()
+    assert cell.start == cell.description.home
+    assert cell.tool_in_flange == cell.description.tool_in_flange
+    assert cell.surfaces == ()
+    assert cell.world().empty
+    assert cell.noise() is None
+    assert cell.input_names == robot_alone().input_names == tuple(f"input {n}" for n in range(1, 17))
+    assert cell.output_names == robot_alone().output_names == tuple(f"output {n}" for n in range(1, 17))
+
+
+def test_robot_start_and_tool(tmp_path: Path) -> None:
+    start_deg = [10, 20, 30, -40, 50, 60, 70]
+    robot = f'robot = "lbr_iiwa_14_r820"\nstart_deg = {start_deg}\ncontact_radius_mm = 4\n'
+    cell = cell_from(tmp_path, robot + TOOL)
+    assert cell.description == load_robot("lbr_iiwa_14_r820")
+    assert cell.start == tuple(map(radians, start_deg))
+    assert cell.tool_in_flange == Frame(0, 0, 150, 0, 0, 0).to_transform()
+    assert cell.contact_radius_m == 0.004
+    assert cell_from(tmp_path, 'start_deg = "home"').start == load_robot().home
+
+
+def test_a_robot_of_ones_own_is_found_from_the_folder_of_the_cell(tmp_path: Path) -> None:
+    copy_of_robot(tmp_path / "mine")
+    edit(tmp_path / "mine" / "robot.toml", '"LBR iiwa 7 R800"', '"mine"')
+    assert cell_from(tmp_path, 'robot = "mine"').description.name == "mine"
+    edit(tmp_path / "mine" / "robot.toml", "rate_per_s = 15.0", "rate_per_s = 1e9")
+    with pytest.raises(RobotFault, match=re.escape(str(tmp_path / "mine" / "robot.toml"))):
+        cell_from(tmp_path, 'robot = "mine"')
+
+
+def test_surfaces_in_metres(tmp_path: Path) -> None:
+    floor, table, ball, rod = cell_from(tmp_path, ALL_SURFACES + TABLE).surfaces
+    assert (floor.name, floor.shape, floor.stiffness) == ("floor", Plane(), 1e5)
+    assert (floor.damping, floor.friction, floor.pose.translation) == (0.0, 0.0, (0.0, 0.0, 0.0))
+    assert table.shape == pytest.approx(Box(0.4, 0.5, 0.02))
+    assert isinstance(table.shape, Box)
+    assert ball.shape == Sphere(0.03)
+    assert ball.pose == Frame(1, 2, 3, 0.1, 0.2, 0.3).to_transform()
+    assert (ball.stiffness, ball.damping, ball.friction) == (5000.0, 0.5, 0.3)
+    assert rod.shape == Cylinder(0.01, 0.15)
+
+
+def test_noise_and_io(tmp_path: Path) -> None:
+    text = '[noise]\nseed = 7\nforce_n = 0.2\n[io]\ninputs = ["door", "part"]\noutputs = 0\n'
+    cell = cell_from(tmp_path, text)
+    assert cell.noise_levels == (7, 0.2, 0.0, 0.0)
+    assert cell.noise() is not None
+    assert (cell.input_names, cell.output_names) == (("door", "part"), ())
+
+
+def test_the_sphere_may_press_from_the_start(tmp_path: Path) -> None:
+    top_mm = 410.41 - 5.0 + 4.9
+    text = f'{TOOL}\n[[plane]]\nname = "p"\nz_mm = {top_mm}\nstiffness_n_per_m = 1000'
+    assert len(cell_from(tmp_path, text).surfaces) == 1
+
+
+SPHERE = '[[sphere]]\nname = "ball"\nradius_mm = 30\nstiffness_n_per_m = 5000\n'
+FAULTS = [
+    # what stands there, then key, value and what was expected
+    ("robot = ", "", "", r"valid TOML \("),
+    ("x = " + "[" * 2000, "", "", "fewer lists and tables"),
+    ("contact_radius_mm = " + "9" * 5000, "", "", "whole numbers of at most 4300 digits"),
+    (
+        "contact_radius_mm = " + "9" * 4000,
+        "contact_radius_mm",
+        r"9+\.\.\.9+",
+        "a number of less than 309 digits",
+    ),
+    ('robot = "r2d2"', "robot", "'r2d2'", "a folder, or one of lbr_iiwa_14_r820, lbr_iiwa_7_r800$"),
+    ('robot = ""', "robot", "''", "a folder, or one of"),
+    (f'robot = "{"x" * 500}"', "robot", r"'x+\.\.\.x+'", "a folder, or one of"),
+    ('robot = "\\u0000"', "robot", r"'\\x00'", "a folder, or one of"),
+    ("robot = 7", "robot", "7", "str, not int"),
+    ('strat_deg = "home"', "strat_deg", "'home'", "no key of this name"),
+    ('start_deg = "transport"', "start_deg", "'transport'", "joint positions in degrees, or 'home'"),
+    ("start_deg = 7", "start_deg", "7", "str | array, not int"),
+    ("start_deg = [0, 30]", "start_deg", r"\[0\.0, 30\.0\]", "7 values, one per joint"),
+    ("start_deg = [0, 0, 0, 0, 0, 0, true]", r"start_deg\[6\]", "True", "float, not bool"),
+    ("start_deg = [0, 121, 0, 0, 0, 0, 0]", r"start_deg\[1\]", "121.0", "within A2's -120 to 120 deg"),
+    ("start_deg = [0, nan, 0, 0, 0, 0, 0]", r"start_deg\[1\]", "nan", "within A2's -120 to 120 deg"),
+    ("contact_radius_mm = -1", "contact_radius_mm", "-1.0", "a number from 0 to 500 mm"),
+    ("contact_radius_mm = inf", "contact_radius_mm", "inf", "a number from 0 to 500 mm"),
+    (TOOL.replace("z_mm = 150", ""), "tool_in_flange.z_mm", r"\(missing\)", "this key"),
+    (TOOL.replace("150", "15000"), "tool_in_flange.z_mm", "15000.0", "a number from -10000 to 10000 mm"),
+    (TOOL.replace("beta = 0", "beta = 90"), "tool_in_flange.beta", "90.0", "a number from -10 to 10 rad"),
+    (TOOL + "mass_kg = 1", "tool_in_flange.mass_kg", "1", "no key of this name"),
+    ('[[cube]]\nname = "x"', "cube", ".*", "no key of this name"),
+    ('[box]\nname = "x"', "box", ".*", "array, not object"),
+    (SPHERE.replace('name = "ball"', ""), r"sphere\[0\].name", r"\(missing\)", "this key"),
+    (SPHERE.replace('"ball"', '" "'), r"sphere\[0\].name", "' '", "a name"),
+    (SPHERE.replace('"ball"', '"\\u001b"'), r"sphere\[0\].name", r"'\\x1b'", "characters that print"),
+    (SPHERE.replace("ball", "x" * 101), r"sphere\[0\].name", r"'x+\.\.\.x+'", "at most 100 characters"),
+    (
+        SPHERE.replace("ball", "table") + TABLE,
+        r"sphere\[0\].name",
+        "'table'",
+        r"another name than that of box\[0\]",
+    ),
+    (SPHERE + SPHERE, r"sphere\[1\].name", "'ball'", r"another name than that of sphere\[0\]"),
+    (SPHERE.replace("5000", "0"), r"sphere\[0\].stiffness_n_per_m", "0.0", "a number from 1 to 10000000 N/m"),
+    (SPHERE.replace("5000", "'x'"), r"sphere\[0\].stiffness_n_per_m", "'x'", "float, not str"),
+    (
+        SPHERE.replace("stiffness_n_per_m = 5000", ""),
+        r"sphere\[0\].stiffness_n_per_m",
+        r"\(missing\)",
+        "this key",
+    ),
+    (SPHERE.replace("30", "0"), r"sphere\[0\].radius_mm", "0.0", "a number from 0.01 to 10000 mm"),
+    (SPHERE.replace("30", "-30"), r"sphere\[0\].radius_mm", "-30.0", "a number from 0.01 to 10000 mm"),
+    (SPHERE + "length_mm = 5", r"sphere\[0\].length_mm", "5", "no key of this name"),
+    (SPHERE + "friction = -0.1", r"sphere\[0\].friction", "-0.1", "a number from 0 to 10"),
+    (
+        SPHERE + "damping_s_per_m = 1000",
+        r"sphere\[0\].damping_s_per_m",
+        "1000.0",
+        "a number from 0 to 100 s/m",
+    ),
+    (SPHERE + "z_mm = 1e5", r"sphere\[0\].z_mm", "100000.0", "a number from -10000 to 10000 mm"),
+    (SPHERE + "alpha = nan", r"sphere\[0\].alpha", "nan", "a number from -10 to 10 rad"),
+    (
+        TABLE.replace("[800, 1000, 40]", "[800, 1000]"),
+        r"box\[0\].size_mm",
+        r"\[800, 1000\]",
+        "array of length 3, not 2",
+    ),
+    (TABLE.replace("1000,", "-1,"), r"box\[0\].size_mm\[1\]", "-1.0", "a number from 0.01 to 10000 mm"),
+    (
+        TABLE.replace("z_mm = 280", "z_mm = 400") + TOOL,
+        "start_deg",
+        "'home'",
+        "a pose with the TCP outside of surface 'table', not 9.590 mm within it",
+    ),
+    ("[noise]\nseed = -1", "noise.seed", "-1", "a number from 0 to 999999999"),
+    ("[noise]\nseed = 1.5", "noise.seed", "1.5", "int, not float"),
+    (f"[noise]\nseed = 0x{'f' * 5000}", "noise.seed", "a very long int", "a number from 0 to"),
+    ("[noise]\nforce_n = -1", "noise.force_n", "-1.0", "a number from 0 to 1000 N$"),
+    ("[noise]\ntorque_nm = inf", "noise.torque_nm", "inf", "a number from 0 to 1000 Nm"),
+    ("[noise]\nforce = 1", "noise.force", "1", "no key of this name"),
+    ("[io]\ninputs = -1", "io.inputs", "-1", "a number from 0 to 1024"),
+    ("[io]\noutputs = 1025", "io.outputs", "1025", "a number from 0 to 1024"),
+    ("[io]\ninputs = 1.5", "io.inputs", "1.5", "int | array, not float"),
+    ('[io]\noutputs = ["a", "b", "a"]', r"io.outputs\[2\]", "'a'", "each name once"),
+    ('[io]\noutputs = ["a", ""]', r"io.outputs\[1\]", "''", "a name"),
+    (f"[io]\noutputs = {['x'] * 1025}", "io.outputs", ".*", "at most 1024 names"),
+]
+
+
+@pytest.mark.parametrize(("text", "key", "value", "expected"), FAULTS)
+def test_a_fault_is_one_line_that_says_where_and_what(
+    tmp_path: Path, text: str, key: str, value: str, expected: str
+) -> None:
+    with pytest.raises(CellFault) as fault:
+        cell_from(tmp_path, text)
+    place = f"{key} = {value}: " if key else ""
+    pattern = f"{re.escape(str(tmp_path / 'cell.toml'))}: {place}expected .*({expected})"
+    assert re.match(pattern, str(fault.value)), str(fault.value)
+    assert str(fault.value).isprintable()
+    assert len(str(fault.value)) < len(str(tmp_path)) + 600
+    assert fault.value.__suppress_context__ or fault.value.__context__ is None
+
+
+@pytest.mark.parametrize("path", ["", "no such.toml", "x" * 5000, "no\0such", "/dev/null/x"])
+def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(
+        CellFault, match=r"^(cell: file = .*: expected a file|\.: expected a regular)"
+    ) as fault:
+        load_cell(path)
+    assert str(fault.value).isprintable()
+    assert len(str(fault.value)) < 300
+
+
+def test_what_is_no_text_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.toml")
+    (tmp_path / "noise.toml").write_bytes(b"\xff\xfe")
+    for file, expected in (
+        ("", "a regular file"),
+        ("pipe.toml", "a regular file"),
+        ("noise.toml", "a readable"),
+    ):
+        with pytest.raises(CellFault, match=f"{re.escape(str(tmp_path / file))}: expected {expected}"):
+            load_cell(tmp_path / file)

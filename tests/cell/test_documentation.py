@@ -1,0 +1,64 @@
+"""docs/cell.md: its example is a cell, and it tells of every key what the code allows."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from iiwa_sim.cell import settings as cell_settings
+from iiwa_sim.cell.settings import OTHER_RANGES, SURFACE_RANGES, CellSettings
+from iiwa_sim.settings import Range
+from tests.cell.cells import EXAMPLES, SteppedDriver, cell_from
+
+PAGE = (Path(__file__).parents[2] / "docs" / "cell.md").read_text()
+
+
+def test_the_complete_example_starts_and_has_every_kind(tmp_path: Path) -> None:
+    (example,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+    cell = cell_from(tmp_path, example)
+    assert {type(surface.shape).__name__ for surface in cell.surfaces} == {
+        "Plane",
+        "Box",
+        "Sphere",
+        "Cylinder",
+    }
+    assert cell.noise_levels is not None
+    assert any(SteppedDriver(cell).force())
+    keys = set(re.findall(r"^(\w+) = ", example, re.MULTILINE)) | set(re.findall(r"\[(\w+)\]", example))
+    assert keys == keys_of(CellSettings)
+
+
+def keys_of(kind: type[msgspec.Struct]) -> set[str]:
+    """All keys of a table, and of the tables in it."""
+    keys: set[str] = set()
+    for field in msgspec.structs.fields(kind):
+        keys.add(field.name)
+        for inner in re.findall(r"\w+Settings", str(field.type)):
+            keys |= keys_of(vars(cell_settings)[inner])
+    return keys
+
+
+@pytest.mark.parametrize("key", sorted(keys_of(CellSettings)))
+def test_every_key_is_in_the_reference(key: str) -> None:
+    tables = "\n".join(line for line in PAGE.splitlines() if line.startswith("|"))
+    assert re.search(rf"`\[*{key}\]*`", tables)
+
+
+@pytest.mark.parametrize(("key", "allowed"), [*SURFACE_RANGES.items(), *OTHER_RANGES.items()])
+def test_its_ranges_are_those_of_the_code(key: str, allowed: Range) -> None:
+    least, greatest, unit = allowed
+    name = f"`{key.rpartition('.')[2]}`"
+    row = next(line for line in PAGE.splitlines() if line.startswith("|") and name in line)
+    told = re.search(r"\| ([-\d.e]+) to ([-\d.e]+)( each)? \|", row)
+    assert told, row
+    assert (float(told[1]), float(told[2])) == (least, greatest)
+    assert f"|{unit} |" in row
+
+
+def test_it_names_the_examples() -> None:
+    assert {f"../examples/{file.name}" for file in EXAMPLES.glob("*.toml")} == set(
+        re.findall(r"\((\.\./examples/[^)]*)\)", PAGE)
+    )

@@ -1,0 +1,48 @@
+"""Noise has the levels it was given, and depends on nothing but its seed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from iiwa_sim.contact.noise import Noise, NoiseLevels
+
+TICKS = 20_000
+
+
+def drawn(levels: NoiseLevels, ticks: int) -> NDArray[np.float64]:
+    """(ticks, 13): wrench, then joint torques."""
+    noise = Noise(levels, 7)
+    rows = []
+    for _ in range(ticks):
+        rows.append((*noise.wrench, *noise.joint_torques))
+        noise.next()
+    return np.array(rows)
+
+
+def test_mean_deviation_and_independence() -> None:
+    values = drawn(NoiseLevels(11, 0.5, 0.02, 0.1), TICKS)
+    sigma = np.repeat([0.5, 0.02, 0.1], [3, 3, 7])
+    assert np.abs(values.mean(axis=0) / sigma).max() < 4.5 / np.sqrt(TICKS)
+    assert values.std(axis=0) == pytest.approx(sigma, rel=4.5 / np.sqrt(2 * TICKS))
+    each_other = np.corrcoef(values.T) - np.eye(13)
+    one_tick_later = (values[1:] * values[:-1]).mean(axis=0) / sigma**2
+    assert np.abs(each_other).max() < 5.0 / np.sqrt(TICKS)
+    assert np.abs(one_tick_later).max() < 5.0 / np.sqrt(TICKS)
+    within_one_sigma = (np.abs(values) < sigma).mean()
+    assert within_one_sigma == pytest.approx(0.6827, abs=0.005)
+
+
+def test_the_seed_decides() -> None:
+    levels = NoiseLevels(5, 1.0, 1.0, 1.0)
+    assert np.array_equal(drawn(levels, 1000), drawn(levels, 1000))
+    assert not np.array_equal(drawn(levels, 10), drawn(levels._replace(seed=6), 10))
+    drawn(levels._replace(seed=2**32 - 1), 1)
+
+
+def test_a_level_of_zero_is_none_and_changes_no_other() -> None:
+    all_of_it = drawn(NoiseLevels(5, 1.0, 1.0, 1.0), 300)
+    only_force = drawn(NoiseLevels(5, 1.0, 0.0, 0.0), 300)
+    assert np.array_equal(all_of_it[:, :3], only_force[:, :3])
+    assert not only_force[:, 3:].any()

@@ -1,0 +1,235 @@
+"""What surfaces do to the TCP: how they push, how they hold, and that no motion gains energy by it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import hypot, pi, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from iiwa_sim.contact.shapes import Shape
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.world import NOTHING, Touch, World
+from iiwa_sim.frames import Transform, Vector, transform_from_euler
+from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, at, surface
+
+Array = NDArray[np.float64]
+
+TICK_S = 0.002
+angles = st.floats(-pi, pi)
+metres = st.floats(-0.2, 0.2)
+speeds = st.floats(-3.0, 3.0)
+poses = st.builds(transform_from_euler, metres, metres, metres, angles, angles, angles)
+
+
+def felt(world: World, positions: Iterable[Vector], tick_s: float = TICK_S) -> list[Touch]:
+    """What is felt on a way, tick by tick."""
+    touches: list[Touch] = []
+    before: Vector | None = None
+    for x, y, z in positions:
+        was_x, was_y, was_z = (x, y, z) if before is None else before
+        velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
+        touches.append(world.feel((x, y, z), velocity, tick_s))
+        before = (x, y, z)
+    return touches
+
+
+def line(start: Vector, end: Vector, ticks: int = 100) -> list[Vector]:
+    """Positions from start to end, both included."""
+    shares = np.linspace(0.0, 1.0, ticks + 1)[:, None]
+    return [(x, y, z) for x, y, z in (np.array(start) + shares * np.subtract(end, start)).tolist()]
+
+
+@given(st.sampled_from(SHAPES), poses, st.tuples(metres, metres, metres))
+def test_at_rest_the_force_is_stiffness_times_depth_straight_out(
+    shape: Shape, pose: Transform, position: Vector
+) -> None:
+    placed = surface(shape, pose, friction=0.5)
+    distance, *direction = placed.nearest(*position)
+    touch = World([placed], RADIUS).feel(position, REST, TICK_S)
+    if distance >= RADIUS:
+        assert touch is NOTHING
+    else:
+        expected = np.multiply(STIFFNESS * (RADIUS - distance), direction)
+        assert touch.force == pytest.approx(expected, rel=1e-12, abs=1e-9)
+        assert touch.torque == (0.0, 0.0, 0.0)
+
+
+def test_in_free_space_all_is_exactly_zero() -> None:
+    world = World([surface(friction=0.5)], RADIUS)
+    assert world.feel((0.0, 0.0, RADIUS), (1.0, 0.0, -1.0), TICK_S) == Touch(REST, REST)
+    felt(world, [*line((0, 0, 0.01), (0.1, 0, -0.01)), *line((0.1, 0, -0.01), (0.2, 0, 0.01))])
+    assert world.feel((0.2, 0.0, 0.01), (1.0, 0.0, 1.0), TICK_S) == Touch(REST, REST)
+
+
+@given(st.floats(-0.01, 0.01), speeds, st.floats(0.0, 100.0))
+def test_damping_adds_a_share_and_never_pulls(height: float, speed: float, damping: float) -> None:
+    world = World([surface(damping=damping)], RADIUS)
+    normal = world.feel((0.0, 0.0, height), (0.3, 0.0, speed), TICK_S).force[2]
+    depth = max(0.0, RADIUS - height)
+    assert normal == pytest.approx(STIFFNESS * depth * max(0.0, 1.0 - damping * speed))
+    assert normal >= 0.0
+
+
+@given(st.floats(0.01, 1.0), st.floats(0.0, 100.0))
+def test_an_impact_begins_without_a_jump(speed: float, damping: float) -> None:
+    world = World([surface(damping=damping)], RADIUS)
+    depth = 1e-9
+    force = world.feel((0.0, 0.0, RADIUS - depth), (0.0, 0.0, -speed), TICK_S).force[2]
+    assert force <= STIFFNESS * depth * (1.0 + damping * speed) * (1.0 + 1e-6)
+
+
+def wander(seed: int, ticks: int, size: float, middle: Vector) -> list[Vector]:
+    """A smooth random way round a point that begins and ends there."""
+    rng = np.random.default_rng(seed)
+    t = np.linspace(0.0, 1.0, ticks + 1)[:, None]
+    waves = sum(rng.normal(size=3) * np.sin(pi * n * t) / n for n in range(1, 6))
+    return [(x, y, z) for x, y, z in (np.array(middle) + size * np.asarray(waves)).tolist()]
+
+
+@given(st.integers(0, 10**6), st.floats(0.0, 2.0), st.sampled_from(SHAPES))
+def test_friction_stays_in_its_cone(seed: int, friction: float, shape: Shape) -> None:
+    placed = surface(shape, at(0.0, 0.0, -0.1), friction=friction)
+    for position, touch in zip(
+        way := wander(seed, 200, 0.01, (0.0, 0.0, 0.0)), felt(World([placed], RADIUS), way), strict=True
+    ):
+        if touch is not NOTHING:
+            _, *direction = placed.nearest(*position)
+            normal = float(np.dot(touch.force, direction))
+            along = np.linalg.norm(np.subtract(touch.force, np.multiply(normal, direction)))
+            assert along <= friction * normal * (1.0 + 1e-9) + 1e-9
+
+
+def test_sliding_is_held_back_with_all_of_the_friction() -> None:
+    world = World([surface(friction=0.3)], RADIUS)
+    depth = 0.001
+    touch = felt(world, line((0, 0, RADIUS - depth), (0.06, 0.08, RADIUS - depth)))[-1]
+    normal = STIFFNESS * depth
+    assert touch.force == pytest.approx((-0.6 * 0.3 * normal, -0.8 * 0.3 * normal, normal))
+
+
+def test_friction_makes_its_torque_at_the_contact_radius() -> None:
+    world = World([surface(friction=0.3)], RADIUS)
+    touch = felt(world, line((0, 0, 0.004), (0.06, 0.08, 0.004)))[-1]
+    arm = (0.0, 0.0, -RADIUS)
+    assert touch.torque == pytest.approx(np.cross(arm, touch.force))
+    assert hypot(*touch.torque) == pytest.approx(RADIUS * 0.3 * touch.force[2])
+
+
+def test_before_it_slips_friction_is_a_spring_and_turning_back_unloads_it() -> None:
+    world = World([surface(friction=0.5)], RADIUS)
+    held = 0.5 * 0.001  # friction times depth: the spring is as stiff as the surface
+    felt(world, [(0.0, 0.0, 0.004)])
+    for x in (0.2 * held, 0.9 * held, -0.4 * held, 0.0):
+        assert world.feel((x, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(-STIFFNESS * x)
+    felt(world, line((0, 0, 0.004), (0.1, 0, 0.004)))
+    assert world.feel((0.1 - held, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(0.0, abs=1e-9)
+    assert world.feel((0.1 - 2 * held, 0.0, 0.004), REST, TICK_S).force[0] == pytest.approx(STIFFNESS * held)
+
+
+@given(st.integers(0, 10**6), st.sampled_from(SHAPES), st.floats(0.0, 5.0))
+def test_standing_still_keeps_every_bit_of_the_force(seed: int, shape: Shape, damping: float) -> None:
+    placed = surface(shape, at(0.4, -0.3, 0.2), friction=0.4, damping=damping)
+    world = World([placed], RADIUS)
+    way = wander(seed, 80, 0.01, (0.4, -0.3, 0.301))[:50]
+    felt(world, way)
+    first = world.feel(way[-1], REST, TICK_S)
+    assert all(world.feel(way[-1], REST, TICK_S) == first for _ in range(50))
+
+
+@given(st.integers(0, 10**6), st.sampled_from(SHAPES))
+def test_the_same_way_gives_the_same_bits(seed: int, shape: Shape) -> None:
+    placed = surface(shape, at(0.0, 0.0, -0.1), friction=0.4, damping=0.5)
+    way = wander(seed, 100, 0.01, (0.0, 0.0, 0.0))
+    assert felt(World([placed], RADIUS), way) == felt(World([placed], RADIUS), way)
+
+
+def test_without_time_nothing_is_remembered() -> None:
+    asked, other = (World([surface(friction=0.3)], RADIUS) for _ in range(2))
+    way = [*line((0, 0, 0.004), (0.05, 0, 0.004)), *line((0.05, 0, 0.004), (0.05, 0.05, 0.003))]
+    for position in way:
+        assert asked.feel(position, REST, TICK_S) == other.feel(position, REST, TICK_S)
+        for aside in ((0.1, 0.1, 0.0), (0.0, 0.0, 1.0), (0.0, 0.1, 0.003)):
+            asked.feel(aside, REST, 0.0)
+
+
+def test_who_lifts_off_comes_down_without_friction() -> None:
+    world = World([surface(friction=0.3)], RADIUS)
+    felt(world, line((0, 0, 0.004), (0.05, 0, 0.004)))
+    felt(world, [(0.05, 0.0, 0.006)])
+    assert world.feel((0.05, 0.0, 0.004), REST, TICK_S).force[:2] == (0.0, 0.0)
+
+
+def test_forces_of_several_surfaces_add_up() -> None:
+    floor = surface(name="floor", friction=0.2)
+    wall = surface(BOX, at(0.1, 0.0, 0.0), name="wall", stiffness=5000.0)
+    both, way = World([floor, wall], RADIUS), line((-0.01, -0.02, 0.003), (-0.002, 0.02, 0.002))
+    for one, other, touch in zip(
+        felt(World([floor], RADIUS), way), felt(World([wall], RADIUS), way), felt(both, way), strict=True
+    ):
+        assert touch.force == pytest.approx(np.add(one.force, other.force))
+        assert touch.torque == pytest.approx(np.add(one.torque, other.torque))
+
+
+@settings(max_examples=40, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(
+    st.integers(0, 10**6),
+    st.sampled_from(SHAPES),
+    st.floats(0.0, 1.0),
+    st.sampled_from([0.0, 0.0, 1.0, 20.0]),
+)
+def test_no_way_through_a_surface_and_back_gains_work(
+    seed: int, shape: Shape, friction: float, damping: float
+) -> None:
+    """From free space to free space, driven by a hand: the world gives back no more than it was given."""
+    placed = surface(shape, at(0.0, 0.0, -0.1), friction=friction, damping=damping)
+    ticks, duration_s = 4000, 0.5
+    way = wander(seed, ticks, 0.004, (0.0, 0.0, RADIUS + 1e-6))
+    forces = np.array([touch.force for touch in felt(World([placed], RADIUS), way, duration_s / ticks)])
+    steps = np.diff(np.array(way), axis=0)
+    work = (0.5 * (forces[1:] + forces[:-1]) * steps).sum(axis=1)
+    taken, given_back = -work[work < 0.0].sum(), work[work > 0.0].sum()
+    assert given_back <= taken * (1.0 + 2e-3) + 1e-9
+
+
+def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, steps: int) -> list[float]:
+    """A ball of 2 kg that is thrown: its energy (J) at every step in which it touches nothing."""
+    world, dt_s, mass = World([placed], RADIUS), 2e-5, 2.0
+    (x, y, z), (vx, vy, vz) = start, velocity
+    energies: list[float] = []
+    for _ in range(steps):
+        touch = world.feel((x, y, z), (vx, vy, vz), dt_s)
+        if touch is NOTHING:
+            energies.append(0.5 * mass * (vx * vx + vy * vy + vz * vz) + weight_n * z)
+        fx, fy, fz = touch.force
+        vx, vy, vz = vx + dt_s * fx / mass, vy + dt_s * fy / mass, vz + dt_s * (fz - weight_n) / mass
+        x, y, z = x + dt_s * vx, y + dt_s * vy, z + dt_s * vz
+    return energies
+
+
+@settings(max_examples=10, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(
+    st.floats(0.0, 1.0),
+    st.floats(-0.5, 0.5),
+    st.sampled_from([0.0, 0.5, 5.0]),
+    st.sampled_from([2_000.0, 100_000.0]),
+)
+def test_a_mass_that_bounces_and_slides_gains_no_energy(
+    friction: float, across: float, damping: float, stiffness: float
+) -> None:
+    placed = surface(friction=friction, damping=damping, stiffness=stiffness)
+    energies = thrown(placed, (0.0, 0.0, 0.02), (across, 0.0, 0.0), 20.0, 20_000)
+    highest = np.minimum.accumulate(energies)
+    assert (np.array(energies) <= highest * (1.0 + 1e-3) + 1e-9).all()
+
+
+def test_damping_takes_from_a_bounce_what_hunt_and_crossley_say() -> None:
+    """Their coefficient of restitution for a small loss: 1 - 2/3 b v."""
+    damping, speed = 0.1, 0.5
+    energies = thrown(surface(damping=damping), (0.0, 0.0, 0.006), (0.0, 0.0, -speed), 0.0, 5000)
+    restitution = sqrt(energies[-1] / energies[0])
+    assert 1.0 - restitution == pytest.approx(2.0 / 3.0 * damping * speed, rel=0.05)
