@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from iiwa_sim.contact.shapes import Nearest
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.wrench import Wrench, add
 from iiwa_sim.frames import Vector
 
 SLIP_M = 1e-12
@@ -58,15 +59,12 @@ class World:
         Friction remembers that the TCP has been here; with a time `dt_s` of 0 it does not. In free space all
         is exactly 0.
         """
-        fx = fy = fz = tx = ty = tz = 0.0
-        touching = False
+        wrench: Wrench | None = None
         for contact in self._contacts.values():
             found = contact.press(position, velocity, dt_s > 0.0)
             if found is not None:
-                (gx, gy, gz), (ux, uy, uz) = found
-                fx, fy, fz, tx, ty, tz = fx + gx, fy + gy, fz + gz, tx + ux, ty + uy, tz + uz
-                touching = True
-        return Touch((fx, fy, fz), (tx, ty, tz)) if touching else NOTHING
+                wrench = found if wrench is None else add(wrench, found)
+        return NOTHING if wrench is None else Touch(wrench[:3], wrench[3:])
 
 
 class _Contact:
@@ -78,8 +76,8 @@ class _Contact:
         self._reach_squared = (surface.shape.extent + radius) ** 2
         self._anchor: Vector | None = None
 
-    def press(self, position: Vector, velocity: Vector, remember: bool) -> Touch | None:
-        """What this surface does to the robot; None if it is not touched."""
+    def press(self, position: Vector, velocity: Vector, remember: bool) -> Wrench | None:
+        """What this surface does to the robot, along the axes of the base; None if it is not touched."""
         surface, radius = self._surface, self._radius
         px, py, pz = position
         ox, oy, oz = surface.pose.translation
@@ -94,11 +92,15 @@ class _Contact:
         damped = 1.0 - surface.damping * (vx * nx + vy * ny + vz * nz)
         normal = surface.stiffness * depth * damped if damped > 0.0 else 0.0
         if surface.friction == 0.0:
-            return Touch((normal * nx, normal * ny, normal * nz), NOTHING.torque)
+            return (normal * nx, normal * ny, normal * nz, 0.0, 0.0, 0.0)
         sx, sy, sz = self._hold(position, (nx, ny, nz), surface.friction * normal, remember)
-        return Touch(
-            (normal * nx + sx, normal * ny + sy, normal * nz + sz),
-            (radius * (nz * sy - ny * sz), radius * (nx * sz - nz * sx), radius * (ny * sx - nx * sy)),
+        return (
+            normal * nx + sx,
+            normal * ny + sy,
+            normal * nz + sz,
+            radius * (nz * sy - ny * sz),
+            radius * (nx * sz - nz * sx),
+            radius * (ny * sx - nx * sy),
         )
 
     def _hold(self, position: Vector, normal: Vector, limit: float, remember: bool) -> Vector:

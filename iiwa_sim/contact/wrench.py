@@ -1,7 +1,7 @@
 """Wrenches: a force and a torque at the TCP."""
 
 Wrench = tuple[float, float, float, float, float, float]
-"""Force (N) and torque (Nm) at the TCP, along its axes, acting on the robot."""
+"""Force (N) and torque (Nm) at the TCP, acting on the robot. Along its axes unless told otherwise."""
 
 NO_WRENCH: Wrench = (0.0,) * 6
 
