@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.contact.world import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.modes import Mode
@@ -28,6 +29,7 @@ class SteppedRobot:
         robot: str | RobotDescription = "lbr_iiwa_7_r800",
         tick_s: float = 0.002,
         servo_timeout_s: float | None = None,
+        world: World | None = None,
     ) -> None:
         self.description = load_robot(robot) if isinstance(robot, str) else robot
         self.faults: list[tuple[int, str]] = []
@@ -38,6 +40,7 @@ class SteppedRobot:
             servo_timeout_s=servo_timeout_s,
             on_fault=lambda code, reason: self.faults.append((code, reason)),
             on_contact=self._meets,
+            world=world,
         )
         self.model = Model(self.description)
         self.tick_s = tick_s

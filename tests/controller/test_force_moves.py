@@ -12,12 +12,19 @@ from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.contact.load import Wrench
+from iiwa_sim.contact.shapes import Plane, Shape, Sphere
+from iiwa_sim.contact.world import World
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, apply, inverse
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.rate import PlannedTime
+from tests.contact.materials import RADIUS, at, surface
 from tests.stepped import SteppedRobot, assert_within_limits, line_errors
 
 STOP_S = 0.1
+LIMITS = JointLimits(np.ones(1), np.array([5.0]), np.array([125.0]))
 START = [0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0]
 NOTHING: Wrench = (0.0,) * 6
 DEEPER = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, -1.0)}
@@ -120,6 +127,49 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
         off_line_m, off_arc_rad = line_errors(robot, robot.joints, target)
         assert off_line_m < 1e-6
         assert off_arc_rad < 1e-6
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC009")
+@pytest.mark.parametrize("speed", [0.02, 0.05, 0.1, 0.2])
+@pytest.mark.parametrize("stiffness", [5e3, 2e4, 1e5])
+@pytest.mark.parametrize("threshold", [2.0, 20.0])
+@pytest.mark.parametrize("shape", [Plane(), Sphere(0.1)])
+def test_down_onto_a_table_it_rests_where_stiffness_and_stop_distance_say(
+    speed: float, stiffness: float, threshold: float, shape: Shape
+) -> None:
+    start = at_start().tcp(START).translation
+    top_m, below_m = start[2] - 0.06, 0.1 if isinstance(shape, Sphere) else 0.0
+    table = surface(shape, at(start[0], start[1], top_m - below_m), stiffness=stiffness)
+    runs = []
+    for _ in range(2):
+        robot = SteppedRobot(world=World([table], RADIUS))
+        robot.goes_to(START)
+        here = robot.controller.tool_frame()
+        robot.controller.lin_force_move(
+            here._replace(z_mm=here.z_mm - 200.0), speed, 0.0, (threshold, 1e3, 1e3)
+        )
+        forces = []
+        while robot.controller.moving:
+            robot.step()
+            forces.append(robot.controller.cartesian_force())
+        runs.append((robot.joints, forces))
+    assert runs[0] == runs[1]
+    (contact,) = robot.contacts
+    tick = int(np.flatnonzero(np.abs(np.array(forces)[:, 0]) > threshold)[0]) + 1
+    assert contact.tcp == robot.tcp_frame(robot.joints[tick])
+    heights = np.array([robot.tcp(joints).translation[2] for joints in robot.joints])
+    assert heights[:-1].min() >= heights[-1], "it presses deepest where it rests"
+    speed_m_s = (heights[tick - 1] - heights[tick]) / robot.tick_s
+    d = robot.description
+    stop = PlannedTime(Override(robot.tick_s, LIMITS), d.stop_rate_per_s, d.stop_rate_change_per_s2)
+    depth_m = top_m + RADIUS - heights[tick] + speed_m_s * stop.rest_s()
+    assert np.linalg.norm(forces[-1][:3]) == pytest.approx(stiffness * depth_m, rel=0.01)
+    assert contact.axis == "x"
+    assert abs(forces[-1][0]) >= threshold
+    # Between the threshold and the tick in which it is seen to be passed there is a tick's way at the most.
+    passed_m = (abs(contact.force_n) - threshold) / stiffness
+    assert 0.0 < passed_m <= 1.001 * speed_m_s * robot.tick_s
     assert_within_limits(robot)
 
 
