@@ -17,6 +17,8 @@ TINY = 1e-9
 CURVE_JERK = 0.7  # of jerk limits may be taken by the curve alone
 AIM = 0.98  # of acceleration limits, and
 SPEED_AIM = 0.995  # of squares of velocity limits, is planned with at first
+JUMP = 1e-3  # of loads at a sample
+BESIDE_S = 1e-9
 SAME = 1e-9  # parts of a step: samples that are closer are one
 
 
@@ -138,6 +140,10 @@ class Loads:
         self._s = bounds.s
         self._loads = bounds.loads
         self._slopes = bounds.slopes
+        ends = bounds.loads[:, :-1] + bounds.slopes[:, :-1] * np.diff(bounds.s[:-1])
+        jumps = self._inner[(np.abs(ends - bounds.loads[:, 1:]) > JUMP).any(axis=0)]
+        self.jumps: Array = np.sort(np.concatenate([jumps - BESIDE_S, jumps + BESIDE_S]))
+        """Both sides of the samples where loads jump: to be looked at."""
 
     def of(self, s: Array, ds: Array, dds: Array, ddds: Array) -> tuple[Array, Array]:
         """Of velocity limits (k,), and of acceleration and jerk limits together (k,), at k states.

@@ -80,7 +80,7 @@ def _planned(
         if knots is None:
             return None
         timing = SmoothTiming(start.positions + knots[0], start.speeds + knots[1], window_s, start.start_s)
-        states = timing.states(time_s)
+        states = timing.states(loads.jumps, time_s)
         velocity, load = loads.of(states.s, states.ds, states.dds, states.ddds)
         if velocity.max() <= FASTEST and load.max() <= KEPT:
             return timing, bounds

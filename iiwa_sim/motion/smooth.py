@@ -133,8 +133,8 @@ class SmoothTiming:
         area, position, speed, acceleration = self._pieces[k]
         return area + step * (position + step * (speed / 2.0 + step * acceleration / 6.0))
 
-    def states(self, from_s: float) -> SmoothStates:
-        """The motion from a time on where dds may be largest, and in between.
+    def states(self, passed: Array, from_s: float) -> SmoothStates:
+        """The motion from a time on where dds may be largest, in between, and where it passes given rising s.
 
         dds is linear between the knots of S, and these a window later. ddds is constant between two of all
         these times; each carries the value that follows it.
@@ -161,4 +161,15 @@ class SmoothTiming:
         ddds = np.zeros(len(times))
         apart = np.diff(times)
         np.divide(np.diff(dds), apart, out=ddds[:-1], where=apart > SAME_S)
-        return SmoothStates(s + self.start, ds, dds, ddds, raw[1, 1] + self.start, raw[1, 0] + self.start)
+        s += self.start
+        states = SmoothStates(s, ds, dds, ddds, raw[1, 1] + self.start, raw[1, 0] + self.start)
+        passed = passed[passed.searchsorted(s[0], side="right") : passed.searchsorted(s[-1])]
+        if not len(passed):
+            return states
+        after = s.searchsorted(passed, side="right")
+        part = (passed - s[after - 1]) / (s[after] - s[after - 1])
+        inserted = [array[after - 1] + part * (array[after] - array[after - 1]) for array in states]
+        inserted[3] = ddds[after - 1]
+        return SmoothStates(
+            *(np.insert(array, after, values) for array, values in zip(states, inserted, strict=True))
+        )

@@ -1,12 +1,15 @@
 """The timing of chains, on single lines as the robot runs them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.robot.description import load_robot
-from tests.stepped import TOLERANCE
+from iiwa_sim.frames import Frame
+from tests.stepped import TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
 
@@ -37,3 +40,16 @@ def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit() -> No
     assert min(ratios) > 1.0
     assert np.median(ratios) < 1.15
     assert np.percentile(ratios, 95) < 1.25
+
+
+def test_jerks_hold_on_both_sides_of_a_seam() -> None:
+    """The third derivative jumps where a blend begins and ends. Once no look was taken right there."""
+    start = (0.4823, 0.645, 0.3405, -1.118, -0.0469, 1.3014, -0.05)
+    robot = SteppedRobot(replace(load_robot(), home=start))
+    controller = robot.controller
+    controller.ptp_move(Frame(381.6203, 316.3059, 415.6517, -1.4088, -1.3821, 2.2164), 0.3, 500.0)
+    controller.lin_joint_move((0.6163, 0.5225, 0.4511, -1.1227, -0.1028, 1.1926, -0.1962), 0.7, 9.0)
+    controller.lin_joint_move((0.6163, 0.7738, 0.2731, -1.2483, -0.2809, 1.3182, 0.1703), 0.5, 500.0)
+    controller.ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0)
+    robot.runs_until_stopped()
+    assert worst_loads(robot)["jerk"] <= 1.0

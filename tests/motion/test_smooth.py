@@ -25,7 +25,7 @@ timings = st.builds(random_timing, st.integers(0, 2**32 - 1), st.integers(3, 40)
 @settings(max_examples=60, deadline=None)
 @given(timing=timings)
 def test_no_time_has_a_larger_acceleration_or_jerk_than_where_it_is_looked_at(timing: SmoothTiming) -> None:
-    extremes = timing.states(0.0)
+    extremes = timing.states(np.linspace(0.0, 1.0, 7), 0.0)
     h = 1e-4
     s = np.array([timing.position(t) for t in np.arange(0.0, timing.rest_s + 5 * h, h).tolist()])
     s = np.concatenate([[0.0] * 3, s])
