@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
-from iiwa_sim.robot.description import load_robot
 from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import load_robot
 from tests.stepped import TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
