@@ -5,7 +5,6 @@ import re
 import pytest
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.iiwa import AVAILABLE
 from iiwa_sim.dialect.table import Quantity, load_table
 from iiwa_sim.frames import quaternion_from_rotation
 from iiwa_sim.robot.description import load_robot
@@ -155,7 +154,7 @@ def edges(quantity: Quantity) -> tuple[list[float], list[float]]:
     [
         (name, each.name)
         for name, command in TABLE.commands.items()
-        if name in AVAILABLE and name != "set input"
+        if name != "set input"
         for each in command.parameters
         if each.range
     ],

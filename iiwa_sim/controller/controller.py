@@ -3,13 +3,18 @@
 from collections.abc import Callable, Sequence
 from math import dist
 
-import numpy as np
-
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world import World
 from iiwa_sim.contact.wrench import Wrench
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.assembly import motions_of
+from iiwa_sim.controller.errors import (
+    COMMUNICATION_FAILURE,
+    COMPONENT_NOT_READY,
+    EXECUTION,
+    ErrorRecord,
+    Refused,
+)
 from iiwa_sim.controller.faults import NO_CODE, Faults
 from iiwa_sim.controller.force_guard import Contact, ForceGuard, ForceGuards, Thresholds, checked
 from iiwa_sim.controller.io import Io
@@ -21,22 +26,21 @@ from iiwa_sim.controller.modes import (
     Mode,
     Transition,
 )
-from iiwa_sim.controller.motions import Motions, Target
+from iiwa_sim.controller.motions import Target
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
+from iiwa_sim.controller.stiffness import check_joint_stiffness, manner_of
 from iiwa_sim.controller.targets import Targets
 from iiwa_sim.frames import Frame, Transform, compose
-from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.compliance import Manner
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
-from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.servo import Servo
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 
+HOLD_ENDS = "a gravity hold is on, which ends with stop only"
 LONGEST_QUEUE = 1000  # moves that wait; one more is refused
 
 
@@ -88,10 +92,18 @@ class Controller:
         self._targets = Targets(self._planner, description)
         self._tool_in_flange = description.tool_in_flange if tool_in_flange is None else tool_in_flange
         start = description.home if start is None else start
-        self._motions = _motions(description, start, tick_s, self._targets.limits[Mode.SMART])
-        self._joints_before = self._motions.joints  # the last tick
         self.load = ExternalLoad(self._model, self._tool_in_flange, start, world, noise)
         """What pushes the robot from outside, and what it touches."""
+        self._motions = motions_of(
+            self._model,
+            self._tool_in_flange,
+            start,
+            tick_s,
+            self._targets.limits[Mode.SMART],
+            self.load,
+            None if world is None or world.empty else world.feel,
+        )
+        self._joints_before = self._motions.joints  # the last tick
         self._faults = Faults()
         self._accepted = 0
         self._on_fault = on_fault
@@ -199,6 +211,40 @@ class Controller:
             lambda start: self._planner.ptp(start, target, speed_rel, blending_mm, None, tool), thresholds
         )
 
+    def lin_stiff_move(
+        self, target: Frame, speed_rel: float, stiffness_n_per_m: float, balanced: Sequence[float]
+    ) -> int:
+        """LIN to a frame of the TCP, around which the robot yields; gives the move's number.
+
+        Translational stiffness is 0 to 5000 N/m. `balanced` are a force (N) and a torque (Nm) at the TCP,
+        along its axes, that would push it off: the controller adds their negative.
+        """
+        tool = self._tool_in_flange
+        manner = manner_of(stiffness_n_per_m, balanced)
+        return self._yield(lambda start: self._planner.lin(start, target, speed_rel, 0.0, None, tool), manner)
+
+    def ptp_stiff_move(
+        self, target: Frame, speed_rel: float, stiffness_n_per_m: float, balanced: Sequence[float]
+    ) -> int:
+        """PTP to a frame of the TCP; otherwise like `lin_stiff_move`."""
+        tool = self._tool_in_flange
+        manner = manner_of(stiffness_n_per_m, balanced)
+        return self._yield(lambda start: self._planner.ptp(start, target, speed_rel, 0.0, None, tool), manner)
+
+    def start_gravity(self, stiffness_nm_per_rad: float) -> int:
+        """Hold every joint by a spring where it then is, until a stop; gives the hold's number.
+
+        The stiffness is 0 to 5000 Nm/rad. Stiffness moves before it are done first. Normal and stiffness
+        moves behind it are checked from there, and wait; smart and direct moves are refused.
+        """
+        self._faults.check()
+        check_joint_stiffness(stiffness_nm_per_rad)
+        self._check_room()
+        self._enter(TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE])
+        self._accepted += 1
+        self._motions.hold(self._accepted, stiffness_nm_per_rad)
+        return self._accepted
+
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """Head for joint positions (rad) from wherever the robot is; gives the move's number.
 
@@ -236,6 +282,8 @@ class Controller:
         In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
         robot is being stopped, nothing changes.
         """
+        if self._motions.hold_runs:
+            raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
         self._motions.cancel()
 
     def clear_queue(self) -> None:
@@ -366,12 +414,15 @@ class Controller:
         """Plan a normal move from where the robot will come to rest, and queue it."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
-        if motions.waiting >= LONGEST_QUEUE:
-            raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
+        self._check_room()
         start = self._next_start()
         planned = plan(start)
         if thresholds is not None:
             checked(thresholds)
+        if motions.holding:
+            self._accepted += 1
+            motions.wait_behind_hold(self._accepted)
+            return self._accepted
         self._enter(change)
         self._accepted += 1
         motions.append(self._move(self._accepted, plan, planned, start))
@@ -381,7 +432,7 @@ class Controller:
 
     def _next_start(self) -> Joints:
         """Where the next normal move begins (rad)."""
-        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops
+        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops and not self._motions.holding
         return self._motions.rest_after_stop() if stops else self._motions.rest
 
     def _shifted(self, shift: Frame, *, in_tool: bool) -> Frame:
@@ -402,10 +453,28 @@ class Controller:
             return None
         return self._move(number, plan, planned, start)
 
+    def _yield(self, plan: Callable[[Joints], Plan], manner: Manner) -> int:
+        """Plan a stiffness move from where the nominal motion will come to rest, and queue it."""
+        self._faults.check()
+        motions, change = self._motions, TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE]
+        self._check_room()
+        start = motions.rest_after_stop() if change.stops else motions.rest
+        planned = plan(start)
+        self._enter(change)
+        self._accepted += 1
+        motions.append_yielding(self._move(self._accepted, plan, planned, start), manner)
+        return self._accepted
+
+    def _check_room(self) -> None:
+        if self._motions.waiting >= LONGEST_QUEUE:
+            raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
+
     def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, event]
+        if motions.holding:
+            raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
         joints, limits = find(change.mode, motions.rest_after_stop() if change.stops else motions.present)
         self._enter(change)
         self._accepted += 1
@@ -444,14 +513,3 @@ class Controller:
         """Tell of what has gone wrong between commands."""
         if self._on_fault is not None:
             self._on_fault(code, reason)
-
-
-def _motions(description: RobotDescription, start: Joints, tick_s: float, limits: JointLimits) -> Motions:
-    override = Override(tick_s, limits)
-
-    def time() -> PlannedTime:
-        return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
-
-    low, high = description.position_min, description.position_max
-    drive = Drive(start, time(), np.array(low), np.array(high))
-    return Motions(drive, Servo(start, time(), limits, low, high), override)

@@ -1,8 +1,10 @@
-"""What moves the robot: normal moves or a servo, one of them at a time."""
+"""What moves the robot: normal moves, a servo or impedance, one of them at a time."""
 
 from typing import NamedTuple
 
+from iiwa_sim.motion.compliance import Manner
 from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.impedance import Impedance
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
@@ -20,18 +22,19 @@ class Target(NamedTuple):
 
 
 class Motions:
-    """The drive and the servo of one robot.
+    """The drive, the servo and the impedance of one robot.
 
-    One of the two is active. The other takes over when that one has come to rest after a `stop`: moves then
-    wait in the drive, of servo targets the newest one waits here.
+    One of them is active. Another takes over when that one has come to rest after a `stop`: moves then wait
+    in the drive or in the impedance, of servo targets the newest one waits here.
     """
 
-    def __init__(self, drive: Drive, servo: Servo, override: Override) -> None:
-        """Both at rest in the same place, at the rate of this override."""
+    def __init__(self, drive: Drive, servo: Servo, impedance: Impedance, override: Override) -> None:
+        """All at rest in the same place, at the rate of this override."""
         self._override = override
         self._drive = drive
         self._servo = servo
-        self._active: Drive | Servo = drive
+        self._impedance = impedance
+        self._active: Drive | Servo | Impedance = drive
         self._next_target: Target | None = None
         self._following = False  # the servo is active and has not been stopped
         self._newest_target = 0  # its number
@@ -44,7 +47,8 @@ class Motions:
     @property
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
-        return self._drive.moving or self._servo.moving or self._next_target is not None
+        others = self._servo.moving or self._impedance.moving
+        return self._drive.moving or others or self._next_target is not None
 
     @property
     def override(self) -> float:
@@ -66,12 +70,17 @@ class Motions:
     @property
     def waiting(self) -> int:
         """Moves that have not begun."""
-        return self._drive.waiting
+        return self._drive.waiting + self._impedance.waiting
+
+    @property
+    def holding(self) -> bool:
+        """Whether a gravity hold is on or waits: only a stop ends it, and moves wait behind it."""
+        return self._impedance.holding
 
     @property
     def behind(self) -> int:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
-        return self._drive.waiting if self._servo_stops else self._drive.behind
+        return self._queue.waiting if self._queue_waits else self._queue.behind
 
     @property
     def under_way(self) -> int:
@@ -80,10 +89,13 @@ class Motions:
 
     @property
     def rest(self) -> Joints:
-        """Where the robot will rest when the moves that wait are done: there the next move begins (rad)."""
-        if self._active is self._drive or self._drive.moving:
-            return self._drive.rest
-        return self._servo.rest
+        """Where the robot will rest when the moves that wait are done: there the next move begins (rad).
+
+        In impedance that is where it would rest without forces.
+        """
+        if self._queue.moving:
+            return self._queue.rest
+        return self._active.rest
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
@@ -103,24 +115,44 @@ class Motions:
         if not self._active.moving:
             if self._next_target is not None:
                 return self._next_target.joints
-            if self._drive.moving:
-                return self._drive.goal
+            if self._queue.moving:
+                return self._queue.goal
         return self._active.goal
 
     def is_pending(self, number: int) -> bool:
         """Whether a move or a target of this number is being headed for or waits."""
         if number != self._newest_target:
-            return self._drive.is_pending(number)
+            return self._drive.is_pending(number) or self._impedance.is_pending(number)
         return self._next_target is not None or (self._following and self._servo.moving)
 
     def append(self, move: Move) -> None:
-        """Queue a move that begins at `rest`. The servo must have been stopped."""
-        if self._active is self._servo and not self._drive.moving:
-            self._drive.start_from(self._servo.rest)
+        """Queue a move that begins at `rest`. Other motions must have been stopped."""
+        if self._active is not self._drive and not self._drive.moving:
+            self._drive.start_from(self._active.rest)
         self._drive.append(move)
 
+    def append_yielding(self, move: Move, manner: Manner) -> None:
+        """Queue a move that begins at `rest` and yields. Other motions must have been stopped."""
+        self._prepare_impedance()
+        self._impedance.append(move, manner)
+
+    def hold(self, number: int, stiffness_nm_per_rad: float) -> None:
+        """Queue a gravity hold. Other motions must have been stopped."""
+        self._prepare_impedance()
+        self._impedance.hold(number, stiffness_nm_per_rad)
+
+    @property
+    def hold_runs(self) -> bool:
+        """Whether a gravity hold is on, or is what begins next."""
+        return self._impedance.hold_runs
+
+    def wait_behind_hold(self, number: int) -> None:
+        """A normal move that comes during a gravity hold."""
+        self._impedance.wait_behind_hold(number)
+
     def head_for(self, target: Target) -> None:
-        """Head for a target at once, or when the robot has come to rest. The drive must have been stopped."""
+        """Head for a target at once, or when the robot has come to rest. Other motions must have been
+        stopped."""
         if self._following:
             self._servo.head_for(target.joints, target.limits)
         else:
@@ -131,6 +163,7 @@ class Motions:
         """Stop on the path, and forget what waits."""
         self._drive.stop()
         self._servo.stop()
+        self._impedance.stop()
         self._next_target = None
         self._following = False
 
@@ -146,19 +179,28 @@ class Motions:
         elif self._next_target is not None:
             if not self._active.moving:
                 self._next_target = None
-        elif not self._servo_stops:
-            self._drive.cancel()
+        elif not self._queue_waits:
+            self._queue.cancel()
 
     def clear(self) -> None:
         """Forget the moves behind the one that runs, or begins in the next tick."""
-        if self._servo_stops:
-            self._drive.stop()  # all of them wait
+        if self._queue_waits:
+            self._queue.stop()  # all of them wait
         else:
-            self._drive.clear()
+            self._queue.clear()
 
     @property
-    def _servo_stops(self) -> bool:
-        return self._active is self._servo and self._servo.moving
+    def _queue(self) -> Drive | Impedance:
+        """What moves wait in, or would: of the two that are not active, one at most has any."""
+        for motion in (self._drive, self._impedance):
+            if motion is not self._active and motion.moving:
+                return motion
+        return self._impedance if self._active is self._impedance else self._drive
+
+    @property
+    def _queue_waits(self) -> bool:
+        """Whether its moves wait until another motion has come to rest."""
+        return self._queue is not self._active and self._active.moving
 
     def step(self) -> None:
         """One tick. Where the active motion fails, what waits is forgotten, and what it raised is raised."""
@@ -169,17 +211,24 @@ class Motions:
             self._active.step()
         except Exception:
             self._drive.stop()
+            self._impedance.stop()
             self._next_target = None
             raise
+
+    def _prepare_impedance(self) -> None:
+        if self._active is not self._impedance and not self._impedance.moving:
+            self._impedance.start_from(self._active.rest)
 
     def _hand_over(self) -> None:
         target = self._next_target
         if target is not None:
-            if self._active is self._drive:
-                self._servo.start_from(self._drive.joints)
+            if self._active is not self._servo:
+                self._servo.start_from(self._active.joints)
                 self._active = self._servo
             self._next_target = None
             self._servo.head_for(target.joints, target.limits)
             self._following = True
         elif self._drive.moving:
             self._active = self._drive
+        elif self._impedance.moving:
+            self._active = self._impedance

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, COMPONENT_NOT_READY, EXECUTION, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.poses import from_quaternion
 from iiwa_sim.dialect.decimals import format_decimals, readable
 from iiwa_sim.dialect.help import alternatives, overview, usage
@@ -139,10 +139,7 @@ class Session:
         if switch is not None:
             switch(self._controller, request.values)
             return _DONE
-        carry_out = _OTHERS.get(name)
-        if carry_out is None:
-            raise Refused(COMPONENT_NOT_READY, f"not available in this version: {name}")
-        return carry_out(self, request)
+        return _OTHERS[name](self, request)
 
     def _is_possible(self, check: Callable[[Controller, Values], None], values: Values) -> bytes:
         try:
@@ -190,11 +187,11 @@ class Session:
 
     def _help(self, request: Request) -> bytes:
         if not request.phrase:
-            return _line(overview(self._table, AVAILABLE))
+            return _line(overview(self._table))
         command = self._table.commands.get(request.phrase)
         if command is None:
             raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, request.phrase))
-        return _line(usage(command, AVAILABLE))
+        return _line(usage(command))
 
 
 def _line(text: str) -> bytes:
@@ -245,6 +242,9 @@ _MOVES: dict[str, Callable[[Controller, Values], int]] = {
     "ptpforce move": lambda controller, v: controller.ptp_force_move(
         Frame(*v[:6]), v[6], v[7], (v[8], v[9], v[10])
     ),
+    "linstiff move": lambda controller, v: controller.lin_stiff_move(Frame(*v[:6]), v[6], v[7], v[8:]),
+    "ptpstiff move": lambda controller, v: controller.ptp_stiff_move(Frame(*v[:6]), v[6], v[7], v[8:]),
+    "start gravity": lambda controller, v: controller.start_gravity(v[0]),
     "smart joint move": lambda controller, v: controller.smart_joint_move(v[:7], v[7:]),
     "smart cartesian move": lambda controller, v: controller.smart_cartesian_move(Frame(*v[:6]), v[6]),
     "direct joint move": lambda controller, v: controller.direct_joint_move(v[:7], v[7:]),
@@ -289,4 +289,3 @@ _OTHERS: dict[str, Callable[[Session, Request], bytes]] = {
     "get mode": Session._mode,
     "get error": Session._error,
 }
-AVAILABLE = frozenset([*_MOVES, *_VALUES, *_INTEGERS, *_CHECKS, *_SWITCHES, *_OTHERS, "get status"])

@@ -83,6 +83,10 @@ class Drive:
             first = waiting[0].number if waiting else self._newest + 1
         return first <= number <= self._newest and number not in self._forgotten
 
+    def has_forgotten(self, number: int) -> bool:
+        """Whether a move behind the one that runs will never begin, though others may."""
+        return number in self._forgotten
+
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end

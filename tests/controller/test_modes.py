@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from docs import draw_modes
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, TARGET_NOT_REACHABLE, Refused
-from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode, Transition
+from iiwa_sim.controller.modes import SERVO_MODES, TRANSITIONS, Event, Mode, Transition
 from iiwa_sim.controller.targets import DIRECT_REACH_RAD
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
@@ -70,6 +70,14 @@ def flange_at(robot: SteppedRobot, joints: list[float]) -> Frame:
 GOES: dict[str, tuple[Mode, Go]] = {
     "joint": (Mode.NORMAL, lambda robot, to: robot.controller.joint_move(to, FULL)),
     "lin": (Mode.NORMAL, lambda robot, to: robot.controller.lin_move(robot.tcp_frame(to), 1.0, 0.0)),
+    "linstiff": (
+        Mode.IMPEDANCE,
+        lambda robot, to: robot.controller.lin_stiff_move(robot.tcp_frame(to), 1.0, 2000.0, [0.0] * 6),
+    ),
+    "ptpstiff": (
+        Mode.IMPEDANCE,
+        lambda robot, to: robot.controller.ptp_stiff_move(robot.tcp_frame(to), 1.0, 2000.0, [0.0] * 6),
+    ),
     "smart joint": (Mode.SMART, lambda robot, to: robot.controller.smart_joint_move(to, FULL)),
     "smart cartesian": (
         Mode.SMART,
@@ -85,7 +93,8 @@ GOES: dict[str, tuple[Mode, Go]] = {
     ),
 }
 COMMANDS = sorted(GOES)
-SERVOS = [command for command in COMMANDS if GOES[command][0] is not Mode.NORMAL]
+SERVOS = [command for command in COMMANDS if GOES[command][0] in SERVO_MODES]
+QUEUES = (Mode.NORMAL, Mode.IMPEDANCE)
 CHANGES = [(a, b) for a, b in product(COMMANDS, COMMANDS) if GOES[a][0] is not GOES[b][0]]
 
 
@@ -212,7 +221,7 @@ def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(command: str, 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_command_of_the_same_mode_stops_nothing(command: str) -> None:
     followed, left_alone = in_mid_motion(command), in_mid_motion(command)
-    sends(followed, command, START if GOES[command][0] is Mode.NORMAL else AWAY)
+    sends(followed, command, START if GOES[command][0] in QUEUES else AWAY)
     assert followed.controller.mode is GOES[command][0]
     for robot in (followed, left_alone):
         robot.step(3)

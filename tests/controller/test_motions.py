@@ -77,7 +77,7 @@ class Motion:
 
 def pair() -> tuple[Motion, Motion, Motions]:
     drive, servo = Motion(), Motion()
-    return drive, servo, Motions(drive, servo, Override(0.002, LIMITS))
+    return drive, servo, Motions(drive, servo, Motion(), Override(0.002, LIMITS))
 
 
 def runs_until_stopped(motions: Motions) -> int:

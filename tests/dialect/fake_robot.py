@@ -83,6 +83,19 @@ class FakeRobot:
     ) -> int:
         return self._accept("ptp force", target, speed, blending_mm, thresholds)
 
+    def lin_stiff_move(
+        self, target: Frame, speed_rel: float, stiffness_n_per_m: float, balanced: Sequence[float]
+    ) -> int:
+        return self._accept("linstiff", target, speed_rel, stiffness_n_per_m, balanced)
+
+    def ptp_stiff_move(
+        self, target: Frame, speed_rel: float, stiffness_n_per_m: float, balanced: Sequence[float]
+    ) -> int:
+        return self._accept("ptpstiff", target, speed_rel, stiffness_n_per_m, balanced)
+
+    def start_gravity(self, stiffness_nm_per_rad: float) -> int:
+        return self._accept("gravity", stiffness_nm_per_rad)
+
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         return self._accept("smart joint", tuple(joints), tuple(speeds_rel))
 

@@ -8,7 +8,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.dialect.decimals import format_decimals
-from iiwa_sim.dialect.table import ERROR, load_table
+from iiwa_sim.dialect.table import load_table
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.dialect.fake_robot import Conversation, FakeRobot, Journal, replies
@@ -18,7 +18,6 @@ TABLE = load_table("iiwa")
 REST = FakeRobot()
 
 LIN = "lin move : 600 0 500 3 0 3 0.5 0"
-LATER = [name for name, command in TABLE.commands.items() if command.mode == "impedance"]
 
 
 def written(values) -> str:
@@ -40,7 +39,7 @@ exchanges = st.sampled_from(
         ("smart joint move :" + " 0.1" * 14, "done"),
         ("direct cartesian move : 1 2 3 4 5 6 1.5", "error"),
         ("get mode", "unknown"),
-        ("linstiff move :" + " 0.1" * 14, "error"),
+        ("linstiff move :" + " 0.1" * 13, "error"),
         ("help : nonsense", "error"),
         ("x" * 5000, "error"),
         ("", "unknown command"),
@@ -79,6 +78,9 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert talk.ask("ptpr move : 600 -.5 5e2 3. 0.25 -3 0.5 10 1.25") == "done"
     assert talk.ask("joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
     assert talk.ask("lin joint move : 0 1 2 3 4 5 6 .1 20") == "done"
+    assert talk.ask("linstiff move : 600 -.5 5e2 3. 0.25 -3 0.5 2000 1 2 3 .4 .5 .6") == "done"
+    assert talk.ask("ptpstiff move : 600 -.5 5e2 3. 0.25 -3 0.5 0 1 2 3 .4 .5 .6") == "done"
+    assert talk.ask("start gravity : 300") == "done"
     assert talk.ask("smart joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
     assert talk.ask("direct joint move : 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 .6 .7") == "done"
     assert talk.ask("smart cartesian move : 600 -.5 5e2 3. 0.25 -3 0.5") == "done"
@@ -90,6 +92,9 @@ def test_moves_reach_the_controller_as_they_were_said():
         ("ptp", frame, 0.5, 10.0, 1.25),
         ("joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
         ("lin joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 0.1, 20.0),
+        ("linstiff", frame, 0.5, 2000.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
+        ("ptpstiff", frame, 0.5, 0.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
+        ("gravity", 300.0),
         ("smart joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
         ("direct joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
         ("smart cartesian", frame, 0.5),
@@ -191,10 +196,7 @@ def test_no_command_of_the_table_is_unknown(name):
     robot = FakeRobot()
     words = ["1" if each.integer else "0.5" for each in command.parameters]  # also a unit quaternion
     reply = Conversation(robot).ask(f"{name} : {' '.join(words)}")
-    if name in LATER:
-        assert reply == ERROR
-        assert robot.moves == []
-    elif command.reply_words:
+    if command.reply_words:
         assert reply in command.reply_words
     elif command.reply_values:
         assert len([float(word) for word in reply.split()]) == len(command.reply_values)
@@ -204,17 +206,6 @@ def test_no_command_of_the_table_is_unknown(name):
         assert "lin move" in reply
     else:
         assert reply == ("0 none" if name == "get error" else "reachable")
-
-
-@pytest.mark.parametrize("name", LATER)
-def test_what_comes_later_says_so_in_the_log(name):
-    talk = Conversation()
-    talk.ask(f"{name} : {' '.join(['0.5'] * len(TABLE.commands[name].parameters))}")
-    ((session, line, _, reason),) = talk.journal.refusals
-    assert session == "client"
-    assert line.startswith(name)
-    assert reason == f"not available in this version: {name}"
-    assert "not available in this version" in talk.ask(f"help : {name}")
 
 
 def test_a_refusal_is_an_error_with_its_reason_in_the_log():
@@ -343,7 +334,7 @@ def test_commands_are_told_only_to_a_log_that_wants_them():
     assert curious.said == [("peer", "Hello", "hello")]
 
 
-@pytest.mark.parametrize("line", ["", "nonsense", "lin move : 1", "help : nonsense", "start gravity : 1"])
+@pytest.mark.parametrize("line", ["", "nonsense", "lin move : 1", "help : nonsense", "start gravity : -1"])
 def test_a_refusal_is_told_once(line):
     journal = Journal(commands=True)
     Conversation(journal=journal).ask(line)
@@ -472,9 +463,7 @@ def test_help_names_every_command_and_its_usage():
         assert command.summary in usage
         assert ("(extension)" in usage) == command.extension
     names, _, hint = overview.partition(" (help : ")
-    now, later = (part.split(", ") for part in names.split("; not yet: "))
-    assert sorted(later) == sorted(LATER)
-    assert [name for name in now if name.endswith(" (extension)")] == [
+    assert [name for name in names.split(", ") if name.endswith(" (extension)")] == [
         f"{name} (extension)" for name, each in TABLE.commands.items() if each.extension
     ]
     assert hint == "lin move tells its usage)"

@@ -1,0 +1,58 @@
+"""The motions of one robot, put together."""
+
+import numpy as np
+
+from iiwa_sim.controller.motions import Motions
+from iiwa_sim.frames import Transform
+from iiwa_sim.motion.braking import Braking
+from iiwa_sim.motion.compliance import Compliance
+from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.impedance import Impedance
+from iiwa_sim.motion.joint_bounds import JointBounds
+from iiwa_sim.motion.joint_springs import JointSprings
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.override import Override
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.servo import Servo
+from iiwa_sim.motion.surroundings import Feel, Pushes
+from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.kinematics import Kinematics
+from iiwa_sim.robot.model import Model
+
+
+def motions_of(
+    model: Model,
+    tool_in_flange: Transform,
+    start: Joints,
+    tick_s: float,
+    limits: JointLimits,
+    pushes: Pushes,
+    feel: Feel | None,
+) -> Motions:
+    """At rest at `start` (rad), for ticks of `tick_s`; `limits` are those of smart mode at full speed.
+
+    In impedance the robot yields to `pushes` and to what it feels, None where there is nothing to touch.
+    """
+    description = model.description
+    low, high = description.position_min, description.position_max
+    stop = description.stop_acceleration, description.stop_jerk
+    override = Override(tick_s, limits)
+
+    def time() -> PlannedTime:
+        return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
+
+    def drive(joints: Joints) -> Drive:
+        return Drive(joints, time(), np.array(low), np.array(high))
+
+    bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
+    kinematics = Kinematics(model, inverse_of(model), tool_in_flange)
+    impedance = Impedance(
+        start,
+        tick_s,
+        drive,
+        Compliance(kinematics, bounds, tick_s, pushes, feel),
+        JointSprings(kinematics, bounds, tick_s, pushes, feel),
+        Braking(bounds, tick_s, *stop),
+    )
+    return Motions(drive(start), Servo(start, time(), limits, low, high), impedance, override)

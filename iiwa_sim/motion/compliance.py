@@ -1,0 +1,332 @@
+"""Compliance of the TCP: a damped mass on springs around a planned motion, as far as the joints can follow.
+
+**What yields.** Seven numbers say how far the robot is off the planned motion: the TCP's translation in the
+base (m), its rotation (a rotation vector in base axes, rad), and, for a robot with redundancy, the
+redundancy (rad). Each is a mass on a spring and a damper of its own, whose equilibrium moves with the plan;
+so without force the robot is where the plan says, exactly. Forces are pushes, the control wrench and what
+surfaces do.
+
+**Steps.** Spring and damper are moved on exactly (`spring.py`) at any tick rate. Contact comes in by half
+kicks before and after each of its substeps (velocity Verlet), which keeps energy from growing on stiff
+surfaces.
+
+**Joints.** The closed-form inverse gives them, on the branch they are on. Where it does not reach what the
+springs want, or a joint would pass its `JointBounds`, they do of all motions within these the one with the
+least mass-weighted deviation from it (Gauss's principle of least constraint), and the springs go on from
+where the robot has really come to. So at a limit, and beyond the arm's reach, it is stopped as by a soft
+wall that gives nothing back, and slides along it. At singular poses the joints' own inertia keeps it from
+infinite speeds.
+"""
+
+from collections.abc import Sequence
+from math import ceil, hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from iiwa_sim.frames import (
+    IDENTITY,
+    Rotation,
+    Transform,
+    Vector,
+    multiply,
+    rotate,
+    rotation_about,
+    rotation_vector,
+    transpose,
+)
+from iiwa_sim.motion.joint_bounds import JointBounds
+from iiwa_sim.motion.least_constraint import least_deviation
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.spring import Spring, damping
+from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, NOTHING, Feel, Pushes
+from iiwa_sim.robot.kinematics import Kinematics
+
+MASS_KG = 5.0
+"""Apparent mass of the TCP. Our decision: about what an iiwa's TCP weighs in the middle of its work space."""
+INERTIA_KGM2 = 0.2
+"""Apparent moment of inertia of the TCP about any axis. Our decision: its stiffest swing is as fast as that
+of the mass on the stiffest spring, 31.6 rad/s."""
+REDUNDANCY_INERTIA_KGM2 = 0.2
+"""Apparent moment of inertia of the arm when it swivels round a TCP that stays. Our decision."""
+JOINT_INERTIA_KGM2 = 1e-4
+"""Of each joint for itself: felt only near singular poses."""
+ROTATIONAL_STIFFNESS_NM_PER_RAD = 200.0
+"""Published: the original's."""
+REDUNDANCY_STIFFNESS_NM_PER_RAD = 100.0
+"""Published: the original's, of the null space."""
+LEAST_DAMPING_NS_PER_M = 20.0
+"""Our decision: without a spring, 10 N move the TCP at 0.5 m/s. Below 40.8 N/m the ratio is above 0.7."""
+LARGEST_FORCE = 1e6
+"""N or Nm: anything more is felt as this."""
+LARGEST_TURN_RAD = 2.5
+"""So far the TCP may be turned off the plan: at half a turn a rotation vector would jump."""
+HOME = 1e-9
+"""Off the plan by less (m, rad), and hardly moving, the robot is put on it."""
+
+
+Deflection = tuple[float, float, float, float, float, float, float]
+"""Translation (m) and rotation vector (rad) in base axes, redundancy (rad); also its velocity, and forces."""
+NONE: Deflection = (0.0,) * 7
+
+
+class Place(NamedTuple):
+    """How far the TCP is off the plan, and with which velocity."""
+
+    offset: Vector
+    """m, base"""
+    velocity: Vector
+    """m/s"""
+
+
+class Manner(NamedTuple):
+    """How the TCP yields."""
+
+    stiffness_n_per_m: float
+    """In translation, the same in all directions."""
+    control: tuple[float, float, float, float, float, float]
+    """Force (N) and torque (Nm) that the controller adds, along the axes of the TCP, acting on the robot."""
+
+
+class Compliance:
+    """Joint positions over ticks around planned ones."""
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        bounds: JointBounds,
+        tick_s: float,
+        pushes: Pushes,
+        feel: Feel | None,
+    ) -> None:
+        """`feel` is None where there is nothing to touch."""
+        self._kinematics = kinematics
+        self._bounds = bounds
+        self._tick_s = tick_s
+        self._pushes = pushes
+        self._feel = feel
+        self._substeps = ceil(tick_s / LONGEST_SUBSTEP_S - 1e-9)
+        masses = [MASS_KG] * 3 + [INERTIA_KGM2] * 3 + [REDUNDANCY_INERTIA_KGM2]
+        self._weights = np.sqrt(np.array(masses[: kinematics.coordinates]))
+        turn, swivel = ROTATIONAL_STIFFNESS_NM_PER_RAD, REDUNDANCY_STIFFNESS_NM_PER_RAD
+        self._turning = Spring(INERTIA_KGM2, turn, damping(INERTIA_KGM2, turn), tick_s)
+        self._swivelling = Spring(
+            REDUNDANCY_INERTIA_KGM2, swivel, damping(REDUNDANCY_INERTIA_KGM2, swivel), tick_s
+        )
+        self._stiffness = -1.0  # N/m, of the springs of translation: for a tick, and for a substep
+        self._shifting = self._shifting_in_contact = self._turning
+
+    def start(self, joints: Joints) -> None:
+        """At rest on the plan at joint positions (rad)."""
+        self._joints = self._nominal = joints
+        self._nominal_tcp = self._kinematics.tcp(joints)
+        self._rotation = self._nominal_tcp.rotation
+        self._x, self._v = NONE, NONE
+        self._touch = NOTHING
+        if self._feel is not None:
+            self._touch = self._feel(self._nominal_tcp.translation, NOTHING[0], 0.0)
+
+    @property
+    def on_plan(self) -> bool:
+        """Whether the robot is exactly where the plan says."""
+        return not any(self._x) and not any(self._v)
+
+    def step(self, nominal: Joints, manner: Manner) -> Joints:
+        """A tick, in which the plan has come to `nominal` (rad)."""
+        before, was = self._nominal, self._nominal_tcp.translation
+        if nominal != before:
+            self._nominal, self._nominal_tcp = nominal, self._kinematics.tcp(nominal)
+        x, y, z = self._nominal_tcp.translation
+        moved = (x - was[0], y - was[1], z - was[2])
+        forces = self._forces(manner)
+        if self._on_plan_without(forces, moved):
+            self._joints, self._rotation = nominal, self._nominal_tcp.rotation
+            return nominal
+        start = self._x
+        self._swing(manner.stiffness_n_per_m, forces, was, moved)
+        self._follow(before, start)
+        if self._is_home(forces):
+            self._joints, self._x, self._v = nominal, NONE, NONE
+        return self._joints
+
+    def _forces(self, manner: Manner) -> Deflection:
+        """What acts besides springs and contact, in base axes; the last is the torque on the redundancy."""
+        wrench, control, joint_push = self._pushes.wrench, manner.control, self._pushes.joint_push
+        forces = NONE
+        if any(wrench) or any(control):
+            fx, fy, fz, tx, ty, tz = [a + b for a, b in zip(wrench, control, strict=True)]
+            force, torque = rotate(self._rotation, (fx, fy, fz)), rotate(self._rotation, (tx, ty, tz))
+            forces = (*force, *torque, 0.0)
+        if any(joint_push):
+            # What at the TCP and on the redundancy takes the same work: J^T f = torque.
+            _, jacobian = self._kinematics.tcp_and_jacobian(self._joints)
+            weighted = self._weights[:, None] * jacobian
+            inertia = weighted @ weighted.T + JOINT_INERTIA_KGM2 * np.eye(len(weighted))
+            made = self._weights * np.linalg.solve(inertia, weighted @ np.array(joint_push))
+            forces = _seven([a + b for a, b in zip(forces, made.tolist(), strict=False)])
+        elif forces is NONE:
+            return NONE
+        return _seven([min(max(f, -LARGEST_FORCE), LARGEST_FORCE) for f in forces])
+
+    def _on_plan_without(self, forces: Deflection, moved: Vector) -> bool:
+        """Whether the robot is on the plan and nothing takes it off."""
+        if any(forces) or not self.on_plan or self._touches():
+            return False
+        if self._feel is None:
+            return True
+        velocity = (moved[0] / self._tick_s, moved[1] / self._tick_s, moved[2] / self._tick_s)
+        force, torque = self._feel(self._nominal_tcp.translation, velocity, 0.0)
+        return not any(force) and not any(torque)
+
+    def _touches(self) -> bool:
+        return any(self._touch[0]) or any(self._touch[1])
+
+    def _swing(self, stiffness: float, forces: Deflection, was: Vector, moved: Vector) -> None:
+        """Move the deflection on by a tick, for the time being without regard to joints."""
+        if stiffness != self._stiffness:
+            self._stiffness = stiffness
+            damped = damping(MASS_KG, stiffness, LEAST_DAMPING_NS_PER_M)
+            self._shifting = Spring(MASS_KG, stiffness, damped, self._tick_s)
+            self._shifting_in_contact = Spring(MASS_KG, stiffness, damped, self._tick_s / self._substeps)
+        fx, fy, fz, tx, ty, tz, t = forces
+        x, y, z, a, b, c, r = self._x
+        vx, vy, vz, va, vb, vc, vr = self._v
+        place = Place((x, y, z), (vx, vy, vz))
+        after = self._alone(place, (fx, fy, fz), was, moved)
+        if after is None:
+            after, (ux, uy, uz) = self._in_contact(place, (fx, fy, fz), was, moved)
+            tx, ty, tz = tx + ux, ty + uy, tz + uz
+        a, va = self._turning.step(a, va, tx)
+        b, vb = self._turning.step(b, vb, ty)
+        c, vc = self._turning.step(c, vc, tz)
+        angle = hypot(a, b, c)
+        if angle > LARGEST_TURN_RAD:
+            share = LARGEST_TURN_RAD / angle
+            a, b, c, va, vb, vc = share * a, share * b, share * c, 0.0, 0.0, 0.0
+        if r or vr or t:
+            r, vr = self._swivelling.step(r, vr, t)
+        self._x, self._v = (*after.offset, a, b, c, r), (*after.velocity, va, vb, vc, vr)
+
+    def _alone(self, place: Place, force: Vector, was: Vector, moved: Vector) -> Place | None:
+        """Where the TCP is after a tick, None where it touches something before or then."""
+        if self._feel is not None and self._touches():
+            return None
+        step = self._shifting.step
+        (x, y, z), (vx, vy, vz) = place
+        x, vx = step(x, vx, force[0])
+        y, vy = step(y, vy, force[1])
+        z, vz = step(z, vz, force[2])
+        if self._feel is not None:
+            (wx, wy, wz), (mx, my, mz), tick = was, moved, self._tick_s
+            position = (wx + mx + x, wy + my + y, wz + mz + z)
+            touch = self._feel(position, (mx / tick + vx, my / tick + vy, mz / tick + vz), 0.0)
+            if any(touch[0]) or any(touch[1]):
+                return None
+        return Place((x, y, z), (vx, vy, vz))
+
+    def _in_contact(self, place: Place, force: Vector, was: Vector, moved: Vector) -> tuple[Place, Vector]:
+        """Where the TCP is after a tick, and the torque (Nm) it has felt on average."""
+        feel, step, count = self._feel, self._shifting_in_contact.step, self._substeps
+        assert feel is not None
+        part_s = self._tick_s / count
+        half = 0.5 * part_s / MASS_KG
+        (x, y, z), (vx, vy, vz), (wx, wy, wz) = *place, was
+        mx, my, mz = moved[0] / count, moved[1] / count, moved[2] / count
+        nx, ny, nz = mx / part_s, my / part_s, mz / part_s
+        ux = uy = uz = 0.0
+        (gx, gy, gz), (px, py, pz) = self._touch
+        for _ in range(count):
+            ux, uy, uz = ux + px, uy + py, uz + pz
+            x, vx = step(x, vx + half * gx, force[0])
+            y, vy = step(y, vy + half * gy, force[1])
+            z, vz = step(z, vz + half * gz, force[2])
+            # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
+            wx, wy, wz = wx + mx, wy + my, wz + mz
+            (gx, gy, gz), (px, py, pz) = feel(
+                (wx + x, wy + y, wz + z),
+                (nx + vx + half * gx, ny + vy + half * gy, nz + vz + half * gz),
+                part_s,
+            )
+            vx, vy, vz = vx + half * gx, vy + half * gy, vz + half * gz
+            ux, uy, uz = ux + px, uy + py, uz + pz
+        self._touch = ((gx, gy, gz), (px, py, pz))
+        share = 0.5 / count
+        return Place((x, y, z), (vx, vy, vz)), (share * ux, share * uy, share * uz)
+
+    def _follow(self, before: Joints, start: Deflection) -> None:
+        """Move the joints after the deflection, and keep of it what they can do.
+
+        `before` are the planned joints of the tick before, `start` the deflection then.
+        """
+        x, y, z, a, b, c, r = self._x
+        nominal = self._nominal_tcp
+        px, py, pz = nominal.translation
+        self._rotation = multiply(_turned((a, b, c)), nominal.rotation) if a or b or c else nominal.rotation
+        wanted = Transform(self._rotation, (px + x, py + y, pz + z))
+        redundancy = self._kinematics.redundancy(self._nominal) + r
+        joints = self._kinematics.joints(wanted, redundancy, self._joints)
+        if joints is not None and self._bounds.allow(self._joints, joints):
+            self._joints = joints
+            return
+        self._follow_within_bounds(before, wanted, redundancy)
+        self._x = self._off_plan()
+        self._v = _seven([(a - b) / self._tick_s for a, b in zip(self._x, start, strict=True)])
+
+    def _follow_within_bounds(self, before: Joints, wanted: Transform, redundancy: float) -> None:
+        """Move the joints as near to what is wanted as they can go in a tick, by Gauss's principle."""
+        joints, kinematics = self._joints, self._kinematics
+        carried = [n - b for n, b in zip(self._nominal, before, strict=True)]
+        guess = tuple([q + c for q, c in zip(joints, carried, strict=True)])
+        pose, jacobian = kinematics.tcp_and_jacobian(guess)
+        missing = [a - b for a, b in zip(wanted.translation, pose.translation, strict=True)]
+        missing += _log(multiply(wanted.rotation, transpose(pose.rotation)))
+        missing.append(redundancy - kinematics.redundancy(guess))
+        least, greatest = self._bounds.ways(joints)
+        way = least_deviation(
+            self._weights[:, None] * jacobian,
+            self._weights * np.array(missing[: kinematics.coordinates]),
+            JOINT_INERTIA_KGM2,
+            [a - c for a, c in zip(least, carried, strict=True)],
+            [b - c for b, c in zip(greatest, carried, strict=True)],
+        )
+        self._joints = self._bounds.within(tuple([g + w for g, w in zip(guess, way, strict=True)]))
+
+    def _off_plan(self) -> Deflection:
+        """How far the robot is off the plan."""
+        nominal, kinematics = self._nominal_tcp, self._kinematics
+        pose = kinematics.tcp(self._joints)
+        self._rotation = pose.rotation
+        (x, y, z), (px, py, pz) = pose.translation, nominal.translation
+        turn = _log(multiply(pose.rotation, transpose(nominal.rotation)))
+        swivel = kinematics.redundancy(self._joints) - kinematics.redundancy(self._nominal)
+        return (x - px, y - py, z - pz, *turn, swivel)
+
+    def _is_home(self, forces: Deflection) -> bool:
+        """Whether the robot is as good as on the plan, at rest relative to it, and nothing takes it off."""
+        return (
+            max(map(abs, self._x)) < HOME
+            and max(map(abs, self._v)) < HOME
+            and not any(forces)
+            and not self._touches()
+            and all(abs(q - n) < HOME for q, n in zip(self._joints, self._nominal, strict=True))
+        )
+
+
+def _seven(values: list[float]) -> Deflection:
+    x, y, z, a, b, c, r = values
+    return (x, y, z, a, b, c, r)
+
+
+def _log(rotation: Rotation) -> Vector:
+    """The rotation vector (rad)."""
+    (x, y, z), angle = rotation_vector(rotation)
+    return (x * angle, y * angle, z * angle)
+
+
+def _turned(vector: Sequence[float]) -> Rotation:
+    """The rotation by a rotation vector (rad)."""
+    x, y, z = vector
+    angle = hypot(x, y, z)
+    if angle == 0.0:
+        return IDENTITY.rotation
+    return rotation_about((x / angle, y / angle, z / angle), angle)

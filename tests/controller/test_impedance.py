@@ -1,0 +1,511 @@
+"""Stiffness moves and gravity hold, as commands of the controller; every change of mode is in test_modes."""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.world import World
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, Refused
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.frames import Frame, transform_from_euler
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.nearest import OUT_OF_REACH
+from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
+
+START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
+AWAY = [0.6, 0.7, 0.1, -1.0, 0.5, 0.8, -0.2]
+FULL = [1.0] * 7
+NO_FORCE = [0.0] * 6
+LONGEST_STOP_S = 0.072
+
+
+def touching(
+    stiffness: float, height_m: float, tick_s: float, *, tilt_rad: float = 0.0, friction: float = 0.0
+) -> SteppedRobot:
+    """A robot at home whose TCP can touch a plane, which is at that height where x and y are 0."""
+    robot = SteppedRobot(tick_s=tick_s)
+    pose = transform_from_euler(0.0, 0.0, height_m, 0.0, tilt_rad, 0.0)
+    world = World([Surface("plane", Plane(), pose, stiffness, 1.0, friction)], 0.005)
+    robot.controller = Controller(robot.description, tick_s, world=world)
+    return robot
+
+
+def at_start() -> SteppedRobot:
+    robot = SteppedRobot()
+    robot.goes_to(START)
+    return robot
+
+
+def deflected() -> SteppedRobot:
+    """In the middle of a stiffness move, pushed off it, and swinging."""
+    robot = at_start()
+    robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 800.0, NO_FORCE)
+    robot.step(100)
+    robot.controller.load.wrench = (30.0, -20.0, 10.0, 0.0, 1.0, 0.0)
+    robot.step(30)
+    return robot
+
+
+def speeds(robot: SteppedRobot, last: int) -> np.ndarray:
+    return np.abs(np.diff(robot.joints[-last:], axis=0)).max(axis=1) / robot.tick_s
+
+
+def assert_positions_and_velocities_within_limits(robot: SteppedRobot) -> None:
+    q, d = np.array(robot.joints), robot.description
+    assert (q >= np.array(d.position_min)).all()
+    assert (q <= np.array(d.position_max)).all()
+    assert (np.abs(np.diff(q, axis=0)) <= np.array(d.velocity) * robot.tick_s * (1 + 1e-9)).all()
+
+
+# Stiffness moves
+
+
+@pytest.mark.requirement("FRC002", "FRC005", "FRC008", "FRC009")
+@pytest.mark.parametrize("kind", ["lin", "ptp"])
+def test_without_forces_a_stiffness_move_is_the_move_itself(kind: str) -> None:
+    soft, stiff = at_start(), at_start()
+    target = soft.tcp_frame(AWAY)
+    getattr(soft.controller, f"{kind}_stiff_move")(target, 0.5, 100.0, NO_FORCE)
+    getattr(stiff.controller, f"{kind}_move")(target, 0.5, 0.0)
+    assert soft.controller.mode is Mode.IMPEDANCE
+    assert soft.runs_until_stopped() == stiff.runs_until_stopped()
+    assert soft.joints == stiff.joints
+    if kind == "lin":
+        assert_straight(soft, soft.joints, target)
+    assert_within_limits(soft)
+
+
+@pytest.mark.parametrize("stiffness", [200.0, 2000.0, 5000.0])
+def test_a_push_moves_the_robot_off_its_line_and_it_comes_to_rest_beside_the_target(
+    stiffness: float,
+) -> None:
+    robot = at_start()
+    target = robot.tcp_frame(AWAY)
+    robot.controller.lin_stiff_move(target, 0.5, stiffness, NO_FORCE)
+    robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    robot.runs_until_stopped()
+    off = np.subtract(robot.controller.tool_frame()[:3], target[:3]) / 1000.0
+    assert np.linalg.norm(off) == pytest.approx(10.0 / stiffness, rel=0.01)
+    robot.controller.load.wrench = (0.0,) * 6
+    robot.step()
+    assert robot.controller.moving, "when it swings back it moves"
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(robot.controller.tool_frame(), target, atol=0.05)
+    robot.step(2000)
+    np.testing.assert_allclose(robot.controller.tool_frame(), target, atol=1e-6)
+    assert_positions_and_velocities_within_limits(robot)
+
+
+def test_the_six_values_are_subtracted_from_what_acts() -> None:
+    robot = at_start()
+    here = robot.controller.tool_frame()
+    pushed = (5.0, -3.0, 4.0, 0.5, 0.0, -0.5)
+    robot.controller.load.wrench = pushed
+    robot.controller.lin_stiff_move(here, 0.5, 1000.0, pushed)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(robot.controller.tool_frame(), here, atol=1e-9)
+    robot.controller.load.wrench = (0.0,) * 6
+    robot.controller.lin_stiff_move(here, 0.5, 1000.0, [0.0, 0.0, 10.0, 0.0, 0.0, 0.0])
+    robot.runs_until_stopped()
+    pose = here.to_transform()
+    off = np.subtract(robot.controller.tool_frame().to_transform().translation, pose.translation)
+    z_axis = np.array(pose.rotation).reshape(3, 3)[:, 2]
+    np.testing.assert_allclose(off, -0.010 * z_axis, atol=1e-4)
+    assert robot.controller.cartesian_force() == (0.0,) * 6, "what the controller adds is not felt"
+
+
+@pytest.mark.parametrize("tick_s", [0.001, 0.002, 0.01])
+@pytest.mark.parametrize("surface", [1e3, 1e5])
+@pytest.mark.parametrize("stiffness", [100.0, 5000.0])
+@pytest.mark.parametrize("speed_rel", [0.1, 1.0])
+def test_pressed_into_a_table_the_forces_balance(
+    tick_s: float, surface: float, stiffness: float, speed_rel: float
+) -> None:
+    robot = touching(surface, 0.495, tick_s)
+    robot.joints = [robot.controller.joints]
+    target = robot.controller.tool_frame()._replace(z_mm=470.0)
+    robot.controller.lin_stiff_move(target, speed_rel, stiffness, NO_FORCE)
+    robot.runs_until_stopped(60.0)
+    robot.step(round(2.0 / tick_s))
+    depth_mm = 500.0 - robot.controller.tool_frame().z_mm
+    assert depth_mm == pytest.approx(30.0 * stiffness / (stiffness + surface), rel=0.01)
+    assert not robot.controller.moving
+    fz = (
+        np.array(robot.controller.cartesian_force()[:3])
+        @ np.array(target.to_transform().rotation).reshape(3, 3).T
+    )
+    np.testing.assert_allclose(
+        fz, [0.0, 0.0, depth_mm / 1000.0 * surface], atol=0.01 * depth_mm * surface / 1000
+    )
+    assert_positions_and_velocities_within_limits(robot)
+
+
+def test_a_change_of_stiffness_takes_effect_with_its_move_and_without_a_jump() -> None:
+    robot = at_start()
+    robot.controller.load.wrench = (0.0, 20.0, 0.0, 0.0, 0.0, 0.0)
+    here = robot.controller.tool_frame()
+    robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 1.0, 4000.0, NO_FORCE)
+    robot.controller.lin_stiff_move(here, 1.0, 500.0, NO_FORCE)
+    robot.controller.lin_stiff_move(here, 1.0, 2000.0, NO_FORCE)  # nowhere to go, but another spring
+    robot.runs_until_stopped()
+    off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
+    assert np.linalg.norm(off) == pytest.approx(10.0, rel=0.01)
+    # Velocity is continuous: no tick changes it by more than the forces can.
+    changes = np.abs(np.diff(robot.joints, n=2, axis=0)).max() / robot.tick_s
+    assert changes < 0.1
+
+
+# Gravity hold
+
+
+@pytest.mark.requirement("FRC001")
+@pytest.mark.parametrize("stiffness", [50.0, 500.0, 5000.0])
+def test_a_hold_deflects_by_torque_over_stiffness(stiffness: float) -> None:
+    robot = at_start()
+    robot.controller.start_gravity(stiffness)
+    torques = tuple(0.01 * stiffness * k for k in (1.0, -2.0, 0.5, 1.5, -0.5, 1.0, 2.0))
+    robot.controller.load.joint_push = torques
+    robot.step(3000)
+    np.testing.assert_allclose(
+        np.subtract(robot.controller.joints, START), np.array(torques) / stiffness, rtol=0.01
+    )
+    robot.controller.load.joint_push = (0.0,) * 7
+    robot.step(3000)
+    np.testing.assert_allclose(robot.controller.joints, START, atol=1e-6)
+    robot.controller.load.wrench = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0)
+    robot.step(3000)
+    off = np.subtract(robot.controller.joints, START)
+    np.testing.assert_allclose(
+        off, np.array(robot.controller.joint_torque()) / stiffness, rtol=0.01, atol=1e-6
+    )
+    assert robot.controller.moving
+    assert robot.controller.mode is Mode.IMPEDANCE
+    assert_positions_and_velocities_within_limits(robot)
+
+
+def test_a_hold_without_stiffness_is_guided_by_hand_and_stays_where_it_is_left() -> None:
+    robot = at_start()
+    robot.controller.start_gravity(0.0)
+    robot.controller.load.wrench = (10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    robot.step(500)
+    robot.controller.load.wrench = (0.0,) * 6
+    robot.step(1000)
+    left = robot.controller.joints
+    assert np.abs(np.subtract(left, START)).max() > 0.1
+    robot.step(500)
+    np.testing.assert_allclose(robot.controller.joints, left, atol=1e-6)
+
+
+@pytest.mark.parametrize("tick_s", [0.001, 0.002, 0.01])
+@pytest.mark.parametrize("surface", [1e3, 1e5])
+def test_a_hold_in_contact_comes_to_rest(tick_s: float, surface: float) -> None:
+    robot = touching(surface, 0.515, tick_s, friction=0.3)
+    robot.controller.start_gravity(200.0)
+    robot.controller.load.wrench = (20.0, 0.0, 10.0, 0.0, 0.0, 0.0)  # down: the TCP's z axis points there
+    robot.step(round(6.0 / tick_s))
+    rest = robot.controller.joints
+    robot.step(round(0.2 / tick_s))
+    np.testing.assert_allclose(robot.controller.joints, rest, atol=1e-6)
+    assert_positions_and_velocities_within_limits(robot)
+
+
+def test_only_a_stop_ends_a_hold_and_moves_behind_it_wait() -> None:
+    robot = at_start()
+    hold = robot.controller.start_gravity(300.0)
+    robot.step(50)
+    target = robot.tcp_frame(AWAY)
+    waiting = [
+        robot.controller.joint_move(AWAY, FULL),
+        robot.controller.lin_stiff_move(target, 0.5, 1000.0, NO_FORCE),
+        robot.controller.lin_move(target, 0.5, 0.0),
+        robot.controller.start_gravity(100.0),
+    ]
+    for command in (robot.controller.smart_joint_move, robot.controller.direct_joint_move):
+        with pytest.raises(Refused, match="ends with stop only") as refused:
+            command(START, FULL)
+        assert refused.value.code == COMPONENT_NOT_READY
+    with pytest.raises(Refused) as refused:
+        robot.controller.lin_move(target._replace(x_mm=3000.0), 0.5, 0.0)
+    assert refused.value.code == OUT_OF_REACH
+    robot.step(1000)
+    assert robot.controller.joints == tuple(START)
+    assert robot.controller.mode is Mode.IMPEDANCE
+    assert all(robot.controller.is_pending(number) for number in (hold, *waiting))
+    assert robot.controller.moving
+    robot.stop()
+    assert not any(robot.controller.is_pending(number) for number in (hold, *waiting))
+    assert robot.controller.mode is Mode.UNKNOWN
+    robot.runs_until_stopped(LONGEST_STOP_S)
+    robot.step(100)
+    assert robot.controller.joints == tuple(START)
+    robot.controller.smart_joint_move(AWAY, FULL)
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(AWAY)
+
+
+@pytest.mark.requirement("FRC014")
+def test_moves_that_come_during_a_stop_queue_one_behind_the_other() -> None:
+    robot = at_start()
+    robot.controller.joint_move(AWAY, FULL)
+    robot.step(100)
+    there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
+    numbers = [robot.controller.lin_stiff_move(goal, 0.5, 1000.0, NO_FORCE) for goal in (there, here, there)]
+    assert robot.controller.queue == 3
+    assert all(robot.controller.is_pending(number) for number in numbers)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(robot.controller.tool_frame(), there, atol=1e-6)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC013")
+@pytest.mark.parametrize("force", [0.0, 15.0])
+def test_a_cancelled_stiffness_move_ends_and_the_next_begins_there(force: float) -> None:
+    robot = at_start()
+    there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
+    robot.controller.load.wrench = (0.0, 0.0, force, 0.0, 0.0, 0.0)
+    first = robot.controller.lin_stiff_move(there, 0.3, 4000.0, NO_FORCE)
+    second = robot.controller.lin_stiff_move(here, 0.3, 1000.0, NO_FORCE)
+    robot.step(150)
+    robot.controller.cancel_move()
+    assert not robot.controller.is_pending(first)
+    assert robot.controller.is_pending(second)
+    robot.runs_until_stopped()
+    off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
+    assert np.linalg.norm(off) == pytest.approx(force, rel=0.01, abs=1e-6), "with the second one's stiffness"
+    farthest = max(np.linalg.norm(np.subtract(robot.tcp_frame(q)[:3], here[:3])) for q in robot.joints)
+    assert farthest < 0.9 * np.linalg.norm(np.subtract(there[:3], here[:3])), "never got there"
+    assert_positions_and_velocities_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC016")
+def test_a_cleared_queue_leaves_the_move_under_way_and_its_stiffness() -> None:
+    robot = at_start()
+    robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
+    robot.controller.lin_stiff_move(there, 0.5, 2000.0, NO_FORCE)
+    behind = [
+        robot.controller.lin_stiff_move(here, 0.5, 200.0, NO_FORCE),
+        robot.controller.start_gravity(100.0),
+        robot.controller.joint_move(AWAY, FULL),
+    ]
+    robot.step(50)
+    assert robot.controller.queue == 3
+    robot.controller.clear_queue()
+    assert robot.controller.queue == 0
+    assert not any(robot.controller.is_pending(number) for number in behind)
+    robot.runs_until_stopped()
+    off = np.subtract(robot.controller.tool_frame()[:3], there[:3])
+    assert np.linalg.norm(off) == pytest.approx(5.0, rel=0.01)
+
+
+def test_a_hold_is_not_cancelled_and_a_cleared_queue_leaves_it() -> None:
+    robot = at_start()
+    hold = robot.controller.start_gravity(100.0)
+    behind = robot.controller.joint_move(AWAY, FULL)
+    robot.step(20)
+    assert robot.controller.queue == 1
+    with pytest.raises(Refused, match="ends with stop only"):
+        robot.controller.cancel_move()
+    robot.controller.clear_queue()
+    assert robot.controller.queue == 0
+    assert robot.controller.is_pending(hold)
+    assert not robot.controller.is_pending(behind)
+    robot.step(100)
+    assert robot.controller.moving
+
+
+def test_a_hold_begins_when_the_moves_before_it_are_done_and_where_the_robot_then_is() -> None:
+    robot = at_start()
+    robot.controller.load.wrench = (0.0, 0.0, 20.0, 0.0, 0.0, 0.0)
+    robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 1000.0, NO_FORCE)
+    robot.controller.start_gravity(5000.0)
+    robot.step(3000)
+    off = np.subtract(robot.controller.tool_frame()[:3], robot.tcp_frame(AWAY)[:3])
+    assert 5.0 < np.linalg.norm(off) < 30.0, "held off the target"
+    assert_positions_and_velocities_within_limits(robot)
+
+
+# Leaving
+
+
+@pytest.mark.requirement("FRC003", "FRC013")
+def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new_start() -> None:
+    robot = deflected()
+    before = speeds(robot, 2)[-1]
+    assert before > 0.1
+    rest = robot.controller._motions.rest_after_stop()
+    left = len(robot.joints)
+    robot.controller.stop()
+    robot.runs_until_stopped(LONGEST_STOP_S + robot.tick_s)
+    assert robot.controller.joints == rest
+    braking = speeds(robot, len(robot.joints) - left + 2)
+    assert (braking <= before + 1e-9).all(), "slower and slower"
+    steps = np.abs(np.diff(robot.joints[left - 2 :], n=2, axis=0)) / robot.tick_s**2
+    assert (steps <= np.array(robot.description.stop_acceleration) * 1.01).all()
+    robot.step(300)
+    assert robot.controller.joints == rest, "stiff again: the push moves it no more"
+    assert not robot.controller.moving
+    assert_positions_and_velocities_within_limits(robot)
+
+
+LEAVING = {
+    "joint": lambda robot: robot.controller.joint_move(START, FULL),
+    "lin": lambda robot: robot.controller.lin_move(robot.tcp_frame(START), 0.5, 0.0),
+    "smart": lambda robot: robot.controller.smart_joint_move(START, FULL),
+    "direct": lambda robot: robot.controller.direct_joint_move(
+        [q + 0.05 for q in robot.controller._motions.rest_after_stop()], FULL
+    ),
+}
+
+
+@pytest.mark.requirement("FRA103")
+@pytest.mark.parametrize("command", sorted(LEAVING))
+def test_every_mode_takes_over_from_the_deflected_pose_without_a_jump(command: str) -> None:
+    robot = deflected()
+    rest = robot.controller._motions.rest_after_stop()
+    left = len(robot.joints)
+    LEAVING[command](robot)
+    ticks = 0
+    while robot.controller.joints != rest:
+        robot.step()
+        ticks += 1
+        assert ticks * robot.tick_s <= LONGEST_STOP_S + robot.tick_s
+    robot.runs_until_stopped()
+    steps = np.abs(np.diff(robot.joints[left - 2 :], n=2, axis=0)) / robot.tick_s**2
+    assert (steps <= np.array(robot.description.stop_acceleration) * 1.01).all()
+    if command == "direct":
+        np.testing.assert_allclose(robot.controller.joints, np.array(rest) + 0.05)
+    else:
+        assert np.abs(np.subtract(robot.tcp_frame(START), robot.controller.tool_frame())).max() < 1e-6
+    assert_positions_and_velocities_within_limits(robot)
+
+
+def test_an_override_of_0_pauses_the_plan_and_the_robot_still_yields() -> None:
+    robot = at_start()
+    target = robot.tcp_frame(AWAY)
+    robot.controller.lin_stiff_move(target, 0.2, 2000.0, NO_FORCE)
+    robot.step(100)
+    robot.controller.set_override(0.0)
+    robot.step(500)
+    paused = robot.controller.joints
+    robot.step(100)
+    assert robot.controller.joints == paused
+    assert robot.controller.moving
+    robot.controller.load.wrench = (0.0, 0.0, 20.0, 0.0, 0.0, 0.0)
+    robot.step(500)
+    off = np.subtract(robot.controller.tool_frame()[:3], robot.tcp_frame(paused)[:3])
+    assert np.linalg.norm(off) == pytest.approx(10.0, rel=0.01)
+    robot.controller.load.wrench = (0.0,) * 6
+    robot.controller.set_override(1.0)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(robot.controller.tool_frame(), target, atol=0.05)
+
+
+@pytest.mark.parametrize("kind", ["linstiff", "gravity"])
+def test_an_emergency_stop_ends_the_yielding(kind: str) -> None:
+    robot = deflected()
+    if kind == "gravity":
+        robot.controller.start_gravity(100.0)
+        robot.step(300)
+    robot.controller.emergency_stop()
+    robot.runs_until_stopped(LONGEST_STOP_S + robot.tick_s)
+    for command in (
+        lambda: robot.controller.start_gravity(100.0),
+        lambda: robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 100.0, NO_FORCE),
+    ):
+        with pytest.raises(Refused):
+            command()
+    assert not robot.controller.moving
+    assert_positions_and_velocities_within_limits(robot)
+
+
+# Refused
+
+
+@pytest.mark.parametrize("state", ["at rest", "yielding"])
+def test_what_is_refused_changes_nothing(state: str) -> None:
+    bothered, left_alone = (at_start() if state == "at rest" else deflected() for _ in range(2))
+    target = bothered.tcp_frame(AWAY)
+    c = bothered.controller
+    mode = c.mode
+    for command, parameters in [
+        (c.lin_stiff_move, (target, 0.5, 5000.1, NO_FORCE)),
+        (c.lin_stiff_move, (target, 0.5, -1.0, NO_FORCE)),
+        (c.ptp_stiff_move, (target, 0.5, nan, NO_FORCE)),
+        (c.ptp_stiff_move, (target, 0.5, 100.0, [inf] + [0.0] * 5)),
+        (c.ptp_stiff_move, (target, 0.0, 100.0, NO_FORCE)),
+        (c.start_gravity, (-1.0,)),
+        (c.start_gravity, (5001.0,)),
+        (c.start_gravity, (nan,)),
+    ]:
+        with pytest.raises(Refused) as refused:
+            command(*parameters)
+        assert refused.value.code == EXECUTION
+        assert c.mode is mode
+    with pytest.raises(Refused) as refused:
+        c.lin_stiff_move(Frame(2000.0, 0.0, 500.0, 0.0, 0.0, 0.0), 0.5, 100.0, NO_FORCE)
+    assert refused.value.code == OUT_OF_REACH
+    for robot in (bothered, left_alone):
+        robot.step(300)
+    assert bothered.joints == left_alone.joints
+
+
+# Whatever comes
+
+ROBOT = load_robot()
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    sequence=st.lists(
+        st.tuples(
+            st.sampled_from(["lin", "ptp", "gravity", "stop", "joint", "smart", "push", "push", "wait"]),
+            st.floats(-1.0, 1.0),
+            st.integers(0, 150),
+        ),
+        min_size=3,
+        max_size=10,
+    ),
+    tick_s=st.sampled_from([0.001, 0.002, 0.01]),
+)
+def test_whatever_comes_positions_and_velocities_keep_their_limits_and_it_is_the_same_again(
+    sequence: list[tuple[str, float, int]], tick_s: float
+) -> None:
+    def run() -> SteppedRobot:
+        robot = touching(1e5, 0.6, tick_s, tilt_rad=0.3, friction=0.4)
+        robot.joints = [robot.controller.joints]
+        target = robot.controller.tool_frame()
+        for command, x, ticks in sequence:
+            c = robot.controller
+            goal = target._replace(y_mm=200.0 * x, z_mm=500.0 - 80.0 * x)
+            try:
+                if command in ("lin", "ptp"):
+                    getattr(c, f"{command}_stiff_move")(goal, 1.0, 2500.0 * (1.0 + x), [20.0 * x] * 6)
+                elif command == "gravity":
+                    c.start_gravity(2500.0 * (1.0 + x))
+                elif command == "stop":
+                    c.stop()
+                elif command == "joint":
+                    c.joint_move([x * q for q in START], FULL)
+                elif command == "smart":
+                    c.smart_joint_move([x * q for q in START], FULL)
+                elif command == "push":
+                    c.load.wrench = (800.0 * x, -600.0 * x, 700.0 * x, 50.0 * x, 30.0, -60.0 * x)
+                    c.load.joint_push = (0.0, 100.0 * x, 0.0, -50.0 * x, 20.0, 0.0, 30.0 * x)
+            except Refused:
+                pass
+            robot.step(ticks)
+        return robot
+
+    robot = run()
+    assert np.isfinite(robot.joints).all()
+    assert_positions_and_velocities_within_limits(robot)
+    assert run().joints == robot.joints

@@ -1,0 +1,273 @@
+"""How the TCP yields: deflection, damping, stability, and what happens at limits."""
+
+from __future__ import annotations
+
+from math import exp, hypot, pi, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.frames import multiply, rotate, rotation_vector, transpose
+from iiwa_sim.motion.compliance import (
+    LEAST_DAMPING_NS_PER_M,
+    MASS_KG,
+    ROTATIONAL_STIFFNESS_NM_PER_RAD,
+    Compliance,
+    Manner,
+)
+from iiwa_sim.motion.joint_bounds import JointBounds
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.kinematics import Kinematics
+from iiwa_sim.robot.model import Model
+from tests.plane import Plane
+
+ROBOT = load_robot()
+MODEL = Model(ROBOT)
+KINEMATICS = Kinematics(MODEL, inverse_of(MODEL), ROBOT.tool_in_flange)
+POSE = (0.3, 0.6, -0.2, -1.3, 0.3, 0.9, -0.5)
+NO_FORCE = (0.0,) * 6
+TICKS_S = [0.001, 0.002, 0.005, 0.01]
+STIFFNESSES = [100.0, 500.0, 2000.0, 5000.0]
+
+
+class Yielding:
+    """A robot that yields around a pose that stays."""
+
+    def __init__(self, tick_s: float, plane: Plane | None = None, joints: tuple[float, ...] = POSE) -> None:
+        self.load = ExternalLoad(len(joints))
+        self.tick_s = tick_s
+        bounds = JointBounds(
+            tick_s,
+            ROBOT.position_min,
+            ROBOT.position_max,
+            ROBOT.velocity,
+            ROBOT.stop_acceleration,
+            ROBOT.stop_jerk,
+        )
+        feel = None if plane is None else plane.feel
+        self.compliance = Compliance(KINEMATICS, bounds, tick_s, self.load, feel)
+        self.compliance.start(joints)
+        self.nominal = self.joints = joints
+
+    def step(self, stiffness: float, control: tuple[float, ...] = NO_FORCE) -> tuple[float, ...]:
+        self.joints = self.compliance.step(self.nominal, Manner(stiffness, control))
+        return self.joints
+
+    def runs(self, stiffness: float, seconds: float) -> np.ndarray:
+        """How far the TCP is off the plan at every tick: m and rad, in the base."""
+        return np.array([self.off(self.step(stiffness)) for _ in range(round(seconds / self.tick_s))])
+
+    def off(self, joints: tuple[float, ...]) -> list[float]:
+        pose, plan = KINEMATICS.tcp(joints), KINEMATICS.tcp(self.nominal)
+        axis, angle = rotation_vector(multiply(pose.rotation, transpose(plan.rotation)))
+        way = np.subtract(pose.translation, plan.translation)
+        return [*way, *(angle * np.array(axis))]
+
+
+def push_along(force: tuple[float, float, float]) -> tuple[float, ...]:
+    """A force in the base as a wrench in the axes that the TCP has in POSE."""
+    return (*rotate(transpose(KINEMATICS.tcp(POSE).rotation), force), 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("tick_s", TICKS_S)
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+def test_a_push_deflects_by_force_over_stiffness_and_its_end_brings_the_robot_home(
+    tick_s: float, stiffness: float
+) -> None:
+    robot = Yielding(tick_s)
+    force = (0.01 * stiffness, -0.008 * stiffness, 0.005 * stiffness)
+    robot.load.wrench = push_along(force)
+    off = robot.runs(stiffness, 5.0)[-1]
+    np.testing.assert_allclose(off[:3], np.array(force) / stiffness, rtol=1e-6)
+    np.testing.assert_allclose(off[3:], 0.0, atol=1e-8)
+    robot.load.wrench = NO_FORCE
+    robot.runs(stiffness, 8.0)
+    assert robot.joints == POSE, "exactly"
+    assert robot.compliance.on_plan
+
+
+@pytest.mark.parametrize("tick_s", TICKS_S)
+def test_a_torque_deflects_by_torque_over_stiffness(tick_s: float) -> None:
+    robot = Yielding(tick_s)
+    robot.load.wrench = (0.0, 0.0, 0.0, 0.0, 10.0, 0.0)
+    off = robot.runs(2000.0, 3.0)[-1]
+    axis = rotate(KINEMATICS.tcp(POSE).rotation, (0.0, 1.0, 0.0))
+    np.testing.assert_allclose(off[3:], np.array(axis) * 10.0 / ROTATIONAL_STIFFNESS_NM_PER_RAD, atol=1e-6)
+    np.testing.assert_allclose(off[:3], 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize("tick_s", TICKS_S)
+@pytest.mark.parametrize("stiffness", STIFFNESSES)
+def test_a_step_of_the_force_overshoots_and_settles_as_a_damping_ratio_of_0_7_does(
+    tick_s: float, stiffness: float
+) -> None:
+    robot = Yielding(tick_s)
+    robot.load.wrench = push_along((0.0, 0.005 * stiffness, 0.0))
+    y = robot.runs(stiffness, 3.0)[:, 1] / 0.005
+    frequency = sqrt(stiffness / MASS_KG)
+    damped = frequency * sqrt(1.0 - 0.7**2)
+    t = tick_s * np.arange(1, len(y) + 1)
+    exact = 1.0 - np.exp(-0.7 * frequency * t) * (
+        np.cos(damped * t) + 0.7 * frequency / damped * np.sin(damped * t)
+    )
+    np.testing.assert_allclose(y, exact, atol=1e-6)
+    overshoot = exp(-pi * 0.7 / sqrt(1.0 - 0.7**2))
+    assert y.max() - 1.0 == pytest.approx(overshoot, rel=0.1)
+    late = t > 5.0 / (0.7 * frequency)
+    assert np.abs(y[late] - 1.0).max() < 0.01
+
+
+def test_without_a_spring_the_robot_drifts_and_is_damped() -> None:
+    robot = Yielding(0.002)
+    robot.load.wrench = push_along((0.0, 4.0, 0.0))
+    y = robot.runs(0.0, 1.0)[:, 1]
+    assert (y[-1] - y[-2]) / 0.002 == pytest.approx(4.0 / LEAST_DAMPING_NS_PER_M, rel=0.05)
+    robot.load.wrench = NO_FORCE
+    y = robot.runs(0.0, 4.0)[:, 1]
+    assert abs(y[-1] - y[-2]) < 1e-9
+    assert y[-1] > 0.15, "nothing brings it back"
+
+
+def test_a_torque_on_joints_moves_the_tcp_as_the_wrench_that_does_the_same_work() -> None:
+    by_joints, by_wrench = Yielding(0.002), Yielding(0.002)
+    wrench = push_along((3.0, -5.0, 4.0))
+    by_wrench.load.wrench = wrench
+    by_joints.load.joint_push = by_wrench.load.joint_torques(MODEL, POSE, ROBOT.tool_in_flange)
+    np.testing.assert_allclose(by_joints.runs(2000.0, 0.02), by_wrench.runs(2000.0, 0.02), atol=1e-6)
+    swivelled = Yielding(0.002)
+    _, jacobian = KINEMATICS.tcp_and_jacobian(POSE)
+    null = np.linalg.solve(jacobian, [0.0] * 6 + [1.0])
+    swivelled.load.joint_push = tuple((10.0 * null / (null @ null)).tolist())
+    off = swivelled.runs(2000.0, 3.0)[-1]
+    assert swivelled.joints[2] - POSE[2] > 0.02, "the elbow gives way"
+    assert np.abs(off[:3]).max() < np.abs(swivelled.joints[2] - POSE[2]), "and the TCP less"
+
+
+SURFACES = [1e3, 1e4, 1e5]
+
+
+@pytest.mark.parametrize("tick_s", TICKS_S)
+@pytest.mark.parametrize("surface", SURFACES)
+@pytest.mark.parametrize("stiffness", [0.0, 50.0, 2000.0, 5000.0])
+def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
+    tick_s: float, surface: float, stiffness: float
+) -> None:
+    x, y, z = KINEMATICS.tcp(POSE).translation
+    plane = Plane(surface, (x, y, z + 0.01), damping=1.0)
+    robot = Yielding(tick_s, plane)  # begins 10 mm inside
+    robot.load.wrench = push_along((0.0, 0.0, -20.0))
+    ends = robot.runs(stiffness, 12.0)[-round(0.1 / tick_s) :, 2]
+    assert np.ptp(ends) < 1e-6, "at rest"
+    balanced = (0.01 * surface - 20.0) / (surface + stiffness)
+    depth = 0.01 - balanced
+    assert 0.01 - ends[-1] == pytest.approx(depth, rel=0.01)
+
+
+@pytest.mark.parametrize("tick_s", TICKS_S)
+@pytest.mark.parametrize("surface", SURFACES)
+@pytest.mark.parametrize("stiffness", [0.0, 2000.0, 5000.0])
+@pytest.mark.parametrize("damping", [0.0, 2.0])
+def test_energy_never_grows_in_contact(
+    tick_s: float, surface: float, stiffness: float, damping: float
+) -> None:
+    pose = KINEMATICS.tcp(POSE).translation
+    plane = Plane(surface, pose, damping=damping)
+    robot = Yielding(tick_s, plane)
+    robot.load.wrench = push_along((0.0, 0.0, 40.0))
+    robot.runs(stiffness, 0.3)
+    robot.load.wrench = NO_FORCE
+
+    def energy() -> float:
+        x, v = robot.compliance._x, robot.compliance._v
+        kinetic = 0.5 * MASS_KG * sum(u * u for u in v[:3])
+        depth = plane.depth((pose[0] + x[0], pose[1] + x[1], pose[2] + x[2]))
+        return kinetic + 0.5 * stiffness * hypot(*x[:3]) ** 2 + 0.5 * surface * depth**2
+
+    energies = [energy()]
+    for _ in range(round(1.5 / tick_s)):
+        robot.step(stiffness)
+        energies.append(energy())
+    assert energies[0] > 0.0
+    growth = np.diff(energies)
+    assert growth.max() <= 1e-3 * energies[0]
+    assert energies[-1] < 0.3 * energies[0]
+
+
+# Limits
+
+
+@st.composite
+def pushed(draw: st.DrawFn) -> list[tuple[tuple[float, ...], tuple[float, ...]]]:
+    force = st.floats(-3000.0, 3000.0)
+    kick = st.tuples(st.tuples(*[force] * 6), st.tuples(*[st.floats(-300.0, 300.0)] * 7))
+    return draw(st.lists(kick, min_size=1, max_size=4))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    pushes=pushed(),
+    stiffness=st.sampled_from([0.0, 100.0, 5000.0]),
+    tick_s=st.sampled_from([0.001, 0.002, 0.01]),
+    joints=st.tuples(
+        *[st.floats(low, high) for low, high in zip(ROBOT.position_min, ROBOT.position_max, strict=True)]
+    ),
+)
+def test_no_push_takes_a_joint_beyond_its_limits(
+    pushes: list[tuple[tuple[float, ...], tuple[float, ...]]],
+    stiffness: float,
+    tick_s: float,
+    joints: tuple[float, ...],
+) -> None:
+    robot = Yielding(tick_s, joints=joints)
+    places = [joints]
+    for wrench, joint_push in pushes:
+        robot.load.wrench, robot.load.joint_push = wrench, joint_push
+        places += [robot.step(stiffness) for _ in range(round(0.3 / tick_s))]
+    q = np.array(places)
+    assert np.isfinite(q).all()
+    assert (q >= np.array(ROBOT.position_min)).all()
+    assert (q <= np.array(ROBOT.position_max)).all()
+    assert (np.abs(np.diff(q, axis=0)) <= np.array(ROBOT.velocity) * tick_s * (1 + 1e-9)).all()
+
+
+def test_beyond_its_reach_the_arm_is_stretched_and_comes_back() -> None:
+    robot = Yielding(0.002)
+    x, y, z = KINEMATICS.tcp(POSE).translation
+    outwards = np.array([x, y, z - 0.34])
+    force = 4000.0 * outwards / np.linalg.norm(outwards)
+    robot.load.wrench = push_along(tuple(force))
+    robot.runs(2000.0, 4.0)
+    assert abs(robot.joints[3]) < 0.25, "nearly stretched"
+    robot.load.wrench = NO_FORCE
+    assert np.abs(robot.runs(2000.0, 6.0)[-1]).max() < 1e-4
+    np.testing.assert_allclose(robot.joints, POSE, atol=1e-3)
+
+
+def test_at_a_joint_limit_the_other_joints_go_on() -> None:
+    near = (*POSE[:6], ROBOT.position_max[6] - 0.01)
+    robot = Yielding(0.002, joints=near)
+    axis = np.array(KINEMATICS.tcp_and_jacobian(near)[1][3:6, 6])
+    turn = rotate(transpose(KINEMATICS.tcp(near).rotation), tuple(axis.tolist()))
+    robot.load.wrench = (*push_along((0.0, 0.0, 0.0))[:3], *(20.0 * np.array(turn)))
+    robot.runs(2000.0, 2.0)
+    assert ROBOT.position_max[6] - 1e-4 < robot.joints[6] <= ROBOT.position_max[6]
+    before = KINEMATICS.tcp(robot.joints).translation[2]
+    force = rotate(transpose(KINEMATICS.tcp(robot.joints).rotation), (0.0, 0.0, 40.0))
+    robot.load.wrench = (*force, *robot.load.wrench[3:])
+    robot.runs(2000.0, 2.0)
+    assert KINEMATICS.tcp(robot.joints).translation[2] - before == pytest.approx(0.02, rel=0.3)
+
+
+def test_the_same_again_is_the_same_to_the_bit() -> None:
+    def run() -> list[tuple[float, ...]]:
+        x, y, z = KINEMATICS.tcp(POSE).translation
+        robot = Yielding(0.002, Plane(1e5, (x, y, z - 0.002), (0.3, 0.1, 1.0), damping=1.0))
+        robot.load.wrench = (20.0, 3.0, -5.0, 1.0, 2.0, 3.0)
+        robot.load.joint_push = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+        return [robot.step(500.0) for _ in range(600)]
+
+    assert run() == run()
