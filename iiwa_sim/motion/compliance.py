@@ -304,10 +304,10 @@ class Compliance:
     def _is_home(self, forces: Deflection) -> bool:
         """Whether the robot is as good as on the plan, at rest relative to it, and nothing takes it off."""
         return (
-            max(map(abs, self._x)) < HOME
-            and max(map(abs, self._v)) < HOME
-            and not any(forces)
+            not any(forces)
             and not self._touches()
+            and max(map(abs, self._x)) < HOME
+            and max(map(abs, self._v)) < HOME
             and all(abs(q - n) < HOME for q, n in zip(self._joints, self._nominal, strict=True))
         )
 

@@ -237,9 +237,9 @@ class Impedance:
         self._manners.extend(pending)
 
     def _go_to(self, joints: Joints) -> None:
-        self._velocity = [(a - b) / self._tick_s for a, b in zip(joints, self.joints, strict=True)]
-        self.joints = joints
-        still = max(map(abs, self._velocity)) <= STILL_RAD_PER_S
+        before, self.joints = self.joints, joints
+        self._velocity = [(a - b) / self._tick_s for a, b in zip(joints, before, strict=True)]
+        still = max(self._velocity) <= STILL_RAD_PER_S and min(self._velocity) >= -STILL_RAD_PER_S
         self._still_ticks = self._still_ticks + 1 if still else 0
 
     @property

@@ -112,7 +112,8 @@ class JointSprings:
         kicked = kick @ np.array([*touch[0], *touch[1]])
         for _ in range(self._substeps):
             x, v = step(x, v + kicked, pushed)
-            (dx, vx), (dy, vy), (dz, vz) = (to_place @ np.array([x - start, v + kicked]).T).tolist()
+            dx, dy, dz = (to_place @ (x - start)).tolist()
+            vx, vy, vz = (to_place @ (v + kicked)).tolist()
             touch = feel((px + dx, py + dy, pz + dz), (vx, vy, vz), part_s)
             kicked = kick @ np.array([*touch[0], *touch[1]])
             v = v + kicked

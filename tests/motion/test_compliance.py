@@ -38,7 +38,7 @@ class Yielding:
     """A robot that yields around a pose that stays."""
 
     def __init__(self, tick_s: float, plane: Plane | None = None, joints: tuple[float, ...] = POSE) -> None:
-        self.load = ExternalLoad(len(joints))
+        self.load = ExternalLoad(MODEL, ROBOT.tool_in_flange, joints)
         self.tick_s = tick_s
         bounds = JointBounds(
             tick_s,
@@ -136,7 +136,7 @@ def test_a_torque_on_joints_moves_the_tcp_as_the_wrench_that_does_the_same_work(
     by_joints, by_wrench = Yielding(0.002), Yielding(0.002)
     wrench = push_along((3.0, -5.0, 4.0))
     by_wrench.load.wrench = wrench
-    by_joints.load.joint_push = by_wrench.load.joint_torques(MODEL, POSE, ROBOT.tool_in_flange)
+    by_joints.load.joint_push = by_wrench.load.joint_torques(POSE)
     np.testing.assert_allclose(by_joints.runs(2000.0, 0.02), by_wrench.runs(2000.0, 0.02), atol=1e-6)
     swivelled = Yielding(0.002)
     _, jacobian = KINEMATICS.tcp_and_jacobian(POSE)
