@@ -66,17 +66,17 @@ class Session:
         if not self._closing:
             self._lines.extend(self._splitter.finish())
 
-    def answer(self) -> bytes:
+    def answer(self, most: int = _LINES_AT_ONCE) -> bytes:
         r"""The replies to the next waiting lines, each with its `\r\n`.
 
-        To a slice of them, and only as far as the first move, so that a thousand plans do not keep the
+        To `most` of them, and only as far as the first move, so that a thousand plans do not keep the
         robot's ticks waiting: to be called again while `waiting`.
         """
         lines = self._lines
         log = self._log if self._log.commands else None
         replies: list[bytes] = []
         self._planned = False
-        for _ in range(min(len(lines), _LINES_AT_ONCE)):
+        for _ in range(min(len(lines), most)):
             line = lines.popleft()
             reply = self._reply(line)
             replies.append(reply)
