@@ -359,6 +359,7 @@ class Controller:
         self.stop()
         self._motions.place(checked)
         self._joints_before = checked
+        self.load.place(checked, self._tool_in_flange)
 
     @property
     def tool_in_flange(self) -> Transform:
@@ -372,6 +373,7 @@ class Controller:
         """
         self._check_rest()
         self._tool_in_flange = tool_in_flange
+        self.load.place(self.joints, tool_in_flange)
 
     def record_error(self, code: int, reason: str) -> None:
         """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
