@@ -354,12 +354,16 @@ class Controller:
 
         Raises `Refused` outside the limits, and while anything moves or waits.
         """
-        self._check_rest()
-        checked = self._planner.joint_target(joints, [1.0] * len(joints))
+        checked = self.check_place(joints)
         self.stop()
         self._motions.place(checked)
         self._joints_before = checked
         self.load.place(checked, self._tool_in_flange)
+
+    def check_place(self, joints: Sequence[float]) -> Joints:
+        """Raises `Refused` where `place` would; changes nothing."""
+        self._check_rest()
+        return self._planner.joint_target(joints, [1.0] * len(joints))
 
     @property
     def tool_in_flange(self) -> Transform:
@@ -455,6 +459,10 @@ class Controller:
     def joint_torque(self) -> tuple[float, ...]:
         """The external torque on each joint (Nm)."""
         return self.load.joint_torques(self.joints)
+
+    def tcp(self, joints: Joints | None = None) -> Transform:
+        """The pose of the TCP in the base at joint positions (rad), None for the present ones."""
+        return self._tcp(self.joints if joints is None else joints)
 
     def _tcp(self, joints: Joints) -> Transform:
         return compose(self._model.flange(joints), self._tool_in_flange)

@@ -188,9 +188,10 @@ class Session:
     def _help(self, request: Request) -> bytes:
         if not request.phrase:
             return _line(overview(self._table))
-        command = self._table.commands.get(request.phrase)
+        phrase = request.phrase.lower()
+        command = self._table.commands.get(phrase)
         if command is None:
-            raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, request.phrase))
+            raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, phrase))
         return _line(usage(command))
 
 

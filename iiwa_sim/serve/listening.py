@@ -35,31 +35,7 @@ async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, p
     except (OSError, ValueError) as fault:  # ValueError for characters no host name has
         shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
         raise ListenFault(f"cannot listen on {shown}: {why(fault)}") from fault
-    return await serve_on(listener, open_protocol)
-
-
-async def serve_on(
-    listener: socket.socket, open_protocol: Callable[[], asyncio.BaseProtocol]
-) -> asyncio.Server:
-    """A server that listens at the address to which `listener` is bound."""
     return await asyncio.get_running_loop().create_server(open_protocol, sock=listener, backlog=BACKLOG)
-
-
-def reserve(address: tuple[str, int], family: socket.AddressFamily) -> socket.socket:
-    """Bind to an address without listening: who connects is refused, and nobody else gets the port.
-
-    Raises ListenFault.
-    """
-    reserved = socket.socket(family)
-    try:
-        reserved.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        if family == socket.AF_INET6:
-            reserved.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)  # as create_server does
-        reserved.bind(address)
-    except OSError as fault:
-        reserved.close()
-        raise ListenFault(f"cannot keep {host_and_port(*address)}: {why(fault)}") from fault
-    return reserved
 
 
 def address_of(server: asyncio.Server | None) -> tuple[str, int]:

@@ -8,11 +8,12 @@ import struct
 import sys
 from collections.abc import Callable
 from functools import partial
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from iiwa_sim.dialect.faults import Reset, Send, Step, Wait, WireFaults
+from iiwa_sim.serve.door import Door
 from iiwa_sim.serve.in_order import InOrder
-from iiwa_sim.serve.listening import address_of, listen, peer_of, reserve, serve_on, why
+from iiwa_sim.serve.listening import peer_of, why
 from iiwa_sim.serve.turns import Turns
 
 RECEIVE_BYTES = 65_536
@@ -66,7 +67,7 @@ class PatientSession(LineSession, Protocol):
     """A conversation in which the answer to a line may take its time."""
 
     @property
-    def pending(self) -> asyncio.Future[None] | None:
+    def pending(self) -> asyncio.Future[Any] | None:
         """What the next reply waits for: while that is not done, there is nothing to answer."""
 
 
@@ -97,54 +98,33 @@ class TcpServer:
         self.on_good_bye = on_good_bye
         self.faults = faults or WireFaults()
         self.connections: set[Connection] = set()
-        self._asked = (host, port)
-        self._server: asyncio.Server | None = None
-        self._reserved: socket.socket | None = None
+        self.listening = False
+        self._door = Door(lambda: Connection(self), host, port)
 
     async def start(self) -> None:
         """Listen. Raises ListenFault."""
-        self._server = await listen(lambda: Connection(self), *self._asked)
-
-    @property
-    def listening(self) -> bool:
-        return self._server is not None
+        await self._door.open()
+        self.listening = True
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host and port listened on, or refused at."""
-        if self._reserved is not None:
-            host, port = self._reserved.getsockname()[:2]
-            return host, port
-        return address_of(self._server)
+        """Host and port listened on."""
+        return self._door.address
 
     def refuse(self) -> None:
-        """Let nobody connect until `accept`: the system answers RST. Who is connected is served.
+        """Let nobody connect until `accept`; who is connected is served. Raises ListenFault."""
+        self._door.refuse()
 
-        The port remains ours. Raises ListenFault where it does not, and RuntimeError where none is listened
-        on.
-        """
-        if self._reserved is None:
-            address = self.address
-            assert self._server is not None
-            family = self._server.sockets[0].family
-            self._server.close()
-            self._reserved = reserve(address, family)
-
-    async def accept(self) -> None:
+    def accept(self) -> None:
         """Let clients connect again."""
-        if self._reserved is not None:
-            listener, self._reserved = self._reserved, None
-            self._server = await serve_on(listener, lambda: Connection(self))
+        self._door.accept()
 
     async def close(self) -> None:
         """Listen no more and close every connection; takes a little more than CLOSING_S at most."""
-        if self._server is None:
+        if not self.listening:
             return
-        self._server.close()
-        self._server = None
-        if self._reserved is not None:
-            self._reserved.close()
-            self._reserved = None
+        self.listening = False
+        self._door.close()
         self.turns.close()
         open_connections = list(self.connections)
         for connection in open_connections:
