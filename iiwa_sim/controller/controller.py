@@ -27,7 +27,7 @@ from iiwa_sim.controller.modes import (
     Mode,
     Transition,
 )
-from iiwa_sim.controller.motions import Target
+from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
@@ -95,15 +95,7 @@ class Controller:
         start = description.home if start is None else start
         self.load = ExternalLoad(self._model, self._tool_in_flange, start, world, noise)
         """What pushes the robot from outside, and what it touches."""
-        self._motions = motions_of(
-            self._model,
-            self._tool_in_flange,
-            start,
-            tick_s,
-            self._targets.limits[Mode.SMART],
-            self.load,
-            None if world is None or world.empty else world.feel,
-        )
+        self._motions = self._motions_from(start)
         self._joints_before = self._motions.joints  # the last tick
         self._faults = Faults()
         self._accepted = 0
@@ -355,8 +347,7 @@ class Controller:
         Raises `Refused` outside the limits, and while anything moves or waits.
         """
         checked = self.check_place(joints)
-        self.stop()
-        self._motions.place(checked)
+        self._begin_anew(checked)
         self._joints_before = checked
         self.load.place(checked, self._tool_in_flange)
 
@@ -371,12 +362,13 @@ class Controller:
         return self._tool_in_flange
 
     def set_tool(self, tool_in_flange: Transform) -> None:
-        """Take the TCP to be there from now on; raises `Refused` while anything moves or waits.
+        """Take the TCP to be there from now on, in no mode; raises `Refused` while anything moves or waits.
 
         What waits was planned with the tool before.
         """
         self._check_rest()
         self._tool_in_flange = tool_in_flange
+        self._begin_anew(self.joints)
         self.load.place(self.joints, tool_in_flange)
 
     def record_error(self, code: int, reason: str) -> None:
@@ -575,6 +567,19 @@ class Controller:
         """Tell of what has gone wrong between commands."""
         if self._on_fault is not None:
             self._on_fault(code, reason)
+
+    def _begin_anew(self, joints: Joints) -> None:
+        """Have motions that know of nothing before, at rest at joint positions (rad), in no mode."""
+        override = self.override
+        self.mode = Mode.UNKNOWN
+        self._motions = self._motions_from(joints)
+        self._motions.set_override(override)
+
+    def _motions_from(self, joints: Joints) -> Motions:
+        limits = self._targets.limits[Mode.SMART]
+        return motions_of(
+            self._model, self._tool_in_flange, joints, self.tick_s, limits, self.load, self.load.world.feel
+        )
 
     def _check_rest(self) -> None:
         if self.moving:

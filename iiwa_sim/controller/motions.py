@@ -202,11 +202,6 @@ class Motions:
         """Whether its moves wait until another motion has come to rest."""
         return self._queue is not self._active and self._active.moving
 
-    def place(self, joints: Joints) -> None:
-        """Be at rest at other joint positions (rad). Nothing may move or wait."""
-        self._drive.start_from(joints)
-        self._servo.start_from(joints)
-
     def step(self) -> None:
         """One tick. Where the active motion fails, what waits is forgotten, and what it raised is raised."""
         self._override.step()
