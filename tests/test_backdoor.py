@@ -133,8 +133,8 @@ async def test_garbled_replies_are_the_same_with_the_same_seed(simulator: Simula
         said.append(await driver.reply())
         assert [await driver.reply() for _ in range(2)] == ["unknown", "1.0"]
     assert said[0] == said[1] != said[2]
-    assert all(len(each) == 5 and not set(each) <= {" "} for each in said)
-    assert "hello" not in said
+    assert all(len(each) == 5 for each in said)
+    assert all(was != now for each in said for was, now in zip("hello", each, strict=True))
     await driver.leaves()
 
 
@@ -169,7 +169,9 @@ async def test_a_connection_that_ends_at_a_reply(
 
 
 @pytest.mark.parametrize("line", ["close connections", "reset connections"])
-async def test_a_connection_that_ends_now_stops_its_move(simulator: Simulator, bench: Client, line: str) -> None:
+async def test_a_connection_that_ends_now_stops_its_move(
+    simulator: Simulator, bench: Client, line: str
+) -> None:
     driver, number = await connect(simulator)
     other, _ = await connect(simulator)
     assert await driver.ask(FAR) == "done"
@@ -347,7 +349,9 @@ async def test_what_a_driver_sees_of_a_fault_of_the_robot(
     await driver.leaves()
 
 
-async def test_the_next_move_is_refused_and_the_one_behind_it_not(simulator: Simulator, bench: Client) -> None:
+async def test_the_next_move_is_refused_and_the_one_behind_it_not(
+    simulator: Simulator, bench: Client
+) -> None:
     driver, _ = await connect(simulator)
     await told(bench, "refuse next move : 3021")
     assert await driver.ask("get mode") == "unknown"
@@ -359,7 +363,9 @@ async def test_the_next_move_is_refused_and_the_one_behind_it_not(simulator: Sim
     await driver.leaves()
 
 
-async def test_what_the_bench_pushes_and_switches_the_driver_reads(simulator: Simulator, bench: Client) -> None:
+async def test_the_driver_reads_what_the_bench_pushes_and_switches(
+    simulator: Simulator, bench: Client
+) -> None:
     driver, _ = await connect(simulator)
     await told(bench, "push : 1 -2 3 0.5 0 0")
     assert await driver.ask("get cartesian force") == "1.0 -2.0 3.0 0.5 0.0 0.0"
@@ -422,7 +428,11 @@ def test_as_a_process() -> None:
 
 def test_an_option_that_is_wrong() -> None:
     done = subprocess.run(
-        [*IIWA_SIM, "--backdoor-port", "70000"], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+        [*IIWA_SIM, "--backdoor-port", "70000"],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
     )
     assert done.returncode == 2
     assert "--backdoor-port: '70000' is not a whole number from 0 to 65535" in done.stderr
