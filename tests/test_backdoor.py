@@ -9,20 +9,27 @@ import signal
 import socket
 import subprocess
 from collections.abc import AsyncIterator
+from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.dialect.faults import NEXT, Delay
+from iiwa_sim.dialect.table import load_table
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.processes import IIWA_SIM, running
 from tests.talking import DEADLINE_S, Client, until
+from tests.test_transcripts import exchanges
 
 FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
 PIPELINED = b"hello\r\nget mode\r\nget override\r\n"
 ANSWERED = b"hello\r\nunknown\r\n1.0\r\n"
 LATE_S = 0.2
+DIALOGUE = exchanges(files("iiwa_sim.protocol").joinpath("transcripts/backdoor/backdoor.txt").read_text())
+OF_TIME = {"get state", "advance", "run until stopped", "pause", "resume", "set clock", "get clock"}
+PAGE = (Path(__file__).parent.parent / "docs" / "backdoor.md").read_text()
 A_WHILE = 20  # answers to somebody else, as a measure of time
 
 
@@ -436,3 +443,15 @@ def test_an_option_that_is_wrong() -> None:
     )
     assert done.returncode == 2
     assert "--backdoor-port: '70000' is not a whole number from 0 to 65535" in done.stderr
+
+
+async def test_its_dialogue_is_answered_word_for_word(bench: Client) -> None:
+    for said, answered in DIALOGUE:
+        assert await bench.ask(said) == answered, said
+
+
+def test_every_command_is_in_the_dialogue_and_on_the_page() -> None:
+    commands = set(load_table("backdoor").commands)
+    said = {line.partition(" :")[0] for line, _ in DIALOGUE}
+    assert commands - OF_TIME <= said
+    assert {name for name in commands if f"`{name} :" in PAGE or f"`{name}`" in PAGE} == commands
