@@ -8,7 +8,9 @@ from typing import Self
 from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.clock import DEFAULT_RATE_HZ, RealTimeClock
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
+from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
@@ -70,9 +72,11 @@ class Simulator:
             noise=self.cell.noise(),
             io=Io(self.cell.input_names, self.cell.output_names),
             servo_timeout_s=servo_timeout_s,
-            on_fault=robot_fault,
-            on_contact=robot_contact,
+            on_fault=self._robot_fault,
+            on_contact=self._robot_contact,
         )
+        self.dialogue = Dialogue(lambda: self.controller.tick)
+        """What is said on the main port; `dialogue.listeners.append(listener)` hears it."""
         self._log = SessionLog()
         self._server = TcpServer(
             self._open_session, host, port, turns=Turns(exclusive, reconnect_pause_s), on_good_bye=on_bye
@@ -139,4 +143,12 @@ class Simulator:
         return StatusSession(self.controller, self._log, name)
 
     def _open_session(self, name: str) -> Session:
-        return Session(self.controller, self._log, name)
+        return Session(self.controller, self._log, name, self.dialogue)
+
+    def _robot_fault(self, code: int, reason: str) -> None:
+        robot_fault(code, reason)
+        self.dialogue.event("robot", f"{code} {reason}")
+
+    def _robot_contact(self, contact: Contact) -> None:
+        robot_contact(contact)
+        self.dialogue.event("robot", str(contact))
