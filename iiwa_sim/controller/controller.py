@@ -348,7 +348,7 @@ class Controller:
             e_stopped=int(faults.e_stopped),
             drives_powered=int(faults.drives_powered),
             motion_possible=int(standing is None),
-            in_motion=int(self.moving and not self._motions.pausing),
+            in_motion=int(self.under_way),
             in_error=int(standing is not None),
             error_code=NO_CODE if standing is None else standing.code,
         )
@@ -357,6 +357,16 @@ class Controller:
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits, also for an override above 0."""
         return self._motions.moving
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the robot moves, and not only waits for an override above 0."""
+        return self._motions.moving and not self._motions.pausing
+
+    @property
+    def accepted(self) -> int:
+        """Moves accepted since the start: the number of the newest one."""
+        return self._accepted
 
     @property
     def joints(self) -> Joints:
