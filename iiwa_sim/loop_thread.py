@@ -3,6 +3,7 @@
 import asyncio
 import threading
 from collections.abc import Callable, Coroutine
+from concurrent.futures import CancelledError, Future
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -18,6 +19,9 @@ class LoopThread:
         # The loop of the thread that calls this stays what it is: so the factory.
         self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
         self._loop = self._runner.get_loop()
+        self._lock = threading.Lock()
+        self._waited_for: set[Future[Any]] = set()
+        self._closed = False
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -26,21 +30,30 @@ class LoopThread:
         """Whether the caller is in this thread."""
         return threading.current_thread() is self._thread
 
-    def wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
+    def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]]) -> T:
         """Run a coroutine in the loop and wait for its end; what it raises is raised here.
 
         If the wait is interrupted, the coroutine is cancelled. Raises RuntimeError in this thread itself,
-        where that would wait for ever, and once the loop is closed.
+        where that would wait for ever, and where the loop is closed, also if that happens meanwhile.
         """
         if self.current:
             raise RuntimeError("the loop cannot wait for itself")
-        if not self._thread.is_alive():
-            raise RuntimeError("the loop is closed")
-        waited_for = asyncio.run_coroutine_threadsafe(coroutine(), self._loop)
+        with self._lock:
+            if self._closed:
+                raise RuntimeError("the loop is closed")
+            coroutine = function()
+            waited_for = asyncio.run_coroutine_threadsafe(coroutine, self._loop)
+            self._waited_for.add(waited_for)
         try:
             return waited_for.result()
+        except CancelledError:
+            raise RuntimeError("the loop was closed") from None
         finally:
             waited_for.cancel()
+            with self._lock:
+                self._waited_for.discard(waited_for)
+                if self._closed:
+                    coroutine.close()  # if it never began, Python would complain
 
     def close(self) -> None:
         """Cancel what still runs in the loop, end the thread and wait for that."""
@@ -49,5 +62,11 @@ class LoopThread:
             self._thread.join()
 
     def _run(self) -> None:
-        with self._runner:
-            self._loop.run_forever()
+        try:
+            with self._runner:
+                self._loop.run_forever()
+        finally:
+            with self._lock:
+                self._closed = True
+                for waited_for in self._waited_for:
+                    waited_for.cancel()
