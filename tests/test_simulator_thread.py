@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import threading
+from pathlib import Path
 
 import pytest
 
 from iiwa_sim.client import Iiwa
+from iiwa_sim.clock import clock
 from iiwa_sim.clock.clock import StillMoving
+from iiwa_sim.dialect.dialogue import Said
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 
@@ -18,13 +20,16 @@ SLOWLY = [0.06] * 7  # some ten seconds
 
 
 def left() -> tuple[int, list[str]]:
-    return threading.active_count(), sorted(os.listdir("/proc/self/fd"))
+    return threading.active_count(), sorted(path.name for path in Path("/proc/self/fd").iterdir())
 
 
 def test_ready_means_listening_and_the_end_leaves_nothing() -> None:
     before = left()
     for _ in range(10):
-        with Simulator(clock="fast", status_port=0) as simulator, Iiwa(simulator.host, simulator.port) as robot:
+        with (
+            Simulator(clock="fast", status_port=0) as simulator,
+            Iiwa(simulator.host, simulator.port) as robot,
+        ):
             robot.hello()
             robot.joint_move(THERE, SLOWLY)
     assert left() == before
@@ -32,7 +37,7 @@ def test_ready_means_listening_and_the_end_leaves_nothing() -> None:
 
 def test_a_fault_in_the_context_is_raised_and_the_robot_goes() -> None:
     before = left()
-    with pytest.raises(ZeroDivisionError), Simulator() as simulator:  # noqa
+    with pytest.raises(ZeroDivisionError), Simulator() as simulator:
         simulator.call(lambda: 1 / 0)
     assert left() == before
 
@@ -74,31 +79,18 @@ def test_fast_runs_a_move_while_the_driver_polls() -> None:
         assert simulator.state().time_s > 9.0
 
 
-def test_moves_sent_one_behind_the_other_blend_in_fast_as_in_real_time() -> None:
-    def corner(clock: str, *, paused: bool) -> float:
-        """How near the TCP comes to the target in the middle (mm)."""
-        with Simulator(clock=clock) as simulator, Iiwa(simulator.host, simulator.port) as robot:
-            controller, y_mm = simulator.controller, list[float]()
-            step = controller.step
-
-            def seen() -> None:
-                step()
-                y_mm.append(controller.tool_frame()[1])
-
-            if paused:
-                simulator.pause()
-            simulator.call(lambda: setattr(controller, "step", seen))
-            robot.lin_move([450, 100, 520, 0, -1.57079, 0], 0.5, 30)
-            robot.lin_move([500, 100, 520, 0, -1.57079, 0], 0.5, 0)
-            simulator.resume()
-            simulator.run_until_stopped()
-            return len(y_mm) - y_mm.index(max(y_mm))  # ticks on the second line, which is exact
-
-    assert corner("fast", paused=False) > 0
+def test_in_fast_a_move_begins_only_when_the_driver_had_time_to_send_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("HOLD_NS", "LONGEST_HOLD_NS"):
+        monkeypatch.setattr(clock, name, 10**12)
     with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
-        for y in (100, 0) * 10:
-            robot.lin_move([450, y, 520, 0, -1.57079, 0], 0.5, 30)
-        assert simulator.call(lambda: simulator.controller.tick * 0) == 0
+        home = simulator.joints
+        for y_mm in (100, 0, 100):
+            robot.lin_move([450, y_mm, 520, 0, -1.57079, 0], 0.5, 30)
+            assert robot.get_status() == "moving"
+            assert simulator.joints == home
+        assert robot.get_queue() == 2, "behind the one that is about to run"
 
 
 def test_time_is_paused_and_its_pace_changed() -> None:
@@ -117,14 +109,19 @@ def test_time_is_paused_and_its_pace_changed() -> None:
             simulator.set_clock("slow")
 
 
+def tell(said: Said, told: threading.Event) -> None:
+    if said.session == "robot":
+        told.set()
+
+
 def test_the_servo_timeout_comes_at_rest_in_fast_too() -> None:
     with (
         Simulator(clock="fast", servo_timeout_s=0.05) as simulator,
         Iiwa(simulator.host, simulator.port) as robot,
     ):
-        robot.smart_joint_move(list(simulator.joints), [1.0] * 7)
         told = threading.Event()
-        simulator.call(lambda: simulator.dialogue.listeners.append(lambda _: told.set()))
+        simulator.call(lambda: simulator.dialogue.listeners.append(lambda said: tell(said, told)))
+        robot.smart_joint_move(list(simulator.joints), [1.0] * 7)
         assert told.wait(60)
         assert robot.get_error().code == 3040
 
