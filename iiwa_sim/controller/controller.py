@@ -348,7 +348,7 @@ class Controller:
             e_stopped=int(faults.e_stopped),
             drives_powered=int(faults.drives_powered),
             motion_possible=int(standing is None),
-            in_motion=int(self.under_way),
+            in_motion=int(self.moving and not self._motions.pausing),
             in_error=int(standing is not None),
             error_code=NO_CODE if standing is None else standing.code,
         )
@@ -360,8 +360,11 @@ class Controller:
 
     @property
     def under_way(self) -> bool:
-        """Whether the robot moves, and not only waits for an override above 0."""
-        return self._motions.moving and not self._motions.pausing
+        """Whether the robot moves, and will stop without another command.
+
+        That is not so while an override of 0 pauses it, and in a gravity hold.
+        """
+        return self.moving and not self._motions.pausing and not self._motions.hold_runs
 
     @property
     def accepted(self) -> int:

@@ -67,7 +67,7 @@ async def told(program: list[Any]) -> ProgrammedRobot:
     return robot
 
 
-@settings(max_examples=8, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     program=programs(load_robot()),
     late_ns=st.lists(st.integers(0, 60 * MS_NS), min_size=1, max_size=5),
