@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import Iiwa
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.faults import NEXT, Delay
 from iiwa_sim.dialect.table import load_table
 from iiwa_sim.serve.listening import ListenFault
@@ -28,7 +29,7 @@ PIPELINED = b"hello\r\nget mode\r\nget override\r\n"
 ANSWERED = b"hello\r\nunknown\r\n1.0\r\n"
 LATE_S = 0.2
 DIALOGUE = exchanges(files("iiwa_sim.protocol").joinpath("transcripts/backdoor/backdoor.txt").read_text())
-OF_TIME = {"get state", "advance", "run until stopped", "pause", "resume", "set clock", "get clock"}
+NOT_IN_IT = {"get state"}  # it tells when that was
 PAGE = (Path(__file__).parent.parent / "docs" / "backdoor.md").read_text()
 A_WHILE = 20  # answers to somebody else, as a measure of time
 
@@ -453,5 +454,49 @@ async def test_its_dialogue_is_answered_word_for_word(bench: Client) -> None:
 def test_every_command_is_in_the_dialogue_and_on_the_page() -> None:
     commands = set(load_table("backdoor").commands)
     said = {line.partition(" :")[0] for line, _ in DIALOGUE}
-    assert commands - OF_TIME <= said
+    assert commands - NOT_IN_IT <= said
     assert {name for name in commands if f"`{name} :" in PAGE or f"`{name}`" in PAGE} == commands
+
+
+def test_from_another_thread_while_the_robot_moves() -> None:
+    with Simulator(clock="stepped", backdoor_port=0) as simulator:
+        with Iiwa(simulator.host, simulator.port) as robot:
+            robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+            simulator.advance(1.0)
+            with pytest.raises(Refused, match="the robot has to be at rest"):
+                simulator.backdoor.place((0.0,) * 7)
+            simulator.backdoor.fail_move(3000)
+            assert simulator.run_until_stopped() <= 0.1
+            assert robot.get_error().reason == "made to fail through the backdoor"
+            simulator.backdoor.restore_state("start")
+            assert simulator.backdoor.state().error.code == 0
+            assert simulator.joints == simulator.cell.description.home
+            assert list(simulator.backdoor.connections()) == [1]
+
+
+async def test_time_is_told_over_the_socket_and_lines_behind_wait_for_it() -> None:
+    async with Simulator(clock="stepped", backdoor_port=0) as simulator:
+        assert simulator.backdoor_port is not None
+        driver = await Client.connect(simulator.port)
+        bench = await Client.connect(simulator.backdoor_port)
+        assert await driver.ask(FAR) == "done"
+        assert await driver.ask("get status") == "moving"
+        bench.send(b"advance : 3\r\nget clock\r\nrun until stopped : 0\r\nrun until stopped : 600\r\n")
+        assert await bench.reply() == "done"
+        assert simulator.controller.tick >= 1500
+        assert await bench.reply() == "stepped"
+        assert (await bench.reply()).startswith("error 3000 the robot still moves after 0 s")
+        assert float(await bench.reply()) > 1.0
+        assert await driver.ask("get joint position") == "1.0 1.0 1.0 -1.5 1.0 1.0 1.0"
+        await driver.leaves()
+        await bench.leaves()
+
+
+async def test_in_haste_a_push_that_moves_the_robot_is_noticed() -> None:
+    async with Simulator(clock="fast", backdoor_port=0) as simulator:
+        driver = await Client.connect(simulator.port)
+        assert await driver.ask("start gravity : 500") == "done"
+        await until(lambda: simulator.controller.tick > 0)
+        simulator.backdoor.push_joints((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0))
+        await until(lambda: simulator.controller.joints[6] == pytest.approx(0.01, rel=0.01))
+        await driver.leaves()

@@ -6,13 +6,14 @@ from math import isfinite
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from iiwa_sim.backdoor import surfaces
-from iiwa_sim.backdoor.outside import ClockControl, Entrance
+from iiwa_sim.backdoor.outside import Entrance
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.settings import POSE_RANGES, AnySurface
+from iiwa_sim.clock.clock import Clock, StillMoving
+from iiwa_sim.clock.pace import pace
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import (
-    COMPONENT_NOT_READY,
     EXECUTION,
     STOP_TRIGGERED,
     ErrorRecord,
@@ -73,7 +74,7 @@ class Backdoor:
         controller: Controller,
         wire: WireFaults,
         entrance: Entrance,
-        clock: ClockControl | None = None,
+        clock: Clock,
         call: Call = _at_once,
     ) -> None:
         self.call = call
@@ -86,51 +87,48 @@ class Backdoor:
     # Time
 
     async def advance(self, seconds: float) -> None:
-        """Make the ticks of so much simulated time (0 to a day), as fast as the machine can."""
+        """Make the ticks of so much simulated time (0 to a day), as fast as the machine can.
+
+        To be awaited where the robot lives; `Simulator.advance` is for other threads.
+        """
         try:
-            await self.clock.advance(seconds)
+            await self._clock.advance(seconds)
         except ValueError as fault:
             raise Refused(EXECUTION, str(fault)) from None
 
     async def run_until_stopped(self, limit_s: float) -> float:
         """Make ticks until the robot has stopped; gives the simulated seconds that took.
 
-        Raises `Refused` where it still moves after `limit_s` (0 to a day), too; those ticks are made.
+        Refused where it still moves after `limit_s` (0 to a day), too; those ticks are made. To be awaited
+        like `advance`.
         """
         try:
-            return await self.clock.run_until_stopped(limit_s)
-        except (ValueError, TimeoutError) as fault:
+            return await self._clock.run_until_stopped(limit_s)
+        except (ValueError, StillMoving) as fault:
             raise Refused(EXECUTION, str(fault)) from None
 
     @_called
     def pause(self) -> None:
         """Let time stand still, but for `advance` and `run_until_stopped`."""
-        self.clock.pause()
+        self._clock.pause()
 
     @_called
     def resume(self) -> None:
         """Let time pass again."""
-        self.clock.resume()
+        self._clock.resume()
 
     @_called
     def set_clock(self, name: str) -> None:
-        """Let time pass otherwise: real, 10x or another multiple, fast, stepped."""
+        """Let time pass otherwise: real, 10x or another multiple, fast, stepped. A pause goes on."""
         try:
-            self.clock.set(name)
+            self._clock.set_pace(pace(name))
         except ValueError as fault:
             raise Refused(EXECUTION, str(fault)) from None
 
     @_called
     def get_clock(self) -> str:
         """How time passes, with `paused` behind it where it is."""
-        return f"{self.clock.name}{' paused' if self.clock.paused else ''}"
-
-    @property
-    def clock(self) -> ClockControl:
-        """Raises `Refused` where there is none that can be told anything."""
-        if self._clock is None:
-            raise Refused(COMPONENT_NOT_READY, "not available in this version: to steer the clock")
-        return self._clock
+        return f"{self._clock.pace.name}{' paused' if self._clock.paused else ''}"
 
     # What pushes the robot, and what it touches
 

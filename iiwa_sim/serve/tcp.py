@@ -76,8 +76,9 @@ class TcpServer:
 
     `port` 0 picks a free one; `address` says which. A host name stands for its first address, IPv4 before
     IPv6. A client that does not read its replies for `unread_s` is dropped. One that has to wait for its turn
-    is connected, but nothing is read from it. `on_good_bye` is called when a client has said good-bye and
-    been answered. What befalls replies on their way is in `faults`.
+    is connected, but nothing is read from it. `on_answered` is called when lines of a client have been
+    carried out, `on_good_bye` when it has said good-bye and been answered. What befalls replies on their way
+    is in `faults`.
     """
 
     def __init__(
@@ -88,6 +89,7 @@ class TcpServer:
         *,
         unread_s: float = UNREAD_S,
         turns: Turns | None = None,
+        on_answered: Callable[[], None] | None = None,
         on_good_bye: Callable[[], None] | None = None,
         faults: WireFaults | None = None,
     ) -> None:
@@ -95,6 +97,7 @@ class TcpServer:
         self.open_session = open_session
         self.unread_s = unread_s
         self.turns = turns or Turns()
+        self.on_answered = on_answered
         self.on_good_bye = on_good_bye
         self.faults = faults or WireFaults()
         self.connections: set[Connection] = set()
@@ -267,6 +270,8 @@ class Connection(asyncio.BufferedProtocol):
             logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
             self.abort()
         else:
+            if waiting and self._server.on_answered is not None:
+                self._server.on_answered()
             self._go_on_or_end()
 
     def _send(self, replies: bytes) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.session import BackdoorSession
+from iiwa_sim.clock.clock import Clock
+from iiwa_sim.clock.pace import STEPPED
 from iiwa_sim.dialect.faults import WireFaults
 from tests.dialect.fake_robot import Conversation, Journal
 from tests.stepped import SteppedRobot
@@ -22,40 +24,6 @@ class OpenDoor:
         self.open = True
 
 
-class SteppedClock:
-    """Steps a robot when told, and at no other time."""
-
-    name = "stepped"
-    paused = False
-
-    def __init__(self, robot: SteppedRobot) -> None:
-        self.robot = robot
-
-    async def advance(self, seconds: float) -> None:
-        if seconds > 3600.0:
-            raise ValueError(f"{seconds:g} s: too long")
-        self.robot.step(round(seconds / self.robot.tick_s))
-
-    async def run_until_stopped(self, limit_s: float) -> float:
-        before = self.robot.controller.tick
-        while self.robot.controller.moving:
-            if (self.robot.controller.tick - before) * self.robot.tick_s >= limit_s:
-                raise TimeoutError("the robot still moves")
-            self.robot.step()
-        return (self.robot.controller.tick - before) * self.robot.tick_s
-
-    def pause(self) -> None:
-        self.paused = True
-
-    def resume(self) -> None:
-        self.paused = False
-
-    def set(self, name: str) -> None:
-        if name not in ("fast", "stepped"):
-            raise ValueError(f"clock {name!r}: expected fast or stepped")
-        self.name = name
-
-
 class Bench:
     """All of it."""
 
@@ -63,7 +31,7 @@ class Bench:
         self.robot = SteppedRobot()
         self.controller = self.robot.controller
         self.driver = Conversation(self.controller)
-        self.wire, self.door, self.clock = WireFaults(), OpenDoor(), SteppedClock(self.robot)
+        self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
         self.backdoor = Backdoor(self.controller, self.wire, self.door, self.clock)
         self.journal = Journal()
         self.session = BackdoorSession(self.backdoor, self.journal, "bench")
