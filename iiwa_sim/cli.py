@@ -18,7 +18,8 @@ from typing import NoReturn
 
 from iiwa_sim import log
 from iiwa_sim.cell.settings import CellFault
-from iiwa_sim.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
+from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
+from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
@@ -74,6 +75,7 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         host=options.host,
         port=options.port,
         rate_hz=options.rate,
+        clock=options.clock,
         servo_timeout_s=options.servo_timeout,
         status_port=options.status_port,
         status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
@@ -230,6 +232,14 @@ def _parser() -> _Parser:
     )
     _add_rate(parser)
     parser.add_argument(
+        "--clock",
+        type=_pace,
+        default=REAL,
+        metavar="real|10x|fast|stepped",
+        help=f"how simulated time passes: in real time, {MIN_SPEED:g} to {MAX_SPEED:g} times as fast, as "
+        "fast as it can while the robot is under way, or only when told (default: real)",
+    )
+    parser.add_argument(
         "--servo-timeout",
         type=_seconds(LONGEST_SERVO_TIMEOUT_S),
         metavar="SECONDS",
@@ -328,6 +338,13 @@ def _add_rate(parser: _Parser) -> None:
         metavar="HZ",
         help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: %(default)s)",
     )
+
+
+def _pace(text: str) -> Pace:
+    try:
+        return pace(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not {EXPECTED}") from None
 
 
 def _picture(text: str) -> Path:

@@ -1,33 +1,51 @@
 """The simulator put together: a cell, its controller, the clock that steps it and the server that talks."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self, TypeVar
 
 from iiwa_sim.cell.cell import load_cell, robot_alone
-from iiwa_sim.clock import DEFAULT_RATE_HZ, RealTimeClock
+from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock
+from iiwa_sim.clock.pace import REAL, Pace, pace
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
+from iiwa_sim.controller.snapshot import Snapshot, snapshot
+from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
+from iiwa_sim.loop_thread import LoopThread
+from iiwa_sim.motion.path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.serve.turns import Turns
 
+T = TypeVar("T")
+
 
 class Simulator:
-    """A robot that listens and moves while the context is open, inside the caller's asyncio loop.
+    """A robot that listens and moves while the context is open: in a thread of its own,
 
-        async with Simulator("lbr_iiwa_14_r820") as simulator:
+        with Simulator("lbr_iiwa_14_r820", clock="fast") as simulator:
+            driver = MyDriver(simulator.host, simulator.port)
+
+    or inside the caller's asyncio loop.
+
+        async with Simulator() as simulator:
             reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
 
+    With a thread, the methods here may be called from any other thread, and wait until they are done; what
+    else there is (`controller`, `clock`, `dialogue`) belongs to the thread: reach it through `call`. In a
+    loop, the methods that let time pass raise RuntimeError: there, await those of `clock`.
+
     `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`
-    is the path of a cell.toml, which names its robot. `port` 0 picks a free port; a servo mode ends when it
-    hears of no command for `servo_timeout_s`, None for never.
+    is the path of a cell.toml, which names its robot. `port` 0 picks a free port; `clock` says how simulated
+    time passes, "real", "10x" or any other multiple, "fast" or "stepped", see `iiwa_sim.clock.clock`; a servo
+    mode ends when it hears of no command for `servo_timeout_s`, None for never.
 
     With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
     second of simulated time. With `exclusive`, clients are served one after the other, and in any case the
@@ -35,8 +53,9 @@ class Simulator:
     been answered: there the caller may leave the context.
 
     Raises CellFault or RobotFault for a cell or a robot that cannot be used, and ValueError for both
-    together, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time
-    outside 0 to a day; entering the context raises ListenFault if host and ports cannot be listened on.
+    together, a clock that there is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or
+    above the rate, or a time outside 0 to a day; entering the context raises ListenFault if host and ports
+    cannot be listened on.
     """
 
     def __init__(
@@ -47,6 +66,7 @@ class Simulator:
         host: str = "127.0.0.1",
         port: int = 0,
         rate_hz: int = DEFAULT_RATE_HZ,
+        clock: str | Pace = REAL,
         servo_timeout_s: float | None = None,
         status_port: int | None = None,
         status_rate_hz: int = status_stream.DEFAULT_RATE_HZ,
@@ -60,23 +80,32 @@ class Simulator:
             self.cell = robot_alone(DEFAULT_ROBOT if robot is None else robot)
         else:
             self.cell = load_cell(cell)
-        self._clock = RealTimeClock(rate_hz)
+        self.clock = Clock(rate_hz, clock if isinstance(clock, Pace) else pace(clock))
         self.controller = Controller(
             self.cell.description,
-            self._clock.tick_s,
+            self.clock.tick_s,
             start=self.cell.start,
             tool_in_flange=self.cell.tool_in_flange,
             world=self.cell.world(),
             noise=self.cell.noise(),
             io=Io(self.cell.input_names, self.cell.output_names),
             servo_timeout_s=servo_timeout_s,
-            on_fault=robot_fault,
-            on_contact=robot_contact,
+            on_fault=self._robot_fault,
+            on_contact=self._robot_contact,
         )
+        self.dialogue = Dialogue(lambda: self.controller.tick)
+        """What is said on the main port; `dialogue.listeners.append(listener)` hears it."""
         self._log = SessionLog()
         self._server = TcpServer(
-            self._open_session, host, port, turns=Turns(exclusive, reconnect_pause_s), on_good_bye=on_bye
+            self._open_session,
+            host,
+            port,
+            turns=Turns(exclusive, reconnect_pause_s),
+            on_answered=self._heed,
+            on_good_bye=on_bye,
         )
+        self._accepted = 0  # moves the clock knows of
+        self._thread: LoopThread | None = None
         self._status: StatusStream | None = None
         if status_port is not None:
             self._status = StatusStream(
@@ -111,7 +140,7 @@ class Simulator:
         except BaseException:
             await self._server.close()
             raise
-        self._clock.start(self.controller.step if self._status is None else self._step)
+        self.clock.start(self.controller if self._status is None else _Seen(self.controller, self._status))
         return self
 
     async def __aexit__(
@@ -123,14 +152,100 @@ class Simulator:
             if self._status is not None:
                 await self._status.close()
         finally:
-            self._clock.stop()
+            self.clock.stop()
 
-    def _step(self) -> None:
+    def __enter__(self) -> Self:
+        if self._thread is not None:
+            raise RuntimeError("the simulator runs already")
+        self._thread = LoopThread("iiwa-sim")
         try:
-            self.controller.step()
-        finally:  # a robot that fails is still seen
-            if self._status is not None:
-                self._status.tick()
+            return self._thread.wait_for(self.__aenter__)
+        except BaseException:
+            self._leave(self._thread)
+            raise
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
+    ) -> None:
+        if self._thread is not None:
+            self._leave(self._thread)
+
+    def call(self, function: Callable[[], T]) -> T:
+        """What `function` gives, or raises, called between two ticks in the robot's thread.
+
+        Where that has ended, or there is none, the function is called at once.
+        """
+
+        async def called() -> T:
+            return self._called(function)
+
+        if self._thread is None or self._thread.current:
+            return self._called(function)
+        return self._thread.wait_for(called)
+
+    def advance(self, seconds: float) -> None:
+        """Let so much simulated time pass (0 to a day), at any clock, as fast as the machine can.
+
+        A part of a tick counts as a whole one. Raises ValueError for a time out of range.
+        """
+        self._wait_for(lambda: self.clock.advance(seconds))
+
+    def run_until_stopped(self, limit_s: float = 60.0) -> float:
+        """Let time pass until `get status` would say stopped; gives how much did (s, simulated).
+
+        As fast as the machine can, at any clock; none passes if the robot does not move. Raises StillMoving,
+        a TimeoutError, where it still does after `limit_s` (0 to a day).
+        """
+        return self._wait_for(lambda: self.clock.run_until_stopped(limit_s))
+
+    def pause(self) -> None:
+        """Let time stand still until `resume`; `advance` and `run_until_stopped` still let it pass."""
+        self.call(self.clock.pause)
+
+    def resume(self) -> None:
+        """Let time pass again."""
+        self.call(self.clock.resume)
+
+    def set_clock(self, clock: str | Pace) -> None:
+        """Let time pass otherwise: "real", "10x", "fast", "stepped". Raises ValueError for anything else."""
+        wanted = clock if isinstance(clock, Pace) else pace(clock)
+        self.call(lambda: self.clock.set_pace(wanted))
+
+    @property
+    def joints(self) -> Joints:
+        """Joint positions (rad)."""
+        return self.call(lambda: self.controller.joints)
+
+    def state(self) -> Snapshot:
+        """The whole state of the robot, of one tick; the last one after the context has ended."""
+        return self.call(lambda: snapshot(self.controller))
+
+    def _called(self, function: Callable[[], T]) -> T:
+        try:
+            return function()
+        finally:
+            self._heed()
+
+    def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        if self._thread is None:
+            raise RuntimeError("only within `with Simulator(...)`; in a loop, await the methods of `clock`")
+        return self._thread.wait_for(coroutine)
+
+    def _leave(self, thread: LoopThread) -> None:
+        async def leave() -> None:
+            await self.__aexit__(None, None, None)
+
+        try:
+            thread.wait_for(leave)
+        finally:
+            thread.close()
+            self._thread = None
+
+    def _heed(self) -> None:
+        """Commands may have been carried out."""
+        accepted = self.controller.accepted
+        self.clock.heed(moved=accepted != self._accepted)
+        self._accepted = accepted
 
     def _status_line(self) -> bytes:
         return status_line(self.controller)
@@ -139,4 +254,34 @@ class Simulator:
         return StatusSession(self.controller, self._log, name)
 
     def _open_session(self, name: str) -> Session:
-        return Session(self.controller, self._log, name)
+        return Session(self.controller, self._log, name, self.dialogue)
+
+    def _robot_fault(self, code: int, reason: str) -> None:
+        robot_fault(code, reason)
+        self.dialogue.event("robot", f"{code} {reason}")
+
+    def _robot_contact(self, contact: Contact) -> None:
+        robot_contact(contact)
+        self.dialogue.event("robot", str(contact))
+
+
+class _Seen:
+    """A robot whose ticks are broadcast."""
+
+    def __init__(self, controller: Controller, status: StatusStream) -> None:
+        self._controller = controller
+        self._status = status
+
+    def step(self) -> None:
+        try:
+            self._controller.step()
+        finally:  # a robot that fails is still seen
+            self._status.tick()
+
+    @property
+    def moving(self) -> bool:
+        return self._controller.moving
+
+    @property
+    def under_way(self) -> bool:
+        return self._controller.under_way

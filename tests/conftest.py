@@ -9,6 +9,8 @@ import pytest
 from iiwa_sim.simulator import Simulator
 from tests.talking import Client
 
+collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
+
 
 @pytest.fixture
 async def simulator() -> AsyncIterator[Simulator]:

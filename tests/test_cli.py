@@ -19,6 +19,8 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
     [
         (["--rate", "99"], "argument --rate: '99' is not a whole number from 100 to 1000"),
         (["--rate", "1001"], "from 100 to 1000"),
+        (["--clock", "fats"], "argument --clock: 'fats' is not real, a multiple of real time from 0.01x to"),
+        (["--clock", "1000x"], "argument --clock: '1000x' is not real"),
         (["--rate", "500.5"], "argument --rate: '500.5'"),
         (["--rate", "\u0665\u0660\u0660"], "argument --rate"),
         (["--port", "65536"], "from 0 to 65535"),

@@ -46,6 +46,15 @@ def test_a_second_signal_changes_nothing() -> None:
         assert simulator.ends(signal.SIGINT) == (0, "")
 
 
+def test_time_may_pass_faster() -> None:
+    with running("--clock", "fast") as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
+        robot.joint_move([1, 1, 1, -1.5, 1, 1, 1], [0.001] * 7)  # ten minutes
+        robot.wait_until_stopped(DEADLINE_S)
+        assert robot.get_joint_position()[0] == 1.0
+        robot.close()
+        assert simulator.ends(signal.SIGTERM) == (0, "")
+
+
 def test_a_port_in_use() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

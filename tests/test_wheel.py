@@ -18,6 +18,7 @@ from iiwa_sim.client import Iiwa
 from tests.processes import running
 
 SOURCE = Path(__file__).parent.parent
+EXAMPLES = SOURCE / "tests" / "examples"
 SHIPPED = ["iiwa_sim", "protocol", "robots", "pyproject.toml", "setup.py", "README.md", "LICENSE"]
 
 
@@ -65,12 +66,12 @@ def test_what_is_in_the_wheel(wheel: Path) -> None:
     assert code | data | {"iiwa_sim/py.typed"} <= names
 
 
-@pytest.mark.requirement("FRA003")
-def test_the_installed_program_answers(wheel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def installed(wheel: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The programs of an environment of its own with the wheel, and no way to the checkout."""
     home = tmp_path / "fresh"
     venv.create(home, with_pip=False)
-    fresh_python = home / "bin" / "python"
-    pip("--python", fresh_python, "install", "--no-deps", "--no-index", wheel)
+    pip("--python", home / "bin" / "python", "install", "--no-deps", "--no-index", wheel)
     # The libraries are borrowed from this environment instead of downloaded again. Path files in a folder
     # that is named by a path file are not read: an editable iiwa_sim there stays out.
     (packages,) = (home / "lib").glob("python*/site-packages")
@@ -79,17 +80,40 @@ def test_the_installed_program_answers(wheel: Path, tmp_path: Path, monkeypatch:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTHONPATH", raising=False)
     where = subprocess.run(
-        [fresh_python, "-c", "import iiwa_sim.simulator; print(iiwa_sim.__file__)"],
+        [home / "bin" / "python", "-c", "import iiwa_sim.simulator; print(iiwa_sim.__file__)"],
         capture_output=True,
         text=True,
         check=False,
     )
     assert where.stdout == f"{packages / 'iiwa_sim' / '__init__.py'}\n", where.stderr
-    with running(program=(str(home / "bin" / "iiwa-sim"),)) as simulator:
+    return home / "bin"
+
+
+@pytest.mark.requirement("FRA003")
+def test_the_installed_program_answers(installed: Path) -> None:
+    with running(program=(str(installed / "iiwa-sim"),)) as simulator:
         with Iiwa("127.0.0.1", simulator.port) as robot:
             robot.hello()
             assert robot.get_status() == "stopped"
         assert simulator.ends(signal.SIGTERM)[0] == 0
+
+
+def test_a_drivers_project_has_the_fixture(installed: Path, tmp_path: Path) -> None:
+    project = tmp_path / "driver_project"
+    shutil.copytree(EXAMPLES / "driver_project", project, ignore=shutil.ignore_patterns("__pycache__"))
+    done = subprocess.run(
+        [installed / "python", "-m", "pytest", "-W", "error", "-p", "no:asyncio"],
+        cwd=project,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "3 passed" in done.stdout
+
+
+def test_the_readme_shows_its_tests() -> None:
+    assert (EXAMPLES / "driver_project" / "test_driver.py").read_text() in (SOURCE / "README.md").read_text()
 
 
 def pinocchio_paths() -> list[str]:

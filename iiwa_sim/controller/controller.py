@@ -359,6 +359,19 @@ class Controller:
         return self._motions.moving
 
     @property
+    def under_way(self) -> bool:
+        """Whether the robot moves, and will stop without another command.
+
+        That is not so while an override of 0 pauses it, and in a gravity hold.
+        """
+        return self.moving and not self._motions.pausing and not self._motions.hold_runs
+
+    @property
+    def accepted(self) -> int:
+        """Moves accepted since the start: the number of the newest one."""
+        return self._accepted
+
+    @property
     def joints(self) -> Joints:
         """Joint positions (rad)."""
         return self._motions.joints

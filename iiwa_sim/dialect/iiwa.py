@@ -13,6 +13,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.poses import from_quaternion
 from iiwa_sim.dialect.decimals import format_decimals, readable
+from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.help import alternatives, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
@@ -33,11 +34,15 @@ Values = tuple[float, ...]
 class Session:
     """One connection to the robot."""
 
-    def __init__(self, controller: Controller, log: DialectLog, name: str) -> None:
-        """`name` tells this connection from others in the log."""
+    def __init__(
+        self, controller: Controller, log: DialectLog, name: str, dialogue: Dialogue | None = None
+    ) -> None:
+        """`name` tells this connection from others in the log and in the dialogue, if somebody hears that."""
         self._controller = controller
         self._log = log
         self._name = name
+        self._dialogue = dialogue or Dialogue(lambda: controller.tick)
+        self._dialogue.event(name, "connected")
         self._table = load_table("iiwa")
         self._splitter = LineSplitter()
         self._lines: deque[bytes] = deque()
@@ -74,6 +79,7 @@ class Session:
         """
         lines = self._lines
         log = self._log if self._log.commands else None
+        heard = bool(self._dialogue.listeners)
         replies: list[bytes] = []
         self._planned = False
         for _ in range(min(len(lines), _LINES_AT_ONCE)):
@@ -82,12 +88,15 @@ class Session:
             replies.append(reply)
             if log is not None and reply not in _NOT_TOLD:
                 log.command(self._name, _text(line), reply[:-2].decode())
+            if heard and reply is not WONT_TIMING_MARK:
+                self._dialogue.exchange(self._name, _text(line), reply[:-2].decode())
             if self._planned or self._closing:
                 break
         return b"".join(replies)
 
     def lost(self) -> None:
         """The connection has gone: stops the robot if a move of this session is still to be done."""
+        self._dialogue.event(self._name, "disconnected")
         self._lines.clear()
         self._closing = True
         if any(map(self._controller.is_pending, self._moves)):

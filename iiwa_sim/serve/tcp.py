@@ -57,8 +57,8 @@ class TcpServer:
 
     `port` 0 picks a free one; `address` says which. A host name stands for its first address, IPv4 before
     IPv6. A client that does not read its replies for `unread_s` is dropped. One that has to wait for its turn
-    is connected, but nothing is read from it. `on_good_bye` is called when a client has said good-bye and
-    been answered.
+    is connected, but nothing is read from it. `on_answered` is called when lines of a client have been
+    answered, `on_good_bye` when it has said good-bye and been answered.
     """
 
     def __init__(
@@ -69,12 +69,14 @@ class TcpServer:
         *,
         unread_s: float = UNREAD_S,
         turns: Turns | None = None,
+        on_answered: Callable[[], None] | None = None,
         on_good_bye: Callable[[], None] | None = None,
     ) -> None:
         """`turns` says who is served when; all clients at once, if it is not given."""
         self.open_session = open_session
         self.unread_s = unread_s
         self.turns = turns or Turns()
+        self.on_answered = on_answered
         self.on_good_bye = on_good_bye
         self.connections: set[Connection] = set()
         self._asked = (host, port)
@@ -208,6 +210,8 @@ class Connection(asyncio.BufferedProtocol):
             return
         if replies:
             self._transport.write(replies)
+            if self._server.on_answered is not None:
+                self._server.on_answered()
         if self._session.closing:
             self.close()
             if self._server.on_good_bye is not None:

@@ -21,6 +21,7 @@ class FakeRobot:
         self.cancels = 0
         self.clears = 0
         self.queue = 3
+        self.tick = 0
         self.pending: set[int] = set()
         self.refuses: Refused | None = None
         self.breaks: Exception | None = None

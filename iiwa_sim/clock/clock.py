@@ -1,0 +1,295 @@
+"""The clock: makes ticks at a pace, inside the asyncio loop, or as many as it is told to make at once."""
+
+import asyncio
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import ceil
+from typing import Protocol
+
+from iiwa_sim.clock.faults import TickFaults
+from iiwa_sim.clock.pace import REAL, Pace
+from iiwa_sim.timer import Timer, open_timer
+
+MIN_RATE_HZ = 100
+MAX_RATE_HZ = 1000
+DEFAULT_RATE_HZ = 500
+
+CATCH_UP_WAKES = 10
+"""Wake-ups whose ticks are made up for at once; in real time there is a tick in each. A virtual machine that
+stalls for 100 ms must not answer with a burst of 50 ticks, which would keep clients waiting and show them a
+robot that jumps: what lies further back is dropped."""
+
+SHORTEST_SLEEP_NS = 1_000_000
+"""Between two wake-ups. Where ticks are closer, several are made in one."""
+
+REST_SLEEP_NS = 20_000_000
+"""Between two wake-ups in haste while the robot rests: a robot in a test costs next to nothing then."""
+
+SLICE_NS = 1_000_000
+"""For so long ticks are made in haste before the loop, and other threads, get their turn."""
+
+HOLD_NS = 2_000_000
+"""In haste, time stands still for so long after a move was accepted. A driver that sends moves one behind
+the other so gets them queued, and blended, as it would in real time, where that takes it one tick."""
+
+LONGEST_HOLD_NS = 50_000_000
+"""Time does not stand still longer than this for a driver that never stops sending moves."""
+
+LONGEST_ADVANCE_S = 86400.0
+
+_SECOND_NS = 1_000_000_000
+
+logger = logging.getLogger(__name__)
+
+
+class Stepped(Protocol):
+    """What the clock drives."""
+
+    def step(self) -> None:
+        """One tick."""
+
+    @property
+    def moving(self) -> bool:
+        """Whether it has not stopped."""
+
+    @property
+    def under_way(self) -> bool:
+        """Whether it moves, and not so that only a command can end that."""
+
+
+class StillMoving(TimeoutError):
+    """The robot has not stopped within the limit."""
+
+
+@dataclass
+class _Errand:
+    """Ticks to be made at once."""
+
+    ticks: int
+    until_stopped: bool
+    done: asyncio.Future[bool]
+    """Whether the robot has stopped."""
+    made: int = 0
+
+
+class Clock:
+    """Makes ticks of 1 / `rate_hz` simulated seconds, which the pace spreads over real time.
+
+    - At a multiple of real time there are absolute deadlines: a late tick does not delay the following ones.
+      After a stall ticks are made up for up to a bound, and the rest is dropped, so simulated time then lags
+      behind for good.
+    - `FAST` makes ticks as fast as it can while the robot is under way, in slices of a millisecond with the
+      loop's turn in between, and in real time while it rests: so whatever a driver waits for with a sleep has
+      happened when it wakes. For `HOLD_NS` after a move was accepted time stands still.
+    - `STEPPED`, or a clock that is paused, makes none by itself.
+
+    `advance` and `run_until_stopped` make ticks as fast as they can at any pace, in the order in which they
+    are called; meanwhile none are made besides. A fault in a tick is logged, and the clock goes on. All
+    methods must be called inside the loop.
+    """
+
+    def __init__(
+        self,
+        rate_hz: int = DEFAULT_RATE_HZ,
+        pace: Pace = REAL,
+        *,
+        now_ns: Callable[[], int] = time.monotonic_ns,
+        timer: Callable[[Callable[[], None]], Timer] = open_timer,
+    ) -> None:
+        """`now_ns` and `timer` are the source of time; tests put their own in.
+
+        Raises ValueError for a rate outside 100 to 1000 Hz.
+        """
+        if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
+            raise ValueError(f"rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {MAX_RATE_HZ}")
+        self.tick_s = 1.0 / rate_hz
+        self.dropped_ticks = 0
+        self._rate_hz = rate_hz
+        self._now_ns = now_ns
+        self._open_timer = timer
+        self._timer: Timer | None = None
+        self._asked_ns = 0  # what the timer is set to
+        self._deadline_ns = 0  # of the next tick at the pace
+        self._paused = False
+        self._errands: deque[_Errand] = deque()
+        self._held_since_ns: int | None = None
+        self._held_until_ns = 0
+        self._faults = TickFaults()
+        self._take(pace)
+
+    def start(self, robot: Stepped) -> None:
+        """Make ticks from now on; at a pace the first one period from now. Must be called inside the loop."""
+        self._robot = robot
+        self._timer = self._open_timer(self._wake)
+        self._asked_ns = 0
+        self._count_anew()
+        self._sleep()
+
+    def stop(self) -> None:
+        """Make no more ticks; who waits for some gets RuntimeError. Does nothing if the clock is stopped."""
+        if self._timer is not None:
+            self._timer.close()
+            self._timer = None
+        while self._errands:
+            errand = self._errands.popleft()
+            if not errand.done.done():
+                errand.done.set_exception(RuntimeError("the clock was stopped"))
+
+    @property
+    def pace(self) -> Pace:
+        """How time passes, unless it is paused."""
+        return self._pace
+
+    @property
+    def paused(self) -> bool:
+        return self._paused
+
+    def set_pace(self, pace: Pace) -> None:
+        """Let time pass otherwise from now on. A pause goes on."""
+        self._take(pace)
+        self._count_anew()
+        self._sleep()
+
+    def pause(self) -> None:
+        """Make ticks only when told, until `resume`."""
+        self._paused = True
+
+    def resume(self) -> None:
+        """Go on at the pace. Time that has passed since `pause` is not made up for."""
+        if self._paused:
+            self._paused = False
+            self._count_anew()
+            self._sleep()
+
+    def heed(self, *, moved: bool) -> None:
+        """Commands have been carried out, and moves accepted among them or not. In haste this is news."""
+        if self._pace.ticks_in_haste and self._timer is not None:
+            if moved:
+                now_ns = self._now_ns()
+                if self._held_since_ns is None:
+                    self._held_since_ns = now_ns
+                self._held_until_ns = min(now_ns + HOLD_NS, self._held_since_ns + LONGEST_HOLD_NS)
+            self._sleep()
+
+    async def advance(self, seconds: float) -> None:
+        """Make as many ticks as `seconds` (0 to a day, simulated) need, the last one begun counted whole.
+
+        Raises ValueError for a time out of range, and RuntimeError if the clock does not run.
+        """
+        await self._run(self._errand(seconds, until_stopped=False))
+
+    async def run_until_stopped(self, limit_s: float) -> float:
+        """Make ticks until the robot has stopped, none if it does not move; gives the seconds that passed.
+
+        Raises StillMoving where it has not after `limit_s` (0 to a day, simulated); otherwise as `advance`.
+        """
+        errand = self._errand(limit_s, until_stopped=True)
+        if not await self._run(errand):
+            raise StillMoving(f"the robot still moves after {limit_s:g} s of simulated time")
+        return errand.made * self.tick_s
+
+    def _errand(self, seconds: float, *, until_stopped: bool) -> _Errand:
+        if not 0.0 <= seconds <= LONGEST_ADVANCE_S:
+            raise ValueError(f"{seconds:g} s of simulated time: expected 0 to {LONGEST_ADVANCE_S:g}")
+        ticks = ceil(seconds * self._rate_hz - 1e-6)  # 0.07 * 100 is more than 7
+        return _Errand(ticks, until_stopped, asyncio.get_running_loop().create_future())
+
+    async def _run(self, errand: _Errand) -> bool:
+        if self._timer is None:
+            raise RuntimeError("the clock does not run")
+        self._errands.append(errand)
+        self._sleep()
+        return await errand.done
+
+    def _take(self, pace: Pace) -> None:
+        self._pace = pace
+        if pace.speed > 0.0:
+            self._period_ns = round(_SECOND_NS / (self._rate_hz * pace.speed))
+            sleep_ns = REST_SLEEP_NS if pace.ticks_in_haste else SHORTEST_SLEEP_NS
+            self._ticks_per_wake = max(1, ceil(sleep_ns / self._period_ns))
+
+    def _count_anew(self) -> None:
+        """The next tick at the pace is due one period from now."""
+        if self._pace.speed > 0.0:
+            self._deadline_ns = self._now_ns() + self._period_ns
+
+    @property
+    def _hastens(self) -> bool:
+        return self._pace.ticks_in_haste and not self._paused and self._robot.under_way
+
+    def _sleep(self) -> None:
+        """Set the timer to when there is something to do."""
+        if self._timer is None:
+            return
+        if self._errands:
+            instant_ns = 1  # at once, after the loop's turn
+        elif self._hastens:
+            instant_ns = 1 if self._held_since_ns is None else self._held_until_ns
+        elif self._paused or not self._pace.speed:
+            return  # a wake-up asked for before finds nothing to do
+        else:
+            instant_ns = self._deadline_ns + (self._ticks_per_wake - 1) * self._period_ns
+        if instant_ns != self._asked_ns:
+            self._asked_ns = instant_ns
+            self._timer.wake_at(instant_ns)
+
+    def _wake(self) -> None:
+        self._asked_ns = 0
+        now_ns = self._now_ns()
+        if self._errands:
+            self._do(self._errands[0], now_ns)
+            self._count_anew()
+        elif self._hastens:
+            if self._held_since_ns is None or now_ns >= self._held_until_ns:
+                self._held_since_ns = None
+                self._hasten(now_ns)
+                self._count_anew()
+        elif not self._paused and self._pace.speed:
+            self._make_due(now_ns)
+        self._sleep()
+
+    def _do(self, errand: _Errand, now_ns: int) -> None:
+        """A slice of what was asked for."""
+        step, robot = self._step, self._robot
+        end_ns = now_ns + SLICE_NS
+        while not errand.done.done():  # or whoever asked has been cancelled
+            if errand.made >= errand.ticks or (errand.until_stopped and not robot.moving):
+                errand.done.set_result(not robot.moving)
+                break
+            step()
+            errand.made += 1
+            if self._now_ns() >= end_ns:
+                return
+        self._errands.popleft()
+
+    def _hasten(self, now_ns: int) -> None:
+        """A slice of ticks in haste."""
+        step, robot = self._step, self._robot
+        end_ns = now_ns + SLICE_NS
+        while robot.under_way and self._now_ns() < end_ns:
+            step()
+
+    def _make_due(self, now_ns: int) -> None:
+        """The ticks that are due at the pace."""
+        due = max(0, (now_ns - self._deadline_ns) // self._period_ns + 1)
+        self._deadline_ns += due * self._period_ns
+        most = CATCH_UP_WAKES * self._ticks_per_wake
+        for _ in range(min(due, most)):
+            self._step()
+        if due > most:
+            self._drop(due - most)
+
+    def _step(self) -> None:
+        try:
+            self._robot.step()
+        except Exception as fault:
+            untold = self._faults.untold(fault, self._now_ns())
+            if untold is not None:
+                logger.exception("internal fault in a tick (%d more since the last one)", untold)
+
+    def _drop(self, ticks: int) -> None:
+        self.dropped_ticks += ticks
+        logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", ticks, ticks * self._period_ns * 1e-6)

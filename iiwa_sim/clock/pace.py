@@ -1,0 +1,45 @@
+"""How simulated time passes: in real time, a multiple of it, as fast as it can, or only when told."""
+
+import re
+from dataclasses import dataclass
+
+MIN_SPEED = 0.01
+MAX_SPEED = 100.0
+EXPECTED = f"real, a multiple of real time from {MIN_SPEED:g}x to {MAX_SPEED:g}x, fast or stepped"
+
+_MULTIPLE = re.compile(r"([0-9]{1,9}(?:\.[0-9]{1,9})?)x", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Pace:
+    """One of `REAL`, `FAST`, `STEPPED`, or `multiple(speed)`."""
+
+    name: str
+    """As one writes it: real, 10x, fast, stepped."""
+    speed: float
+    """Simulated seconds in a real one; for `FAST` while the robot rests, 0 for `STEPPED`."""
+    ticks_in_haste: bool = False
+    """Whether ticks follow each other without a pause while the robot is under way."""
+
+
+REAL = Pace("real", 1.0)
+FAST = Pace("fast", 1.0, ticks_in_haste=True)
+STEPPED = Pace("stepped", 0.0)
+
+
+def multiple(speed: float) -> Pace:
+    """So many simulated seconds in a real one. Raises ValueError outside 0.01 to 100."""
+    if not MIN_SPEED <= speed <= MAX_SPEED:
+        raise ValueError(f"clock {speed:g}x: expected {EXPECTED}")
+    return Pace(f"{speed:g}x", float(speed))
+
+
+def pace(name: str) -> Pace:
+    """The pace with this name. Raises ValueError where there is none."""
+    for fixed in (REAL, FAST, STEPPED):
+        if name == fixed.name:
+            return fixed
+    match = _MULTIPLE.fullmatch(str(name))  # a 10 from a configuration is told what is expected, too
+    if match is None:
+        raise ValueError(f"clock {name!r}: expected {EXPECTED}")
+    return multiple(float(match[1]))

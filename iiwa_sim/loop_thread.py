@@ -1,0 +1,106 @@
+"""An asyncio loop in a thread of its own, for those who have none."""
+
+import asyncio
+import contextlib
+import threading
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Future
+from typing import Any, Generic, TypeVar
+
+CLOSED = "the loop is closed"
+
+T = TypeVar("T")
+
+
+class LoopThread:
+    """Runs from its making until `close`.
+
+    A daemon: a program that ends without closing it ends nevertheless.
+    """
+
+    def __init__(self, name: str) -> None:
+        # The loop of the thread that calls this stays what it is: so the factory.
+        self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
+        self._loop = self._runner.get_loop()
+        self._lock = threading.Lock()
+        self._awaited: set[_Awaited[Any]] = set()
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    @property
+    def current(self) -> bool:
+        """Whether the caller is in this thread."""
+        return threading.current_thread() is self._thread
+
+    def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]]) -> T:
+        """Run a coroutine in the loop and wait for its end; what it raises is raised here.
+
+        If the wait is interrupted, the coroutine is cancelled. Raises RuntimeError in this thread itself,
+        where that would wait for ever, and where the loop is closed, also if that happens meanwhile.
+        """
+        if self.current:
+            raise RuntimeError("the loop cannot wait for itself")
+        answer: Future[T] = Future()
+        waited_for = _Awaited(function, answer)
+        with self._lock:
+            if self._closed:
+                raise RuntimeError(CLOSED)
+            self._awaited.add(waited_for)
+            self._loop.call_soon_threadsafe(waited_for.begin)
+        try:
+            return answer.result()
+        except KeyboardInterrupt:
+            with contextlib.suppress(RuntimeError):  # closed meanwhile
+                self._loop.call_soon_threadsafe(waited_for.cancel)
+            raise
+        finally:
+            with self._lock:
+                self._awaited.discard(waited_for)
+
+    def close(self) -> None:
+        """Cancel what still runs in the loop, end the thread and wait for that."""
+        with self._lock:
+            if not self._closed:
+                self._closed = True  # before the stop: what is asked for until then begins, and is cancelled
+                self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+
+    def _run(self) -> None:
+        try:
+            with self._runner:
+                self._loop.run_forever()
+        finally:
+            with self._lock:
+                self._closed = True
+                for awaited in self._awaited:
+                    awaited.give_up()
+
+
+class _Awaited(Generic[T]):
+    """A coroutine that a thread waits for. All methods are called in the loop's thread."""
+
+    def __init__(self, function: Callable[[], Coroutine[Any, Any, T]], answer: Future[T]) -> None:
+        self._function = function
+        self._answer = answer
+        self._task: asyncio.Task[T] | None = None
+
+    def begin(self) -> None:
+        self._task = asyncio.get_running_loop().create_task(self._function())
+        self._task.add_done_callback(self._done)
+
+    def cancel(self) -> None:
+        if self._task is not None:
+            self._task.cancel()
+
+    def give_up(self) -> None:
+        if not self._answer.done():
+            self._answer.set_exception(RuntimeError(CLOSED))
+
+    def _done(self, task: asyncio.Task[T]) -> None:
+        if task.cancelled():
+            self.give_up()
+        elif (fault := task.exception()) is not None:
+            self._answer.set_exception(fault)
+        else:
+            self._answer.set_result(task.result())

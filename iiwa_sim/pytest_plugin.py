@@ -1,0 +1,155 @@
+"""The fixture `iiwa`: a robot of its own for every test, in a thread of the test's process.
+
+Nothing of the simulator is imported before a test asks for the fixture. Options come from the marker
+`iiwa`, where there is none from the command line, then from the ini file.
+"""
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import pytest
+
+if TYPE_CHECKING:
+    from iiwa_sim.recording import Recording
+    from iiwa_sim.simulator import Simulator
+
+DEFAULT_CLOCK = "fast"
+"""A driver's tests wait for motion most of their time, and few of them ask how long it takes."""
+
+
+class _Option(NamedTuple):
+    kind: type | tuple[type, ...]
+    expected: str
+
+
+_PATH = _Option((str, os.PathLike), "a name or a path")
+_SECONDS = _Option((int, float), "a number of seconds")
+_PORT = _Option(int, "a port")
+_OPTIONS = {
+    "robot": _PATH,
+    "cell": _PATH,
+    "clock": _Option(str, "real, 10x, fast or stepped"),
+    "rate_hz": _Option(int, "a whole number"),
+    "servo_timeout_s": _SECONDS,
+    "port": _PORT,
+    "status_port": _PORT,
+    "status_rate_hz": _Option(int, "a whole number"),
+    "exclusive": _Option(bool, "True or False"),
+    "reconnect_pause_s": _SECONDS,
+}
+_INI = {
+    "robot": "name or folder of the robot",
+    "cell": "path of a cell.toml, which names its robot",
+    "clock": f"how simulated time passes: real, 10x, fast or stepped (default: {DEFAULT_CLOCK})",
+    "rate": "ticks per second, 100 to 1000",
+}
+_NAMES = {"rate": "rate_hz"}
+
+
+class _Running(NamedTuple):
+    simulator: "Simulator"
+    recording: "Recording"
+
+
+_RUNNING = pytest.StashKey[_Running]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("iiwa-sim", "the simulated robot of the fixture iiwa")
+    for name, says in _INI.items():
+        group.addoption(f"--iiwa-{name}", metavar=name.upper(), help=says)
+        parser.addini(f"iiwa_{name}", says)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line(
+        "markers", f"iiwa({', '.join(f'{name}=...' for name in _OPTIONS)}): options of the fixture iiwa"
+    )
+
+
+@pytest.fixture
+def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
+    """A simulated robot that listens on `iiwa.host`, `iiwa.port`, at rest at home.
+
+    It has the methods of `iiwa_sim.simulator.Simulator`. What the marker `iiwa` gives is handed on to it.
+    """
+    running = _started(_options(request))
+    try:
+        request.node.stash[_RUNNING] = running
+        yield running.simulator
+    finally:
+        running.simulator.__exit__(None, None, None)
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+    outcome: Any = yield  # pluggy's own type has no public name in older releases
+    running = item.stash.get(_RUNNING, None)
+    report = outcome.get_result()
+    if running is not None and report.failed:
+        from iiwa_sim.recording import told
+
+        simulator, recording = running
+        report.sections.append(("iiwa dialogue", simulator.call(recording.text)))
+        report.sections.append(("iiwa state", told(simulator.state())))
+
+
+def _started(options: dict[str, Any]) -> _Running:
+    from iiwa_sim.recording import Recording
+    from iiwa_sim.serve.listening import ListenFault
+    from iiwa_sim.settings import SettingsFault
+    from iiwa_sim.simulator import Simulator
+
+    start_ns = time.monotonic_ns()
+    try:
+        simulator = Simulator(**options)
+        recording = Recording(simulator.clock.tick_s, start_ns)
+        simulator.dialogue.listeners.append(recording)
+        return _Running(simulator.__enter__(), recording)
+    except (ValueError, SettingsFault, ListenFault) as fault:
+        raise _fault(str(fault)) from None
+
+
+def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
+    """What is handed on to `Simulator`; the nearest says what holds. Fails the test for a wrong marker."""
+    config = request.config
+    ini_folder = config.inipath.parent if config.inipath is not None else config.rootpath
+    options: dict[str, Any] = {"clock": DEFAULT_CLOCK}
+    _take(options, {name: config.getini(f"iiwa_{name}") or None for name in _INI}, ini_folder)
+    _take(options, {name: config.getoption(f"iiwa_{name}") for name in _INI}, config.invocation_params.dir)
+    markers = list(request.node.iter_markers("iiwa"))
+    for marker in reversed(markers):  # those of the function last
+        if marker.args:
+            raise _fault(f"{marker.args[0]!r}: expected NAME=VALUE")
+        for name, value in marker.kwargs.items():
+            if name not in _OPTIONS:
+                raise _fault(f"{name}: expected one of {', '.join(_OPTIONS)}")
+            if not isinstance(value, _OPTIONS[name].kind):
+                raise _fault(f"{name}={value!r}: expected {_OPTIONS[name].expected}")
+        _take(options, marker.kwargs, request.path.parent)
+    return options
+
+
+def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
+    """Put what is given into the options; paths start at the folder."""
+    given = {_NAMES.get(name, name): value for name, value in given.items() if value is not None}
+    if "robot" in given or "cell" in given:  # a cell names its robot: one stands for the other
+        options.pop("robot", None)
+        options.pop("cell", None)
+    if "cell" in given:
+        given["cell"] = folder / given["cell"]
+    if "robot" in given and (folder / given["robot"]).is_dir():
+        given["robot"] = folder / given["robot"]
+    if isinstance(given.get("rate_hz"), str):
+        if not given["rate_hz"].isdigit():
+            raise _fault(f"rate {given['rate_hz']!r}: expected a whole number")
+        given["rate_hz"] = int(given["rate_hz"])
+    options.update(given)
+
+
+def _fault(why: str) -> BaseException:
+    """A failure that the report shows in one line."""
+    return pytest.fail.Exception(f"fixture iiwa: {why}", pytrace=False)

@@ -1,0 +1,92 @@
+"""What was said and how the robot is, as text for people: the report of a test that failed."""
+
+from collections import deque
+from dataclasses import dataclass
+
+from iiwa_sim.controller.snapshot import Snapshot
+from iiwa_sim.dialect.decimals import format_decimals
+from iiwa_sim.dialect.dialogue import Direction, Said
+
+LONGEST = 300
+"""Exchanges and events kept, the newest ones; one that is repeated counts once."""
+
+
+class Recording:
+    """A listener of a `Dialogue` that remembers the end of it."""
+
+    def __init__(self, tick_s: float, start_ns: int) -> None:
+        """Ticks last `tick_s`; real time is told from `start_ns` of `time.monotonic_ns`."""
+        self._tick_s = tick_s
+        self._start_ns = start_ns
+        self._entries: deque[_Entry] = deque(maxlen=LONGEST)
+        self._left_out = 0
+
+    def __call__(self, said: Said) -> None:
+        last = self._entries[-1] if self._entries else None
+        if said.direction is Direction.TO_CLIENT and last is not None and last.awaits(said):
+            last.reply = said.text
+            self._merge()
+            return
+        if len(self._entries) == LONGEST:
+            self._left_out += 1
+        self._entries.append(_Entry(said, said))
+
+    def text(self) -> str:
+        """All that is remembered, with simulated and real seconds."""
+        if not self._entries:
+            return "nothing was said"
+        lines = ["simulated      real"]
+        if self._left_out:
+            lines.append(f"({self._left_out} before these are left out)")
+        for entry in self._entries:
+            said = entry.first
+            lines.append(f"{self._when(said)}  {said.session} {said.direction.value} {said.text}")
+            if entry.reply is not None:
+                again = f"  ({entry.times} times, last at{self._when(entry.last)})" if entry.times > 1 else ""
+                margin = " " * (21 + len(said.session))
+                lines.append(f"{margin} {Direction.TO_CLIENT.value} {entry.reply}{again}")
+        return "\n".join(lines)
+
+    def _merge(self) -> None:
+        """The last exchange into the one before, if it is the same again, as of a driver that polls."""
+        if len(self._entries) < 2:
+            return
+        before, last = self._entries[-2], self._entries[-1]
+        if before.what == last.what:
+            before.times += 1
+            before.last = last.first
+            self._entries.pop()
+
+    def _when(self, said: Said) -> str:
+        real_s = (said.instant_ns - self._start_ns) * 1e-9
+        return f"{said.tick * self._tick_s:9.3f} {real_s:9.3f}"
+
+
+@dataclass
+class _Entry:
+    """An event, or a line with its reply, which may have been repeated."""
+
+    first: Said
+    last: Said
+    reply: str | None = None
+    times: int = 1
+
+    def awaits(self, said: Said) -> bool:
+        return self.first.direction is Direction.FROM_CLIENT and self.first.session == said.session
+
+    @property
+    def what(self) -> tuple[str, Direction, str, str | None]:
+        return (self.first.session, self.first.direction, self.first.text, self.reply)
+
+
+def told(state: Snapshot) -> str:
+    """A state, one field per line."""
+    return "\n".join(f"{name}: {_value(getattr(state, name))}" for name in state.__struct_fields__)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, tuple) and value and all(isinstance(each, float) for each in value):
+        return format_decimals(value).decode()
+    if isinstance(value, tuple) and all(isinstance(each, bool) for each in value):
+        return " ".join(str(int(each)) for each in value)
+    return str(value)

@@ -1,0 +1,408 @@
+"""The clock's arithmetic, on a time source of our own; and once on the machine's own timers."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim import timer
+from iiwa_sim.clock.clock import (
+    CATCH_UP_WAKES,
+    HOLD_NS,
+    LONGEST_HOLD_NS,
+    REST_SLEEP_NS,
+    SLICE_NS,
+    Clock,
+    StillMoving,
+)
+from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple
+from tests.clock.hand_time import MS_NS, SECOND_NS, CountedRobot, HandTime
+
+
+def started(robot: CountedRobot, time: HandTime, rate_hz: int = 500, pace: Pace = REAL) -> Clock:
+    clock = Clock(rate_hz, pace, now_ns=time.now, timer=time.open)
+    clock.start(robot)
+    return clock
+
+
+@given(rate_hz=st.integers(100, 1000), late_ns=st.lists(st.integers(0, 900_000), min_size=1, max_size=300))
+def test_late_wake_ups_do_not_shift_later_ticks(rate_hz: int, late_ns: list[int]) -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    start_ns = time.now_ns
+    clock = started(robot, time, rate_hz)
+    for late in late_ns:
+        time.pass_until_woken(late)
+    period_ns = round(SECOND_NS / rate_hz)
+    assert robot.at_ns == [start_ns + n * period_ns + late for n, late in enumerate(late_ns, start=1)]
+    assert clock.dropped_ticks == 0
+
+
+paces = st.one_of(st.sampled_from([REAL, FAST]), st.floats(0.01, 100.0).map(multiple))
+
+
+@given(
+    rate_hz=st.integers(100, 1000), pace=paces, stalls_ns=st.lists(st.integers(0, 300 * MS_NS), max_size=50)
+)
+def test_every_tick_of_a_pace_is_made_or_counted_as_dropped(
+    rate_hz: int, pace: Pace, stalls_ns: list[int]
+) -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    start_ns = time.now_ns
+    clock = started(robot, time, rate_hz, pace)
+    period_ns = round(SECOND_NS / (rate_hz * pace.speed))
+    for stall_ns in stalls_ns:
+        before, now_ns = robot.ticks, time.now_ns
+        time.pass_until_woken(stall_ns)
+        at_once = (time.now_ns - stall_ns - now_ns) // period_ns + 1
+        assert 1 <= robot.ticks - before <= CATCH_UP_WAKES * max(1, at_once)
+    elapsed_ticks = (time.now_ns - start_ns) // period_ns
+    assert robot.ticks + clock.dropped_ticks == elapsed_ticks
+
+
+def test_a_stall_is_caught_up_in_part_and_the_rest_is_logged(caplog: pytest.LogCaptureFixture) -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    clock = started(robot, time)
+    with caplog.at_level(logging.DEBUG):
+        time.pass_until_woken(late_ns=120 * MS_NS)  # the tick that was due and 60 more
+    assert robot.ticks == CATCH_UP_WAKES
+    assert clock.dropped_ticks == 61 - CATCH_UP_WAKES
+    assert [record.getMessage() for record in caplog.records] == [
+        "the machine stalled: 51 ticks (102 ms) dropped"
+    ]
+    time.pass_until_woken()
+    assert robot.ticks == CATCH_UP_WAKES + 1
+
+
+def test_a_wake_up_before_the_deadline_makes_no_tick() -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    started(robot, time)
+    asked_ns = time.asked_ns
+    assert time.wake is not None
+    time.wake()
+    assert robot.ticks == 0
+    assert time.asked_ns == asked_ns
+
+
+@pytest.mark.parametrize("speed", [0.1, 2.0, 10.0, 100.0])
+def test_a_multiple_of_real_time_makes_so_many_ticks_in_few_wake_ups(speed: float) -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    started(robot, time, pace=multiple(speed))
+    time.pass_until(time.now_ns + SECOND_NS)
+    assert robot.ticks == pytest.approx(500 * speed, abs=0.001 * 500 * speed)
+    assert len(set(robot.at_ns)) <= 1000
+
+
+class TestFast:
+    """In haste while the robot is under way."""
+
+    def test_ticks_follow_each_other_while_the_robot_is_under_way(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time, tick_takes_ns=4000)
+        clock = started(robot, time, pace=FAST)
+        robot.left = 5000
+        clock.heed(moved=False)
+        before_ns = time.now_ns
+        while robot.moving:
+            time.pass_until_woken()
+        assert robot.ticks == 5000
+        assert time.now_ns - before_ns == 5000 * 4000, "ten seconds in the time the ticks need"
+
+    def test_the_loop_gets_its_turn_every_millisecond(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time, tick_takes_ns=4000)
+        clock = started(robot, time, pace=FAST)
+        robot.left = 100_000
+        clock.heed(moved=False)
+        for _ in range(50):
+            before_ns = time.now_ns
+            time.pass_until_woken()
+            assert time.now_ns - before_ns <= SLICE_NS + 4000
+
+    def test_at_rest_ticks_come_in_real_time_and_the_machine_sleeps(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        started(robot, time, pace=FAST)
+        time.pass_until(time.now_ns + 10 * SECOND_NS)
+        assert robot.ticks == 5000
+        assert len(set(robot.at_ns)) == 10 * SECOND_NS // REST_SLEEP_NS
+
+    def test_what_only_a_command_can_end_passes_in_real_time(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=FAST)
+        robot.left, robot.waits = 100, True
+        clock.heed(moved=True)
+        time.pass_until(time.now_ns + SECOND_NS)
+        assert robot.ticks == 500
+
+    def test_after_motion_ticks_are_due_one_period_later(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time, tick_takes_ns=4000)
+        clock = started(robot, time, pace=FAST)
+        time.now_ns += 7 * MS_NS  # some ticks are due
+        robot.left = 1000
+        clock.heed(moved=False)
+        while robot.moving:
+            time.pass_until_woken()
+        end_ns = time.now_ns
+        time.pass_until(end_ns + 2 * SECOND_NS)
+        assert robot.ticks - 1000 == 1000
+
+    def test_time_stands_still_while_a_driver_sends_moves(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=FAST)
+        start_ns = time.now_ns
+        for _ in range(10):
+            robot.left += 100
+            clock.heed(moved=True)
+            time.pass_until(time.now_ns + HOLD_NS - 1)
+        assert robot.ticks == 0
+        time.pass_until_woken()
+        assert robot.ticks == 1000
+        assert time.now_ns == start_ns + 9 * (HOLD_NS - 1) + HOLD_NS
+
+    def test_questions_do_not_make_time_stand_still(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=FAST)
+        robot.left = 100
+        clock.heed(moved=True)
+        until_ns = time.now_ns + HOLD_NS
+        for _ in range(20):
+            time.pass_until(time.now_ns + HOLD_NS // 10)
+            clock.heed(moved=False)
+        assert set(robot.at_ns) == {until_ns}
+
+    def test_a_driver_that_never_stops_sending_does_not_stop_time(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=FAST)
+        start_ns = time.now_ns
+        while time.now_ns < start_ns + SECOND_NS:
+            robot.left += 1
+            clock.heed(moved=True)
+            time.pass_until(time.now_ns + MS_NS // 10)
+        assert len(set(robot.at_ns)) == SECOND_NS // LONGEST_HOLD_NS
+
+
+class TestErrands:
+    """Ticks that are asked for."""
+
+    @pytest.mark.parametrize("pace", [REAL, FAST, STEPPED])
+    @pytest.mark.parametrize(
+        ("seconds", "ticks"), [(0.0, 0), (0.001, 1), (0.002, 1), (0.0021, 2), (0.07, 35), (3.0, 1500)]
+    )
+    async def test_advance_makes_just_these_ticks(self, pace: Pace, seconds: float, ticks: int) -> None:
+        time = HandTime()
+        robot = CountedRobot(time, tick_takes_ns=1000)
+        clock = started(robot, time, pace=pace)
+        async with asyncio.TaskGroup() as group:
+            advanced = group.create_task(clock.advance(seconds))
+            await asyncio.sleep(0)
+            while not advanced.done():
+                before_ns = time.now_ns
+                time.pass_until_woken()
+                assert time.now_ns - before_ns <= SLICE_NS + 1000, "clients are served in between"
+                await asyncio.sleep(0)
+                await asyncio.sleep(0)
+        assert robot.ticks == ticks
+
+    async def test_who_asks_first_is_served_first(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time, tick_takes_ns=4000)
+        clock = started(robot, time, pace=STEPPED)
+        robot.left = 700
+        async with asyncio.TaskGroup() as group:
+            first = group.create_task(clock.advance(1.0))
+            second = group.create_task(clock.run_until_stopped(10.0))
+            third = group.create_task(clock.advance(1.0))
+            ticks = dict[asyncio.Task[object], int]()
+            while not third.done():
+                await asyncio.sleep(0)
+                for task in (first, second, third):
+                    if task.done():
+                        ticks.setdefault(task, robot.ticks)
+                if time.asked_ns is not None and time.wake is not None:
+                    time.pass_until_woken()
+        assert second.result() == 200 * clock.tick_s
+        assert (ticks[first], ticks[second], ticks[third]) == (500, 700, 1200)
+
+    async def test_a_robot_that_does_not_stop_within_the_limit_is_told(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=STEPPED)
+        robot.left = 1000
+        waiting = asyncio.ensure_future(clock.run_until_stopped(1.0))
+        await asyncio.sleep(0)
+        time.pass_until_woken()
+        with pytest.raises(StillMoving, match="still moves after 1 s of simulated time"):
+            await waiting
+        assert robot.ticks == 500
+
+    async def test_a_robot_that_stops_with_the_last_tick_of_the_limit_has_stopped(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=STEPPED)
+        robot.left = 500
+        waiting = asyncio.ensure_future(clock.run_until_stopped(1.0))
+        await asyncio.sleep(0)
+        time.pass_until_woken()
+        assert await waiting == 1.0
+
+    async def test_who_is_cancelled_gets_no_more_ticks(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time, tick_takes_ns=4000)
+        clock = started(robot, time, pace=STEPPED)
+        waiting = asyncio.ensure_future(clock.advance(3600.0))
+        await asyncio.sleep(0)
+        time.pass_until_woken()
+        made = robot.ticks
+        assert 0 < made < 1800
+        waiting.cancel()
+        await asyncio.wait([waiting])
+        time.pass_until_woken()
+        assert (robot.ticks, time.asked_ns) == (made, None)
+
+    async def test_a_clock_that_is_stopped_lets_nobody_wait(self) -> None:
+        clock = started(CountedRobot(HandTime()), HandTime(), pace=STEPPED)
+        waiting = asyncio.ensure_future(clock.advance(1.0))
+        await asyncio.sleep(0)
+        clock.stop()
+        with pytest.raises(RuntimeError, match="stopped"):
+            await waiting
+        with pytest.raises(RuntimeError, match="does not run"):
+            await clock.advance(1.0)
+
+    @pytest.mark.parametrize("seconds", [-0.001, 86401.0, float("nan"), float("inf")])
+    async def test_a_time_out_of_range_is_refused(self, seconds: float) -> None:
+        clock = started(CountedRobot(HandTime()), HandTime())
+        with pytest.raises(ValueError, match="expected 0 to 86400"):
+            await clock.advance(seconds)
+        with pytest.raises(ValueError, match="expected 0 to 86400"):
+            await clock.run_until_stopped(seconds)
+
+
+@pytest.mark.parametrize("pace", [REAL, FAST, multiple(10)])
+def test_a_paused_clock_makes_no_ticks_and_resumes_without_making_up(pace: Pace) -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    clock = started(robot, time, pace=pace)
+    time.pass_until(time.now_ns + SECOND_NS)
+    clock.pause()
+    robot.left, before = 50, robot.ticks
+    clock.heed(moved=False)
+    time.pass_until(time.now_ns + SECOND_NS)
+    assert (robot.ticks, clock.paused) == (before, True)
+    robot.left = 0
+    clock.resume()
+    time.pass_until(time.now_ns + SECOND_NS)
+    assert robot.ticks - before == pytest.approx(500 * pace.speed, rel=0.001)
+    assert not clock.paused
+
+
+def test_the_pace_changes_under_way() -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    clock = started(robot, time, pace=STEPPED)
+    time.pass_until(time.now_ns + SECOND_NS)
+    assert robot.ticks == 0
+    for pace, ticks in ((REAL, 500), (multiple(10), 5000), (STEPPED, 0), (FAST, 500)):
+        before = robot.ticks
+        clock.set_pace(pace)
+        time.pass_until(time.now_ns + SECOND_NS)
+        assert robot.ticks - before == pytest.approx(ticks, abs=5), pace
+        assert clock.pace is pace
+
+
+class FailingRobot(CountedRobot):
+    """In every tick, in two ways."""
+
+    def step(self) -> None:
+        super().step()
+        if self.ticks % 2:
+            raise ZeroDivisionError("odd")
+        raise KeyError("even")
+
+
+def test_a_failing_tick_is_logged_once_a_second_for_each_kind_and_the_clock_goes_on(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    time = HandTime()
+    robot = FailingRobot(time)
+    started(robot, time)
+    for _ in range(1000):  # two seconds
+        time.pass_until_woken()
+    assert robot.ticks == 1000
+    faults = [record for record in caplog.records if record.levelno == logging.ERROR]
+    assert [record.exc_info[0] for record in faults if record.exc_info] == [ZeroDivisionError, KeyError] * 2
+    assert "249 more since" in faults[2].getMessage()
+
+
+def test_a_stopped_clock_makes_no_ticks_and_can_start_again() -> None:
+    time = HandTime()
+    robot = CountedRobot(time)
+    clock = started(robot, time)
+    clock.stop()
+    clock.stop()
+    assert time.wake is None
+    clock.start(robot)
+    time.pass_until_woken()
+    assert robot.ticks == 1
+
+
+@pytest.mark.parametrize("rate_hz", [99, 1001, 0, -500])
+def test_a_rate_out_of_range_is_refused(rate_hz: int) -> None:
+    with pytest.raises(ValueError, match="expected 100 to 1000"):
+        Clock(rate_hz)
+
+
+@pytest.mark.parametrize("kind", [timer.LoopTimer, timer.open_timer])
+@pytest.mark.parametrize("pace", [REAL, FAST, multiple(10)])
+async def test_the_machines_timers_wake_the_clock(
+    kind: Callable[[Callable[[], None]], timer.Timer], pace: Pace
+) -> None:
+    done = asyncio.Event()
+
+    class Robot(CountedRobot):
+        def step(self) -> None:
+            super().step()
+            if self.ticks == 20:
+                done.set()
+
+    robot = Robot(HandTime())
+    robot.left = 10
+    clock = Clock(1000, pace, timer=kind)
+    clock.start(robot)
+    try:
+        async with asyncio.timeout(30):
+            await done.wait()
+    finally:
+        clock.stop()
+
+
+@pytest.mark.parametrize("kind", [timer.LoopTimer, timer.open_timer])
+async def test_a_timer_forgets_the_instant_it_was_set_to_before(
+    kind: Callable[[Callable[[], None]], timer.Timer],
+) -> None:
+    loop = asyncio.get_running_loop()
+    woken_at: asyncio.Future[float] = loop.create_future()
+    own = kind(lambda: woken_at.set_result(loop.time()))  # a second call would raise
+    later_s = loop.time() + 0.05
+    own.wake_at(1)
+    own.wake_at(round(later_s * 1e9))
+    try:
+        async with asyncio.timeout(30):
+            assert await woken_at >= later_s - 1e-6
+    finally:
+        own.close()

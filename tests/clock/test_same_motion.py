@@ -1,0 +1,117 @@
+"""The same commands at the same ticks make the same motion at every pace, bit for bit."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.clock.clock import Clock
+from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.simulator import Simulator
+from tests.clock.hand_time import MS_NS, HandTime
+from tests.programs import programs
+from tests.stepped import SteppedRobot
+from tests.talking import Client
+
+PACES = [REAL, multiple(10), FAST]
+
+
+class ProgrammedRobot:
+    """Sends itself a program, each command in its tick."""
+
+    def __init__(self, program: list[Any]) -> None:
+        self.robot = SteppedRobot()
+        self._program = list(program)
+        self._at_tick = 0
+        self.answers: list[bool] = []
+
+    def step(self) -> None:
+        while self._program and self.robot.controller.tick == self._at_tick:
+            item = self._program.pop(0)
+            self.answers.append(item.send(self.robot))
+            self._at_tick += item.wait
+        self.robot.step()
+
+    @property
+    def moving(self) -> bool:
+        return bool(self._program) or self.robot.controller.moving
+
+    @property
+    def under_way(self) -> bool:
+        return self.robot.controller.under_way
+
+
+def paced(program: list[Any], pace: Pace, late_ns: list[int]) -> ProgrammedRobot:
+    robot, time = ProgrammedRobot(program), HandTime()
+    Clock(pace=pace, now_ns=time.now, timer=time.open).start(robot)
+    wakes = 0
+    while robot.moving:
+        time.pass_until_woken(late_ns[wakes % len(late_ns)])
+        wakes += 1
+    return robot
+
+
+async def told(program: list[Any]) -> ProgrammedRobot:
+    robot, time = ProgrammedRobot(program), HandTime()
+    clock = Clock(pace=STEPPED, now_ns=time.now, timer=time.open)
+    clock.start(robot)
+    stopped = asyncio.ensure_future(clock.run_until_stopped(600.0))
+    while not stopped.done():
+        await asyncio.sleep(0)
+        if time.asked_ns is not None:
+            time.pass_until_woken()
+    return robot
+
+
+@settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    program=programs(load_robot()),
+    late_ns=st.lists(st.integers(0, 60 * MS_NS), min_size=1, max_size=5),
+)
+def test_a_program_runs_alike_at_every_pace_however_the_machine_stalls(
+    program: list[Any], late_ns: list[int]
+) -> None:
+    stepped = asyncio.run(told(program))
+    for pace in PACES:
+        robot = paced(program, pace, late_ns)
+        assert robot.answers == stepped.answers
+        ticks = min(len(robot.robot.joints), len(stepped.robot.joints))  # a wake-up may go on at rest
+        assert ticks == len(stepped.robot.joints)
+        assert robot.robot.joints[:ticks] == stepped.robot.joints, pace
+
+
+def test_a_dialogue_moves_the_robot_alike_at_every_pace() -> None:
+    """Over sockets, in the robot's own thread."""
+    runs = [asyncio.run(dialogue(pace)) for pace in [*PACES, STEPPED]]
+    assert len(runs[0]) > 100
+    assert runs[1:] == runs[:1] * 3
+
+
+async def dialogue(pace: Pace) -> list[tuple[float, ...]]:
+    """The joints, tick by tick, of blended moves that were sent while time stood still."""
+    joints = []
+    with Simulator(clock=pace) as simulator:
+        controller = simulator.controller
+        step = controller.step
+
+        def recorded() -> None:
+            step()
+            if controller.moving:
+                joints.append(controller.joints)
+
+        simulator.pause()
+        simulator.call(lambda: setattr(controller, "step", recorded))
+        client = await Client.connect(simulator.port)
+        for y in (50, 0, 50):
+            assert await client.ask(f"lin move : 450 {y} 520 0 -1.57079 0 1 5") == "done"
+        assert joints == []
+        simulator.resume()
+        if pace is STEPPED:
+            simulator.run_until_stopped()
+        await client.until_stopped()
+        await client.leaves()
+    return joints

@@ -1,0 +1,289 @@
+"""The fixture `iiwa` as the projects of its users have it: pytest in a process of its own, no conftest."""
+
+from __future__ import annotations
+
+import textwrap
+
+import pytest
+
+TALK = '''
+import asyncio, os, socket, threading
+import pytest
+
+class Driver:
+    """One command, one reply."""
+    def __init__(self, host, port):
+        self._socket = socket.create_connection((host, port), timeout=60)
+        self._file = self._socket.makefile("rw", newline="")
+    def ask(self, command):
+        self._file.write(command + "\\r\\n")
+        self._file.flush()
+        return self._file.readline().strip()
+    def move(self, command):
+        assert self.ask(command) == "done"
+        while self.ask("get status") == "moving":
+            pass
+    def close(self):
+        self._file.close()
+        self._socket.close()
+
+@pytest.fixture
+def driver(iiwa):
+    driver = Driver(iiwa.host, iiwa.port)
+    yield driver
+    driver.close()
+
+FAR = "joint move : 1 1 1 -1.5 1 1 1 " + "0.06 " * 7
+'''
+
+
+class Project:
+    """A driver's project."""
+
+    def __init__(self, pytester: pytest.Pytester) -> None:
+        self._pytester = pytester
+
+    def tests(self, code: str, *options: str) -> pytest.RunResult:
+        self._pytester.makepyfile(TALK + textwrap.dedent(code))
+        return self._pytester.runpytest_subprocess("-W", "error", *options, timeout=120)
+
+
+@pytest.fixture
+def project(pytester: pytest.Pytester) -> Project:
+    # pytest-asyncio warns where this is not set
+    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function\n")
+    return Project(pytester)
+
+
+@pytest.mark.requirement("FRA005")
+def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Project) -> None:
+    result = project.tests(
+        """
+        def left():
+            return threading.active_count(), sorted(os.listdir("/proc/self/fd"))
+
+        seen = []
+
+        def test_first(driver):
+            driver.move(FAR)
+            assert driver.ask("get joint position").startswith("1.0 1.0 1.0")
+
+        def test_second(driver):
+            assert driver.ask("get joint position").startswith("0.0 0.52")
+
+        def test_ended(pytestconfig):
+            seen.append(left())
+
+        @pytest.mark.parametrize("number", range(200))
+        def test_many(iiwa, number):
+            if number % 10 == 0:  # some driver that is not closed, and its robot still moves
+                driver = Driver(iiwa.host, iiwa.port)
+                assert driver.ask(FAR) == "done"
+                driver.close()
+
+        def test_nothing_is_left():
+            assert left() == seen[0]
+        """,
+        "-p",
+        "no:xdist",
+    )
+    result.assert_outcomes(passed=204)
+
+
+@pytest.mark.parametrize("mode", ["auto", "strict"])
+def test_plain_async_and_threaded_tests(project: Project, mode: str) -> None:
+    result = project.tests(
+        """
+        def test_plain(iiwa, driver):
+            driver.move(FAR)
+            assert iiwa.joints == (1.0, 1.0, 1.0, -1.5, 1.0, 1.0, 1.0)
+
+        @pytest.mark.asyncio
+        async def test_async(iiwa):
+            reader, writer = await asyncio.open_connection(iiwa.host, iiwa.port)
+            writer.write(b"hello\\r\\n")
+            assert await reader.readline() == b"hello\\r\\n"
+            writer.close()
+            await writer.wait_closed()
+            iiwa.advance(1.0)
+
+        def test_threaded(iiwa):
+            replies = []
+            def converse():
+                driver = Driver(iiwa.host, iiwa.port)
+                replies.extend(driver.ask("get status") for _ in range(20))
+                iiwa.advance(0.1)
+                driver.close()
+            threads = [threading.Thread(target=converse) for _ in range(8)]
+            for thread in threads:
+                thread.start()
+            for thread in threads:
+                thread.join()
+            assert replies == ["stopped"] * 160
+            assert iiwa.state().time_s >= 0.8
+        """,
+        "-o",
+        f"asyncio_mode={mode}",
+    )
+    result.assert_outcomes(passed=3)
+
+
+def test_under_xdist(project: Project) -> None:
+    result = project.tests(
+        """
+        @pytest.mark.parametrize("number", range(200))
+        def test_many(driver, number):
+            assert driver.ask("hello") == "hello"
+        """,
+        "-n",
+        "2",
+    )
+    result.assert_outcomes(passed=200)
+
+
+@pytest.mark.parametrize("options", [(), ("-n", "1")], ids=["plain", "xdist"])
+def test_a_failed_test_shows_the_dialogue_and_the_last_state(
+    project: Project, options: tuple[str, ...]
+) -> None:
+    result = project.tests(
+        """
+        def test_fails(iiwa, driver):
+            driver.move(FAR)
+            for _ in range(5):
+                driver.ask("get mode")
+            iiwa.call(iiwa.controller.emergency_stop)
+            assert driver.ask(FAR) == "done"
+
+        def test_passes(driver):
+            assert driver.ask("help : stop")
+        """,
+        *options,
+    )
+    result.assert_outcomes(failed=1, passed=1)
+    result.stdout.re_match_lines(
+        [
+            "-+ iiwa dialogue -+",
+            "simulated +real",
+            r" +0\.\d{3} +\d+\.\d{3}  127\.0\.0\.1:\d+ # connected",
+            r" +0\.\d{3} +\d+\.\d{3}  127\.0\.0\.1:\d+ > joint move : 1 1 1 .*",
+            " +< done",
+            r" +\d+\.\d{3} +\d+\.\d{3}  127\.0\.0\.1:\d+ > get status",
+            " +< stopped",
+            r" +9\.\d{3} +\d+\.\d{3}  127\.0\.0\.1:\d+ > get mode",
+            r" +< normal  \(5 times, last at +9\.\d{3} +\d+\.\d{3}\)",
+            r".* > joint move : 1 1 1 .*",
+            " +< error",
+            "-+ iiwa state -+",
+            "status: stopped",
+            "joint_position: 1.0 1.0 1.0 -1.5 1.0 1.0 1.0",
+            "error: .*3030.*emergency stop.*",
+        ]
+    )
+    result.stdout.no_fnmatch_line("*help : stop*")
+
+
+def test_options_come_from_marker_command_line_and_ini(project: Project, pytester: pytest.Pytester) -> None:
+    pytester.makeini(
+        """
+        [pytest]
+        asyncio_default_fixture_loop_scope = function
+        iiwa_robot = lbr_iiwa_14_r820
+        iiwa_clock = stepped
+        iiwa_rate = 250
+        """
+    )
+    result = project.tests(
+        """
+        def of(iiwa):
+            return (iiwa.cell.description.name, iiwa.clock.pace.name, iiwa.clock.tick_s)
+
+        def test_command_line_over_ini(iiwa):
+            assert of(iiwa) == ("LBR iiwa 14 R820", "10x", 0.004)
+
+        @pytest.mark.iiwa(clock="real", rate_hz=1000)
+        class TestMarked:
+            def test_marker_over_command_line(self, iiwa):
+                assert of(iiwa) == ("LBR iiwa 14 R820", "real", 0.001)
+
+            @pytest.mark.iiwa(robot="lbr_iiwa_7_r800", clock="fast")
+            def test_the_nearest_marker_holds(self, iiwa):
+                assert of(iiwa) == ("LBR iiwa 7 R800", "fast", 0.001)
+        """,
+        "--strict-markers",
+        "--iiwa-clock",
+        "10x",
+    )
+    result.assert_outcomes(passed=3)
+
+
+def test_a_cell_lies_beside_the_test_and_stands_for_a_robot(
+    project: Project, pytester: pytest.Pytester
+) -> None:
+    pytester.path.joinpath("cells").mkdir()
+    pytester.path.joinpath("cells", "twelve.toml").write_text('robot = "lbr_iiwa_14_r820"\n')
+    result = project.tests(
+        """
+        @pytest.mark.iiwa(cell="cells/twelve.toml")
+        def test_cell(iiwa):
+            assert iiwa.cell.description.name == "LBR iiwa 14 R820"
+        """,
+        "--iiwa-robot=lbr_iiwa_7_r800",
+    )
+    result.assert_outcomes(passed=1)
+
+
+WRONG = {
+    "clok='fast'": "fixture iiwa: clok: expected one of robot, cell, clock, *",
+    "'fast'": "fixture iiwa: 'fast': expected NAME=VALUE",
+    "clock='fats'": "fixture iiwa: clock 'fats': expected real, a multiple *",
+    "clock=10": "fixture iiwa: clock=10: expected real, 10x, fast or stepped",
+    "rate_hz=5": "fixture iiwa: rate_hz is 5, expected 100 to 1000",
+    "robot='nobody'": "fixture iiwa: robot: folder = nobody: expected a folder, or one of *",
+    "cell='no.toml'": "fixture iiwa: *no.toml*expected*",
+    "cell='no.toml', robot='lbr_iiwa_7_r800'": "fixture iiwa: robot and cell are both given*",
+    "port=70000": "fixture iiwa: cannot listen on port 70000: *",
+}
+
+
+def test_a_wrong_marker_is_told_in_one_line(project: Project) -> None:
+    result = project.tests(
+        "\n".join(
+            f"@pytest.mark.iiwa({arguments})\ndef test_wrong_{number}(iiwa):\n    pass\n"
+            for number, arguments in enumerate(WRONG)
+        )
+    )
+    result.assert_outcomes(errors=len(WRONG))
+    result.stdout.fnmatch_lines(list(WRONG.values()))
+    result.stdout.no_fnmatch_line("*Traceback*")
+    result.stdout.no_fnmatch_line("*During handling*")
+
+
+def test_a_test_may_end_the_robot_itself(project: Project) -> None:
+    result = project.tests(
+        """
+        def test_the_robot_goes(iiwa, driver):
+            assert driver.ask("hello") == "hello"
+            port = iiwa.port
+            iiwa.__exit__(None, None, None)
+            assert driver.ask("hello") == ""
+            with pytest.raises(ConnectionRefusedError):
+                socket.create_connection(("127.0.0.1", port))
+        """
+    )
+    result.assert_outcomes(passed=1)
+
+
+def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) -> None:
+    pytester.makeconftest(
+        """
+        import sys
+
+        def pytest_unconfigure():
+            ours = [name for name in sys.modules if name.split(".")[0] in ("iiwa_sim", "pinocchio", "ruckig")]
+            print("loaded:", *sorted(ours))
+        """
+    )
+    result = project.tests("def test_nothing():\n    pass\n", "-s")
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines(["loaded: iiwa_sim iiwa_sim.pytest_plugin"])
+    result.stdout.no_fnmatch_line("*iiwa dialogue*")

@@ -1,0 +1,76 @@
+"""The text of a dialogue for a report."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.dialect.dialogue import Dialogue
+from iiwa_sim.recording import LONGEST, Recording
+
+
+class Conversation:
+    """A dialogue with a recording, in which a tick passes with each exchange."""
+
+    def __init__(self) -> None:
+        self._tick = 0
+        self.recording = Recording(0.002, 0)
+        self._dialogue = Dialogue(lambda: self._tick)
+        self._dialogue.listeners.append(self.recording)
+
+    def exchange(self, line: str, reply: str, session: str = "client") -> None:
+        self._tick += 1
+        self._dialogue.exchange(session, line, reply)
+
+    def event(self, text: str) -> None:
+        self._dialogue.event("robot", text)
+
+    def lines(self) -> list[str]:
+        """Without times."""
+        return [line[21:] for line in self.recording.text().splitlines()[1:]]
+
+
+def test_nothing_said_is_told() -> None:
+    assert Conversation().recording.text() == "nothing was said"
+
+
+def test_times_are_simulated_and_real() -> None:
+    conversation = Conversation()
+    conversation.exchange("hello", "hello")
+    words = conversation.recording.text().splitlines()[1].split()
+    assert words[0] == "0.002"
+    assert float(words[1]) > 0.0
+    assert words[2:] == ["client", ">", "hello"]
+
+
+def test_who_polls_is_told_once() -> None:
+    conversation = Conversation()
+    conversation.exchange("lin move : 1", "done")
+    for _ in range(1000):
+        conversation.exchange("get status", "moving")
+    conversation.exchange("get status", "stopped")
+    heard = conversation.lines()
+    assert heard[:3] == ["client > lin move : 1", "       < done", "client > get status"]
+    assert heard[3].startswith("       < moving  (1000 times, last at")
+    assert "at    2.002 " in heard[3]
+    assert heard[4:] == ["client > get status", "       < stopped"]
+
+
+@given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("xy"), st.sampled_from("12")), max_size=60))
+def test_only_what_follows_itself_is_drawn_together(said: list[tuple[str, str, str]]) -> None:
+    conversation = Conversation()
+    for session, line, reply in said:
+        conversation.exchange(line, reply, session)
+    heard = [line.split() for line in conversation.lines()]
+    told = []
+    for first, second in zip(heard[::2], heard[1::2], strict=True):
+        times = int(second[2][1:]) if len(second) > 2 else 1
+        told += [(first[0], first[2], second[1])] * times
+    assert told == said
+
+
+def test_the_newest_are_kept_and_it_is_said_how_many_are_not() -> None:
+    conversation = Conversation()
+    for number in range(LONGEST + 50):
+        conversation.event(f"event {number}")
+    first, *heard = conversation.recording.text().splitlines()[1:]
+    assert first == "(50 before these are left out)"
+    assert [line.split()[-1] for line in heard] == [str(number) for number in range(50, LONGEST + 50)]

@@ -1,0 +1,185 @@
+"""The simulator in a thread of its own, as programs have it that know no asyncio."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.clock import clock
+from iiwa_sim.clock.clock import StillMoving
+from iiwa_sim.dialect.dialogue import Said
+from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.simulator import Simulator
+
+THERE = [1, 1, 1, -1.5, 1, 1, 1]
+SLOWLY = [0.06] * 7  # some ten seconds
+
+
+def left() -> tuple[int, list[str]]:
+    return threading.active_count(), sorted(path.name for path in Path("/proc/self/fd").iterdir())
+
+
+def test_ready_means_listening_and_the_end_leaves_nothing() -> None:
+    before = left()
+    for _ in range(10):
+        with (
+            Simulator(clock="fast", status_port=0) as simulator,
+            Iiwa(simulator.host, simulator.port) as robot,
+        ):
+            robot.hello()
+            robot.joint_move(THERE, SLOWLY)
+    assert left() == before
+
+
+def test_a_fault_in_the_context_is_raised_and_the_robot_goes() -> None:
+    before = left()
+    with pytest.raises(ZeroDivisionError), Simulator() as simulator:
+        simulator.call(lambda: 1 / 0)
+    assert left() == before
+
+
+def test_a_port_in_use_is_told_and_leaves_nothing() -> None:
+    with Simulator() as first:
+        before = left()
+        second = Simulator(port=first.port)
+        with pytest.raises(ListenFault, match="cannot listen"):
+            second.__enter__()
+        assert left() == before
+
+
+@pytest.mark.requirement("FRA101")
+def test_a_move_of_ten_seconds_is_run_at_once() -> None:
+    with Simulator(clock="stepped") as simulator, Iiwa(simulator.host, simulator.port) as robot:
+        robot.joint_move(THERE, SLOWLY)
+        assert robot.get_status() == "moving"
+        home = simulator.joints
+        assert simulator.state().tick == 0, "nothing moves before it is told"
+        simulator.advance(1.0)
+        assert simulator.state().time_s == 1.0
+        assert simulator.joints != home
+        with pytest.raises(StillMoving):
+            simulator.run_until_stopped(limit_s=1.0)
+        seconds = simulator.run_until_stopped()
+        assert 5.0 < seconds < 10.0
+        assert simulator.state().time_s == pytest.approx(seconds + 2.0)
+        assert robot.get_status() == "stopped"
+        assert simulator.joints == tuple(map(float, THERE))
+        assert simulator.run_until_stopped() == 0.0
+
+
+def test_fast_runs_a_move_while_the_driver_polls() -> None:
+    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
+        robot.joint_move(THERE, SLOWLY)
+        robot.wait_until_stopped(timeout_s=60)
+        assert simulator.joints == tuple(map(float, THERE))
+        assert simulator.state().time_s > 9.0
+
+
+def test_in_fast_a_move_begins_only_when_the_driver_had_time_to_send_the_next(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("HOLD_NS", "LONGEST_HOLD_NS"):
+        monkeypatch.setattr(clock, name, 10**12)
+    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
+        home = simulator.joints
+        for y_mm in (100, 0, 100):
+            robot.lin_move([450, y_mm, 520, 0, -1.57079, 0], 0.5, 30)
+            assert robot.get_status() == "moving"
+            assert simulator.joints == home
+        assert robot.get_queue() == 2, "behind the one that is about to run"
+
+
+def test_time_is_paused_and_its_pace_changed() -> None:
+    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
+        simulator.pause()
+        robot.joint_move(THERE, SLOWLY)
+        tick = simulator.state().tick
+        robot.get_status()
+        assert simulator.state().tick == tick
+        simulator.set_clock("10x")
+        simulator.set_clock("fast")
+        assert simulator.state().tick == tick, "still paused"
+        simulator.resume()
+        robot.wait_until_stopped(timeout_s=60)
+        with pytest.raises(ValueError, match="expected real"):
+            simulator.set_clock("slow")
+
+
+def tell(said: Said, told: threading.Event) -> None:
+    if said.session == "robot":
+        told.set()
+
+
+def test_the_servo_timeout_comes_at_rest_in_fast_too() -> None:
+    with (
+        Simulator(clock="fast", servo_timeout_s=0.05) as simulator,
+        Iiwa(simulator.host, simulator.port) as robot,
+    ):
+        told = threading.Event()
+        simulator.call(lambda: simulator.dialogue.listeners.append(lambda said: tell(said, told)))
+        robot.smart_joint_move(list(simulator.joints), [1.0] * 7)
+        assert told.wait(60)
+        assert robot.get_error().code == 3040
+
+
+def test_many_threads_let_time_pass() -> None:
+    with Simulator(clock="stepped") as simulator:
+        threads = [threading.Thread(target=simulator.advance, args=(0.1,)) for _ in range(10)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert simulator.state().tick == 500
+
+
+def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:
+    told = list[str]()
+
+    def wait(simulator: Simulator) -> None:
+        try:
+            simulator.advance(86400.0)
+        except RuntimeError as fault:
+            told.append(str(fault))
+
+    with Simulator(clock="stepped") as simulator:
+        thread = threading.Thread(target=wait, args=(simulator,))
+        thread.start()
+        while simulator.state().tick == 0:
+            pass
+    thread.join(60)
+    assert len(told) == 1
+
+
+def test_a_simulator_runs_once_at_a_time_and_again_after_its_end() -> None:
+    simulator = Simulator()
+    with simulator:
+        with pytest.raises(RuntimeError, match="runs already"):
+            simulator.__enter__()
+        assert simulator.port
+    assert simulator.state().status == "stopped"
+    with simulator, Iiwa(simulator.host, simulator.port) as robot:
+        robot.hello()
+
+
+async def test_inside_a_loop_time_is_awaited() -> None:
+    async with Simulator(clock="stepped") as simulator:
+        with pytest.raises(RuntimeError, match="await the methods of `clock`"):
+            simulator.advance(1.0)
+        await simulator.clock.advance(1.0)
+        assert simulator.state().tick == 500
+        simulator.call(lambda: simulator.controller.joint_move(THERE, SLOWLY))
+        assert await simulator.clock.run_until_stopped(60.0) > 9.0
+        assert simulator.joints == tuple(map(float, THERE))
+
+
+async def test_in_a_thread_it_serves_whoever_has_a_loop() -> None:
+    with Simulator(clock="fast") as simulator:
+        reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
+        writer.write(b"hello\r\n")
+        assert await reader.readline() == b"hello\r\n"
+        writer.close()
+        await writer.wait_closed()
