@@ -23,7 +23,7 @@ from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
-from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots, load_robot
+from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = sys.argv[1:] if arguments is None else arguments
     try:
         if given and given[0] == PLOT:
-            return _plot(_plot_parser().parse_args(given[1:]))
+            return _plot(_plot_options(given[1:]))
         if given and given[0] == CHECK_CELL:
             return _check_cell(_check_cell_parser().parse_args(given[1:]))
         return _run(_options(given))
@@ -106,12 +106,16 @@ def _plot(options: argparse.Namespace) -> int:
         if not (fault.name or "").startswith("matplotlib"):
             raise
         raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'") from None
+    from iiwa_sim.cell.cell import load_cell, robot_alone
     from iiwa_sim.plot.record import record
     from iiwa_sim.plot.script import read_script
 
     output: Path = options.output
-    robot = load_robot(DEFAULT_ROBOT if options.robot is None else options.robot)
-    recording = record(read_script(options.commands), robot, options.rate)
+    if options.cell is None:
+        cell = robot_alone(DEFAULT_ROBOT if options.robot is None else options.robot)
+    else:
+        cell = load_cell(options.cell)
+    recording = record(read_script(options.commands), cell, options.rate)
     drawn = picture(recording, output.suffix[1:].lower())
     try:
         output.write_bytes(drawn)
@@ -182,8 +186,7 @@ def _options(given: Sequence[str]) -> argparse.Namespace:
     """The options for a run, also those checked that hang together."""
     parser = _parser()
     options = parser.parse_args(given)
-    if options.cell is not None and options.robot is not None:
-        parser.error("argument --robot: expected no cell with it, which names its robot")
+    _check_robot(parser, options)
     if options.status_rate is not None:
         if options.status_port is None:
             parser.error("argument --status-rate: expected --status-port with it")
@@ -191,6 +194,18 @@ def _options(given: Sequence[str]) -> argparse.Namespace:
             limit = f"the {options.rate} ticks per second of --rate"
             parser.error(f"argument --status-rate: {options.status_rate} is above {limit}")
     return options
+
+
+def _plot_options(given: Sequence[str]) -> argparse.Namespace:
+    parser = _plot_parser()
+    options = parser.parse_args(given)
+    _check_robot(parser, options)
+    return options
+
+
+def _check_robot(parser: _Parser, options: argparse.Namespace) -> None:
+    if options.cell is not None and options.robot is not None:
+        parser.error("argument --robot: expected no cell with it, which names its robot")
 
 
 def _parser() -> _Parser:
@@ -287,7 +302,8 @@ def _plot_parser() -> _Parser:
     parser = _Parser(
         prog=f"iiwa-sim {PLOT}",
         description="Runs a file of commands in simulated time and draws the motion: positions, velocities "
-        "and accelerations of the joints, speed and way of the TCP, with targets and blending spheres.",
+        "and accelerations of the joints, speed and way of the TCP, with targets and blending spheres, and "
+        "the forces at the TCP with the thresholds of force moves, where there are any.",
         epilog="In the file: one command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; "
         "what follows a # is a comment.",
         allow_abbrev=False,
@@ -295,6 +311,11 @@ def _plot_parser() -> _Parser:
     parser.add_argument("commands", metavar="COMMANDS", help="the file")
     parser.add_argument(
         "-o", "--output", type=_picture, required=True, metavar="PICTURE", help="where to, as .png or .svg"
+    )
+    parser.add_argument(
+        "--cell",
+        metavar="CELL.toml",
+        help="robot, start pose, tool and what stands round it (default: a robot alone)",
     )
     _add_robot(parser)
     _add_rate(parser)

@@ -55,7 +55,7 @@ class Reader:
         try:
             if isinstance(file, Path) and file.exists() and not file.is_file():  # a pipe would never end
                 raise self.fault("", "", "a regular file")
-            return file.read_text(encoding="utf-8")
+            return file.read_text(encoding="utf-8-sig")  # editors may put an invisible mark in front
         except FileNotFoundError:
             raise self.fault("", "", missing) from None
         except OSError as fault:

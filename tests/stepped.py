@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.world import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
@@ -30,13 +31,24 @@ class SteppedRobot:
         tick_s: float = 0.002,
         servo_timeout_s: float | None = None,
         world: World | None = None,
+        cell: Cell | None = None,
     ) -> None:
-        self.description = load_robot(robot) if isinstance(robot, str) else robot
+        """A `cell` has a robot and a world of its own."""
+        if cell is None:
+            alone = load_robot(robot) if isinstance(robot, str) else robot
+            cell = Cell(alone, alone.home, alone.tool_in_flange)
+        else:
+            world = cell.world()
+        self.description = cell.description
+        self.tool_in_flange = cell.tool_in_flange
         self.faults: list[tuple[int, str]] = []
         self.contacts: list[Contact] = []
         self.controller = Controller(
             self.description,
             tick_s,
+            start=cell.start,
+            tool_in_flange=cell.tool_in_flange,
+            noise=cell.noise(),
             servo_timeout_s=servo_timeout_s,
             on_fault=lambda code, reason: self.faults.append((code, reason)),
             on_contact=self._meets,
@@ -114,7 +126,7 @@ class SteppedRobot:
         self.joints, self.stopping, self.direct = [self.controller.joints], [False], [False]
 
     def tcp(self, joints: Sequence[float], tool_in_flange: Transform | None = None) -> Transform:
-        return compose(self.model.flange(joints), tool_in_flange or self.description.tool_in_flange)
+        return compose(self.model.flange(joints), tool_in_flange or self.tool_in_flange)
 
     def tcp_frame(self, joints: Sequence[float]) -> Frame:
         return Frame.from_transform(self.tcp(joints))

@@ -459,19 +459,21 @@ def test_every_command_is_in_the_dialogue_and_on_the_page() -> None:
 
 
 def test_from_another_thread_while_the_robot_moves() -> None:
-    with Simulator(clock="stepped", backdoor_port=0) as simulator:
-        with Iiwa(simulator.host, simulator.port) as robot:
-            robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
-            simulator.advance(1.0)
-            with pytest.raises(Refused, match="the robot has to be at rest"):
-                simulator.backdoor.place((0.0,) * 7)
-            simulator.backdoor.fail_move(3000)
-            assert simulator.run_until_stopped() <= 0.1
-            assert robot.get_error().reason == "made to fail through the backdoor"
-            simulator.backdoor.restore_state("start")
-            assert simulator.backdoor.state().error.code == 0
-            assert simulator.joints == simulator.cell.description.home
-            assert list(simulator.backdoor.connections()) == [1]
+    with (
+        Simulator(clock="stepped", backdoor_port=0) as simulator,
+        Iiwa(simulator.host, simulator.port) as robot,
+    ):
+        robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+        simulator.advance(1.0)
+        with pytest.raises(Refused, match="the robot has to be at rest"):
+            simulator.backdoor.place((0.0,) * 7)
+        simulator.backdoor.fail_move(3000)
+        assert simulator.run_until_stopped() <= 0.1
+        assert robot.get_error().reason == "made to fail through the backdoor"
+        simulator.backdoor.restore_state("start")
+        assert simulator.backdoor.state().error.code == 0
+        assert simulator.joints == simulator.cell.description.home
+        assert list(simulator.backdoor.connections()) == [1]
 
 
 async def test_time_is_told_over_the_socket_and_lines_behind_wait_for_it() -> None:

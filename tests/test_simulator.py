@@ -39,6 +39,36 @@ async def test_a_driver_presses_on_the_table_of_a_cell() -> None:
         await client.leaves()
 
 
+async def test_every_command_has_its_reply_while_the_robot_presses() -> None:
+    """Pipelined, in contact, with force moves among them that end at once and others that slide on."""
+    down = "3.14159265359 0 3.14159265359"
+    slide = f"lin move : 600 {{}} 302 {down} 0.1 0"
+    async with Simulator(cell=EXAMPLES / "table.toml") as simulator:
+        client = await Client.connect(simulator.port)
+        assert await client.ask(f"lin move : 600 0 302 {down} 1 0") == "done"
+        await client.until_stopped()
+        commands = {
+            "get cartesian force": lambda reply: float(reply.split()[2]) < -10.0,
+            "get joint torque": lambda reply: any(float(word) for word in reply.split()),
+            "get status": lambda reply: reply == "moving",
+            slide.format(60): lambda reply: reply == "done",
+            "linforcez move : 600 0 290 0 0 0 1 0 -5": lambda reply: reply == "error",
+            f"linforce move : 600 -60 302 {down} 0.1 0 1 1 50": lambda reply: reply == "done",
+            "get tool frame": lambda reply: abs(float(reply.split()[2]) - 302.0) < 0.001,
+            "nonsense": lambda reply: reply == "unknown command",
+        }
+        assert await client.ask(slide.format(-60)) == "done"
+        for _ in range(20):
+            client.send("".join(f"{command}\r\n" for command in commands).encode())
+            for command, fits in commands.items():
+                reply = await client.reply()
+                assert fits(reply), (command, reply)
+        assert client.unread == b""
+        assert await client.ask("stop") == "done"
+        await client.until_stopped()
+        await client.leaves()
+
+
 async def test_a_cell_names_inputs_and_outputs(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text('[io]\ninputs = ["door"]\noutputs = 3\n')
     io = Simulator(cell=tmp_path / "cell.toml").controller.io

@@ -433,6 +433,11 @@ class Controller:
         """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
         return self._motions.is_pending(move)
 
+    @property
+    def under_way(self) -> int:
+        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
+        return self._motions.under_way
+
     def flange_frame(self) -> Frame:
         """The flange in the base."""
         return Frame.from_transform(self._model.flange(self.joints))

@@ -1,4 +1,4 @@
-"""A recording drawn: joints over time, and the way of the TCP with its targets and blending spheres.
+"""A recording drawn: joints and forces over time, and the way of the TCP with targets and blending spheres.
 
 Only this module and those that it draws with know matplotlib. They keep off pyplot and its global state, and
 write no date and no random names: the same recording gives the same bytes.
@@ -20,6 +20,7 @@ FORMATS = ("png", "svg")
 
 _LONGEST_NAME = 60
 _SIZE_IN = (13.0, 8.6)
+_HIGHER_IN = 2.6  # where there are forces
 _STYLE = {
     "font.size": 9.0,
     "axes.grid": True,
@@ -46,7 +47,10 @@ def picture(recording: Recording, file_format: str) -> bytes:
 
 def draw(recording: Recording) -> Figure:
     """The figure: panels over time on the left, two views of the way of the TCP on the right."""
-    figure = Figure(figsize=_SIZE_IN, layout="constrained")
+    width_in, height_in = _SIZE_IN
+    if recording.has_forces:
+        height_in += _HIGHER_IN
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
     figure.suptitle(_title(recording), parse_math=False, fontsize=10.5)
     halves = figure.add_gridspec(1, 2, width_ratios=[1.5, 1.0])
     draw_over_time(figure.add_subfigure(halves[0]), recording)

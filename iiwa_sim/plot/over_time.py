@@ -1,4 +1,4 @@
-"""Positions, velocities and accelerations of the joints and the speed of the TCP, over time.
+"""Positions, velocities and accelerations of the joints, the speed of the TCP and forces on it, over time.
 
 Velocities and accelerations are parts of the limits, for these differ from joint to joint: the joint that
 sets the pace is the one at 100 %. A strip beside each panel has a bar per joint, thin from limit to limit and
@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 from matplotlib.ticker import MultipleLocator
 
+from iiwa_sim.plot.forces import draw_forces
 from iiwa_sim.plot.marks import COLOURS, numbers, together
 from iiwa_sim.plot.record import Array, Recording
 from iiwa_sim.robot.description import RobotDescription
@@ -26,10 +27,12 @@ _CLOSEST = 0.025  # of the time shown: numbers nearer to each other share one pl
 
 
 def draw_over_time(figure: SubFigure, recording: Recording) -> None:
-    """Fill a figure with the four panels and three strips."""
-    grid = figure.add_gridspec(4, 2, width_ratios=[4.5, 1.0])
+    """Fill a figure with the panels, and strips beside those of the joints."""
+    heights = [1.0] * 4 + [1.5] * recording.has_forces
+    rows = len(heights)
+    grid = figure.add_gridspec(rows, 2, width_ratios=[4.5, 1.0], height_ratios=heights)
     first = figure.add_subplot(grid[0, 0])
-    panels = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in (1, 2, 3))]
+    panels = [first, *(figure.add_subplot(grid[row, 0], sharex=first) for row in range(1, rows))]
     strips = [figure.add_subplot(grid[row, 1], sharey=panels[row]) for row in (0, 1, 2)]
     robot = recording.description
     low, high = np.degrees(robot.position_min), np.degrees(robot.position_max)
@@ -50,9 +53,11 @@ def draw_over_time(figure: SubFigure, recording: Recording) -> None:
     speed_mm_s = recording.tcp_speed_mm_s()
     panels[3].plot(recording.times_s(), speed_mm_s, color=COLOURS[4])
     panels[3].set_ylim(0.0, 1.08 * max(float(speed_mm_s.max()), 1.0))
-    panels[3].set_xlabel("time (s)")
-    panels[3].set_xlim(0.0, recording.duration_s)
-    for panel in panels[:3]:
+    if recording.has_forces:
+        draw_forces(panels[4], figure.add_subplot(grid[4, 1]), recording)
+    panels[-1].set_xlabel("time (s)")
+    panels[-1].set_xlim(0.0, recording.duration_s)
+    for panel in panels[:-1]:
         panel.tick_params(labelbottom=False)
     strips[0].set_title("range used")
     _mark_passed(panels, recording)

@@ -1,12 +1,16 @@
 """Runs a script through the wire's own session on a stepped controller, and keeps what every tick gave."""
 
 from array import array
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.force_guard import AXES, Contact, Thresholds
+from iiwa_sim.controller.io import Io
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Request, load_table
 from iiwa_sim.frames import Frame, Transform, Vector, compose
@@ -34,12 +38,25 @@ class Target:
     mode: str
     """The controller's, that the command needs."""
     done_tick: int | None = None
-    """In which its move was done, or blended into the next; None where it never came to that."""
+    """In which its move was done, ran into the next or was ended by a force; None where none of that came."""
 
     @property
     def servo(self) -> bool:
         """Whether it is one of a stream, replaced by the next."""
         return self.mode in SERVO_MODES
+
+
+@dataclass(frozen=True)
+class Watch:
+    """A force move: its thresholds, and what came of them."""
+
+    thresholds_n: Thresholds
+    offset_n: Vector
+    """The force at the command, along the axes of the TCP."""
+    ticks: tuple[int, int] | None = None
+    """The first and the last in which they were compared with the force; None where it never came to that."""
+    contact: Contact | None = None
+    """What ended the move in the last of them; None where nothing did."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +70,15 @@ class Recording:
     """(n + 1, joints), rad"""
     tcp_mm: Array
     """(n + 1, 3), in the base"""
+    force_n: Array
+    """(n + 1, 3), what `get cartesian force` would tell, along the axes of the TCP"""
     targets: tuple[Target, ...]
+    watches: tuple[Watch, ...]
+
+    @property
+    def has_forces(self) -> bool:
+        """Whether there is any force to see, or to wait for."""
+        return bool(self.watches) or bool(self.force_n.any())
 
     @property
     def duration_s(self) -> float:
@@ -82,13 +107,13 @@ class Recording:
         return rate
 
 
-def record(script: Script, description: RobotDescription, rate_hz: int) -> Recording:
-    """Run a script, and what it has set moving, to the end.
+def record(script: Script, cell: Cell, rate_hz: int) -> Recording:
+    """Run a script in a cell, and what it has set moving, to the end.
 
     Raises `PlotFault` where a line is refused or the time grows beyond `LONGEST_S`, and `RobotFault` for a
     robot that cannot be used.
     """
-    recorder = _Recorder(script, description, rate_hz)
+    recorder = _Recorder(script, cell, rate_hz)
     for step in script.steps:
         if isinstance(step, Wait):
             recorder.wait(step)
@@ -100,17 +125,28 @@ def record(script: Script, description: RobotDescription, rate_hz: int) -> Recor
 class _Recorder:
     """A controller, the one client it has, and what has happened so far."""
 
-    def __init__(self, script: Script, description: RobotDescription, rate_hz: int) -> None:
+    def __init__(self, script: Script, cell: Cell, rate_hz: int) -> None:
         self._script = script
-        self._description = description
+        self._cell = cell
         self._rate_hz = rate_hz
-        self._controller = Controller(description, 1.0 / rate_hz)
-        self._model = Model(description)
+        self._controller = Controller(
+            cell.description,
+            1.0 / rate_hz,
+            start=cell.start,
+            tool_in_flange=cell.tool_in_flange,
+            world=cell.world(),
+            noise=cell.noise(),
+            io=Io(cell.input_names, cell.output_names),
+            on_contact=self._met,
+        )
+        self._model = Model(cell.description)
         self._refusal = _Refusal()
         self._session = _Session(self._controller, self._refusal, script.path)
         self._joints = array("d", self._controller.joints)
         self._tcp_mm = array("d", self._controller.tool_frame()[:3])
+        self._force_n = array("d", self._controller.cartesian_force()[:3])
         self._targets: list[Target] = []
+        self._watches: dict[int, Watch] = {}  # by the numbers of their moves
         self._pending: dict[int, int] = {}  # indices of targets, by the numbers of their moves
         self._due_s = 0.0  # the file's own time: what ticks round off a wait does not add up
 
@@ -119,13 +155,19 @@ class _Recorder:
         if self._session.closing:
             raise self._script.fault(command, "nothing is heard after bye")
         line = command.text.encode()
+        offset_n = self._controller.cartesian_force()[:3]
         self._session.receive(line + b"\n")
         reply = self._session.answer().decode().rstrip()
         if reply in (ERROR, UNKNOWN_COMMAND):
             raise self._script.fault(command, f"{reply}: {self._refusal.reason}")
         request = load_table("iiwa").parse(line)
         if isinstance(request, Request):
-            self._add_target(command.line, request)
+            named = {
+                parameter.name: value
+                for parameter, value in zip(request.command.parameters, request.values, strict=True)
+            }
+            self._add_target(command.line, request, named)
+            self._add_watch(named, offset_n)
         self._forget_pending()
 
     def wait(self, wait: Wait) -> None:
@@ -148,11 +190,13 @@ class _Recorder:
             self._step(last)
         return Recording(
             script=self._script,
-            description=self._description,
+            description=self._cell.description,
             tick_s=self._controller.tick_s,
-            joints=np.array(self._joints).reshape(-1, len(self._description.joints)),
+            joints=np.array(self._joints).reshape(-1, len(self._cell.description.joints)),
             tcp_mm=np.array(self._tcp_mm).reshape(-1, 3),
+            force_n=np.array(self._force_n).reshape(-1, 3),
             targets=tuple(self._targets),
+            watches=tuple(self._watches.values()),
         )
 
     def _step(self, step: Command | Wait) -> None:
@@ -162,6 +206,8 @@ class _Recorder:
         controller.step()
         self._joints.extend(controller.joints)
         self._tcp_mm.extend(controller.tool_frame()[:3])
+        self._force_n.extend(controller.cartesian_force()[:3])
+        self._watched(controller.under_way)
         for target in self._forget_pending():
             self._targets[target] = replace(self._targets[target], done_tick=controller.tick)
 
@@ -172,11 +218,26 @@ class _Recorder:
         over = [number for number in self._pending if not self._controller.is_pending(number)]
         return [self._pending.pop(number) for number in over]
 
-    def _add_target(self, line: int, request: Request) -> None:
+    def _add_watch(self, named: Mapping[str, float], offset_n: Vector) -> None:
+        x, y, z = (named.get(f"threshold{axis.upper()}") for axis in AXES)
+        move = self._session.last_move
+        if move is not None and (x, y, z) != (None, None, None):
+            self._watches[move] = Watch((x, y, z), offset_n)
+
+    def _watched(self, move: int) -> None:
+        """A move was under way in this tick, at the end of which forces were compared."""
+        watch, tick = self._watches.get(move), self._controller.tick
+        if watch is not None:
+            self._watches[move] = replace(watch, ticks=(watch.ticks[0] if watch.ticks else tick, tick))
+
+    def _met(self, contact: Contact) -> None:
+        self._watched(contact.move)
+        self._watches[contact.move] = replace(self._watches[contact.move], contact=contact)
+
+    def _add_target(self, line: int, request: Request, named: Mapping[str, float]) -> None:
         tcp = self._tcp(request)
         if tcp is None:
             return
-        named = dict(zip((each.name for each in request.command.parameters), request.values, strict=True))
         x, y, z = tcp.translation
         tcp_mm = (1e3 * x, 1e3 * y, 1e3 * z)
         target = Target(line, tcp_mm, named.get("blending", 0.0), request.command.mode)
@@ -187,11 +248,11 @@ class _Recorder:
     def _tcp(self, request: Request) -> Transform | None:
         """The pose of the TCP that a command asks for, if it does."""
         names = [each.name for each in request.command.parameters]
-        tool = self._description.tool_in_flange
+        tool = self._cell.tool_in_flange
         if names[:6] == ["x", "y", "z", "alpha", "beta", "gamma"]:
             pose = Frame(*request.values[:6]).to_transform()
             return compose(pose, tool) if request.command.mode in SERVO_MODES else pose
-        count = len(self._description.joints)
+        count = len(self._cell.description.joints)
         if names[:count] == [f"j{index}" for index in range(count)]:
             return compose(self._model.flange(request.values[:count]), tool)
         return None

@@ -1,4 +1,5 @@
-"""The way of the TCP from above and from the side, with the targets and the blending spheres round them.
+"""The way of the TCP from above and from the side, with the targets and the blending spheres round them, and
+where forces have ended moves.
 
 Parallel views, both to scale: a sphere is a circle of its radius. In perspective it would hide what is behind
 it, and no length could be read off.
@@ -40,6 +41,14 @@ _STREAMED: dict[str, Any] = {
     "markersize": 2.5,
     "linestyle": "",
     "label": "streamed target",
+}
+_ENDED: dict[str, Any] = {
+    "color": COLOURS[0],
+    "marker": "x",
+    "markersize": 6.0,
+    "markeredgewidth": 1.5,
+    "linestyle": "",
+    "label": "ended by a force",
 }
 _NUMBER: dict[str, Any] = {
     "fontsize": 8.5,
@@ -98,6 +107,10 @@ def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
         if found:
             places = np.array([place for place, _ in found])
             view.plot(places[:, 0], places[:, 1], **form)
+    ended = [watch.contact.tcp[:3] for watch in recording.watches if watch.contact is not None]
+    if ended:
+        places = np.array(ended)
+        view.plot(places[:, first], places[:, second], **_ENDED)
     extent_mm = float(np.ptp(way, axis=0).max()) + _SMALLEST_MM
     for (x_mm, y_mm), label in together([each for each in numbered if each[1]], _CLOSEST * extent_mm):
         view.annotate(label, (x_mm, y_mm), xytext=(5.0, 5.0), textcoords="offset points", **_NUMBER)

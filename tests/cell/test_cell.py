@@ -216,6 +216,11 @@ def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     assert len(str(fault.value)) < 300
 
 
+def test_a_byte_order_mark_says_nothing(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_bytes(b"\xef\xbb\xbfcontact_radius_mm = 4\r\n")
+    assert load_cell(tmp_path / "cell.toml").contact_radius_m == 0.004
+
+
 def test_what_is_no_text_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "noise.toml").write_bytes(b"\xff\xfe")

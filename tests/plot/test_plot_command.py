@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cli import main
-from tests.plot.scripts import EXAMPLE, LIN
+from tests.plot.scripts import EXAMPLE, EXAMPLES, LIN, TABLE
 from tests.processes import IIWA_SIM
 from tests.talking import DEADLINE_S
 
@@ -55,6 +55,25 @@ def test_a_picture_in_process(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert main(["plot", str(EXAMPLE), "-o", str(output)]) == 0
     assert capsys.readouterr() == ("", "")
     assert output.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_example_in_its_cell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    output, without = tmp_path / "picture.svg", tmp_path / "without.svg"
+    probing = str(EXAMPLES / "probing.txt")
+    assert main(["plot", probing, "--cell", str(TABLE), "-o", str(output), "--rate", "100"]) == 0
+    assert main(["plot", str(EXAMPLE), "-o", str(without), "--rate", "100"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert "force at the TCP" in output.read_text()
+    assert "force at the TCP" not in without.read_text()
+
+
+def test_a_cell_that_cannot_be_used(moves: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cell = tmp_path / "cell.toml"
+    cell.write_text("start_deg = 7")
+    told = told_by([moves, "-o", "p.png", "--cell", cell], capsys)
+    assert told == f"iiwa-sim: {cell}: start_deg = 7: expected str | array, not int\n"
+    told = told_by([moves, "-o", "p.png", "--cell", cell, "--robot", "lbr_iiwa_7_r800"], capsys)
+    assert "argument --robot: expected no cell with it, which names its robot" in told
 
 
 def test_a_refused_command_leaves_no_picture(

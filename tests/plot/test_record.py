@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
 from iiwa_sim.plot.fault import PlotFault
@@ -110,7 +111,7 @@ def test_what_cannot_be_recorded_names_file_line_command_and_reason(text: str, t
 
 
 def test_the_example_runs_and_has_spheres_of_different_sizes() -> None:
-    recording = record(read_script(str(EXAMPLE)), load_robot(), 500)
+    recording = record(read_script(str(EXAMPLE)), robot_alone(), 500)
     radii = [target.blending_mm for target in recording.targets]
     assert len({radius for radius in radii if radius > 0.0}) > 2
     assert all(target.done_tick is not None for target in recording.targets)
