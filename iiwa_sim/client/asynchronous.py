@@ -79,8 +79,8 @@ class AsyncConnection:
             async with asyncio.timeout(self._timeout_s):
                 writer.write(self._conversation.say(line))
                 await writer.drain()
-                while (reply := self._conversation.reply) is None:
-                    self._conversation.hear(await reader.read(RECEIVE_BYTES))
+                while (reply := self._conversation.hear(await reader.read(RECEIVE_BYTES))) is None:
+                    pass
         except TimeoutError:
             raise TimeoutError(f"no answer to {line!r} within {self._timeout_s} s") from None
         return reply

@@ -82,9 +82,8 @@ class Connection:
         try:
             connection.settimeout(self._timeout_s)
             connection.sendall(self._conversation.say(line))
-            while (reply := self._conversation.reply) is None:
+            while (reply := self._conversation.hear(connection.recv(RECEIVE_BYTES))) is None:
                 connection.settimeout(max(1e-6, deadline - time.monotonic()))
-                self._conversation.hear(connection.recv(RECEIVE_BYTES))
         except TimeoutError:
             raise TimeoutError(f"no answer to {line!r} within {self._timeout_s} s") from None
         return reply

@@ -60,42 +60,59 @@ def exactly(count: int, name: str, values: Sequence[float]) -> list[float]:
     return [float(value) for value in values]
 
 
+class ReplyLines:
+    """Bytes in, lines out."""
+
+    def __init__(self) -> None:
+        self._heard = b""
+        self._partner = b""  # would complete the line end of the last reply
+
+    def feed(self, data: bytes) -> None:
+        """Takes in what came."""
+        self._heard += data
+
+    @property
+    def unread(self) -> bytes:
+        """What has come and is not taken out yet."""
+        if self._heard:
+            if self._partner:
+                self._heard = self._heard.removeprefix(self._partner)
+            self._partner = b""
+        return self._heard
+
+    def take(self) -> bytes | None:
+        """The next line, without its end; None until it is complete."""
+        end = _END.search(self.unread)
+        if end is None:
+            return None
+        line, self._heard = self._heard[: end.start()], self._heard[end.end() :]
+        self._partner = _PARTNER[end.group()]
+        return line
+
+
 class Conversation:
     """One connection's lines, each to be answered before the next is said."""
 
     def __init__(self) -> None:
         self._asked = ""
-        self._heard = b""
-        self._partner = b""  # would complete the line end of the last reply
+        self._replies = ReplyLines()
 
     def say(self, line: str) -> bytes:
         """The bytes of a line. Raises ReplyError if something was said that nobody asked for."""
-        self._complete_end()
-        if self._heard:
-            raise ReplyError(f"{self._heard[:80]!r} came unasked, before {line!r}")
+        if unasked := self._replies.unread:
+            raise ReplyError(f"{unasked[:80]!r} came unasked, before {line!r}")
         self._asked = line
         return line.encode() + b"\r\n"
 
-    def hear(self, data: bytes) -> None:
-        """Takes in what came. Raises ConnectionResetError at the end of the stream (b""), or of patience."""
-        self._heard += data
-        if not data or len(self._heard) > MAX_REPLY_BYTES:
+    def hear(self, data: bytes) -> str | None:
+        """The reply, once what came completes it.
+
+        Raises ConnectionResetError at the end of the stream (b""), or of patience.
+        """
+        self._replies.feed(data)
+        reply = self._replies.take()
+        if reply is not None:
+            return reply.decode("ascii", "replace").strip()
+        if not data or len(self._replies.unread) > MAX_REPLY_BYTES:
             raise ConnectionResetError(f"the connection ended before the answer to {self._asked!r}")
-
-    @property
-    def reply(self) -> str | None:
-        """The next line, taken out; None until it is complete."""
-        self._complete_end()
-        end = _END.search(self._heard)
-        if end is None:
-            return None
-        line, self._heard = self._heard[: end.start()], self._heard[end.end() :]
-        self._partner = _PARTNER[end.group()]
-        self._complete_end()
-        return line.decode("ascii", "replace").strip()
-
-    def _complete_end(self) -> None:
-        if self._heard:
-            if self._partner:
-                self._heard = self._heard.removeprefix(self._partner)
-            self._partner = b""
+        return None
