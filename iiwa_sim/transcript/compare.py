@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from iiwa_sim.transcript.lines import Answered, Compare
 
-_HEARD = re.compile(r"\{([a-z ]+?)\s*(?:\+([^{}]*))?\}")
+_HEARD = re.compile(r"\{(?P<command>[a-z ]+?)(?: (?P<place>\d+))?\s*(?:\+(?P<more>[^{}]*))?\}")
 
 
 def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
@@ -36,11 +36,17 @@ def filled(text: str, heard: Mapping[str, str]) -> str:
     """Text with the last replies, by command, in place of `{get ...}`. Raises ValueError."""
 
     def last(found: re.Match[str]) -> str:
-        if found[1] not in heard:
-            raise ValueError(f"'{found[1]}' has not been asked yet")
-        if found[2] is None:
-            return heard[found[1]]
-        numbers, more = _numbers(heard[found[1]]), _numbers(found[2])
+        reply = heard.get(found["command"])
+        if reply is None:
+            raise ValueError(f"'{found['command']}' has not been asked yet")
+        if found["place"]:
+            words = reply.split()
+            if not 1 <= int(found["place"]) <= len(words):
+                raise ValueError(f"expected {found['place']} numbers or more, got '{reply}'")
+            reply = words[int(found["place"]) - 1]
+        if found["more"] is None:
+            return reply
+        numbers, more = _numbers(reply), _numbers(found["more"])
         if len(numbers) != len(more):
             raise ValueError(f"expected {len(numbers)} numbers behind the + of {found[0]}, got {len(more)}")
         return " ".join(f"{number + other:.9f}" for number, other in zip(numbers, more, strict=True))

@@ -14,15 +14,16 @@ r"""Transcripts read: which client says what when, and what it is to be answered
     [12.5 0.514] driver> hello      with times, simulated and real, in s since the beginning
 
 Each line that is said has its reply further down, in the order of the lines of that client. In what is said
-and in a reply, `{get tool frame}` stands for the last reply to that command, and `{get tool frame + 0 0 9 0 0
-0}` for its numbers with these added. Bytes that do not print are written as `\x09`, a backslash as `\\`, a
-brace that is one as `\x7b`.
+and in a reply, `{get tool frame}` stands for the last reply to that command, `{get tool frame 3}` for its
+third number, and `{get tool frame + 0 0 9 0 0 0}` for its numbers with these added. Bytes that do not print
+are written as `\x09`, a backslash as `\\`, a brace that is one as `\x7b`.
 """
 
 import math
 import re
 from collections import Counter
 from enum import Enum
+from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
@@ -159,6 +160,13 @@ def read(name: str, text: str) -> Transcript:
         if unanswered[client]:
             raise _fault(name, number, "", "expected a reply to each line, `<?` for any")
     return Transcript(name, tuple(steps), robot)
+
+
+def shipped() -> list[Transcript]:
+    """Those of protocol/transcripts, by name."""
+    folder = files("iiwa_sim.protocol").joinpath("transcripts")
+    found = sorted(folder.iterdir(), key=lambda each: each.name)
+    return [read(each.name, each.read_text("utf-8")) for each in found if each.name.endswith(".txt")]
 
 
 def command_of(text: str) -> str:
