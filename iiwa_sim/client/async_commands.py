@@ -329,8 +329,8 @@ class AsyncIiwa(AsyncConnection):
         stiffness: float,
         force: Sequence[float],
     ) -> None:
-        """Moves the TCP on a straight line as a spring would pull it; the six force values are to be
-        balanced.
+        """Moves the TCP on a straight line yielding as a spring does; adds the negative of the six force
+        values.
 
         target: x y z (mm) alpha beta gamma (rad)
         speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
@@ -355,8 +355,8 @@ class AsyncIiwa(AsyncConnection):
         stiffness: float,
         force: Sequence[float],
     ) -> None:
-        """Moves the TCP, straight in joint space, as a spring would pull it; the six force values are to be
-        balanced.
+        """Moves the TCP, straight in joint space, yielding as a spring does; adds the negative of the six
+        force values.
 
         target: x y z (mm) alpha beta gamma (rad)
         speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
@@ -377,7 +377,7 @@ class AsyncIiwa(AsyncConnection):
     async def start_gravity(self, joint_stiffness: float) -> None:
         """Holds the joints where they are by springs until stop.
 
-        joint_stiffness: stiffness of every joint (Nm/rad), 0 <= joint_stiffness
+        joint_stiffness: stiffness of every joint (Nm/rad), 0 <= joint_stiffness <= 5000
         """
         await self._do(request(nothing("done"), "start gravity", joint_stiffness))
 
