@@ -39,7 +39,11 @@ class Recorder:
         self._table = load_table("iiwa")
         try:
             self._file = path.open("w", encoding="ascii", errors="backslashreplace", buffering=1)
-            self._file.write(f"# {title}\n# [simulated real] time in s\n")
+            try:
+                self._file.write(f"# {title}\n# [simulated real] time in s\n")
+            except OSError:
+                self._close()
+                raise
         except OSError as fault:
             raise TranscriptFault(f"{path}: cannot be written: {fault.strerror}") from None
 
@@ -51,8 +55,7 @@ class Recorder:
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._dialogue.listeners.remove(self._hear)
-        with contextlib.suppress(OSError):
-            self._file.close()
+        self._close()
 
     def _hear(self, told: Told) -> None:
         if self._broken:
@@ -64,6 +67,10 @@ class Recorder:
         except OSError as fault:
             logger.error("%s: the transcript ends here: %s", self._path, fault.strerror)
             self._broken = True
+
+    def _close(self) -> None:
+        with contextlib.suppress(OSError):  # of what a full disk has not taken
+            self._file.close()
 
     def _line(self, told: Told, times: str) -> str:
         if told.direction is Direction.EVENT:
