@@ -6,6 +6,7 @@ from functools import partial
 from iiwa_sim.check import connections, lines, motion, numbers
 from iiwa_sim.check.findings import Finding, Probe, deviates, same, untried
 from iiwa_sim.check.link import COMMANDS, HARMLESS, Link, commands_of, moves_nothing
+from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import Transcript, shipped
 from iiwa_sim.transcript.replay import replay
@@ -34,7 +35,7 @@ def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
 
 
 def _greet(link: Link) -> None:
-    where = f"{link.host}:{link.port}"
+    where = host_and_port(link.host, link.port)
     try:
         with link.talk() as talk:
             if (reply := talk.ask("hello")) != "hello":

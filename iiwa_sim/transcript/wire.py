@@ -6,6 +6,7 @@ import struct
 import time
 
 from iiwa_sim.client.exchange import ReplyLines
+from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.wording import harmless
 
@@ -28,7 +29,7 @@ class Wire:
             self._socket = socket.create_connection((host, port), timeout_s)
         except (OSError, ValueError) as fault:  # ValueError for characters no host name has
             why = getattr(fault, "strerror", None) or fault
-            raise TranscriptFault(f"cannot connect to {host}:{port}: {why}") from None
+            raise TranscriptFault(f"cannot connect to {host_and_port(host, port)}: {why}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def send(self, data: bytes) -> None:

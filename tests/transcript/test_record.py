@@ -12,7 +12,7 @@ from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.dialogue import Said as Told
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault
-from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, read_file
+from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, Step, Wait, read_file
 from iiwa_sim.transcript.record import Recorder
 from iiwa_sim.transcript.replay import replay
 from tests.talking import Client, until
@@ -45,11 +45,15 @@ async def test_a_recorded_session_plays_without_deviation_on_another_robot(tmp_p
     ends = [step for step in transcript.steps if isinstance(step, Answered)][-4:]
     compared = [(end.text.split()[-1], end.compare) for end in ends[:-1]]
     assert compared == [("0.2", Compare.NUMBERS), ("0", Compare.EXACT), ("stopped", Compare.EXACT)]
-    polls = {  # how often it polls until the robot is at rest is up to the machine
+    # How often it polls until the robot is at rest is up to the machine: what follows waits for that.
+    polls = {
         step.step.line + 1
         for step in transcript.steps
         if isinstance(step, Said) and (step.step.client, step.text) == ("client1", "get status")
     }
+    at_rest = [step.step.line for step in transcript.steps].index(max(polls)) + 1
+    wait = Wait(Step(0, "client1", None), None)
+    transcript = transcript._replace(steps=(*transcript.steps[:at_rest], wait, *transcript.steps[at_rest:]))
     async with Simulator() as another:
         found = await asyncio.to_thread(
             lambda: list(replay(transcript, "127.0.0.1", another.port, timeout_s=30))
