@@ -1,12 +1,13 @@
-"""`iiwa-sim`, `iiwa-sim plot` and `iiwa-sim check-cell`: their options, messages and exit codes.
+"""`iiwa-sim` and its subcommands plot, check-cell, replay and check: options, messages and exit codes.
 
-Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written or the cell is
-right; 2, with one line on stderr, for options, a cell, a robot, an address, a stdout or a file it cannot use,
-and for commands of a picture that are refused.
+Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written, the cell is right
+or a server answers as expected; 1 where it does not; 2, with one line on stderr, for options, a cell, a
+robot, an address, a stdout or a file it cannot use, and for commands of a picture that are refused.
 """
 
 import argparse
 import asyncio
+import contextlib
 import gc
 import os
 import signal
@@ -27,29 +28,36 @@ from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robot
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
+from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.wording import harmless, shortened
 
 PORT = 30000
 PLOT = "plot"
 CHECK_CELL = "check-cell"
+REPLAY = "replay"
+CHECK = "check"
 PICTURES = (".png", ".svg")
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the simulator until SIGTERM or SIGINT, make a picture or check a cell; returns the exit code."""
+    """Run the simulator until SIGTERM or SIGINT, or what a subcommand asks for; returns the exit code."""
     given = sys.argv[1:] if arguments is None else arguments
     try:
         if given and given[0] == PLOT:
             return _plot(_plot_options(given[1:]))
         if given and given[0] == CHECK_CELL:
             return _check_cell(_check_cell_parser().parse_args(given[1:]))
+        if given and given[0] == REPLAY:
+            return _replay(_replay_parser().parse_args(given[1:]))
+        if given and given[0] == CHECK:
+            return _check(_check_parser().parse_args(given[1:]))
         return _run(_options(given))
-    except (CellFault, RobotFault, ListenFault, PlotFault, _StdoutFault) as fault:
+    except (CellFault, RobotFault, ListenFault, PlotFault, TranscriptFault, _StdoutFault) as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:  # while a picture is made
+    except KeyboardInterrupt:  # in a subcommand
         return 128 + signal.SIGINT
 
 
@@ -86,6 +94,12 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
     )
     async with simulator:
         ending.watch()
+        recorder: contextlib.AbstractContextManager[object] = contextlib.nullcontext()
+        if options.transcript is not None:
+            from iiwa_sim.transcript.record import Recorder
+
+            title = f"{simulator.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
+            recorder = Recorder(options.transcript, simulator.dialogue, 1.0 / options.rate, title)
         _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
         if simulator.status_port is not None:
             _say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
@@ -95,7 +109,8 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
             print(_banner(simulator.cell.description.name, simulator.host, simulator.port), file=sys.stderr)
         gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
         gc.enable()
-        await ending.asked.wait()
+        with recorder:
+            await ending.asked.wait()
     gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
 
 
@@ -130,6 +145,37 @@ def _check_cell(options: argparse.Namespace) -> int:
 
     _say(summary(Simulator(cell=options.cell).cell))  # all but listening
     return 0
+
+
+def _replay(options: argparse.Namespace) -> int:
+    from iiwa_sim.transcript.lines import read_file
+    from iiwa_sim.transcript.replay import replay
+
+    transcript = read_file(options.transcript)
+    deviations = 0
+    for deviation in replay(transcript, *options.server):
+        deviations += 1
+        _say(harmless(f"{transcript.name}:{deviation.line}: {deviation}") + "\n")
+    _say(f"{deviations} deviation{'' if deviations == 1 else 's'} in {len(transcript.steps)} lines\n")
+    return 1 if deviations else 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    from iiwa_sim.check import report
+    from iiwa_sim.check.check import check
+    from iiwa_sim.check.findings import Finding, Verdict
+    from iiwa_sim.check.link import Link
+
+    host, port = options.server
+    link = Link(host, port, options.allow_motion)
+    findings: list[Finding] = []
+    for probe, finding in check(link):
+        if not findings:
+            _say(f"{report.HEAD}\n")
+        findings.append(finding)
+        _say(report.line(probe, finding) + "\n")
+    _say(report.summary(findings, link.sent) + "\n")
+    return 1 if any(finding.verdict is Verdict.DEVIATION for finding in findings) else 0
 
 
 class _StdoutFault(Exception):
@@ -213,7 +259,8 @@ def _parser() -> _Parser:
     parser = _Parser(
         prog="iiwa-sim",
         description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa. "
-        f"To draw a motion instead: iiwa-sim {PLOT} --help. To check a cell: iiwa-sim {CHECK_CELL} CELL.toml",
+        f"To draw a motion instead: iiwa-sim {PLOT} --help. To check a cell: iiwa-sim {CHECK_CELL}. "
+        f"Against a server: iiwa-sim {REPLAY}, iiwa-sim {CHECK}",
         epilog="To talk to it: telnet HOST PORT, then help",
         allow_abbrev=False,
     )
@@ -284,6 +331,12 @@ def _parser() -> _Parser:
         help="after the last client has gone, serve the next one so much later, up to "
         f"{LONGEST_PAUSE_S:g} (default: 0)",
     )
+    parser.add_argument(
+        "--transcript",
+        type=Path,
+        metavar="FILE",
+        help=f"write down there what is said on the main port; iiwa-sim {REPLAY} plays it",
+    )
     parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
     parser.add_argument(
         "--log-level",
@@ -330,6 +383,50 @@ def _check_cell_parser() -> _Parser:
     )
     parser.add_argument("cell", metavar="CELL.toml", help="the file")
     return parser
+
+
+def _replay_parser() -> _Parser:
+    parser = _Parser(
+        prog=f"iiwa-sim {REPLAY}",
+        description="Plays a transcript against a server and tells which lines are answered otherwise.",
+        epilog="Exit code 0 if there are none, 1 if there are some, 2 if it cannot be played.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("transcript", type=Path, metavar="FILE", help="as --transcript records it")
+    _add_server(parser)
+    return parser
+
+
+def _check_parser() -> _Parser:
+    parser = _Parser(
+        prog=f"iiwa-sim {CHECK}",
+        description="Tells what a server does otherwise than the original one of this protocol. Sends hello, "
+        "help, stop, bye, lines that are no commands, and commands that begin with get or is, which move "
+        "nothing. The robot has to be at rest.",
+        epilog="Exit code 0 if nothing deviates, 1 if something does, 2 without a server, or with a robot "
+        "that moves.",
+        allow_abbrev=False,
+    )
+    _add_server(parser)
+    parser.add_argument(
+        "--allow-motion",
+        action="store_true",
+        help="also send moves, from where the robot is and back: up to 40 mm upwards, 0.1 rad of A7, 0.03 "
+        "rad of A3 with the TCP held, at up to a fifth of the speed",
+    )
+    return parser
+
+
+def _add_server(parser: _Parser) -> None:
+    parser.add_argument("server", type=_server, metavar="HOST:PORT", help="where it listens")
+
+
+def _server(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    if not host or not (port.isascii() and port.isdigit() and len(port) < 6 and 1 <= int(port) <= MAX_PORT):
+        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
+    return host, int(port)
 
 
 def _add_robot(parser: _Parser) -> None:

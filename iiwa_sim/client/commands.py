@@ -1,9 +1,25 @@
-"""The commands of the iiwa's line protocol, each as a method."""
+"""The commands of the iiwa's line protocol, each as a method.
 
-import time
+Written by `python -m tests.client_source` from protocol/iiwa.toml: not to be changed by hand.
+"""
+
 from collections.abc import Sequence
 
-from iiwa_sim.client.connection import Connection
+from iiwa_sim.client.blocking import Connection
+from iiwa_sim.client.exchange import exactly, phrase, request
+from iiwa_sim.client.readers import (
+    integer,
+    integers,
+    last_error,
+    nothing,
+    number,
+    numbers,
+    one_of,
+    reachability,
+    state,
+    states,
+    text,
+)
 from iiwa_sim.client.replies import (
     CartesianForce,
     Frame,
@@ -14,96 +30,225 @@ from iiwa_sim.client.replies import (
     RobotStatus,
 )
 
-_POLL_PERIOD_S = 0.01
-
 
 class Iiwa(Connection):
     """A robot at the other end of a connection, one method per command."""
 
-    def wait_until_stopped(self, timeout_s: float) -> None:
-        """Returns when the robot is at rest; raises TimeoutError, and keeps the connection, if it is not."""
-        deadline = time.monotonic() + timeout_s
-        while self.get_status() != "stopped":
-            if time.monotonic() > deadline:
-                raise TimeoutError(f"the robot still moves after {timeout_s} s")
-            time.sleep(_POLL_PERIOD_S)
-
     def hello(self) -> None:
-        """The robot listens."""
-        self._command("hello")
-
-    def bye(self) -> None:
-        """Stops the robot and ends the connection."""
-        self._command("bye")
-        self.close()
+        """Says hello back, and so shows that the controller listens."""
+        self._do(request(nothing("hello"), "hello"))
 
     def help(self, command: str = "") -> str:
-        """All commands, or the usage of one."""
-        return self._ask(f"help : {' '.join(command.split())}")
+        """Names all commands, or tells the usage of the one given."""
+        return self._do(phrase(text, "help", command))
 
     def joint_move(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
-        """All joints together, straight in joint space; seven positions, seven speeds."""
-        self._command("joint move", *joints, *speeds)
+        """Moves all joints together, straight in joint space, to a joint position.
+
+        joints: j0 j1 j2 j3 j4 j5 j6 (rad)
+        speeds: v0 v1 v2 v3 v4 v5 v6 (relative)
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "joint move",
+                *exactly(7, "joints", joints),
+                *exactly(7, "speeds", speeds),
+            )
+        )
 
     def lin_move(self, target: Sequence[float], speed: float, blending: float) -> None:
-        """The TCP on a straight line to a frame; blending in mm."""
-        self._command("lin move", *target, speed, blending)
+        """Moves the TCP on a straight line to a frame.
 
-    def lin_joint_move(self, joints: Sequence[float], speed: float, blending: float) -> None:
-        """The TCP on a straight line to where it is at joint positions; blending in mm."""
-        self._command("lin joint move", *joints, speed, blending)
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(request(nothing("done"), "lin move", *exactly(6, "target", target), speed, blending))
 
     def ptp_move(self, target: Sequence[float], speed: float, blending: float) -> None:
-        """The TCP to a frame, straight in joint space; blending in mm."""
-        self._command("ptp move", *target, speed, blending)
+        """Moves the TCP to a frame, straight in joint space.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(request(nothing("done"), "ptp move", *exactly(6, "target", target), speed, blending))
+
+    def lin_joint_move(self, joints: Sequence[float], speed: float, blending: float) -> None:
+        """Moves the TCP on a straight line to where it is at a joint position.
+
+        joints: j0 j1 j2 j3 j4 j5 j6 (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(request(nothing("done"), "lin joint move", *exactly(7, "joints", joints), speed, blending))
 
     def lin_quaternion_move(
-        self, position: Sequence[float], quaternion: Sequence[float], speed: float, blending: float
+        self,
+        position: Sequence[float],
+        quaternion: Sequence[float],
+        speed: float,
+        blending: float,
     ) -> None:
-        """As lin_move, to x y z (mm) with the orientation of a unit quaternion x y z w."""
-        self._command("lin quaternion move", *position, *quaternion, speed, blending)
+        """Moves the TCP on a straight line to a position and the orientation of a unit quaternion.
+
+        position: x y z (mm)
+        quaternion: qx qy qz qw
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "lin quaternion move",
+                *exactly(3, "position", position),
+                *exactly(4, "quaternion", quaternion),
+                speed,
+                blending,
+            )
+        )
 
     def ptp_quaternion_move(
-        self, position: Sequence[float], quaternion: Sequence[float], speed: float, blending: float
+        self,
+        position: Sequence[float],
+        quaternion: Sequence[float],
+        speed: float,
+        blending: float,
     ) -> None:
-        """As ptp_move, to x y z (mm) with the orientation of a unit quaternion x y z w."""
-        self._command("ptp quaternion move", *position, *quaternion, speed, blending)
+        """Moves the TCP, straight in joint space, to a position and the orientation of a unit quaternion.
+
+        position: x y z (mm)
+        quaternion: qx qy qz qw
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "ptp quaternion move",
+                *exactly(3, "position", position),
+                *exactly(4, "quaternion", quaternion),
+                speed,
+                blending,
+            )
+        )
 
     def lin_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
-        """As lin_move, by x y z (mm) alpha beta gamma (rad) in base axes, from the end of the queue."""
-        self._command("lin relative move", *shift, speed, blending)
+        """Moves the TCP on a straight line by a way and a turn in the axes of the base, from the end of the
+        queue.
+
+        shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(request(nothing("done"), "lin relative move", *exactly(6, "shift", shift), speed, blending))
 
     def lin_tool_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
-        """As lin_relative_move, in the axes of the tool at the end of the queue."""
-        self._command("lin tool relative move", *shift, speed, blending)
+        """Moves the TCP on a straight line by a way and a turn in the axes of the tool, from the end of the
+        queue.
+
+        shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(
+            request(nothing("done"), "lin tool relative move", *exactly(6, "shift", shift), speed, blending)
+        )
 
     def ptp_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
-        """As lin_relative_move, straight in joint space."""
-        self._command("ptp relative move", *shift, speed, blending)
+        """Moves the TCP straight in joint space, by a way and a turn in the axes of the base, from the end of
+        the queue.
+
+        shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(request(nothing("done"), "ptp relative move", *exactly(6, "shift", shift), speed, blending))
 
     def ptp_tool_relative_move(self, shift: Sequence[float], speed: float, blending: float) -> None:
-        """As lin_tool_relative_move, straight in joint space."""
-        self._command("ptp tool relative move", *shift, speed, blending)
+        """Moves the TCP straight in joint space, by a way and a turn in the axes of the tool, from the end of
+        the queue.
+
+        shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        """
+        self._do(
+            request(nothing("done"), "ptp tool relative move", *exactly(6, "shift", shift), speed, blending)
+        )
 
     def linr_move(self, target: Sequence[float], speed: float, blending: float, r: float) -> None:
-        """As lin_move, with joint A3 at r (rad) at the target."""
-        self._command("linr move", *target, speed, blending, r)
+        """Moves the TCP on a straight line to a frame that is reached with the redundancy angle r.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        r: redundancy angle: the position of joint A3 at the target (rad)
+        """
+        self._do(request(nothing("done"), "linr move", *exactly(6, "target", target), speed, blending, r))
 
     def ptpr_move(self, target: Sequence[float], speed: float, blending: float, r: float) -> None:
-        """As ptp_move, with joint A3 at r (rad) at the target."""
-        self._command("ptpr move", *target, speed, blending, r)
+        """Moves the TCP, straight in joint space, to a frame that is reached with the redundancy angle r.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        r: redundancy angle: the position of joint A3 at the target (rad)
+        """
+        self._do(request(nothing("done"), "ptpr move", *exactly(6, "target", target), speed, blending, r))
 
     def linforcez_move(
-        self, target: Sequence[float], speed: float, blending: float, thresholdZ: float
+        self,
+        target: Sequence[float],
+        speed: float,
+        blending: float,
+        thresholdZ: float,
     ) -> None:
-        """As lin_move, until the force along z has changed by the threshold (N)."""
-        self._command("linforcez move", *target, speed, blending, thresholdZ)
+        """Moves as lin move does and ends early when the force along z has changed by more than its
+        threshold.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        thresholdZ: change of the force along z of the TCP that ends the move (N), 0 < thresholdZ
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "linforcez move",
+                *exactly(6, "target", target),
+                speed,
+                blending,
+                thresholdZ,
+            )
+        )
 
     def ptpforcez_move(
-        self, target: Sequence[float], speed: float, blending: float, thresholdZ: float
+        self,
+        target: Sequence[float],
+        speed: float,
+        blending: float,
+        thresholdZ: float,
     ) -> None:
-        """As ptp_move, until the force along z has changed by the threshold (N)."""
-        self._command("ptpforcez move", *target, speed, blending, thresholdZ)
+        """Moves as ptp move does and ends early when the force along z has changed by more than its
+        threshold.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        thresholdZ: change of the force along z of the TCP that ends the move (N), 0 < thresholdZ
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "ptpforcez move",
+                *exactly(6, "target", target),
+                speed,
+                blending,
+                thresholdZ,
+            )
+        )
 
     def linforce_move(
         self,
@@ -114,8 +259,27 @@ class Iiwa(Connection):
         thresholdY: float,
         thresholdZ: float,
     ) -> None:
-        """As lin_move, until a force has changed by its threshold (N)."""
-        self._command("linforce move", *target, speed, blending, thresholdX, thresholdY, thresholdZ)
+        """Moves as lin move does and ends early when a force has changed by more than its threshold.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        thresholdX: change of the force along x of the TCP that ends the move (N), 0 < thresholdX
+        thresholdY: change of the force along y of the TCP that ends the move (N), 0 < thresholdY
+        thresholdZ: change of the force along z of the TCP that ends the move (N), 0 < thresholdZ
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "linforce move",
+                *exactly(6, "target", target),
+                speed,
+                blending,
+                thresholdX,
+                thresholdY,
+                thresholdZ,
+            )
+        )
 
     def ptpforce_move(
         self,
@@ -126,162 +290,276 @@ class Iiwa(Connection):
         thresholdY: float,
         thresholdZ: float,
     ) -> None:
-        """As ptp_move, until a force has changed by its threshold (N)."""
-        self._command("ptpforce move", *target, speed, blending, thresholdX, thresholdY, thresholdZ)
+        """Moves as ptp move does and ends early when a force has changed by more than its threshold.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        blending: radius round the target in which the next move may take over (mm), 0 <= blending
+        thresholdX: change of the force along x of the TCP that ends the move (N), 0 < thresholdX
+        thresholdY: change of the force along y of the TCP that ends the move (N), 0 < thresholdY
+        thresholdZ: change of the force along z of the TCP that ends the move (N), 0 < thresholdZ
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "ptpforce move",
+                *exactly(6, "target", target),
+                speed,
+                blending,
+                thresholdX,
+                thresholdY,
+                thresholdZ,
+            )
+        )
 
     def linstiff_move(
-        self, target: Sequence[float], speed: float, stiffness: float, force: Sequence[float]
+        self,
+        target: Sequence[float],
+        speed: float,
+        stiffness: float,
+        force: Sequence[float],
     ) -> None:
-        """As lin_move, pulled by a spring (N/m); `force` is what it shall balance: N, Nm, at the TCP."""
-        self._command("linstiff move", *target, speed, stiffness, *force)
+        """Moves the TCP on a straight line yielding as a spring does; adds the negative of the six force
+        values.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        stiffness: translational stiffness at the TCP (N/m), 0 <= stiffness <= 5000
+        force: fx fy fz (N) tx ty tz (Nm)
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "linstiff move",
+                *exactly(6, "target", target),
+                speed,
+                stiffness,
+                *exactly(6, "force", force),
+            )
+        )
 
     def ptpstiff_move(
-        self, target: Sequence[float], speed: float, stiffness: float, force: Sequence[float]
+        self,
+        target: Sequence[float],
+        speed: float,
+        stiffness: float,
+        force: Sequence[float],
     ) -> None:
-        """As ptp_move, pulled by a spring (N/m); `force` is what it shall balance: N, Nm, at the TCP."""
-        self._command("ptpstiff move", *target, speed, stiffness, *force)
+        """Moves the TCP, straight in joint space, yielding as a spring does; adds the negative of the six
+        force values.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        stiffness: translational stiffness at the TCP (N/m), 0 <= stiffness <= 5000
+        force: fx fy fz (N) tx ty tz (Nm)
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "ptpstiff move",
+                *exactly(6, "target", target),
+                speed,
+                stiffness,
+                *exactly(6, "force", force),
+            )
+        )
 
     def start_gravity(self, joint_stiffness: float) -> None:
-        """Holds the joints by springs (Nm/rad) until stop."""
-        self._command("start gravity", joint_stiffness)
+        """Holds the joints where they are by springs until stop.
+
+        joint_stiffness: stiffness of every joint (Nm/rad), 0 <= joint_stiffness <= 5000
+        """
+        self._do(request(nothing("done"), "start gravity", joint_stiffness))
 
     def smart_joint_move(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
-        """To a joint position from wherever the robot is now, in place of the smart move before."""
-        self._command("smart joint move", *joints, *speeds)
+        """Heads for a joint position from wherever the robot is now.
+
+        joints: j0 j1 j2 j3 j4 j5 j6 (rad)
+        speeds: v0 v1 v2 v3 v4 v5 v6 (relative)
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "smart joint move",
+                *exactly(7, "joints", joints),
+                *exactly(7, "speeds", speeds),
+            )
+        )
 
     def smart_cartesian_move(self, target: Sequence[float], speed: float) -> None:
-        """The flange to a frame from wherever the robot is now, in place of the smart move before."""
-        self._command("smart cartesian move", *target, speed)
+        """Heads with the flange for a frame from wherever the robot is now.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        """
+        self._do(request(nothing("done"), "smart cartesian move", *exactly(6, "target", target), speed))
 
     def direct_joint_move(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
-        """To a joint position at most 0.087 rad from the present one on any axis."""
-        self._command("direct joint move", *joints, *speeds)
+        """Heads for a joint position at most 0.087 rad from the present one on any axis.
+
+        joints: j0 j1 j2 j3 j4 j5 j6 (rad)
+        speeds: v0 v1 v2 v3 v4 v5 v6 (relative)
+        """
+        self._do(
+            request(
+                nothing("done"),
+                "direct joint move",
+                *exactly(7, "joints", joints),
+                *exactly(7, "speeds", speeds),
+            )
+        )
 
     def direct_cartesian_move(self, target: Sequence[float], speed: float) -> None:
-        """The flange to a frame that no axis is more than 0.087 rad from."""
-        self._command("direct cartesian move", *target, speed)
+        """Heads with the flange for a frame that no axis is more than 0.087 rad from.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        """
+        self._do(request(nothing("done"), "direct cartesian move", *exactly(6, "target", target), speed))
 
     def stop(self) -> None:
         """Brings the robot to rest on its path and discards all waiting moves."""
-        self._command("stop")
+        self._do(request(nothing("done"), "stop"))
 
     def set_override(self, override: float) -> None:
-        """Runs all motions at this part of their speed, 0 (a pause) to 1."""
-        self._command("set override", override)
+        """Runs all motions at this part of their speed, on their paths, also those under way; 0 pauses, more
+        resumes.
+
+        override: rate at which motions run: 1 as planned, 0 a pause, 0 <= override <= 1
+        """
+        self._do(request(nothing("done"), "set override", override))
 
     def get_override(self) -> float:
-        """The override that was set last."""
-        return self._numbers("get override")[0]
+        """Gives the override that was set last."""
+        return self._do(request(number, "get override"))
 
     def cancel_move(self) -> None:
-        """Ends the move that runs on its path; the robot goes on with the next one."""
-        self._command("cancel move")
+        """Ends the move that runs: brings the robot to rest on its path, and goes on with the next from
+        there."""
+        self._do(request(nothing("done"), "cancel move"))
 
     def clear_queue(self) -> None:
         """Discards the moves that wait; the one that runs ends at its target."""
-        self._command("clear queue")
+        self._do(request(nothing("done"), "clear queue"))
 
     def get_queue(self) -> int:
-        """How many moves wait behind the one that runs."""
-        return int(self._numbers("get queue")[0])
-
-    def get_status(self) -> str:
-        """`moving`, also in a pause, or `stopped`."""
-        return self._command("get status")
+        """Tells how many moves wait behind the one that runs."""
+        return self._do(request(integer, "get queue"))
 
     def get_mode(self) -> str:
-        """`unknown`, `normal`, `impedance`, `smart` or `direct`."""
-        return self._command("get mode")
+        """Tells the mode of the last move; unknown before the first, after a stop and after a servo
+        timeout."""
+        return self._do(request(one_of("unknown", "normal", "impedance", "smart", "direct"), "get mode"))
 
     def get_error(self) -> LastError:
-        """What was refused, or has stopped the robot, last; code 0 and "none" if there was neither."""
-        reply = self._text("get error")
-        code, _, reason = reply.partition(" ")
-        if not (code.isascii() and code.isdigit()):
-            raise self._nonsense("get error", reply)
-        return LastError(int(code), reason)
+        """Tells code and reason of what stopped the robot until that is reset, else of the last refusal; or 0
+        none."""
+        return self._do(request(last_error, "get error"))
 
     def reset_error(self) -> None:
         """Ends the error that refuses moves, and forgets the last refusal."""
-        self._command("reset error")
+        self._do(request(nothing("done"), "reset error"))
 
     def get_robot_status(self) -> RobotStatus:
-        """The state of the robot as ROS-Industrial puts it."""
-        return RobotStatus._make(map(int, self._numbers("get robot status")))
+        """Gives the state of the robot in the fields and values of ROS-Industrial's RobotStatus."""
+        return self._do(request(integers(RobotStatus._make, 7), "get robot status"))
+
+    def get_status(self) -> str:
+        """Tells whether the robot moves, or has to: in a pause it is moving."""
+        return self._do(request(one_of("moving", "stopped"), "get status"))
 
     def get_tool_frame(self) -> Frame:
-        """The TCP in the base frame."""
-        return Frame._make(self._numbers("get tool frame"))
+        """Gives the frame of the TCP in the base frame."""
+        return self._do(request(numbers(Frame._make, 6), "get tool frame"))
 
     def get_flange_frame(self) -> Frame:
-        """The flange, without tool, in the base frame."""
-        return Frame._make(self._numbers("get flange frame"))
+        """Gives the frame of the flange, without tool, in the base frame."""
+        return self._do(request(numbers(Frame._make, 6), "get flange frame"))
 
     def get_joint_position(self) -> JointPosition:
-        """Positions of all joints."""
-        return JointPosition._make(self._numbers("get joint position"))
+        """Gives the positions of all joints."""
+        return self._do(request(numbers(JointPosition._make, 7), "get joint position"))
 
     def get_joint_torque(self) -> JointTorque:
-        """External torques on all joints."""
-        return JointTorque._make(self._numbers("get joint torque"))
+        """Gives the external torques on all joints."""
+        return self._do(request(numbers(JointTorque._make, 7), "get joint torque"))
 
     def get_cartesian_force(self) -> CartesianForce:
-        """Force and torque at the TCP."""
-        return CartesianForce._make(self._numbers("get cartesian force"))
+        """Gives force and torque at the TCP, in TCP orientation."""
+        return self._do(request(numbers(CartesianForce._make, 6), "get cartesian force"))
 
     def get_goal_frame(self) -> Frame:
-        """The TCP at the end of the move under way, or where the robot holds."""
-        return Frame._make(self._numbers("get goal frame"))
+        """Gives the frame of the TCP at the end of the move under way, or where the robot holds."""
+        return self._do(request(numbers(Frame._make, 6), "get goal frame"))
 
     def get_goal_joint_position(self) -> JointPosition:
-        """Positions of all joints at the end of the move under way, or where the robot holds."""
-        return JointPosition._make(self._numbers("get goal joint position"))
+        """Gives the joint positions at the end of the move under way, or where the robot holds."""
+        return self._do(request(numbers(JointPosition._make, 7), "get goal joint position"))
 
     def get_distance_to_goal(self) -> float:
-        """How far the TCP is from the end of the move under way (mm)."""
-        return self._numbers("get distance to goal")[0]
+        """Gives how far the TCP is from the end of the move under way."""
+        return self._do(request(number, "get distance to goal"))
 
     def is_reachable(self, target: Sequence[float], r: float | None = None) -> Reachability:
-        """Whether the TCP can be brought to a frame by PTP, with A3 at r (rad) if that is given."""
-        return self._reachability("is reachable", target, r)
+        """Tells whether the TCP can be brought to a frame by PTP, and if not why: `reachable` or `unreachable
+        CODE words`.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        r, if given: redundancy angle: the position of joint A3 at the target (rad)
+        """
+        return self._do(
+            request(reachability, "is reachable", *exactly(6, "target", target), *([] if r is None else [r]))
+        )
 
     def is_lin_reachable(self, target: Sequence[float], r: float | None = None) -> Reachability:
-        """Whether it can go there on a straight line from the end of the queue."""
-        return self._reachability("is lin reachable", target, r)
+        """Tells the same of the straight line to a frame from the end of the queue.
+
+        target: x y z (mm) alpha beta gamma (rad)
+        r, if given: redundancy angle: the position of joint A3 at the target (rad)
+        """
+        return self._do(
+            request(
+                reachability,
+                "is lin reachable",
+                *exactly(6, "target", target),
+                *([] if r is None else [r]),
+            )
+        )
 
     def set_output(self, n: int, value: bool) -> None:
-        """Switches a digital output, numbered from 1."""
-        self._command("set output", n, value)
+        """Switches a digital output.
+
+        n: number of a digital input or output, from 1
+        value: state of an input or output: 1 is on, 0 <= value <= 1
+        """
+        self._do(request(nothing("done"), "set output", n, int(value)))
 
     def set_input(self, n: int, value: bool) -> None:
-        """Always refused, with a code of its own: no driver sets an input."""
-        self._command("set input", n, value)
+        """Always refused: what is wired to an input sets it, no driver can.
+
+        n: number of a digital input or output, from 1
+        value: state of an input or output: 1 is on, 0 <= value <= 1
+        """
+        self._do(request(nothing("error"), "set input", n, int(value)))
 
     def get_output(self, n: int) -> bool:
-        """The state of a digital output, numbered from 1."""
-        return self._states("get output", n)[0]
+        """Gives the state of a digital output.
+
+        n: number of a digital input or output, from 1
+        """
+        return self._do(request(state, "get output", n))
 
     def get_input(self, n: int) -> bool:
-        """The state of a digital input, numbered from 1."""
-        return self._states("get input", n)[0]
+        """Gives the state of a digital input.
+
+        n: number of a digital input or output, from 1
+        """
+        return self._do(request(state, "get input", n))
 
     def get_outputs(self) -> tuple[bool, ...]:
-        """The states of all digital outputs, from number 1 on."""
-        return self._states("get outputs")
+        """Gives the states of all digital outputs, from the first on."""
+        return self._do(request(states, "get outputs"))
 
     def get_inputs(self) -> tuple[bool, ...]:
-        """The states of all digital inputs, from number 1 on."""
-        return self._states("get inputs")
-
-    def _reachability(self, name: str, target: Sequence[float], r: float | None) -> Reachability:
-        reply = self._text(name, *target, *([] if r is None else [r]))
-        if reply == "reachable":
-            return Reachability(True, 0, "")
-        verdict, _, why = reply.partition(" ")
-        code, _, reason = why.partition(" ")
-        if verdict != "unreachable" or not (code.isascii() and code.isdigit()):
-            raise self._nonsense(name, reply)
-        return Reachability(False, int(code), reason)
-
-    def _states(self, name: str, *values: float) -> tuple[bool, ...]:
-        return tuple(number != 0.0 for number in self._numbers(name, *values))
+        """Gives the states of all digital inputs, from the first on."""
+        return self._do(request(states, "get inputs"))

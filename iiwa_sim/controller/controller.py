@@ -434,7 +434,7 @@ class Controller:
         return self._motions.is_pending(move)
 
     @property
-    def under_way(self) -> int:
+    def move_under_way(self) -> int:
         """The number of the normal move that runs and is not being stopped, 0 where there is none."""
         return self._motions.under_way
 

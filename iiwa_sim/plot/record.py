@@ -207,7 +207,7 @@ class _Recorder:
         self._joints.extend(controller.joints)
         self._tcp_mm.extend(controller.tool_frame()[:3])
         self._force_n.extend(controller.cartesian_force()[:3])
-        self._watched(controller.under_way)
+        self._watched(controller.move_under_way)
         for target in self._forget_pending():
             self._targets[target] = replace(self._targets[target], done_tick=controller.tick)
 

@@ -1,13 +1,19 @@
+"""Both clients, against peers that say what a test wants: what they send, and what they make of replies."""
+
+import asyncio
 import contextlib
 import inspect
 import math
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 
 import pytest
 
 from iiwa_sim.client import (
+    AsyncIiwa,
     CommandError,
     Frame,
     Iiwa,
@@ -20,25 +26,14 @@ from iiwa_sim.client import (
 )
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.table import load_table
+from tests import client_source
 from tests.dialect.fake_robot import FakeRobot, Journal, Session
 
 TABLE = load_table("iiwa")
+CLIENTS = pytest.mark.parametrize("kind", [Iiwa, AsyncIiwa])
 FRAME = (600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
 JOINTS = (0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.5)
 SPEEDS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 1.0)
-
-# Arguments that stand for several values of the table.
-PARTS = {
-    "target": ("x", "y", "z", "alpha", "beta", "gamma"),
-    "joints": tuple(f"j{i}" for i in range(7)),
-    "speeds": tuple(f"v{i}" for i in range(7)),
-    "position": ("x", "y", "z"),
-    "quaternion": ("qx", "qy", "qz", "qw"),
-    "shift": ("dx", "dy", "dz", "dalpha", "dbeta", "dgamma"),
-    "force": ("fx", "fy", "fz", "tx", "ty", "tz"),
-}
-
-PROSE = {"get error": LastError, "is reachable": Reachability, "is lin reachable": Reachability}
 
 Answer = Callable[[bytes], bytes]
 
@@ -71,13 +66,56 @@ class Peer:
         self._listener.close()
 
 
+class Awaited:
+    """An AsyncIiwa whose methods are called without await, each call running its loop."""
+
+    def __init__(self, host: str, port: int, timeout_s: float) -> None:
+        self._runner = asyncio.Runner()
+        self._client = AsyncIiwa(host, port, timeout_s)
+
+    def __getattr__(self, name):
+        method = getattr(self._client, name)
+
+        def call(*arguments, **named):
+            async def run():
+                result = method(*arguments, **named)
+                return await result if inspect.isawaitable(result) else result
+
+            return self._runner.run(run())
+
+        return call
+
+    def let_go(self) -> None:
+        """Closes the connection and the loop."""
+        self.close()
+        self._runner.run(asyncio.sleep(0))
+        self._runner.close()
+
+
+@pytest.fixture(params=[Iiwa, AsyncIiwa])
+def open_client(request: pytest.FixtureRequest) -> Iterator[Callable[..., Iiwa]]:
+    """Makes a client of either kind, to be called without await."""
+    opened: list[Awaited] = []
+
+    def open_client(port: int, timeout_s: float = 10.0) -> Iiwa:
+        if request.param is Iiwa:
+            return Iiwa("127.0.0.1", port, timeout_s)
+        opened.append(Awaited("127.0.0.1", port, timeout_s))
+        opened[-1].reconnect()
+        return opened[-1]
+
+    yield open_client
+    for client in opened:
+        client.let_go()
+
+
 @pytest.fixture
-def connect() -> Iterator[Callable[[Answer], tuple[Iiwa, Peer]]]:
+def connect(open_client: Callable[..., Iiwa]) -> Iterator[Callable[[Answer], tuple[Iiwa, Peer]]]:
     opened: list[tuple[Iiwa, Peer]] = []
 
     def connect(answer: Answer) -> tuple[Iiwa, Peer]:
         peer = Peer(answer)
-        opened.append((Iiwa("127.0.0.1", peer.port, timeout_s=10), peer))
+        opened.append((open_client(peer.port), peer))
         return opened[-1]
 
     yield connect
@@ -111,31 +149,49 @@ def always(reply: bytes) -> Answer:
     return lambda _: reply
 
 
+@pytest.mark.parametrize("kind", client_source.KINDS, ids=lambda kind: kind.name)
+def test_the_methods_are_what_the_table_makes_of_them(kind):
+    written = (client_source.FOLDER / kind.file).read_text()
+    assert written == client_source.source(kind), "python -m tests.client_source writes it anew"
+
+
+@CLIENTS
 @pytest.mark.parametrize("name", TABLE.commands)
-def test_a_method_for_every_command_with_the_tables_parameters(name):
+def test_a_method_for_every_command_with_the_tables_parameters(kind, name):
     command = TABLE.commands[name]
-    method = getattr(Iiwa, name.replace(" ", "_"))
-    arguments = list(inspect.signature(method).parameters)[1:]
-    values = [value for argument in arguments for value in PARTS.get(argument, (argument,))]
+    arguments = list(inspect.signature(getattr(kind, name.replace(" ", "_"))).parameters)[1:]
+    values = [value for argument in arguments for value in client_source.GROUPS.get(argument, (argument,))]
     known = [each.name for each in (*command.parameters, *command.optional)]
     assert values == ([command.phrase] if command.phrase else known)
-    result = inspect.get_annotations(method)["return"]
-    if name == "get queue":
-        assert result is int
-    elif command.reply_list is not None:
-        assert result == tuple[bool, ...]
-    elif len(command.reply_values) == 1:
-        assert result is (bool if command.reply_values[0].integer else float)
-    elif command.reply_values:
-        assert result._fields == tuple(each.name for each in command.reply_values)
-    else:
-        words = str if command.phrase or len(command.reply_words) > 1 else None
-        assert result is PROSE.get(name, words)
 
 
-def test_no_method_that_the_table_does_not_know():
-    methods = {name for name, _ in inspect.getmembers(Iiwa, inspect.isfunction) if not name.startswith("_")}
-    assert methods - {name.replace(" ", "_") for name in TABLE.commands} == {"close", "wait_until_stopped"}
+def test_values_are_read_into_rows_of_their_names():
+    for command in TABLE.commands.values():
+        result = inspect.get_annotations(getattr(Iiwa, command.name.replace(" ", "_")))["return"]
+        if len(command.reply_values) > 1:
+            assert result._fields == tuple(each.name for each in command.reply_values)
+
+
+@CLIENTS
+def test_no_method_that_the_table_does_not_know(kind):
+    methods = {name for name, _ in inspect.getmembers(kind, inspect.isfunction) if not name.startswith("_")}
+    ours = {"close", "reconnect", "wait_until_stopped"}
+    assert methods - {name.replace(" ", "_") for name in TABLE.commands} == ours
+
+
+def test_it_needs_nothing_of_the_server():
+    done = subprocess.run(
+        [sys.executable, "-c", "import sys, iiwa_sim.client; print(*sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    loaded = set(done.stdout.split())
+    assert not loaded & {"pinocchio", "numpy", "ruckig", "msgspec"}
+    assert {name for name in loaded if name.startswith("iiwa_sim.")} == {
+        "iiwa_sim.client",
+        *(f"iiwa_sim.client.{path.stem}" for path in client_source.FOLDER.glob("[a-z]*.py")),
+    }
 
 
 @pytest.mark.requirement("FRA005")
@@ -276,27 +332,91 @@ def test_a_reply_that_does_not_fit_ends_the_connection(connect, reply):
     assert_closed(client)
 
 
+@pytest.mark.parametrize("reply", [b"nan 0 0 0 0 0 0\r\n", b"0 0 0 0 0 0 1e999\r\n"])
+def test_a_reply_of_numbers_that_are_none_ends_the_connection(connect, reply):
+    client, _ = connect(always(reply))
+    with pytest.raises(ReplyError, match="get joint position"):
+        client.get_joint_position()
+    assert_closed(client)
+
+
 @pytest.mark.parametrize("reply", [b"", b"x" * 100_000])
 def test_no_whole_reply_ends_the_connection(connect, reply):
     client, _ = connect(always(reply))
-    with pytest.raises(OSError, match="before the answer to 'get status'"):
+    with pytest.raises(OSError, match="the connection ended before the answer to 'get status'"):
         client.get_status()
     assert_closed(client)
 
 
-def test_replies_may_come_in_pieces_and_with_any_line_end(connect):
-    replies = iter([b"stopped\n", b"moving\r\n"])
-    client, _ = connect(lambda _: next(replies))
+def test_a_reply_that_nobody_asked_for_ends_the_connection(connect):
+    client, _ = connect(always(b"stopped\r\nstopped\r\n"))
     assert client.get_status() == "stopped"
-    assert client.get_status() == "moving"
+    with pytest.raises(ReplyError, match=r"b'stopped.*' came unasked, before 'get status'"):
+        client.get_status()
+    assert_closed(client)
 
 
-def test_a_silent_robot_times_out_and_the_connection_ends():
+def test_replies_may_end_in_any_way(connect):
+    replies = iter(
+        [b"stopped\n", b"moving\r\n", b"stopped\n\r", b"moving\r", b"\nstopped\r\n", b"\nmoving\n"]
+    )
+    client, _ = connect(lambda _: next(replies))
+    heard = [client.get_status() for _ in range(4)]
+    assert heard == ["stopped", "moving", "stopped", "moving"]
+    assert client.get_status() == "stopped", "the first byte ends the reply before"
+    with pytest.raises(ReplyError):
+        client.get_status()
+
+
+def test_a_reply_may_come_in_pieces(open_client):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        client = open_client(listener.getsockname()[1])
+        peer, _ = listener.accept()
+
+        def answer():
+            peer.recv(64)
+            for piece in (b"stop", b"ped", b"\r"):
+                peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                peer.sendall(piece)
+
+        with peer:
+            thread = threading.Thread(target=answer)
+            thread.start()
+            assert client.get_status() == "stopped"
+            thread.join()
+            client.close()
+
+
+def test_a_silent_robot_times_out_and_the_connection_ends(open_client):
     with socket.create_server(("127.0.0.1", 0)) as silent:
-        client = Iiwa(*silent.getsockname(), timeout_s=0.05)
-        with pytest.raises(TimeoutError):
+        client = open_client(silent.getsockname()[1], 0.05)
+        with pytest.raises(TimeoutError, match=r"no answer to 'hello' within 0\.05 s"):
             client.hello()
         assert_closed(client)
+
+
+def test_a_closed_connection_can_be_opened_again(open_client):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        client = open_client(listener.getsockname()[1])
+        first, _ = listener.accept()
+        first.close()
+        with pytest.raises(ConnectionError):
+            client.hello()
+        client.reconnect()
+        second, _ = listener.accept()
+        with second:
+            answering = threading.Thread(target=lambda: second.sendall(second.recv(64)))
+            answering.start()
+            client.hello()
+            answering.join()
+            client.close()
+
+
+def test_nobody_listens(open_client):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    with pytest.raises(ConnectionRefusedError):
+        open_client(port)
 
 
 def test_waiting_ends_when_the_robot_stops(connect):
@@ -313,10 +433,37 @@ def test_waiting_too_long_raises_and_keeps_the_connection(connect):
     assert client.get_status() == "moving"
 
 
-def test_it_is_a_context_manager():
+def test_the_blocking_client_is_a_context_manager():
     with socket.create_server(("127.0.0.1", 0)) as listener:
         with Iiwa(*listener.getsockname()) as client:
             peer, _ = listener.accept()
         with peer:
             assert peer.recv(1) == b""
         assert_closed(client)
+
+
+async def test_the_async_client_is_a_context_manager(simulator):
+    async with AsyncIiwa("127.0.0.1", simulator.port) as client:
+        await client.hello()
+    with pytest.raises(ConnectionError, match="this connection is closed"):
+        await client.hello()
+
+
+async def test_tasks_may_share_the_async_client(simulator):
+    async with AsyncIiwa("127.0.0.1", simulator.port) as robot:
+        answers = await asyncio.gather(
+            *(robot.get_status() for _ in range(20)), *(robot.get_mode() for _ in range(20))
+        )
+    assert answers == ["stopped"] * 20 + ["unknown"] * 20
+
+
+async def test_a_task_that_is_cancelled_takes_the_connection_with_it():
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        async with AsyncIiwa(*silent.getsockname()) as robot:
+            task = asyncio.create_task(robot.hello())
+            await asyncio.sleep(0)
+            task.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await task
+            with pytest.raises(ConnectionError, match="this connection is closed"):
+                await robot.hello()

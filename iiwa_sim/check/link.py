@@ -1,0 +1,120 @@
+"""The way to a server that may be a real robot: without leave to move it, nothing is sent that could."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from iiwa_sim.dialect.table import load_table
+from iiwa_sim.transcript.lines import Said, Transcript, command_of, wire_bytes
+from iiwa_sim.transcript.wire import NoReply, Wire
+
+TIMEOUT_S = 3.0
+"""For a reply, also of a server that takes a second to turn to its next client."""
+
+COMMANDS = load_table("iiwa").commands
+
+HARMLESS = frozenset(
+    name for name in COMMANDS if name in ("hello", "help", "stop", "bye") or name.startswith(("get ", "is "))
+)
+"""Commands that leave a robot at rest, its outputs and its errors as they are."""
+
+NONSENSE = frozenset({"", "get", "get status now", "no such command"})
+"""What is sent besides, since no server should know it."""
+
+
+_END = re.compile(rb"\r\n|\n\r|\r|\n")
+
+
+class NotAllowed(Exception):
+    """A fault of ours: a line that may move the robot was to be sent without leave."""
+
+
+
+
+def _command(line: bytes) -> str:
+    return command_of(line.decode("ascii", "backslashreplace"))
+
+
+def moves_nothing(transcript: Transcript) -> bool:
+    """Whether all that is said in it is harmless."""
+    return all(command in HARMLESS | NONSENSE for command in commands_of(transcript))
+
+
+def commands_of(transcript: Transcript) -> list[str]:
+    """What it sends, line by line."""
+    return [_command(wire_bytes(step.text)) for step in transcript.steps if isinstance(step, Said)]
+
+
+class Link:
+    """A server, and what may be sent to it."""
+
+    def __init__(self, host: str, port: int, allow_motion: bool, timeout_s: float = TIMEOUT_S) -> None:
+        self.host = host
+        self.port = port
+        self.allow_motion = allow_motion
+        self.timeout_s = timeout_s
+        self.sent: Counter[str] = Counter()
+        """How often each command was sent."""
+        self._known: dict[str, bool] = {}
+
+    @contextmanager
+    def talk(self) -> Iterator["Talk"]:
+        """A connection of its own, closed at the end. Raises TranscriptFault if there is none to be had."""
+        talk = Talk(self, Wire(self.host, self.port, self.timeout_s))
+        try:
+            yield talk
+        finally:
+            talk.wire.close()
+
+    def knows(self, command: str) -> bool:
+        """Whether the server has a harmless command: one that it has not is answered `unknown command`."""
+        if command not in self._known:
+            with self.talk() as talk:
+                self._known[command] = talk.ask(command) != "unknown command"
+        return self._known[command]
+
+
+class Talk:
+    """One connection, watched over."""
+
+    def __init__(self, link: Link, wire: Wire) -> None:
+        self.wire = wire
+        self._link = link
+        self._line = b""
+
+    def send(self, data: bytes) -> None:
+        """Bytes as they are; a line may go in pieces.
+
+        Raises NoReply, and NotAllowed before anything is sent.
+        """
+        *lines, self._line = _END.split(self._line + data)
+        commands = [_command(line) for line in lines]
+        begun = _command(self._line)
+        harmless = (HARMLESS | NONSENSE).issuperset(commands) and any(
+            name.startswith(begun) for name in HARMLESS
+        )
+        if not (harmless or self._link.allow_motion):
+            raise NotAllowed(data.decode("ascii", "backslashreplace"))
+        self._link.sent.update(commands)
+        self.wire.send(data)
+
+    def ask(self, line: str) -> str:
+        """One line, ended as most drivers do, and its reply. Raises NoReply."""
+        self.send(line.encode() + b"\r\n")
+        return self.wire.reply()
+
+    def is_in_step(self) -> bool:
+        """Whether the next reply is that to the next line."""
+        try:
+            return self.ask("hello") == "hello"
+        except NoReply:
+            return False
+
+    def numbers(self, command: str) -> list[float]:
+        """The reply to a command that answers numbers. Raises NoReply if it does not."""
+        reply = self.ask(command)
+        try:
+            return [float(word) for word in reply.split()]
+        except ValueError:
+            raise NoReply(f"expected numbers for '{command}', got '{reply}'") from None

@@ -1,0 +1,61 @@
+"""A reply beside the one expected."""
+
+import math
+import re
+from collections.abc import Mapping
+
+from iiwa_sim.transcript.lines import Answered, Compare
+
+_HEARD = re.compile(r"\{(?P<command>[a-z ]+?)(?: (?P<place>\d+))?\s*(?:\+(?P<more>[^{}]*))?\}")
+
+
+def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
+    """What is different, in words; empty where nothing is. `heard` is what `filled` takes."""
+    if expected.compare is Compare.ANY:
+        return ""
+    try:
+        wanted = filled(expected.text, heard)
+    except ValueError as fault:
+        return str(fault)
+    if expected.compare is Compare.EXACT:
+        wanted = wanted.replace("\\x7b", "{")
+        return "" if reply == wanted else f"expected '{wanted}', got '{reply}'"
+    try:
+        wanted_numbers, numbers = _numbers(wanted), _numbers(reply)
+    except ValueError as fault:
+        return f"expected '{wanted}', got '{reply}': {fault}"
+    if len(numbers) != len(wanted_numbers):
+        return f"expected {len(wanted_numbers)} numbers, got {len(numbers)}: '{reply}'"
+    for place, (number, other) in enumerate(zip(numbers, wanted_numbers, strict=True), 1):
+        if not abs(number - other) <= expected.within:
+            return f"number {place} is {number}, expected {other} within {expected.within:g}: '{reply}'"
+    return ""
+
+
+def filled(text: str, heard: Mapping[str, str]) -> str:
+    """Text with the last replies, by command, in place of `{get ...}`. Raises ValueError."""
+
+    def last(found: re.Match[str]) -> str:
+        reply = heard.get(found["command"])
+        if reply is None:
+            raise ValueError(f"'{found['command']}' has not been asked yet")
+        if found["place"]:
+            words = reply.split()
+            if not 1 <= int(found["place"]) <= len(words):
+                raise ValueError(f"expected {found['place']} numbers or more, got '{reply}'")
+            reply = words[int(found["place"]) - 1]
+        if found["more"] is None:
+            return reply
+        numbers, more = _numbers(reply), _numbers(found["more"])
+        if len(numbers) != len(more):
+            raise ValueError(f"expected {len(numbers)} numbers behind the + of {found[0]}, got {len(more)}")
+        return " ".join(f"{number + other:.9f}" for number, other in zip(numbers, more, strict=True))
+
+    return _HEARD.sub(last, text)
+
+
+def _numbers(text: str) -> list[float]:
+    numbers = [float(word) for word in text.split()]
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError(f"expected finite numbers, got '{text}'")
+    return numbers

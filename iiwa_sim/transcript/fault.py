@@ -1,0 +1,13 @@
+"""Why a transcript cannot be read, written or played."""
+
+from iiwa_sim.wording import harmless, shortened
+
+LONGEST_MESSAGE = 400
+"""Characters of a message, which may cite paths and lines."""
+
+
+class TranscriptFault(Exception):
+    """The message is one line that names the file or the server and what is wrong."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(shortened(harmless(message), LONGEST_MESSAGE))

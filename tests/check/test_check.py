@@ -1,0 +1,148 @@
+"""What a check finds in servers: our own, one as the original, and others that deviate in one thing."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.check import connections, lines, motion, numbers, report
+from iiwa_sim.check.check import check
+from iiwa_sim.check.findings import Finding, Probe, Verdict
+from iiwa_sim.check.link import COMMANDS, HARMLESS, NONSENSE, Link
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.transcript.lines import command_of
+from tests.check import original
+from tests.check.original import Deviating, Original, serving
+
+BLANKS = "blanks and tabs round a command and between its words"
+NEXT = "a client that comes when another has gone"
+ON_PURPOSE = {
+    BLANKS,
+    "too many parameters",
+    "`NaN`, `Infinity` as a parameter",
+    "numbers in replies",
+    "a second client",
+    NEXT,
+    "`get status` in a servo mode, at rest",
+    "a malformed move in another mode",
+}
+"""Rows of the table of reference in which we do otherwise than the original, and can be seen to."""
+NEVER_TRIED = {"velocities of `smart joint move`", "a push while no move runs"}
+
+
+def checked(link: Link) -> dict[str, Finding]:
+    return {probe.event: finding for probe, finding in check(link)}
+
+
+def found(findings: dict[str, Finding], verdict: Verdict) -> set[str]:
+    return {event for event, finding in findings.items() if finding.verdict is verdict}
+
+
+async def test_our_own_server_does_otherwise_only_on_purpose(simulator: Simulator) -> None:
+    link = Link("127.0.0.1", simulator.port, allow_motion=True, timeout_s=30)
+    findings = await asyncio.to_thread(checked, link)
+    assert found(findings, Verdict.DEVIATION) == set(), findings
+    assert found(findings, Verdict.OURS) | {NEXT} == ON_PURPOSE  # a machine that stalls may look like a pause
+    assert found(findings, Verdict.UNTRIED) == NEVER_TRIED
+
+
+async def test_without_leave_nothing_is_sent_that_could_move_a_robot(simulator: Simulator) -> None:
+    said: list[str] = []
+    before = simulator.controller.joints
+    simulator.dialogue.listeners.append(
+        lambda told: said.append(told.text) if told.direction.value == ">" else None
+    )
+    link = Link("127.0.0.1", simulator.port, allow_motion=False, timeout_s=30)
+    findings = await asyncio.to_thread(checked, link)
+    sent = {command_of(text.replace("\\t", " ")) for text in said}
+    assert sent <= HARMLESS | NONSENSE
+    assert not {name for name in sent & set(COMMANDS) if COMMANDS[name].mode != "any"}
+    assert set(link.sent) == sent, "the report names all of them"
+    moving = {probe.event for probe in motion.PROBES if probe.moves}
+    assert moving | NEVER_TRIED < found(findings, Verdict.UNTRIED)
+    assert "the dialogue status.txt" in found(findings, Verdict.ORIGINAL)
+    assert simulator.controller.joints == before
+
+
+@pytest.mark.parametrize("options", [{"exclusive": True, "reconnect_pause_s": 1.0}])
+async def test_our_server_made_like_the_original(options: dict[str, float]) -> None:
+    async with Simulator(**options) as simulator:
+        link = Link("127.0.0.1", simulator.port, allow_motion=False, timeout_s=5)
+        probes = {probe.event: probe for probe in connections.PROBES}
+        for event in ("a second client", NEXT):
+            finding = await asyncio.to_thread(probes[event].ask, link)
+            assert finding.verdict is Verdict.ORIGINAL, event
+
+
+def test_the_original_does_as_the_original() -> None:
+    with serving(Original) as server:
+        findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=2))
+    assert found(findings, Verdict.DEVIATION) == set()
+    assert found(findings, Verdict.OURS) == {NEXT}, "without the pause of a second"
+    heard = {command_of(line) for line in server.heard}
+    assert heard <= HARMLESS | NONSENSE
+    untried = found(findings, Verdict.UNTRIED)
+    assert {probe.event for probe in numbers.PROBES} - untried == {"numbers in replies"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "events", "words"),
+    [
+        (original.Bare, {"any reply"}, r"compares with 'hello\\r\\n'"),
+        (original.Piecemeal, {"any reply"}, "in pieces"),
+        (original.OnlyNewlines, {lines.PROBES[1].event}, r"line that ends with \\r"),
+        (original.ForgetsTheRest, {"a rest without a line end, at the end of the stream"}, "ended"),
+        (
+            original.SaysNothingToNothing,
+            {"an empty line, `:`, only blanks", "the dialogue lines.txt"},
+            "leaves a driver waiting",
+        ),
+        (original.MindsCase, {"capital and small letters", "the dialogue lines.txt"}, "'HELLO' was answered"),
+        (original.ManyColons, {"more than one colon", "the dialogue lines.txt"}, "'hello : :' was answered"),
+        (
+            original.NoIdleParameters,
+            {"parameters behind a command that takes none", "the dialogue lines.txt"},
+            "'error'",
+        ),
+        (original.Hasty, {"hundreds of lines at once"}, "no reply within"),
+        (original.Exponents, {"numbers in replies"}, "'1.0e-05' in a reply"),
+        (original.Whole, {"numbers in replies"}, "'450' in a reply"),
+        (original.Stubborn, {"bye"}, "stays open"),
+        (original.StopsNothing, {"stop, at rest", "the dialogue status.txt"}, "'stop' was answered 'error'"),
+    ],
+)
+def test_a_deviation_is_told_by_its_name(kind: type[Deviating], events: set[str], words: str) -> None:
+    with serving(kind) as server:
+        link = Link("127.0.0.1", server.port, allow_motion=False, timeout_s=1 if kind.silent else 10)
+        findings = checked(link)
+    assert found(findings, Verdict.DEVIATION) == events
+    (told,) = [findings[event].seen for event in events if not event.startswith("the dialogue")]
+    assert re.search(words, told.replace("\\\\", "\\")) or words in told
+
+
+def test_a_robot_that_moves_is_left_alone() -> None:
+    moves = pytest.raises(TranscriptFault, match="says 'moving', expected 'stopped'")
+    with serving(original.Moving) as server, moves:
+        checked(Link("127.0.0.1", server.port, allow_motion=True))
+    assert server.heard == ["hello", "get status"]
+
+
+def test_every_row_of_the_table_of_reference_is_in_the_report() -> None:
+    probes = [*lines.PROBES, *numbers.PROBES, *connections.PROBES, *motion.PROBES, connections.BYE]
+    assert len({probe.event for probe in probes}) == len(probes)
+    page = (Path(__file__).parent.parent.parent / "docs" / "check.md").read_text()
+    for probe in probes:
+        assert f"| {probe.event} | {probe.original} | {probe.ours or 'the same'} |" in page
+
+
+def test_a_line_of_the_report() -> None:
+    probe = Probe("stop", "`done`", "`error`", lambda _: Finding(Verdict.ORIGINAL))
+    assert report.line(probe, Finding(Verdict.ORIGINAL)) == "as the original  stop: `done`"
+    assert report.line(probe, Finding(Verdict.OURS)).endswith("stop: `error`; the original: `done`")
+    told = report.line(probe, Finding(Verdict.DEVIATION, "no reply\x1b within 3 s"))
+    assert told == r"DEVIATION        stop: no reply\x1b within 3 s (the original: `done`; iiwa-sim: `error`)"
+    assert report.line(probe, Finding(Verdict.UNTRIED, "why")) == "not tried        stop (why)"

@@ -1,0 +1,118 @@
+"""`iiwa-sim --transcript`, `replay` and `check` as processes."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.cli import main
+from iiwa_sim.client import CommandError, Iiwa
+from tests.check.original import Bare, Moving, serving
+from tests.processes import IIWA_SIM, running
+from tests.talking import DEADLINE_S
+
+
+def run(*arguments: str | Path) -> tuple[int, str, str]:
+    done = subprocess.run(
+        [*IIWA_SIM, *arguments], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.requirement("FRA004")
+def test_a_session_is_recorded_and_played(tmp_path: Path) -> None:
+    path = tmp_path / "session.txt"
+    with running("--transcript", str(path)) as simulator:
+        with Iiwa("127.0.0.1", simulator.port) as robot:
+            robot.joint_move((0, 0.5, 0, -1, 0, 1.5, 0.1), [0.5] * 7)
+            robot.wait_until_stopped(DEADLINE_S)
+            robot.get_tool_frame()
+            with pytest.raises(CommandError):
+                robot.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
+            robot.bye()
+        assert simulator.ends(signal.SIGTERM)[0] == 0
+    text = path.read_text()
+    assert text.startswith("# LBR iiwa 7 R800, recorded by iiwa-sim ")
+    assert " client1< error\n" in text
+    assert text.endswith(" client1 leaves\n")
+    # How often it was polled is up to the machine: that is made one wait.
+    lines = [line for line in text.splitlines() if not line.endswith(("< moving", "> get status"))]
+    path.write_text("\n".join("client1 wait stopped" if "< stopped" in line else line for line in lines))
+    with running() as another:
+        server = f"127.0.0.1:{another.port}"
+        code, said, faults = run("replay", path, server)
+        assert (code, faults) == (0, "")
+        assert said.startswith("0 deviations in ")
+        path.write_text("> get mode\n< smart\n> hello\n< hello\n")
+        assert run("replay", path, server) == (
+            1,
+            f"{path}:2: 'get mode': expected 'smart', got 'unknown'\n1 deviation in 4 lines\n",
+            "",
+        )
+
+
+def test_what_cannot_be_played_ends_with_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "session.txt"
+    path.write_text("> hello\n")
+    assert run("replay", path, "127.0.0.1:1") == (
+        2,
+        "",
+        f"iiwa-sim: {path}:1: expected a reply to each line, `<?` for any\n",
+    )
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = f"127.0.0.1:{listener.getsockname()[1]}"
+    path.write_text("> hello\n< hello\n")
+    assert run("replay", path, server) == (
+        2,
+        "",
+        f"iiwa-sim: cannot connect to {server}: Connection refused\n",
+    )
+
+
+def test_a_transcript_that_cannot_be_written(tmp_path: Path) -> None:
+    code, _, faults = run("--port", "0", "--transcript", tmp_path / "none" / "session.txt")
+    assert code == 2
+    assert faults == f"iiwa-sim: {tmp_path}/none/session.txt: cannot be written: No such file or directory\n"
+
+
+def test_our_own_server_is_checked() -> None:
+    with running() as simulator:
+        code, said, faults = run("check", f"127.0.0.1:{simulator.port}")
+    assert (code, faults) == (0, "")
+    assert "\nas iiwa-sim      a second client: is served at the same time" in said
+    assert "\nnot tried        stop, on the way (--allow-motion tries it)\n" in said
+    assert "\n0 deviations; " in said
+    assert said.splitlines()[-1].startswith("sent: (blank) ")
+    assert " move " not in said.splitlines()[-1]
+
+
+def test_a_server_that_deviates(capsys: pytest.CaptureFixture[str]) -> None:
+    with serving(Bare) as server:
+        assert main(["check", f"127.0.0.1:{server.port}"]) == 1
+    said = capsys.readouterr().out
+    assert r"DEVIATION        any reply: hello was answered b'hello\n': a driver that compares with" in said
+    assert "\n1 deviation; " in said
+
+
+def test_a_server_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
+    with serving(Moving) as server:
+        assert main(["check", f"127.0.0.1:{server.port}"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("iiwa-sim: the robot at 127.0.0.1:")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("server", ["localhost", ":1", "host:", "host:0", "host:65536", "host:x", "h:1\n"])
+@pytest.mark.parametrize("command", [["check"], ["replay", "file"]])
+def test_an_address_that_is_none(
+    command: list[str], server: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([*command, server])
+    assert caught.value.code == 2
+    assert "is not HOST:PORT" in capsys.readouterr().err

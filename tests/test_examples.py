@@ -1,0 +1,74 @@
+"""The example clients, run as a newcomer runs them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.processes import running
+from tests.talking import DEADLINE_S
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+STRICT = ("-std=c++17", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+
+
+def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+
+
+@pytest.fixture(scope="module")
+def cpp_client(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """examples/client.cpp, compiled."""
+    compiler = shutil.which("c++")
+    if compiler is None:
+        if "CI" in os.environ:
+            pytest.fail("a C++ compiler is not installed")
+        pytest.skip("a C++ compiler is not installed")
+    program = tmp_path_factory.mktemp("cpp") / "client"
+    done = run(compiler, *STRICT, EXAMPLES / "client.cpp", "-o", program)
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+def frames(said: str) -> dict[str, list[float]]:
+    """What it said, by the first word of each line."""
+    lines = [line.split() for line in said.splitlines() if not line.startswith("refused")]
+    return {line[0]: [float(word) for word in line[1:]] for line in lines}
+
+
+def assert_there_and_back(done: subprocess.CompletedProcess[str]) -> None:
+    assert done.returncode == 0, done.stderr
+    said = frames(done.stdout)
+    start = said["start"]
+    assert len(said["joints"]) == 7
+    assert said["there"] == pytest.approx([start[0], start[1] + 50, *start[2:]], abs=1e-3)
+    assert said["back"] == pytest.approx(start, abs=1e-3)
+
+
+@pytest.mark.requirement("FRA005")
+def test_the_client_in_cpp(cpp_client: Path) -> None:
+    with running() as simulator:
+        assert_there_and_back(run(cpp_client, "127.0.0.1", str(simulator.port)))
+
+
+@pytest.mark.requirement("FRA005")
+def test_the_client_in_python() -> None:
+    with running() as simulator:
+        done = run(sys.executable, EXAMPLES / "client.py", "127.0.0.1", str(simulator.port))
+    assert_there_and_back(done)
+    assert "refused: the flange would have to be at" in done.stdout
+
+
+def test_the_client_in_cpp_without_a_robot(cpp_client: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = str(listener.getsockname()[1])
+    done = run(cpp_client, "127.0.0.1", port)
+    assert done.returncode == 1
+    assert done.stderr == f"cannot connect to 127.0.0.1:{port}\n"
+    assert run(cpp_client).returncode == 1

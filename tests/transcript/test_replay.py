@@ -1,0 +1,95 @@
+"""Transcripts played over sockets: what deviates is told with its line, and every wait has an end."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+
+import pytest
+
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.transcript.lines import read
+from iiwa_sim.transcript.replay import replay
+
+
+async def played(text: str, port: int, timeout_s: float = 30.0) -> list[tuple[int, str]]:
+    """The deviations, by line."""
+    transcript = read("one", text)
+    found = await asyncio.to_thread(lambda: list(replay(transcript, "127.0.0.1", port, timeout_s)))
+    return [(each.line, str(each)) for each in found]
+
+
+async def test_every_deviation_is_told_with_its_line(simulator: Simulator) -> None:
+    text = "# wrong in two places\n> hello\n< bye\n> get status\n< stopped\n\n> get mode\n< normal\n"
+    assert await played(text, simulator.port) == [
+        (3, "'hello': expected 'bye', got 'hello'"),
+        (8, "'get mode': expected 'normal', got 'unknown'"),
+    ]
+
+
+async def test_lines_at_once_are_answered_in_their_order(simulator: Simulator) -> None:
+    text = "> hello\n> get status\n> get mode\n< hello\n< stopped\n< moving\n"
+    assert await played(text, simulator.port) == [(6, "'get mode': expected 'moving', got 'unknown'")]
+
+
+async def test_several_clients_talk_to_one_robot(simulator: Simulator) -> None:
+    text = (
+        "a> get joint position\na<~inf 0 0 0 0 0 0 0\n"
+        "a> joint move : {get joint position + 0.3 0 0 0 0 0 0} 0.5 0.5 0.5 0.5 0.5 0.5 0.5\na< done\n"
+        "b> get status\nb< moving\n"
+        "a leaves\n"
+        "b wait stopped\n"
+        "b> get distance to goal\nb< 0.0\n"
+        "b> get joint position\nb<~0.29 0 0.52 0 -1.05 0 1.57 0\n"
+    )
+    assert await played(text, simulator.port) == [], "the robot stopped when its client left"
+
+
+async def test_a_server_that_closes_ends_the_play(simulator: Simulator) -> None:
+    found = await played("> bye\n< bye\n> hello\n< hello\n> hello\n< hello\n", simulator.port)
+    assert len(found) == 1
+    assert found[0][0] in (3, 4)
+    assert "connection" in found[0][1]
+
+
+async def test_a_server_that_says_nothing_ends_the_play() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        found = await played("> hello\n< hello\n> hello\n< hello\n", silent.getsockname()[1], 0.05)
+    assert found == [(2, "'hello': no reply within 0.05 s")]
+
+
+async def test_more_replies_than_lines_are_told() -> None:
+    async def twice(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await reader.readline()
+        writer.write(b"hello\r\nhello\r\n")
+        await reader.read()
+        writer.close()
+
+    async with await asyncio.start_server(twice, "127.0.0.1", 0) as server:
+        found = await played("> hello\n< hello\n", server.sockets[0].getsockname()[1])
+    assert found == [(2, "'hello': more came than was asked for: 'hello\\r\\n'")]
+
+
+async def test_a_line_that_needs_what_was_never_heard_ends_the_play(simulator: Simulator) -> None:
+    text = "> lin move : {get tool frame} 0.5 0\n< done\n> hello\n< bye\n"
+    (found,) = await played(text, simulator.port)
+    assert found == (1, "'lin move : {get tool frame} 0.5 0': 'get tool frame' has not been asked yet")
+
+
+async def test_lines_with_times_are_said_at_their_time(simulator: Simulator) -> None:
+    said: list[tuple[str, int]] = []
+    simulator.dialogue.listeners.append(lambda told: said.append((told.text, told.instant_ns)))
+    text = "[0.2 0.0] > hello\n[0.2 0.0] < hello\n[0.3 0.0] > get status\n[0.3 0.0] < stopped\n"
+    began = asyncio.get_running_loop().time()
+    assert await played(text, simulator.port) == []
+    at = {text: instant_ns * 1e-9 for text, instant_ns in said}
+    assert at["stopped"] - began >= 0.3
+    assert at["hello"] - began >= 0.2
+
+
+async def test_nobody_listens() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+    with pytest.raises(TranscriptFault, match=f"cannot connect to 127.0.0.1:{port}: Connection refused"):
+        await played("> hello\n< hello\n", port)
