@@ -75,7 +75,7 @@ def _run(options: argparse.Namespace) -> int:
 
 async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
     # Pinocchio and Ruckig take their time to load: not before the options are known to be right.
-    from iiwa_sim.simulator import Simulator
+    from iiwa_sim.simulator import LOOPBACK, Simulator
 
     simulator = Simulator(
         options.robot,
@@ -89,6 +89,7 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
+        backdoor_port=options.backdoor_port,
         on_bye=ending.asked.set if options.bye_shuts_down else None,
     )
     async with simulator:
@@ -102,6 +103,8 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
         if simulator.status_port is not None:
             _say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
+        if simulator.backdoor_port is not None:
+            _say(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
             print(_banner(simulator.cell.description.name, simulator.host, simulator.port), file=sys.stderr)
         gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
@@ -307,6 +310,13 @@ def _parser() -> _Parser:
         metavar="HZ",
         help=f"lines per second on that port, {low_hz} to {high_hz}, and not above the --rate "
         f"(default: {status_stream.DEFAULT_RATE_HZ})",
+    )
+    parser.add_argument(
+        "--backdoor-port",
+        type=_whole(0, MAX_PORT),
+        metavar="PORT",
+        help="on this port of 127.0.0.1, take the commands of a test bench: faults, pushes, and more; 0 "
+        "picks a port (default: no such port)",
     )
     parser.add_argument(
         "--exclusive",

@@ -117,7 +117,7 @@ def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
     """What is handed on to `Simulator`; the nearest says what holds. Fails the test for a wrong marker."""
     config = request.config
     ini_folder = config.inipath.parent if config.inipath is not None else config.rootpath
-    options: dict[str, Any] = {"clock": DEFAULT_CLOCK}
+    options: dict[str, Any] = {"clock": DEFAULT_CLOCK, "backdoor_port": 0}
     _take(options, {name: config.getini(f"iiwa_{name}") or None for name in _INI}, ini_folder)
     _take(options, {name: config.getoption(f"iiwa_{name}") for name in _INI}, config.invocation_params.dir)
     markers = list(request.node.iter_markers("iiwa"))

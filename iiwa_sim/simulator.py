@@ -5,6 +5,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
+from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock
 from iiwa_sim.clock.pace import REAL, Pace, pace
@@ -13,6 +15,7 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.dialect.dialogue import Dialogue
+from iiwa_sim.dialect.faults import WireFaults
 from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
@@ -23,6 +26,9 @@ from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.serve.turns import Turns
+
+LOOPBACK = "127.0.0.1"
+"""Where the backdoor listens: it is for tests on the same machine."""
 
 T = TypeVar("T")
 
@@ -52,6 +58,9 @@ class Simulator:
     next one `reconnect_pause_s` after the last has gone. `on_bye` is called when a client has said bye and
     been answered: there the caller may leave the context.
 
+    `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
+    can be reached as lines, too, from this machine only.
+
     Raises CellFault or RobotFault for a cell or a robot that cannot be used, and ValueError for both
     together, a clock that there is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or
     above the rate, or a time outside 0 to a day; entering the context raises ListenFault if host and ports
@@ -72,6 +81,7 @@ class Simulator:
         status_rate_hz: int = status_stream.DEFAULT_RATE_HZ,
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
+        backdoor_port: int | None = None,
         on_bye: Callable[[], None] | None = None,
     ) -> None:
         if robot is not None and cell is not None:
@@ -96,6 +106,7 @@ class Simulator:
         self.dialogue = Dialogue(lambda: self.controller.tick)
         """What is said on the main port; `dialogue.listeners.append(listener)` hears it."""
         self._log = SessionLog()
+        faults = WireFaults()
         self._server = TcpServer(
             self._open_session,
             host,
@@ -103,9 +114,14 @@ class Simulator:
             turns=Turns(exclusive, reconnect_pause_s),
             on_answered=self._heed,
             on_good_bye=on_bye,
+            faults=faults,
         )
         self._accepted = 0  # moves the clock knows of
         self._thread: LoopThread | None = None
+        self.backdoor = Backdoor(self.controller, faults, self._server, self.clock, self.call)
+        self._backdoor_server: TcpServer | None = None
+        if backdoor_port is not None:
+            self._backdoor_server = TcpServer(self._open_backdoor, LOOPBACK, backdoor_port)
         self._status: StatusStream | None = None
         if status_port is not None:
             self._status = StatusStream(
@@ -132,14 +148,20 @@ class Simulator:
         """Port on which the state is broadcast, if it is."""
         return None if self._status is None else self._status.address[1]
 
+    @property
+    def backdoor_port(self) -> int | None:
+        """Port of the backdoor, if it has one."""
+        return None if self._backdoor_server is None else self._backdoor_server.address[1]
+
     async def __aenter__(self) -> Self:
-        await self._server.start()
-        try:
-            if self._status is not None:
-                await self._status.start()
-        except BaseException:
-            await self._server.close()
-            raise
+        servers = [each for each in (self._server, self._status, self._backdoor_server) if each is not None]
+        for place, server in enumerate(servers):
+            try:
+                await server.start()
+            except BaseException:
+                for started in servers[:place]:
+                    await started.close()
+                raise
         self.clock.start(self.controller if self._status is None else _Seen(self.controller, self._status))
         return self
 
@@ -151,6 +173,8 @@ class Simulator:
             await self._server.close()
             if self._status is not None:
                 await self._status.close()
+            if self._backdoor_server is not None:
+                await self._backdoor_server.close()
         finally:
             self.clock.stop()
 
@@ -252,6 +276,9 @@ class Simulator:
 
     def _open_status_session(self, name: str) -> StatusSession:
         return StatusSession(self.controller, self._log, name)
+
+    def _open_backdoor(self, name: str) -> BackdoorSession:
+        return BackdoorSession(self.backdoor, self._log, f"{name} (backdoor)")
 
     def _open_session(self, name: str) -> Session:
         return Session(self.controller, self._log, name, self.dialogue)

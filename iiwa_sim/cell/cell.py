@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import degrees, radians
 from pathlib import Path
 
-from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, read_settings
+from iiwa_sim.cell.settings import HOME, AnySurface, CellFault, CellSettings, read_settings
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world import World
@@ -71,7 +71,7 @@ def load_cell(path: str | Path) -> Cell:
         start=_start(reader, settings.start_deg, description),
         tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
         contact_radius_m=1e-3 * settings.contact_radius_mm,
-        surfaces=_surfaces(settings),
+        surfaces=tuple(map(surface_of, settings.surfaces().values())),
         noise_levels=None
         if noise is None
         else NoiseLevels(noise.seed, noise.force_n, noise.torque_nm, noise.joint_torque_nm),
@@ -112,17 +112,15 @@ def _start(reader: Reader, start_deg: str | list[float], description: RobotDescr
     return start
 
 
-def _surfaces(settings: CellSettings) -> tuple[Surface, ...]:
-    return tuple(
-        Surface(
-            name=surface.name,
-            shape=surface.shape(),
-            pose=surface.pose(),
-            stiffness=surface.stiffness_n_per_m,
-            damping=surface.damping_s_per_m,
-            friction=surface.friction,
-        )
-        for surface in settings.surfaces().values()
+def surface_of(settings: AnySurface) -> Surface:
+    """What settings of a surface, which have been checked, describe."""
+    return Surface(
+        name=settings.name,
+        shape=settings.shape(),
+        pose=settings.pose(),
+        stiffness=settings.stiffness_n_per_m,
+        damping=settings.damping_s_per_m,
+        friction=settings.friction,
     )
 
 

@@ -162,15 +162,20 @@ def _check_surfaces(reader: Reader, surfaces: dict[str, AnySurface]) -> None:
         reader.check_name(f"{place}.name", surface.name)
         taken = names.setdefault(surface.name, place)
         reader.check(f"{place}.name", surface.name, taken == place, f"another name than that of {taken}")
-        for key in surface.__struct_fields__:
-            if key not in SURFACE_RANGES:
-                continue
-            value = getattr(surface, key)
-            if isinstance(value, float):
-                reader.check_range(f"{place}.{key}", value, SURFACE_RANGES[key])
-            else:
-                for index, each in enumerate(value):
-                    reader.check_range(f"{place}.{key}[{index}]", each, SURFACE_RANGES[key])
+        check_surface(reader, f"{place}.", surface)
+
+
+def check_surface(reader: Reader, prefix: str, surface: AnySurface) -> None:
+    """Raises where a number of a surface is out of its range; `prefix` is put before its keys."""
+    for key in surface.__struct_fields__:
+        if key not in SURFACE_RANGES:
+            continue
+        value = getattr(surface, key)
+        if isinstance(value, float | int):
+            reader.check_range(f"{prefix}{key}", value, SURFACE_RANGES[key])
+        else:
+            for index, each in enumerate(value):
+                reader.check_range(f"{prefix}{key}[{index}]", each, SURFACE_RANGES[key])
 
 
 def _check_io(reader: Reader, key: str, given: int | list[str]) -> None:

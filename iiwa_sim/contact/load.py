@@ -35,7 +35,8 @@ class ExternalLoad:
         self._model = model
         self._tool_in_flange = tool_in_flange
         self._flange_to_tcp = transpose(tool_in_flange.rotation)
-        self._world = World((), 0.0) if world is None else world
+        self.world = World((), 0.0) if world is None else world
+        """What the TCP can touch; what changes there is felt from the next tick on."""
         self._noise = noise
         self._place: Vector | None = None  # of the TCP, when the world was felt last
         self._feel(joints, 0.0)
@@ -44,10 +45,23 @@ class ExternalLoad:
         """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise."""
         if self._noise is not None:
             self._noise.next()
-        if self._world.empty:
+        if self.world.empty:
             self._touch, self._place = NO_WRENCH, None
         else:
             self._feel(joints, tick_s)
+
+    def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
+        """The robot is at rest at `joints` (rad) with this tool, and has not been anywhere before."""
+        self._tool_in_flange = tool_in_flange
+        self._flange_to_tcp = transpose(tool_in_flange.rotation)
+        self.world.forget()
+        self._place = None
+        self._feel(joints, 0.0)
+
+    def seed(self, seed: int) -> None:
+        """Begin the noise anew with this seed, if there is any."""
+        if self._noise is not None:
+            self._noise.seed(seed)
 
     def cartesian_force(self) -> Wrench:
         """The reading of the wrench at the TCP, along its axes."""
@@ -81,7 +95,7 @@ class ExternalLoad:
             was_x, was_y, was_z = self._place
             velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
         self._place = place
-        touch = self._world.feel(place, velocity, tick_s)
+        touch = self.world.feel(place, velocity, tick_s)
         if touch is NOTHING:
             self._touch = NO_WRENCH
         else:

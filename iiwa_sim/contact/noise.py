@@ -29,11 +29,15 @@ class Noise:
     def __init__(self, levels: NoiseLevels, joint_count: int) -> None:
         self.wrench: Wrench = NO_WRENCH
         self.joint_torques: tuple[float, ...] = (0.0,) * joint_count
-        # The stream of RandomState is frozen: it stays the same with every numpy.
-        self._random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(levels.seed)))
         self._levels = np.repeat(
             [levels.force_n, levels.torque_nm, levels.joint_torque_nm], [3, 3, joint_count]
         )
+        self.seed(levels.seed)
+
+    def seed(self, seed: int) -> None:
+        """Begin anew, with this seed (0 to 2**32 - 1)."""
+        # The stream of RandomState is frozen: it stays the same with every numpy.
+        self._random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(seed)))
         self._ahead: list[list[float]] = []
         self.next()
 

@@ -46,7 +46,26 @@ class World:
 
     def __init__(self, surfaces: Iterable[Surface], radius_m: float) -> None:
         """`radius_m` is that of the sphere; 0 makes it a point. Each surface has a name of its own."""
+        self.radius_m = radius_m
         self._contacts = {surface.name: _Contact(surface, radius_m) for surface in surfaces}
+
+    @property
+    def surfaces(self) -> dict[str, Surface]:
+        """By their names."""
+        return {name: contact.surface for name, contact in self._contacts.items()}
+
+    def put(self, surface: Surface) -> None:
+        """Add a surface, or have it take the place of the one of its name, as one not touched before."""
+        self._contacts[surface.name] = _Contact(surface, self.radius_m)
+
+    def remove(self, name: str) -> None:
+        """Take a surface away, which must be there."""
+        del self._contacts[name]
+
+    def forget(self) -> None:
+        """No surface has been touched before."""
+        for surface in self.surfaces.values():
+            self.put(surface)
 
     @property
     def empty(self) -> bool:
@@ -71,14 +90,14 @@ class _Contact:
     """A surface, and where friction holds the TCP on it."""
 
     def __init__(self, surface: Surface, radius: float) -> None:
-        self._surface = surface
+        self.surface = surface
         self._radius = radius
         self._reach_squared = (surface.shape.extent + radius) ** 2
         self._anchor: Vector | None = None
 
     def press(self, position: Vector, velocity: Vector, remember: bool) -> Wrench | None:
         """What this surface does to the robot, along the axes of the base; None if it is not touched."""
-        surface, radius = self._surface, self._radius
+        surface, radius = self.surface, self._radius
         px, py, pz = position
         ox, oy, oz = surface.pose.translation
         near = (px - ox) ** 2 + (py - oy) ** 2 + (pz - oz) ** 2 < self._reach_squared
@@ -109,7 +128,7 @@ class _Contact:
             if remember:
                 self._anchor = position
             return (0.0, 0.0, 0.0)
-        stiffness = self._surface.stiffness
+        stiffness = self.surface.stiffness
         longest = limit / stiffness
         x, y, z, length = _along(normal, position, self._anchor)
         if remember and length > longest + SLIP_M:

@@ -11,11 +11,12 @@ from iiwa_sim.controller.assembly import motions_of
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
+    EMERGENCY_STOP,
     EXECUTION,
     ErrorRecord,
     Refused,
 )
-from iiwa_sim.controller.faults import NO_CODE, Faults
+from iiwa_sim.controller.faults import DRIVES_OFF, NO_CODE, PRESSED, Faults
 from iiwa_sim.controller.force_guard import Contact, ForceGuard, ForceGuards, Thresholds, checked
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import (
@@ -26,7 +27,7 @@ from iiwa_sim.controller.modes import (
     Mode,
     Transition,
 )
-from iiwa_sim.controller.motions import Target
+from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
@@ -94,15 +95,7 @@ class Controller:
         start = description.home if start is None else start
         self.load = ExternalLoad(self._model, self._tool_in_flange, start, world, noise)
         """What pushes the robot from outside, and what it touches."""
-        self._motions = motions_of(
-            self._model,
-            self._tool_in_flange,
-            start,
-            tick_s,
-            self._targets.limits[Mode.SMART],
-            self.load,
-            None if world is None or world.empty else world.feel,
-        )
+        self._motions = self._motions_from(start)
         self._joints_before = self._motions.joints  # the last tick
         self._faults = Faults()
         self._accepted = 0
@@ -318,10 +311,65 @@ class Controller:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self._faults.press_emergency_stop()
         self.stop()
+        self._tell(EMERGENCY_STOP, PRESSED)
 
     def release_emergency_stop(self) -> None:
         """The error remains, to be reset."""
         self._faults.release_emergency_stop()
+
+    def switch_drives(self, on: bool) -> None:
+        """Off: stop as `stop` does, and take no moves until they are on again and the error reset."""
+        self._faults.switch_drives(on)
+        if not on:
+            self.stop()
+            self._tell(COMPONENT_NOT_READY, DRIVES_OFF)
+
+    def fail(self, code: int, reason: str) -> None:
+        """Something goes wrong: stop as `stop` does, and take no moves until the error is reset."""
+        self._faults.fail(code, reason)
+        self.stop()
+        self._tell(code, reason)
+
+    def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
+        """Refuse the next move outside of the state of error, whatever it asks for; None takes that back."""
+        self._faults.refuse_next(refusal)
+
+    def time_out_servo(self) -> None:
+        """Stop as if a servo mode had heard of no command for too long; raises `Refused` in other modes."""
+        if self.mode not in SERVO_MODES:
+            modes = " or ".join(mode.value for mode in SERVO_MODES)
+            raise Refused(EXECUTION, f"the mode is {self.mode.value}: expected {modes}")
+        self._end_servo(f"no {self.mode.value} command in time: the robot stops")
+
+    def place(self, joints: Sequence[float]) -> None:
+        """Be at rest at joint positions (rad), without a way there, in no mode.
+
+        Raises `Refused` outside the limits, and while anything moves or waits.
+        """
+        checked = self.check_place(joints)
+        self._begin_anew(checked)
+        self._joints_before = checked
+        self.load.place(checked, self._tool_in_flange)
+
+    def check_place(self, joints: Sequence[float]) -> Joints:
+        """Raises `Refused` where `place` would; changes nothing."""
+        self._check_rest()
+        return self._planner.joint_target(joints, [1.0] * len(joints))
+
+    @property
+    def tool_in_flange(self) -> Transform:
+        """The pose of the TCP in the flange."""
+        return self._tool_in_flange
+
+    def set_tool(self, tool_in_flange: Transform) -> None:
+        """Take the TCP to be there from now on, in no mode; raises `Refused` while anything moves or waits.
+
+        What waits was planned with the tool before.
+        """
+        self._check_rest()
+        self._tool_in_flange = tool_in_flange
+        self._begin_anew(self.joints)
+        self.load.place(self.joints, tool_in_flange)
 
     def record_error(self, code: int, reason: str) -> None:
         """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
@@ -422,6 +470,10 @@ class Controller:
         """The external torque on each joint (Nm)."""
         return self.load.joint_torques(self.joints)
 
+    def tcp(self, joints: Joints | None = None) -> Transform:
+        """The pose of the TCP in the base at joint positions (rad), None for the present ones."""
+        return self._tcp(self.joints if joints is None else joints)
+
     def _tcp(self, joints: Joints) -> Transform:
         return compose(self._model.flange(joints), self._tool_in_flange)
 
@@ -510,7 +562,9 @@ class Controller:
             return
         if (self.tick - self._servo_heard) * self.tick_s < self.servo_timeout_s:
             return
-        reason = f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops"
+        self._end_servo(f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops")
+
+    def _end_servo(self, reason: str) -> None:
         self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT])
         self._faults.fail(COMMUNICATION_FAILURE, reason)
         self._tell(COMMUNICATION_FAILURE, reason)
@@ -531,3 +585,20 @@ class Controller:
         """Tell of what has gone wrong between commands."""
         if self._on_fault is not None:
             self._on_fault(code, reason)
+
+    def _begin_anew(self, joints: Joints) -> None:
+        """Have motions that know of nothing before, at rest at joint positions (rad), in no mode."""
+        override = self.override
+        self.mode = Mode.UNKNOWN
+        self._motions = self._motions_from(joints)
+        self._motions.set_override(override)
+
+    def _motions_from(self, joints: Joints) -> Motions:
+        limits = self._targets.limits[Mode.SMART]
+        return motions_of(
+            self._model, self._tool_in_flange, joints, self.tick_s, limits, self.load, self.load.world.feel
+        )
+
+    def _check_rest(self) -> None:
+        if self.moving:
+            raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")

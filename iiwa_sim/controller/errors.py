@@ -13,6 +13,7 @@ CROSSING_SINGULARITY = 3024
 EMERGENCY_STOP = 3030
 COMMUNICATION_FAILURE = 3040
 """A line that makes no sense, or a client that is not heard of in time."""
+STOP_TRIGGERED = 3060
 
 
 class Refused(Exception):

@@ -4,13 +4,15 @@ A refused command only leaves its record. What stops the robot by itself, an eme
 or a fault of ours in a tick, is a state: it lasts until `reset`.
 """
 
-from iiwa_sim.controller.errors import EMERGENCY_STOP, ErrorRecord, Refused
+from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EMERGENCY_STOP, ErrorRecord, Refused
 
 NO_CODE = 0
+PRESSED = "emergency stop"
+DRIVES_OFF = "the drives are off"
 
 
 class Faults:
-    """The errors of one controller, and what an emergency stop does to its drives."""
+    """The errors of one controller, and whether its drives are powered."""
 
     def __init__(self) -> None:
         self.standing: ErrorRecord | None = None
@@ -18,8 +20,10 @@ class Faults:
         self.e_stopped = False
         """Whether the emergency stop is pressed."""
         self.drives_powered = True
-        """Off from an emergency stop until it is reset."""
+        """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
+        self._switched_off = False
         self._refusal: ErrorRecord | None = None
+        self._next_refusal: ErrorRecord | None = None
 
     @property
     def last(self) -> ErrorRecord | None:
@@ -38,21 +42,37 @@ class Faults:
     def press_emergency_stop(self) -> None:
         """It takes the place of any other cause: it has to be released before a reset."""
         self.e_stopped, self.drives_powered = True, False
-        self.standing = ErrorRecord(EMERGENCY_STOP, "emergency stop")
+        self.standing = ErrorRecord(EMERGENCY_STOP, PRESSED)
 
     def release_emergency_stop(self) -> None:
         """The state of error lasts until it is reset."""
         self.e_stopped = False
 
+    def switch_drives(self, on: bool) -> None:
+        """Switched off, they are a cause of error, which has to be reset when they are on again."""
+        self._switched_off = not on
+        if not on:
+            self.drives_powered = False
+            self.fail(COMPONENT_NOT_READY, DRIVES_OFF)
+
+    def refuse_next(self, refusal: ErrorRecord | None) -> None:
+        """Have the next `check` fail that would not have failed anyway; None takes that back."""
+        self._next_refusal = refusal
+
     def check(self) -> None:
-        """Raises `Refused` in the state of error."""
+        """Raises `Refused` in the state of error, or if the next move is to be refused."""
         if self.standing is not None:
             code, reason = self.standing
             raise Refused(code, f"no move before reset error: {reason}")
+        if self._next_refusal is not None:
+            refusal, self._next_refusal = self._next_refusal, None
+            raise Refused(*refusal)
 
     def reset(self) -> None:
         """Ends the state of error and forgets the last refusal; raises `Refused` where its cause goes on."""
         if self.e_stopped:
             raise Refused(EMERGENCY_STOP, "the emergency stop has to be released first")
+        if self._switched_off:
+            raise Refused(COMPONENT_NOT_READY, "the drives have to be switched on first")
         self.standing = self._refusal = None
         self.drives_powered = True

@@ -2,12 +2,12 @@
 
 from iiwa_sim.dialect.table import Command, Table
 
-_HINT = "(help : lin move tells its usage)"
+EXAMPLE = "lin move"
 
 
-def overview(table: Table) -> str:
-    """The names of all commands in one line."""
-    return f"{', '.join(map(_marked, table.commands.values()))} {_HINT}"
+def overview(table: Table, example: str = EXAMPLE) -> str:
+    """The names of all commands in one line; `example` is one that takes parameters."""
+    return f"{', '.join(map(_marked, table.commands.values()))} (help : {example} tells its usage)"
 
 
 def usage(command: Command) -> str:

@@ -71,10 +71,10 @@ class Session:
         if not self._closing:
             self._lines.extend(self._splitter.finish())
 
-    def answer(self) -> bytes:
+    def answer(self, most: int = _LINES_AT_ONCE) -> bytes:
         r"""The replies to the next waiting lines, each with its `\r\n`.
 
-        To a slice of them, and only as far as the first move, so that a thousand plans do not keep the
+        To `most` of them, and only as far as the first move, so that a thousand plans do not keep the
         robot's ticks waiting: to be called again while `waiting`.
         """
         lines = self._lines
@@ -82,7 +82,7 @@ class Session:
         heard = bool(self._dialogue.listeners)
         replies: list[bytes] = []
         self._planned = False
-        for _ in range(min(len(lines), _LINES_AT_ONCE)):
+        for _ in range(min(len(lines), most)):
             line = lines.popleft()
             reply = self._reply(line)
             replies.append(reply)
@@ -197,9 +197,10 @@ class Session:
     def _help(self, request: Request) -> bytes:
         if not request.phrase:
             return _line(overview(self._table))
-        command = self._table.commands.get(request.phrase)
+        phrase = request.phrase.lower()
+        command = self._table.commands.get(phrase)
         if command is None:
-            raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, request.phrase))
+            raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, phrase))
         return _line(usage(command))
 
 

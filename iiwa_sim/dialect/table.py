@@ -66,9 +66,9 @@ class Quantity(NamedTuple):
 class Command(NamedTuple):
     """One command of the table.
 
-    It takes numbers (`parameters`, and `optional` ones, all or none of them) or words (`phrase` names them)
-    or nothing. It answers one of `reply_words`, numbers (`reply_values`), any number of the same
-    (`reply_list`) or a line of prose.
+    It takes numbers (`parameters`, and `optional` ones, all or none of them), words (`phrase` names them),
+    words and then numbers, or nothing. It answers one of `reply_words`, numbers (`reply_values`), any number
+    of the same (`reply_list`) or a line of prose.
     """
 
     name: str
@@ -87,7 +87,7 @@ class Command(NamedTuple):
         """How to write it, with units and ranges, and what it answers."""
         takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in _in_series(self.parameters))
         takes += "".join(f" ({each.name}[{_unit_and_range(each)}])" for each in self.optional)
-        takes = takes or (f"[{self.phrase}]" if self.phrase else "")
+        takes = " ".join(part for part in (f"[{self.phrase}]" if self.phrase else "", takes) if part)
         gives = " ".join(f"{each.name}[{each.unit}]" for each in _in_series(self.reply_values))
         if self.reply_list is not None:
             gives = f"{self.reply_list.name}[{_unit_and_range(self.reply_list)}] ..."
@@ -171,13 +171,19 @@ class Table:
             return _unknown(self._why_unknown(line))
         if colon and b":" in rest:
             return _unknown("more than one ':'")
-        if command.phrase:
-            return Request(command, (), " ".join(_words(rest)).lower())
         if not command.parameters:
+            if command.phrase:
+                return Request(command, (), " ".join(_words(rest)))
             return self._remember(line, Request(command, (), ""))
         words = rest.replace(b"\t", b" ").split(b" ")
         words = [word for word in words if word]
         quantities = command.parameters
+        phrase = ""
+        if command.phrase:  # what is left of the numbers
+            named, words = words[: -len(quantities)], words[-len(quantities) :]
+            if not named:
+                return _error(f"{command.name} takes {command.phrase} and {len(quantities)} parameters")
+            phrase = " ".join(word.decode("ascii", "backslashreplace") for word in named)
         if len(words) > len(quantities):
             quantities += command.optional
         if len(words) != len(quantities):
@@ -193,7 +199,7 @@ class Table:
             if expected := quantity.expectation(value):
                 return _error(f"{quantity.name} = {quoted(word)}: {expected}")
             values.append(value)
-        return Request(command, tuple(values), "")
+        return Request(command, tuple(values), phrase)
 
     def _why_unknown(self, line: bytes) -> str:
         spelling, colon, _ = line.partition(b":")
@@ -289,10 +295,10 @@ def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueR
 
     if name != " ".join(name.lower().split()):
         raise TableError(f"{source}: command.{name}: expected a name in lower case with single blanks")
-    if row.phrase and row.parameters:
-        raise TableError(f"{source}: command.{name}: expected either parameters or phrase")
     if row.optional and not row.parameters:
         raise TableError(f"{source}: command.{name}.optional: expected parameters, too")
+    if row.optional and row.phrase:
+        raise TableError(f"{source}: command.{name}.optional: expected no phrase with it")
     reply = row.reply
     if (bool(reply.words), bool(reply.values), bool(reply.list), reply.prose).count(True) != 1:
         raise TableError(f"{source}: command.{name}.reply: expected one of words, values, list, prose")

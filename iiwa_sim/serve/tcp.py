@@ -4,11 +4,16 @@ import asyncio
 import contextlib
 import logging
 import socket
+import struct
 import sys
 from collections.abc import Callable
-from typing import Protocol
+from functools import partial
+from typing import Any, Protocol, runtime_checkable
 
-from iiwa_sim.serve.listening import address_of, listen, peer_of, why
+from iiwa_sim.dialect.faults import Reset, Send, Step, Wait, WireFaults
+from iiwa_sim.serve.door import Door
+from iiwa_sim.serve.in_order import InOrder
+from iiwa_sim.serve.listening import peer_of, why
 from iiwa_sim.serve.turns import Turns
 
 RECEIVE_BYTES = 65_536
@@ -24,6 +29,11 @@ UNREAD_S = 10.0
 
 CLOSING_S = 0.3
 """What a closing server grants its clients to take their last replies."""
+
+MOST_LATE = 1024
+"""Replies, parts of them and waits that a fault may keep back for one client, before its commands wait."""
+
+_RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for what is not sent yet
 
 logger = logging.getLogger(__name__)
 
@@ -45,11 +55,20 @@ class LineSession(Protocol):
     def end(self) -> None:
         """Learn that the client sends no more: a rest without a line end is a line."""
 
-    def answer(self) -> bytes:
-        """The replies to some of the waiting lines."""
+    def answer(self, most: int = ...) -> bytes:
+        """The replies to some of the waiting lines, to `most` of them at most."""
 
     def lost(self) -> None:
         """Learn that the connection is gone."""
+
+
+@runtime_checkable
+class PatientSession(LineSession, Protocol):
+    """A conversation in which the answer to a line may take its time."""
+
+    @property
+    def pending(self) -> asyncio.Future[Any] | None:
+        """What the next reply waits for: while that is not done, there is nothing to answer."""
 
 
 class TcpServer:
@@ -58,7 +77,8 @@ class TcpServer:
     `port` 0 picks a free one; `address` says which. A host name stands for its first address, IPv4 before
     IPv6. A client that does not read its replies for `unread_s` is dropped. One that has to wait for its turn
     is connected, but nothing is read from it. `on_answered` is called when lines of a client have been
-    answered, `on_good_bye` when it has said good-bye and been answered.
+    carried out, `on_good_bye` when it has said good-bye and been answered. What befalls replies on their way
+    is in `faults`.
     """
 
     def __init__(
@@ -71,6 +91,7 @@ class TcpServer:
         turns: Turns | None = None,
         on_answered: Callable[[], None] | None = None,
         on_good_bye: Callable[[], None] | None = None,
+        faults: WireFaults | None = None,
     ) -> None:
         """`turns` says who is served when; all clients at once, if it is not given."""
         self.open_session = open_session
@@ -78,29 +99,35 @@ class TcpServer:
         self.turns = turns or Turns()
         self.on_answered = on_answered
         self.on_good_bye = on_good_bye
+        self.faults = faults or WireFaults()
         self.connections: set[Connection] = set()
-        self._asked = (host, port)
-        self._server: asyncio.Server | None = None
+        self.listening = False
+        self._door = Door(lambda: Connection(self), host, port)
 
     async def start(self) -> None:
         """Listen. Raises ListenFault."""
-        self._server = await listen(lambda: Connection(self), *self._asked)
-
-    @property
-    def listening(self) -> bool:
-        return self._server is not None
+        await self._door.open()
+        self.listening = True
 
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on."""
-        return address_of(self._server)
+        return self._door.address
+
+    def refuse(self) -> None:
+        """Let nobody connect until `accept`; who is connected is served. Raises ListenFault."""
+        self._door.refuse()
+
+    def accept(self) -> None:
+        """Let clients connect again."""
+        self._door.accept()
 
     async def close(self) -> None:
         """Listen no more and close every connection; takes a little more than CLOSING_S at most."""
-        if self._server is None:
+        if not self.listening:
             return
-        self._server.close()
-        self._server = None
+        self.listening = False
+        self._door.close()
         self.turns.close()
         open_connections = list(self.connections)
         for connection in open_connections:
@@ -117,7 +144,8 @@ class Connection(asyncio.BufferedProtocol):
 
     Lines are answered a slice at a time, with other clients and ticks in between. While lines wait nothing
     more is read, and while the client leaves replies unread no line is answered: a client in a hurry fills
-    its own buffers and nobody else's. Until its turn comes nothing is read either.
+    its own buffers and nobody else's. Until its turn comes nothing is read either. While faults are set for
+    it, lines are answered one by one, and replies sent in the steps that the faults make of them.
     """
 
     _transport: asyncio.Transport
@@ -130,8 +158,10 @@ class Connection(asyncio.BufferedProtocol):
         self._loop = asyncio.get_running_loop()
         self._buffer = memoryview(bytearray(RECEIVE_BYTES))
         self._unread: asyncio.TimerHandle | None = None  # runs while replies pile up
+        self._served = False
         self._reading = True
         self._sent_end = False
+        self._ends = False  # with what is still to be sent
         self._finished = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -142,16 +172,22 @@ class Connection(asyncio.BufferedProtocol):
         self._mark = {"fields": {"session": self._name}}
         _tune(transport.get_extra_info("socket"))
         self._session = self._server.open_session(self._name)
+        self._patient = self._session if isinstance(self._session, PatientSession) else None
+        self._outgoing = InOrder(self._answer)
+        self._number = self._server.faults.arrives(self, self._name)
         self._server.connections.add(self)
         logger.info("%s connected", self._name, extra=self._mark)
         if not self._server.listening:  # accepted while the server closed
             self.close()
-        elif not self._server.turns.arrives(self):
+        elif self._server.turns.arrives(self):
+            self._served = True
+        else:
             logger.info("%s waits for its turn", self._name, extra=self._mark)
             self._read(False)
 
     def serve(self) -> None:
         """Begin to read."""
+        self._served = True
         logger.info("%s is served", self._name, extra=self._mark)
         self._read(True)
 
@@ -182,15 +218,34 @@ class Connection(asyncio.BufferedProtocol):
         self._finished = True
         if self._unread is not None:
             self._unread.cancel()
+        self._outgoing.forget()
         self._server.connections.discard(self)
+        self._server.faults.leaves(self._number)
         self.gone.set_result(None)
         logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
         self._session.lost()
         self._server.turns.leaves(self)
 
+    def go_on(self) -> None:
+        """Answer what waits, if it is no more kept from it."""
+        if self._served:
+            self._answer()
+
+    def take(self, steps: list[Step]) -> None:
+        """Take these steps, behind those that are still to be taken."""
+        for step in steps:
+            if isinstance(step, Send):
+                self._outgoing.do(partial(self._transport.write, step.data))
+            elif isinstance(step, Wait):
+                self._outgoing.wait(step.seconds)
+            else:
+                self._ends = True
+                self._outgoing.do(self._reset if isinstance(step, Reset) else self.close)
+
     def close(self) -> None:
         """Send what is answered and close; what has not been answered is not any more."""
         self._finished = True
+        self._outgoing.forget()
         self._transport.close()
         if self._unread is None and self._transport.get_write_buffer_size():
             self._unread = self._loop.call_later(self._server.unread_s, self._drop)
@@ -200,31 +255,62 @@ class Connection(asyncio.BufferedProtocol):
         self._transport.abort()
 
     def _answer(self) -> None:
-        if self._finished:
+        if self._finished or self._ends:
+            return
+        faults, waiting = self._server.faults, self._session.waiting
+        if faults.silences(self._number) or len(self._outgoing) > MOST_LATE:
+            self._read(not waiting)
             return
         try:
-            replies = self._session.answer()
+            if faults.concerns(self._number):
+                self.take(list(faults.steps(self._number, self._session.answer(1))))
+            elif replies := self._session.answer():
+                self._send(replies)
         except Exception:
             logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
             self.abort()
-            return
-        if replies:
-            self._transport.write(replies)
-            if self._server.on_answered is not None:
+        else:
+            if waiting and self._server.on_answered is not None:
                 self._server.on_answered()
+            self._go_on_or_end()
+
+    def _send(self, replies: bytes) -> None:
+        if self._outgoing.busy:
+            self.take([Send(replies)])
+        else:
+            self._transport.write(replies)
+
+    def _go_on_or_end(self) -> None:
+        if self._finished or self._ends:
+            return
         if self._session.closing:
-            self.close()
-            if self._server.on_good_bye is not None:
-                self._server.on_good_bye()
+            self._ends = True
+            self._outgoing.do(self._good_bye)
         elif self._unread is not None:
             self._read(False)
+        elif self._patient is not None and self._patient.pending is not None:
+            self._read(False)
+            self._patient.pending.add_done_callback(lambda _: self._answer())
         elif self._session.waiting:
             self._read(False)
             self._loop.call_soon(self._answer)
         elif self._sent_end:
-            self.close()
+            self._ends = True
+            self._outgoing.do(self.close)
         else:
             self._read(True)
+
+    def _good_bye(self) -> None:
+        self.close()
+        if self._server.on_good_bye is not None:
+            self._server.on_good_bye()
+
+    def _reset(self) -> None:
+        self._finished = True
+        with contextlib.suppress(OSError):  # already gone
+            connection = self._transport.get_extra_info("socket")
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET_AT_CLOSE)
+        self.abort()
 
     def _read(self, wanted: bool) -> None:
         if wanted != self._reading and not self._sent_end:

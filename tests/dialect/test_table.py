@@ -197,8 +197,18 @@ def test_a_line_that_was_too_long_is_an_error():
 
 
 def test_words_for_a_command_that_takes_words():
-    assert parse("help :  LIN \t move ") == Request(TABLE.commands["help"], (), "lin move")
+    assert parse("help :  LIN \t move ") == Request(TABLE.commands["help"], (), "LIN move")
     assert parse("help") == Request(TABLE.commands["help"], (), "")
+
+
+def test_words_before_numbers():
+    table = read_table(
+        SMALL.replace('parameters = "n"', 'parameters = "n"\nphrase = "name"').encode(), "small.toml"
+    )
+    assert table.parse(b"nod : the Old  2\tman 3") == Request(table.commands["nod"], (3.0,), "the Old 2 man")
+    assert table.parse(b"nod : 3").reason == "nod takes name and 1 parameters"
+    assert table.parse(b"nod : man man").reason == "n = man: expected a number"
+    assert table.commands["nod"].usage().startswith("nod : [name] n[")
 
 
 def test_optional_parameters_are_all_there_or_none_of_them():
@@ -250,7 +260,11 @@ reply.words = ["done"]
             'reply.values = "n"\nreply.prose = true',
             "command.nod.reply: expected one of",
         ),
-        ('parameters = "n"', 'parameters = "n"\nphrase = "word"', "command.nod: expected either"),
+        (
+            'parameters = "n"',
+            'parameters = "n"\noptional = "n"\nphrase = "word"',
+            "command.nod.optional: expected no phrase",
+        ),
         ('parameters = "n"', 'optional = "n"', "command.nod.optional: expected parameters"),
         ('reply.values = "n"', 'reply.list = "n n"', "command.nod.reply.list: expected one value"),
         ("[command.nod]", "[command.Nod]", "command.Nod: expected a name in lower case"),

@@ -16,7 +16,7 @@ def test_the_robot_goes_where_it_is_sent(iiwa, driver):
 
 
 def test_an_emergency_stop_is_told(iiwa, driver):
-    iiwa.call(iiwa.controller.emergency_stop)
+    iiwa.backdoor.emergency_stop()
     with pytest.raises(RobotError, match="3030"):
         driver.go("left")
 

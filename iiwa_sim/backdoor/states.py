@@ -1,0 +1,89 @@
+"""States of a cell that are kept under names, and brought back."""
+
+from typing import NamedTuple
+
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.wrench import Wrench
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Transform
+from iiwa_sim.motion.path import Joints
+from iiwa_sim.settings import LONGEST_NAME
+from iiwa_sim.wording import harmless
+
+START = "start"
+"""The state in which the simulator began."""
+
+
+class State(NamedTuple):
+    """What is kept: all that outlasts a stop, but not time, errors and random numbers."""
+
+    joints: Joints
+    tool_in_flange: Transform
+    override: float
+    inputs: tuple[bool, ...]
+    outputs: tuple[bool, ...]
+    wrench: Wrench
+    joint_push: tuple[float, ...]
+    surfaces: tuple[Surface, ...]
+
+
+class States:
+    """Those of one controller."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._kept = {START: self._present()}
+
+    @property
+    def names(self) -> list[str]:
+        return list(self._kept)
+
+    def save(self, name: str) -> None:
+        """Keep the present state; raises `Refused` while the robot moves, and for a name that is no good."""
+        if self._controller.moving:
+            raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")
+        if name == START:
+            raise Refused(EXECUTION, f"{START} is the state at the beginning: expected another name")
+        if not (name.strip() and name.isprintable() and len(name) <= LONGEST_NAME):
+            raise Refused(EXECUTION, f"expected a name of up to {LONGEST_NAME} characters that print")
+        self._kept[name] = self._present()
+
+    def restore(self, name: str) -> None:
+        """Bring a state back, with the robot in no mode and no error.
+
+        Raises `Refused` while the robot moves, and where there is no such state.
+        """
+        if name not in self._kept:
+            there_are = ", ".join(map(repr, self._kept))
+            raise Refused(EXECUTION, harmless(f"no state {name!r}: there are {there_are}"))
+        state, controller = self._kept[name], self._controller
+        world = controller.load.world
+        controller.place(state.joints)
+        for there in world.surfaces:
+            world.remove(there)
+        for surface in state.surfaces:
+            world.put(surface)
+        controller.set_tool(state.tool_in_flange)
+        controller.set_override(state.override)
+        for number, on in enumerate(state.inputs, 1):
+            controller.io.wire(number, on)
+        for number, on in enumerate(state.outputs, 1):
+            controller.io.set_output(number, on)
+        controller.load.wrench, controller.load.joint_push = state.wrench, state.joint_push
+        controller.release_emergency_stop()
+        controller.switch_drives(on=True)
+        controller.reset_error()
+
+    def _present(self) -> State:
+        controller = self._controller
+        return State(
+            joints=controller.joints,
+            tool_in_flange=controller.tool_in_flange,
+            override=controller.override,
+            inputs=controller.io.inputs,
+            outputs=controller.io.outputs,
+            wrench=controller.load.wrench,
+            joint_push=controller.load.joint_push,
+            surfaces=tuple(controller.load.world.surfaces.values()),
+        )

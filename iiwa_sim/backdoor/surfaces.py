@@ -1,0 +1,65 @@
+"""Surfaces that come and go while the robot is there."""
+
+from iiwa_sim.cell.cell import surface_of
+from iiwa_sim.cell.settings import AnySurface, CellFault, check_surface
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.world import World
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Frame, Vector
+from iiwa_sim.settings import Reader
+from iiwa_sim.wording import harmless
+
+SOURCE = "surface"
+"""In place of the name of a file, in messages."""
+
+
+def add(controller: Controller, settings: AnySurface) -> None:
+    """Have a surface in the world; raises `Refused` for numbers out of range, and as `_put` does."""
+    world = controller.load.world
+    reader = Reader(SOURCE, CellFault)
+    try:
+        reader.check_name("name", settings.name)
+        reader.check("name", settings.name, settings.name not in world.surfaces, "a name no surface has")
+        check_surface(reader, "", settings)
+    except CellFault as fault:
+        raise Refused(EXECUTION, str(fault)) from None
+    _put(controller, surface_of(settings))
+
+
+def move(controller: Controller, name: str, pose: Frame) -> None:
+    """Have a surface elsewhere, as one not touched before; raises `Refused` as `_put` does."""
+    _put(controller, named(controller.load.world, name)._replace(pose=pose.to_transform()))
+
+
+def remove(controller: Controller, name: str) -> None:
+    """Have a surface no more; raises `Refused` where there is none of the name."""
+    world = controller.load.world
+    world.remove(named(world, name).name)
+
+
+def named(world: World, name: str) -> Surface:
+    """The surface of this name; raises `Refused` where there is none."""
+    surfaces = world.surfaces
+    if name not in surfaces:
+        there_are = f"there are {', '.join(map(repr, surfaces))}" if surfaces else "there is none"
+        raise Refused(EXECUTION, f"no surface {name!r}: {harmless(there_are)}")
+    return surfaces[name]
+
+
+def check_outside(surfaces: list[Surface], tcp: Vector) -> None:
+    """Raises `Refused` where the TCP (m, in the base) would be within one of them.
+
+    The sphere round the TCP may press against it. As in cell.toml: what pushes from within knows no measure.
+    """
+    for surface in surfaces:
+        depth_mm = -1e3 * surface.nearest(*tcp)[0]
+        if depth_mm > 0.0:
+            reason = f"the TCP would be {depth_mm:.3f} mm within surface {surface.name!r}"
+            raise Refused(EXECUTION, harmless(reason))
+
+
+def _put(controller: Controller, surface: Surface) -> None:
+    """Raises `Refused` where the TCP would be within the surface."""
+    check_outside([surface], controller.tcp().translation)
+    controller.load.world.put(surface)

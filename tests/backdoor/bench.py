@@ -1,0 +1,61 @@
+"""A stepped robot, its backdoor, and both of its lines: those of a driver and those of a test bench."""
+
+from __future__ import annotations
+
+from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.backdoor.session import BackdoorSession
+from iiwa_sim.clock.clock import Clock
+from iiwa_sim.clock.pace import STEPPED
+from iiwa_sim.dialect.faults import WireFaults
+from tests.dialect.fake_robot import Conversation, Journal
+from tests.stepped import SteppedRobot
+
+
+class OpenDoor:
+    """An entrance that remembers."""
+
+    def __init__(self) -> None:
+        self.open = True
+
+    def refuse(self) -> None:
+        self.open = False
+
+    def accept(self) -> None:
+        self.open = True
+
+
+class Bench:
+    """All of it."""
+
+    def __init__(self) -> None:
+        self.robot = SteppedRobot()
+        self.controller = self.robot.controller
+        self.driver = Conversation(self.controller)
+        self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
+        self.backdoor = Backdoor(self.controller, self.wire, self.door, self.clock)
+        self.journal = Journal()
+        self.session = BackdoorSession(self.backdoor, self.journal, "bench")
+
+    def tell(self, line: str | bytes) -> str:
+        """The one reply to a line that takes no time."""
+        self.session.receive((line.encode() if isinstance(line, str) else line) + b"\n")
+        reply = self.session.answer()
+        assert reply.endswith(b"\r\n")
+        assert reply.count(b"\n") == reply.count(b"\r") == 1
+        return reply[:-2].decode("ascii")
+
+    def seen(self) -> dict[str, object]:
+        """All that can be changed from here."""
+        backdoor, load = self.backdoor, self.controller.load
+        return {
+            "state": backdoor.state(),
+            "surfaces": load.world.surfaces,
+            "tool": backdoor.tool(),
+            "push": (load.wrench, load.joint_push),
+            "states": backdoor.states(),
+            "faults": [(rule.fault, rule.connection, rule.left) for rule in self.wire._rules],
+            "random": self.wire._random.getstate(),
+            "door": self.door.open,
+            "clock": backdoor.get_clock(),
+            "next refusal": self.controller._faults._next_refusal,
+        }

@@ -1,0 +1,328 @@
+"""The backdoor's lines: each is its method, and what is wrong changes nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator, Callable
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.backdoor.calls import CALLS, TAKES_TIME
+from iiwa_sim.cell.settings import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialect.faults import (
+    EVERY,
+    NEXT,
+    CloseAfter,
+    CloseBefore,
+    Delay,
+    Drop,
+    Garble,
+    Pass,
+    ResetBefore,
+    Split,
+)
+from iiwa_sim.dialect.table import load_table
+from iiwa_sim.frames import Frame
+from tests.backdoor.bench import Bench
+
+TABLE = load_table("backdoor")
+MATERIAL = {"stiffness_n_per_m": 5e4, "damping_s_per_m": 1.0, "friction": 0.3}
+POSE = {"x_mm": 600.0, "y_mm": 300.0, "z_mm": 50.0, "alpha": 0.1, "beta": 0.2, "gamma": 0.3}
+PLACE = (0.1, 0.2, 0.3, -1.0, 0.5, 1.0, 0.7)
+
+PAIRS: dict[str, Callable[[Backdoor], object]] = {
+    "pause": Backdoor.pause,
+    "set clock : FAST": lambda b: b.set_clock("fast"),
+    "push : 1 2 3 4 5 6": lambda b: b.push((1, 2, 3, 4, 5, 6)),
+    "push : 0 0 0 0 0 0": lambda b: b.push((0, 0, 0, 0, 0, 0)),
+    "push joints : 1 2 3 4 5 6 7": lambda b: b.push_joints((1, 2, 3, 4, 5, 6, 7)),
+    "release": Backdoor.release,
+    "add plane : the floor 600 300 50 0.1 0.2 0.3 5e4 1 0.3": lambda b: b.add_surface(
+        PlaneSettings(name="the floor", **POSE, **MATERIAL)
+    ),
+    "add box : box 600 300 50 0.1 0.2 0.3 10 20 30 5e4 1 0.3": lambda b: b.add_surface(
+        BoxSettings(name="box", size_mm=(10, 20, 30), **POSE, **MATERIAL)
+    ),
+    "add sphere : Ball 600 300 50 0.1 0.2 0.3 40 5e4 1 0.3": lambda b: b.add_surface(
+        SphereSettings(name="Ball", radius_mm=40, **POSE, **MATERIAL)
+    ),
+    "add cylinder : 1 600 300 50 0.1 0.2 0.3 40 60 5e4 1 0.3": lambda b: b.add_surface(
+        CylinderSettings(name="1", radius_mm=40, length_mm=60, **POSE, **MATERIAL)
+    ),
+    "move surface : table 1 2 -30 0 0 0.5": lambda b: b.move_surface("table", Frame(1, 2, -30, 0, 0, 0.5)),
+    "remove surface : table": lambda b: b.remove_surface("table"),
+    "set tool : 1 2 100 0 0.5 0": lambda b: b.set_tool(Frame(1, 2, 100, 0, 0.5, 0)),
+    "set input : 3 1": lambda b: b.set_input(3, on=True),
+    "emergency stop": Backdoor.emergency_stop,
+    "release emergency stop": Backdoor.release_emergency_stop,
+    "protective stop": Backdoor.protective_stop,
+    "drives off": lambda b: b.switch_drives(on=False),
+    "drives on": lambda b: b.switch_drives(on=True),
+    "place : 0.1 0.2 0.3 -1 0.5 1 0.7": lambda b: b.place(PLACE),
+    "save state : Here  and now": lambda b: b.save_state("Here and now"),
+    "restore state : start": lambda b: b.restore_state("start"),
+    "seed : 7": lambda b: b.seed(7),
+    "refuse next move : 3021": lambda b: b.refuse_next_move(3021),
+    "following error : 3": lambda b: b.following_error(3),
+    "pass replies : 0 3": lambda b: b.set_fault(Pass(), EVERY, 3),
+    "delay replies : -1 2 0.5": lambda b: b.set_fault(Delay(0.5), NEXT, 2),
+    "split replies : 0 0 3 0.1": lambda b: b.set_fault(Split(3, 0.1)),
+    "drop replies : 0 1": lambda b: b.set_fault(Drop(), replies=1),
+    "garble replies : 0 0": lambda b: b.set_fault(Garble()),
+    "close before replies : 0 1": lambda b: b.set_fault(CloseBefore(), replies=1),
+    "close after replies : 0 1": lambda b: b.set_fault(CloseAfter(), replies=1),
+    "reset at replies : 0 1": lambda b: b.set_fault(ResetBefore(), replies=1),
+    "stop answering : 0": Backdoor.stop_answering,
+    "close connections : 0": Backdoor.close_connections,
+    "reset connections : 0": Backdoor.reset_connections,
+    "refuse connections": Backdoor.refuse_connections,
+    "clear faults": Backdoor.clear_faults,
+}
+PREPARED = {
+    "resume": "pause",
+    "servo timeout": "smart",
+    "fail move : 3000": "normal",
+    "accept connections": "refuse connections",
+}
+PAIRS_WITH_MORE: dict[str, Callable[[Backdoor], object]] = {
+    "resume": Backdoor.resume,
+    "servo timeout": Backdoor.time_out_servo,
+    "fail move : 3000": lambda b: b.fail_move(3000),
+    "accept connections": Backdoor.accept_connections,
+}
+
+
+def prepared(line: str) -> Bench:
+    bench = Bench()
+    assert bench.tell("add plane : table 0 0 -10 0 0 0 1e5 0 0") == "done"
+    before = PREPARED.get(line, "")
+    if before == "smart":
+        bench.controller.smart_joint_move(PLACE, [0.2] * 7)
+    elif before == "normal":
+        bench.controller.joint_move(PLACE, [0.2] * 7)
+    elif before:
+        assert bench.tell(before) == "done"
+    bench.robot.step(5)
+    return bench
+
+
+@pytest.mark.parametrize(("line", "method"), (PAIRS | PAIRS_WITH_MORE).items())
+def test_a_line_is_its_method(line: str, method: Callable[[Backdoor], object]) -> None:
+    by_line, by_method = prepared(line), prepared(line)
+    assert by_line.tell(line) == "done"
+    method(by_method.backdoor)
+    assert by_line.seen() == by_method.seen()
+
+
+def test_each_line_that_changes_something_is_compared_with_its_method() -> None:
+    compared = {line.partition(" :")[0] for line in PAIRS | PAIRS_WITH_MORE}
+    changing = {name for name, command in TABLE.commands.items() if command.reply_words == ("done",)} - set(
+        TAKES_TIME
+    )
+    assert changing == compared
+
+
+def test_each_command_of_the_table_is_carried_out() -> None:
+    assert {*CALLS, *TAKES_TIME, "bye", "help"} == set(TABLE.commands)
+
+
+@pytest.mark.parametrize(
+    ("line", "reply"),
+    [
+        ("hello", "hello"),
+        ("get clock", "stepped"),
+        ("get surfaces", '["table"]'),
+        ("get states", '["start"]'),
+        ("get input : 1", "0"),
+        ("get output : 2", "1"),
+        ("get outputs", "0 1 0 0 0 0 0 0 0 0 0 0 0 0 0 0"),
+        ("get inputs", "0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0"),
+        ("get connections", "{}"),
+        ("help : remove surface", "remove surface : [name] -> done; Takes a surface away."),
+        ("Help : MOVE Surface", None),
+    ],
+)
+def test_what_is_asked_for(line: str, reply: str | None) -> None:
+    bench = prepared("")
+    bench.controller.io.set_output(2, on=True)
+    answered = bench.tell(line)
+    assert answered == reply if reply is not None else answered.startswith("move surface : [name] x[mm, ")
+    assert TABLE.commands.keys() == set(bench.tell("help").partition(" (help : push")[0].split(", "))
+
+
+def test_the_tool_is_the_one_that_was_set() -> None:
+    bench = prepared("")
+    assert bench.tell("set tool : 1 2 100 0.1 0.5 -0.2") == "done"
+    assert bench.tell("get tool") == "1.0 2.0 100.0 0.1 0.5 -0.2"
+
+
+def test_the_state_is_that_of_the_status_port() -> None:
+    bench = prepared("")
+    said = bench.tell("get state")
+    assert json.loads(said) == json.loads(msgspec.json.encode(bench.backdoor.state()))
+
+
+@pytest.mark.parametrize(
+    ("line", "reply"),
+    [
+        ("", "error 3040 empty line"),
+        ("push", "error 3040 push takes 6 parameters, got 0"),
+        ("jump : 1", "error 3040 no such command"),
+        ("push : 1 2 3 4 5 nan", "error 3040 tz = nan: expected a number"),
+        ("add sphere : 600 300 50 0 0 0 40 5e4 1 0", "error 3040 add sphere takes name and 10 parameters"),
+        (
+            "add box : table 0 0 -10 0 0 0 1 1 1 1e5 0 0",
+            "error 3000 surface: name = 'table': expected a name no",
+        ),
+        (
+            "add sphere : s 450 0 520 0 0 0 40 5e4 1 0",
+            "error 3000 the TCP would be 39.590 mm within surface 's'",
+        ),
+        (
+            "add sphere : s 0 0 0 0 0 0 0.001 5e4 1 0",
+            "error 3040 radius = 0.001: expected at least 0.01 and up to",
+        ),
+        ("move surface : none 0 0 0 0 0 0", "error 3000 no surface 'none': there are 'table'"),
+        (
+            "move surface : table 0 0 1000 0 0 0",
+            "error 3000 the TCP would be 479.590 mm within surface 'table'",
+        ),
+        ("remove surface : Table", "error 3000 no surface 'Table': there are 'table'"),
+        ("remove surface", "error 3000 no surface '': there are 'table'"),
+        ("set tool : 0 0 20000 0 0 0", "error 3040 z = 20000: expected at least -10000 and up to 10000"),
+        ("set tool : 0 0 2000 0 0 0", "error 3000 the TCP would be "),
+        ("set input : 17 1", "error 1 no input 17: there are inputs 1 to 16"),
+        ("set input : 1 0.5", "error 3040 value = 0.5: expected a whole number"),
+        ("place : 0 0 0 3 0 0 0", "error 3023 A4 at 3 rad is outside"),
+        ("place : 0 2 0 -1.5 0 0 0", "error 3000 the TCP would be "),
+        ("save state : start", "error 3000 start is the state at the beginning: expected another name"),
+        ("save state", "error 3000 expected a name of up to 100 characters that print"),
+        ("restore state : away", "error 3000 no state 'away': there are 'start'"),
+        ("seed : -1", "error 3040 seed = -1: expected at least 0"),
+        ("fail move : 3000", "error 3000 nothing moves that could fail"),
+        ("servo timeout", "error 3000 the mode is unknown: expected smart or direct"),
+        ("following error : 8", "error 3000 no joint 8: there are 1 to 7"),
+        ("drop replies : 1 1", "error 3000 no connection 1: there are none"),
+        ("delay replies : 0 1 4000", "error 3040 delay = 4000: expected at least 0 and up to 3600"),
+        ("reset connections : 4", "error 3000 no connection 4: there are none"),
+        ("set clock : soon", "error 3000 clock 'soon': expected real, a multiple"),
+        ("help : lin", "error 3040 no such command"),
+    ],
+)
+def test_what_is_wrong_is_answered_with_its_reason_and_changes_nothing(line: str, reply: str) -> None:
+    bench = prepared("")
+    before = bench.seen()
+    assert bench.tell(line).startswith(reply)
+    assert bench.seen() == before
+    assert len(bench.journal.refusals) == 1
+    assert bench.driver.ask("get error") == "0 none", "a driver does not learn of it"
+
+
+@settings(max_examples=200)
+@given(
+    st.one_of(
+        st.binary(max_size=60),
+        st.text("acdehilmnoprstuvw :01.-", max_size=40).map(str.encode),
+        st.tuples(st.sampled_from(sorted(TABLE.commands)), st.text("0123.- :e", max_size=20)).map(
+            lambda each: f"{each[0]} :: {each[1]}".encode()
+        ),
+    ).filter(lambda line: not {0, 10, 13, 255}.intersection(line))
+)
+def test_rubbish_is_an_error_and_changes_nothing(line: bytes) -> None:
+    if TABLE.find(line.partition(b":")[0]) is not None and line.count(b":") < 2:
+        return  # a command after all
+    bench = prepared("")
+    before = bench.seen()
+    assert bench.tell(line).startswith("error 3040 ")
+    assert bench.seen() == before
+
+
+def test_a_robot_that_moves_is_not_placed_restored_saved_or_given_a_tool() -> None:
+    bench = prepared("")
+    bench.controller.joint_move(PLACE, [0.2] * 7)
+    bench.robot.step(20)
+    before = bench.seen()
+    for line in (
+        "place : 0.1 0.2 0.3 -1 0.5 1 0.7",
+        "restore state : start",
+        "save state : here",
+        "set tool : 0 0 100 0 0 0",
+    ):
+        assert bench.tell(line) == "error 3000 the robot has to be at rest, with nothing waiting"
+    assert bench.seen() == before
+
+
+@pytest.fixture
+async def ticking() -> AsyncIterator[Bench]:
+    """A bench whose clock can make ticks."""
+    bench = prepared("")
+    bench.clock.start(bench.controller)
+    yield bench
+    bench.clock.stop()
+
+
+async def test_time_passes_when_it_is_told_to_and_replies_wait_for_it(ticking: Bench) -> None:
+    bench = ticking
+    bench.controller.joint_move(PLACE, [1.0] * 7)
+    tick = bench.controller.tick
+    bench.session.receive(b"advance : 0.1\nget clock\nrun until stopped : 20\nrun until stopped : 0\nhello\n")
+    replies = []
+    while bench.session.waiting:
+        replies.append(bench.session.answer())
+        if bench.session.pending is not None:
+            assert bench.session.answer() == b"", "until that is done"
+            await bench.session.pending
+    said = b"".join(replies).decode().split("\r\n")
+    assert said[:2] == ["done", "stepped"]
+    assert said[3:] == ["0.0", "hello", ""]
+    assert bench.controller.joints == PLACE
+    assert float(said[2]) == pytest.approx((bench.controller.tick - tick) * 0.002 - 0.1)
+
+
+async def test_a_robot_that_does_not_stop_in_time_and_a_time_out_of_range(ticking: Bench) -> None:
+    bench = ticking
+    bench.controller.joint_move(PLACE, [0.1] * 7)
+    with pytest.raises(Refused, match="still moves"):
+        await bench.backdoor.run_until_stopped(0.1)
+    with pytest.raises(Refused, match="expected 0 to 86400"):
+        await bench.backdoor.advance(1e5)
+
+
+async def test_who_goes_waits_for_no_time_any_more(ticking: Bench) -> None:
+    bench = ticking
+    bench.session.receive(b"advance : 5\n")
+    assert bench.session.answer() == b""
+    task = bench.session.pending
+    assert task is not None
+    bench.session.lost()
+    await asyncio.wait([task])
+    assert task.cancelled()
+    assert bench.controller.tick == 5
+
+
+def test_bye_ends_the_conversation_and_moves_nothing() -> None:
+    bench = prepared("")
+    bench.controller.joint_move(PLACE, [0.1] * 7)
+    bench.session.receive(b"bye\nemergency stop\n")
+    assert bench.session.answer() == b"bye\r\n"
+    assert bench.session.closing
+    assert bench.controller.moving
+    assert bench.controller.status().e_stopped == 0
+
+
+def test_a_fault_of_ours_costs_no_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = prepared("")
+
+    def breaks(_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(bench.controller, "fail", breaks)
+    assert bench.tell("protective stop") == "error 3000 internal fault, told in the log"
+    assert bench.tell("hello") == "hello"
+    assert len(bench.journal.faults) == 1

@@ -1,0 +1,221 @@
+"""Faults made on purpose, the drives, and what only a test bench does: place the robot, change its tool."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import (
+    COMMUNICATION_FAILURE,
+    COMPONENT_NOT_READY,
+    EMERGENCY_STOP,
+    EXECUTION,
+    ErrorRecord,
+    Refused,
+)
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.frames import Frame, compose
+from iiwa_sim.robot.nearest import JOINT_LIMIT
+from tests.stepped import SteppedRobot, assert_within_limits
+
+AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
+FULL = [1.0] * 7
+REASON = "made to fail"
+CODE = 4711
+
+STOPPERS: dict[str, tuple[Callable[[Controller], None], ErrorRecord]] = {
+    "fault": (lambda controller: controller.fail(CODE, REASON), ErrorRecord(CODE, REASON)),
+    "drives off": (
+        lambda controller: controller.switch_drives(on=False),
+        ErrorRecord(COMPONENT_NOT_READY, "the drives are off"),
+    ),
+    "emergency stop": (Controller.emergency_stop, ErrorRecord(EMERGENCY_STOP, "emergency stop")),
+}
+
+
+@pytest.mark.requirement("FRC021", "FRC026")
+@settings(max_examples=25)
+@given(how=st.sampled_from(sorted(STOPPERS)), ticks=st.integers(0, 400))
+def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(how: str, ticks: int) -> None:
+    robot, undisturbed = SteppedRobot(), SteppedRobot()
+    for each in (robot, undisturbed):
+        each.controller.joint_move(AWAY, FULL)
+        each.controller.lin_joint_move([0.0, 0.6, 0.0, -1.2, 0.0, 1.4, 0.0], 1.0, 0.0)
+        each.step(ticks)
+    undisturbed.runs_until_stopped()
+    stops, cause = STOPPERS[how]
+    robot.notice_mode()
+    stops(robot.controller)
+    robot.runs_until_stopped(0.1)
+    assert_within_limits(robot)
+    way = np.array(undisturbed.joints)
+    off = np.abs(way - np.array(robot.controller.joints)).max(axis=1).min()
+    fastest = np.abs(np.diff(way, axis=0)).max()
+    assert off <= fastest, "it rests between two places of the way it was on"
+    assert robot.controller.last_error == cause
+    assert robot.faults == [cause], "and the log hears of it"
+    status = robot.controller.status()
+    assert (status.in_error, status.error_code, status.motion_possible) == (1, cause.code, 0)
+    assert status.drives_powered == (how == "fault")
+    assert status.e_stopped == (how == "emergency stop")
+    with pytest.raises(Refused, match="no move before reset error"):
+        robot.controller.joint_move(AWAY, FULL)
+
+
+def test_drives_have_to_be_on_again_before_a_reset() -> None:
+    controller = SteppedRobot().controller
+    controller.switch_drives(on=False)
+    with pytest.raises(Refused, match="the drives have to be switched on first") as refused:
+        controller.reset_error()
+    assert refused.value.code == COMPONENT_NOT_READY
+    controller.switch_drives(on=True)
+    assert controller.status().drives_powered == 0, "not before the reset"
+    controller.reset_error()
+    assert controller.status().drives_powered == 1
+    controller.joint_move(AWAY, FULL)
+
+
+def test_drives_off_outlast_an_emergency_stop_and_the_other_way_round() -> None:
+    controller = SteppedRobot().controller
+    controller.switch_drives(on=False)
+    controller.emergency_stop()
+    controller.switch_drives(on=True)
+    with pytest.raises(Refused, match="emergency stop has to be released"):
+        controller.reset_error()
+    controller.switch_drives(on=False)
+    controller.release_emergency_stop()
+    with pytest.raises(Refused, match="switched on first"):
+        controller.reset_error()
+
+
+def test_the_first_cause_of_an_error_is_kept() -> None:
+    robot = SteppedRobot()
+    robot.controller.fail(CODE, REASON)
+    robot.controller.fail(CODE + 1, "another")
+    assert robot.controller.last_error == (CODE, REASON)
+    assert len(robot.faults) == 2
+
+
+def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.joint_move(AWAY, FULL)
+    robot.step(20)
+    controller.refuse_next_move(ErrorRecord(CODE, REASON))
+    with pytest.raises(Refused, match=REASON) as refused:
+        controller.smart_joint_move(AWAY, FULL)
+    assert refused.value.code == CODE
+    assert controller.mode is Mode.NORMAL
+    assert controller.status().in_error == 0
+    controller.joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL)
+    robot.runs_until_stopped()
+    assert controller.joints == (0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0)
+
+
+def test_an_error_goes_before_a_refusal_which_waits_for_its_move() -> None:
+    controller = SteppedRobot().controller
+    controller.refuse_next_move(ErrorRecord(CODE, REASON))
+    controller.fail(EXECUTION, "first")
+    with pytest.raises(Refused, match="no move before reset error: first"):
+        controller.joint_move(AWAY, FULL)
+    controller.reset_error()
+    with pytest.raises(Refused, match=REASON):
+        controller.joint_move(AWAY, FULL)
+
+
+def test_a_refusal_can_be_taken_back() -> None:
+    controller = SteppedRobot().controller
+    controller.refuse_next_move(ErrorRecord(CODE, REASON))
+    controller.refuse_next_move(None)
+    controller.joint_move(AWAY, FULL)
+
+
+@pytest.mark.parametrize("timeout_s", [None, 60.0])
+def test_a_servo_times_out_at_once(timeout_s: float | None) -> None:
+    robot = SteppedRobot(servo_timeout_s=timeout_s)
+    robot.controller.smart_joint_move(AWAY, FULL)
+    robot.step(50)
+    robot.controller.time_out_servo()
+    assert robot.controller.mode is Mode.UNKNOWN
+    assert robot.faults == [(COMMUNICATION_FAILURE, "no smart command in time: the robot stops")]
+    assert robot.controller.status().error_code == COMMUNICATION_FAILURE
+    robot.runs_until_stopped(0.1)
+
+
+def test_without_a_servo_mode_there_is_nothing_to_time_out() -> None:
+    robot = SteppedRobot()
+    robot.controller.joint_move(AWAY, FULL)
+    with pytest.raises(Refused, match="the mode is normal: expected smart or direct"):
+        robot.controller.time_out_servo()
+    assert robot.controller.status().in_error == 0
+    assert robot.controller.moving
+
+
+@pytest.mark.parametrize("before", ["nothing", "normal", "smart"])
+def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    if before == "normal":
+        controller.joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL)
+    elif before == "smart":
+        controller.smart_joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL)
+    robot.runs_until_stopped()
+    controller.place(AWAY)
+    assert controller.joints == controller.goal_joints == tuple(AWAY)
+    assert controller.joint_velocity() == (0.0,) * 7
+    assert controller.mode is Mode.UNKNOWN
+    controller.step()
+    assert controller.joints == tuple(AWAY)
+    for go in (controller.joint_move, controller.smart_joint_move):
+        robot.joints, robot.stopping, robot.direct = [controller.joints], [False], [False]
+        go([0.1, 0.5, 0.1, -1.0, 0.1, 1.5, 0.1], FULL)
+        robot.runs_until_stopped()
+        assert_within_limits(robot)
+        assert controller.joints == pytest.approx((0.1, 0.5, 0.1, -1.0, 0.1, 1.5, 0.1), abs=1e-9)
+        controller.place(AWAY)
+
+
+def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.joint_move(AWAY, FULL)
+    robot.step(20)
+    controller.stop()
+    robot.step()
+    tool = controller.tool_in_flange
+    for change in (
+        lambda: controller.place(AWAY),
+        lambda: controller.set_tool(Frame(0, 0, 99, 0, 0, 0).to_transform()),
+    ):
+        with pytest.raises(Refused, match="the robot has to be at rest, with nothing waiting"):
+            change()
+    assert controller.tool_in_flange == tool
+    robot.runs_until_stopped(0.1)
+    assert_within_limits(robot)
+
+
+def test_a_place_outside_the_limits_is_refused() -> None:
+    controller = SteppedRobot().controller
+    home = controller.joints
+    with pytest.raises(Refused, match="A4 at 3 rad is outside") as refused:
+        controller.place([0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
+    assert refused.value.code == JOINT_LIMIT
+    assert controller.joints == home
+
+
+def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    tool = Frame(10.0, -20.0, 200.0, 0.1, 0.2, 0.3).to_transform()
+    controller.set_tool(tool)
+    expected = Frame.from_transform(compose(robot.model.flange(controller.joints), tool))
+    assert controller.tool_frame() == pytest.approx(expected, abs=1e-9)
+    target = expected._replace(y_mm=expected.y_mm + 50.0)
+    controller.lin_move(target, 0.5, 0.0)
+    robot.runs_until_stopped()
+    assert controller.tool_frame() == pytest.approx(target, abs=1e-6)

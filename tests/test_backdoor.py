@@ -1,0 +1,507 @@
+"""The backdoor of a simulator over real sockets: what a driver sees of each fault, and that it serves on."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import signal
+import socket
+import subprocess
+from collections.abc import AsyncIterator
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialect.faults import NEXT, Delay
+from iiwa_sim.dialect.table import load_table
+from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.transcript.lines import read
+from iiwa_sim.transcript.replay import replay
+from tests.processes import IIWA_SIM, running
+from tests.talking import DEADLINE_S, Client, until
+
+FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
+PIPELINED = b"hello\r\nget mode\r\nget override\r\n"
+ANSWERED = b"hello\r\nunknown\r\n1.0\r\n"
+LATE_S = 0.2
+_TEXT = files("iiwa_sim.protocol").joinpath("transcripts/backdoor/backdoor.txt").read_text()
+DIALOGUE = read("backdoor.txt", _TEXT)
+NOT_IN_IT = {"get state"}  # it tells when that was
+PAGE = (Path(__file__).parent.parent / "docs" / "backdoor.md").read_text()
+A_WHILE = 20  # answers to somebody else, as a measure of time
+
+
+@pytest.fixture
+async def simulator() -> AsyncIterator[Simulator]:
+    """One with a backdoor."""
+    async with Simulator(backdoor_port=0) as simulator:
+        yield simulator
+
+
+@pytest.fixture
+async def bench(simulator: Simulator) -> AsyncIterator[Client]:
+    """Connected to the backdoor."""
+    assert simulator.backdoor_port is not None
+    bench = await Client.connect(simulator.backdoor_port)
+    yield bench
+    await bench.leaves()
+
+
+async def connect(simulator: Simulator) -> tuple[Client, int]:
+    """A driver, and its number."""
+    before = set(simulator.backdoor.connections())
+    driver = await Client.connect(simulator.port)
+    await until(lambda: len(simulator.backdoor.connections()) == len(before) + 1)
+    (number,) = set(simulator.backdoor.connections()) - before
+    return driver, number
+
+
+async def told(bench: Client, line: str) -> None:
+    assert await bench.ask(line) == "done"
+
+
+async def answers(other: Client) -> None:
+    """Somebody else is answered as ever, and some time passes."""
+    for _ in range(A_WHILE):
+        other.send(PIPELINED)
+        assert [await other.reply() for _ in range(3)] == ANSWERED.decode().split()
+
+
+async def came(driver: Client, count: int) -> bytes:
+    """So many bytes."""
+    await until(lambda: len(driver.unread) >= count)
+    return driver.unread
+
+
+@pytest.mark.parametrize("one", [True, False])
+async def test_late_replies_come_in_their_order(simulator: Simulator, bench: Client, one: bool) -> None:
+    driver, number = await connect(simulator)
+    other, _ = await connect(simulator)
+    loop = asyncio.get_running_loop()
+    await told(bench, f"delay replies : {number} {1 if one else 2} {LATE_S}")
+    began = loop.time()
+    driver.send(PIPELINED)
+    await answers(other)
+    if loop.time() - began < LATE_S:
+        assert driver.unread == b"", "those behind a late one wait for it"
+    assert await driver.reply() == "hello"
+    assert loop.time() - began >= LATE_S
+    assert [await driver.reply() for _ in range(2)] == ["unknown", "1.0"]
+    assert loop.time() - began >= (LATE_S if one else 2 * LATE_S)
+    assert await driver.ask("hello") == "hello"
+    await driver.leaves()
+    await other.leaves()
+
+
+async def test_what_is_late_has_been_carried_out(simulator: Simulator, bench: Client) -> None:
+    driver, number = await connect(simulator)
+    await told(bench, f"delay replies : {number} 0 3600")
+    driver.send(FAR.encode() + b"\r\n")
+    await until(lambda: simulator.controller.moving)
+    assert driver.unread == b""
+    await told(bench, "clear faults")
+    driver.send(b"hello\r\n")
+    await driver.leaves()
+    await until(lambda: not simulator.controller.moving)
+
+
+@pytest.mark.parametrize("byte", [1, 3, 6])
+async def test_a_split_reply_comes_in_two_pieces(simulator: Simulator, bench: Client, byte: int) -> None:
+    driver, number = await connect(simulator)
+    other, _ = await connect(simulator)
+    await told(bench, f"split replies : {number} 1 {byte} {LATE_S}")
+    driver.send(PIPELINED)
+    assert await came(driver, 1) == b"hello\r\n"[:byte]
+    await answers(other)
+    assert [await driver.reply() for _ in range(3)] == ["hello", "unknown", "1.0"]
+    await driver.leaves()
+    await other.leaves()
+
+
+async def test_a_dropped_reply_does_not_come_and_those_behind_do(simulator: Simulator, bench: Client) -> None:
+    driver, number = await connect(simulator)
+    await told(bench, f"pass replies : {number} 1")
+    await told(bench, f"drop replies : {number} 1")
+    driver.send(PIPELINED)
+    assert [await driver.reply() for _ in range(2)] == ["hello", "1.0"]
+    assert await driver.ask("hello") == "hello"
+    await driver.leaves()
+
+
+async def test_garbled_replies_are_the_same_with_the_same_seed(simulator: Simulator, bench: Client) -> None:
+    driver, number = await connect(simulator)
+    said = []
+    for seed in (5, 5, 6):
+        await told(bench, f"seed : {seed}")
+        await told(bench, f"garble replies : {number} 1")
+        driver.send(PIPELINED)
+        said.append(await driver.reply())
+        assert [await driver.reply() for _ in range(2)] == ["unknown", "1.0"]
+    assert said[0] == said[1] != said[2]
+    assert all(len(each) == 5 for each in said)
+    assert all(was != now for each in said for was, now in zip("hello", each, strict=True))
+    await driver.leaves()
+
+
+@pytest.mark.parametrize(
+    ("line", "heard", "broken"),
+    [
+        ("close before replies", b"hello\r\n", False),
+        ("close after replies", b"hello\r\nunknown\r\n", False),
+        ("reset at replies", b"hello\r\n", True),
+    ],
+)
+async def test_a_connection_that_ends_at_a_reply(
+    simulator: Simulator, bench: Client, line: str, heard: bytes, broken: bool
+) -> None:
+    driver, number = await connect(simulator)
+    other, _ = await connect(simulator)
+    await told(bench, f"pass replies : {number} 1")
+    await told(bench, f"{line} : {number} 0")
+    driver.send(PIPELINED.replace(b"get override", b"set override : 0.5"))
+    if broken:
+        with pytest.raises(ConnectionResetError):
+            await driver.rest()
+    else:
+        assert await driver.rest() == heard
+    assert await other.ask("get override") == "1.0", "lines behind it are not carried out"
+    await answers(other)
+    await driver.leaves()
+    again, _ = await connect(simulator)
+    assert await again.ask("hello") == "hello"
+    await again.leaves()
+    await other.leaves()
+
+
+@pytest.mark.parametrize("line", ["close connections", "reset connections"])
+async def test_a_connection_that_ends_now_stops_its_move(
+    simulator: Simulator, bench: Client, line: str
+) -> None:
+    driver, number = await connect(simulator)
+    other, _ = await connect(simulator)
+    assert await driver.ask(FAR) == "done"
+    await until(lambda: simulator.controller.joints[0] > 0.0)
+    await told(bench, f"{line} : {number}")
+    if line.startswith("reset"):
+        with pytest.raises(ConnectionResetError):
+            await driver.rest()
+    else:
+        assert await driver.rest() == b""
+    await other.until_stopped()
+    assert simulator.controller.joints[0] < 0.9
+    await driver.leaves()
+    await other.leaves()
+
+
+async def test_who_is_not_answered_is_answered_when_faults_are_cleared(
+    simulator: Simulator, bench: Client
+) -> None:
+    driver, number = await connect(simulator)
+    other, _ = await connect(simulator)
+    await told(bench, f"stop answering : {number}")
+    driver.send(PIPELINED + b"set override : 0.5\r\n")
+    await answers(other)
+    assert driver.unread == b""
+    assert simulator.controller.override == 1.0, "nor is it carried out"
+    driver.sends_no_more()
+    await answers(other)
+    await told(bench, "clear faults")
+    assert await driver.rest() == ANSWERED + b"done\r\n"
+    await driver.leaves()
+    await other.leaves()
+
+
+async def test_who_does_not_listen_while_unanswered_fills_its_own_buffers(
+    simulator: Simulator, bench: Client
+) -> None:
+    driver, number = await connect(simulator)
+    await told(bench, "stop answering : 0")
+    driver.send(b"hello\r\n" * 100_000)
+    assert await bench.ask("get clock") != ""
+    await told(bench, "clear faults")
+    driver.send(b"bye\r\n")
+    assert await driver.rest() == b"hello\r\n" * 100_000 + b"bye\r\n"
+    await driver.leaves()
+    assert number == 1
+
+
+async def test_refused_connections_and_accepted_ones(simulator: Simulator, bench: Client) -> None:
+    driver, _ = await connect(simulator)
+    port = simulator.port
+    for _ in range(2):
+        await told(bench, "refuse connections")
+        await told(bench, "refuse connections")
+        with pytest.raises(ConnectionRefusedError):
+            await Client.connect(port)
+        assert simulator.port == port
+        assert await driver.ask("hello") == "hello", "who is connected is served"
+        await told(bench, "accept connections")
+        again, _ = await connect(simulator)
+        assert await again.ask("hello") == "hello"
+        await again.leaves()
+        await until(lambda: len(simulator.backdoor.connections()) == 1)
+    simulator.backdoor.refuse_connections()
+    simulator.backdoor.accept_connections()
+    simulator.backdoor.refuse_connections()  # before anything of it was begun
+    with pytest.raises(ConnectionRefusedError):
+        await Client.connect(port)
+    await told(bench, "clear faults")
+    again, _ = await connect(simulator)
+    await again.leaves()
+    await driver.leaves()
+
+
+@pytest.mark.parametrize("accept", [True, False])
+async def test_a_simulator_that_ends_while_it_refuses(accept: bool) -> None:
+    async with Simulator() as simulator:
+        port = simulator.port
+        simulator.backdoor.refuse_connections()
+        if accept:
+            simulator.backdoor.accept_connections()
+    with pytest.raises(ConnectionRefusedError):
+        await Client.connect(port)
+    with socket.create_server(("127.0.0.1", port)):
+        pass  # the port is free
+
+
+async def test_a_fault_for_whoever_comes_next(simulator: Simulator, bench: Client) -> None:
+    driver, _ = await connect(simulator)
+    await told(bench, "close before replies : -1 0")
+    assert await driver.ask("hello") == "hello"
+    second, number = await connect(simulator)
+    third, _ = await connect(simulator)
+    names = json.loads(await bench.ask("get connections"))
+    assert list(names) == ["1", "2", "3"]
+    assert names[str(number)].startswith("127.0.0.1:")
+    second.send(b"hello\r\n")
+    assert await second.rest() == b""
+    assert await third.ask("hello") == "hello"
+    for each in (driver, second, third):
+        await each.leaves()
+
+
+async def test_a_bye_behind_a_late_reply(simulator: Simulator, bench: Client) -> None:
+    driver, number = await connect(simulator)
+    await told(bench, f"delay replies : {number} 1 0.05")
+    driver.send(b"hello\r\nbye\r\n")
+    assert await driver.rest() == b"hello\r\nbye\r\n"
+    await driver.leaves()
+    driver, _ = await connect(simulator)
+    simulator.backdoor.set_fault(Delay(0.05), number + 1, 2)
+    driver.send(b"hello\r\nget mode")
+    driver.sends_no_more()
+    assert await driver.rest() == b"hello\r\nunknown\r\n"
+    await driver.leaves()
+
+
+async def test_a_waiting_client_is_not_served_because_faults_are_cleared() -> None:
+    async with Simulator(exclusive=True) as simulator:
+        first, _ = await connect(simulator)
+        second, _ = await connect(simulator)
+        simulator.backdoor.stop_answering(NEXT)
+        second.send(b"hello\r\n")
+        await second.sent()
+        simulator.backdoor.clear_faults()
+        await answers(first)
+        assert second.unread == b""
+        await first.leaves()
+        assert await second.reply() == "hello"
+        await second.leaves()
+
+
+@pytest.mark.requirement("FRC021", "FRC026")
+@pytest.mark.parametrize(
+    ("line", "error", "status", "undone"),
+    [
+        ("fail move : 4711", "4711 made to fail through the backdoor", "2 0 1 0 0 1 4711", ""),
+        ("following error : 3", "3000 following error of A3: the robot stops", "2 0 1 0 0 1 3000", ""),
+        ("protective stop", "3060 protective stop", "2 0 1 0 0 1 3060", ""),
+        ("emergency stop", "3030 emergency stop", "2 1 0 0 0 1 3030", "release emergency stop"),
+        ("drives off", "3010 the drives are off", "2 0 0 0 0 1 3010", "drives on"),
+        ("servo timeout", "3040 no smart command in time: the robot stops", "2 0 1 0 0 1 3040", ""),
+    ],
+)
+async def test_what_a_driver_sees_of_a_fault_of_the_robot(
+    simulator: Simulator,
+    bench: Client,
+    caplog: pytest.LogCaptureFixture,
+    line: str,
+    error: str,
+    status: str,
+    undone: str,
+) -> None:
+    driver, _ = await connect(simulator)
+    move = FAR.replace("joint", "smart joint") if line == "servo timeout" else FAR
+    assert await driver.ask(move) == "done"
+    assert await driver.ask(move) == "done", "this one is to wait, or to take the place of the first"
+    await until(lambda: simulator.controller.joints[0] > 0.0)
+    with caplog.at_level(logging.WARNING, "iiwa_sim"):
+        await told(bench, line)
+    assert caplog.messages == [error.partition(" ")[2]]
+    await driver.until_stopped()
+    assert await driver.ask("get error") == error
+    assert await driver.ask("get robot status") == status
+    assert await driver.ask("get mode") == "unknown"
+    assert simulator.controller.joints[0] < 0.9
+    assert await driver.ask(move) == "error"
+    assert await driver.ask("reset error") == ("error" if undone else "done")
+    if undone:
+        await told(bench, undone)
+        assert await driver.ask("reset error") == "done"
+    assert await driver.ask("get error") == "0 none"
+    assert await driver.ask("get robot status") == "2 0 1 1 0 0 0"
+    assert await driver.ask(move) == "done"
+    await driver.leaves()
+
+
+async def test_the_next_move_is_refused_and_the_one_behind_it_not(
+    simulator: Simulator, bench: Client
+) -> None:
+    driver, _ = await connect(simulator)
+    await told(bench, "refuse next move : 3021")
+    assert await driver.ask("get mode") == "unknown"
+    assert await driver.ask("is reachable : 450 200 520 0 -1.57 0") == "reachable"
+    assert await driver.ask(FAR) == "error"
+    assert await driver.ask("get error") == "3021 made to fail through the backdoor"
+    assert await driver.ask("get robot status") == "2 0 1 1 0 0 0", "a refusal is no state of error"
+    assert await driver.ask(FAR) == "done"
+    await driver.leaves()
+
+
+async def test_the_driver_reads_what_the_bench_pushes_and_switches(
+    simulator: Simulator, bench: Client
+) -> None:
+    driver, _ = await connect(simulator)
+    await told(bench, "push : 1 -2 3 0.5 0 0")
+    assert await driver.ask("get cartesian force") == "1.0 -2.0 3.0 0.5 0.0 0.0"
+    await told(bench, "release")
+    await told(bench, "push joints : 1 2 3 4 5 6 7")
+    assert await driver.ask("get joint torque") == "1.0 2.0 3.0 4.0 5.0 6.0 7.0"
+    await told(bench, "set input : 2 1")
+    assert await driver.ask("get input : 2") == "1"
+    assert await driver.ask("set output : 5 1") == "done"
+    assert await bench.ask("get output : 5") == "1"
+    await told(bench, "restore state : start")
+    assert await driver.ask("get joint torque") == "0.0 0.0 0.0 0.0 0.0 0.0 0.0"
+    assert await driver.ask("get inputs") == await driver.ask("get outputs") == " ".join("0" * 16)
+    await driver.leaves()
+
+
+async def test_rubbish_and_a_bench_that_vanishes_change_nothing(simulator: Simulator, bench: Client) -> None:
+    driver, _ = await connect(simulator)
+    assert await driver.ask(FAR) == "done"
+    for line in ("\x80\xfe\x01", "lin move : 1 2 3", "x" * 5000, ":::"):
+        assert (await bench.ask(line)).startswith("error 3040 ")
+    second = await Client.connect(simulator.backdoor_port or 0)
+    assert await second.ask("hello") == "hello"
+    second.vanishes()
+    assert await driver.ask("get status") == "moving"
+    assert await driver.ask("get error") == "0 none"
+    await driver.leaves()
+
+
+async def test_there_is_none_unless_it_is_asked_for_and_only_on_this_machine(simulator: Simulator) -> None:
+    assert Simulator().backdoor_port is None
+    async with Simulator(host="0.0.0.0", backdoor_port=0) as everywhere:
+        assert everywhere.backdoor_port is not None
+        server = everywhere._backdoor_server
+        assert server is not None
+        assert server.address == ("127.0.0.1", everywhere.backdoor_port)
+    second = Simulator(status_port=0, backdoor_port=simulator.backdoor_port)
+    with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.backdoor_port}: "):
+        await second.__aenter__()
+    for port in (lambda: second.port, lambda: second.status_port):
+        with pytest.raises(RuntimeError, match="does not listen"):
+            port()
+
+
+def test_as_a_process() -> None:
+    with running("--backdoor-port", "0") as simulator:
+        assert simulator.process.stdout is not None
+        said, _, port = simulator.process.stdout.readline().rpartition(":")
+        assert said == "backdoor on 127.0.0.1"
+        with (
+            Iiwa("127.0.0.1", simulator.port) as robot,
+            socket.create_connection(("127.0.0.1", int(port)), DEADLINE_S) as bench,
+            bench.makefile("rb") as replies,
+        ):
+            bench.sendall(b"place : 0.1 0.2 0.3 -1 0.5 1 0.7\r\nget states\r\n")
+            assert [replies.readline(), replies.readline()] == [b"done\r\n", b'["start"]\r\n']
+            assert list(robot.get_joint_position()) == [0.1, 0.2, 0.3, -1.0, 0.5, 1.0, 0.7]
+        assert simulator.ends(signal.SIGTERM) == (0, "")
+
+
+def test_an_option_that_is_wrong() -> None:
+    done = subprocess.run(
+        [*IIWA_SIM, "--backdoor-port", "70000"],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert "--backdoor-port: '70000' is not a whole number from 0 to 65535" in done.stderr
+
+
+async def test_its_dialogue_is_answered_as_it_says(simulator: Simulator) -> None:
+    assert simulator.backdoor_port is not None
+    port = simulator.backdoor_port
+    played = await asyncio.to_thread(lambda: list(replay(DIALOGUE, "127.0.0.1", port)))
+    assert list(map(str, played)) == []
+
+
+def test_every_command_is_in_the_dialogue_and_on_the_page() -> None:
+    commands = set(load_table("backdoor").commands)
+    assert commands - NOT_IN_IT <= DIALOGUE.commands
+    assert {name for name in commands if f"`{name} :" in PAGE or f"`{name}`" in PAGE} == commands
+
+
+def test_from_another_thread_while_the_robot_moves() -> None:
+    with (
+        Simulator(clock="stepped", backdoor_port=0) as simulator,
+        Iiwa(simulator.host, simulator.port) as robot,
+    ):
+        robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+        simulator.advance(1.0)
+        with pytest.raises(Refused, match="the robot has to be at rest"):
+            simulator.backdoor.place((0.0,) * 7)
+        simulator.backdoor.fail_move(3000)
+        assert simulator.run_until_stopped() <= 0.1
+        assert robot.get_error().reason == "made to fail through the backdoor"
+        simulator.backdoor.restore_state("start")
+        assert simulator.backdoor.state().error.code == 0
+        assert simulator.joints == simulator.cell.description.home
+        assert list(simulator.backdoor.connections()) == [1]
+
+
+async def test_time_is_told_over_the_socket_and_lines_behind_wait_for_it() -> None:
+    async with Simulator(clock="stepped", backdoor_port=0) as simulator:
+        assert simulator.backdoor_port is not None
+        driver = await Client.connect(simulator.port)
+        bench = await Client.connect(simulator.backdoor_port)
+        assert await driver.ask(FAR) == "done"
+        assert await driver.ask("get status") == "moving"
+        bench.send(b"advance : 3\r\nget clock\r\nrun until stopped : 0\r\nrun until stopped : 600\r\n")
+        assert await bench.reply() == "done"
+        assert simulator.controller.tick >= 1500
+        assert await bench.reply() == "stepped"
+        assert (await bench.reply()).startswith("error 3000 the robot still moves after 0 s")
+        assert float(await bench.reply()) > 1.0
+        assert await driver.ask("get joint position") == "1.0 1.0 1.0 -1.5 1.0 1.0 1.0"
+        await driver.leaves()
+        await bench.leaves()
+
+
+async def test_in_haste_a_push_that_moves_the_robot_is_noticed() -> None:
+    async with Simulator(clock="fast", backdoor_port=0) as simulator:
+        driver = await Client.connect(simulator.port)
+        assert await driver.ask("start gravity : 500") == "done"
+        await until(lambda: simulator.controller.tick > 0)
+        simulator.backdoor.push_joints((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0))
+        await until(lambda: simulator.controller.joints[6] == pytest.approx(0.01, rel=0.01))
+        await driver.leaves()
