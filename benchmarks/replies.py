@@ -1,13 +1,16 @@
-"""How fast iiwa-sim answers while its robot moves: strictly ask-answer, and pipelined."""
+"""How fast iiwa-sim answers while its robot moves, and presses: strictly ask-answer, and pipelined."""
 
 import threading
+from pathlib import Path
 from statistics import median
 from time import perf_counter
 
 from benchmarks.figures import Figure, percentile
 from benchmarks.peers import Line, both
 
+TABLE = Path(__file__).parent.parent / "examples" / "table.toml"
 QUESTION = b"get joint position\r\n"
+FORCE = b"get cartesian force\r\n"
 BLOCKS = 60
 ASKS_PER_BLOCK = 500
 PIPELINES = 10
@@ -18,7 +21,14 @@ def measure() -> list[Figure]:
     """Blocks of both servers alternate, so that whatever else the machine does hits both."""
     with both() as (sim, echo):
         keep_moving(sim)
-        return _ask_answer(sim, echo) + _pipelined(sim, echo, QUESTION) + _pipelined(sim, echo, b"hello\r\n")
+        found = [
+            *_ask_answer(sim, echo, QUESTION, ""),
+            *_pipelined(sim, echo, QUESTION),
+            *_pipelined(sim, echo, b"hello\r\n"),
+        ]
+    with both(str(TABLE)) as (sim, echo):
+        keep_pressing(sim)
+        return found + _ask_answer(sim, echo, FORCE, ", pressing")
 
 
 def keep_moving(sim: Line) -> None:
@@ -30,22 +40,35 @@ def keep_moving(sim: Line) -> None:
             raise RuntimeError(f"joint move: {reply!r}")
 
 
+def keep_pressing(sim: Line) -> None:
+    """Queue slow force moves there and back, a millimetre deep in the table, for more than half an hour."""
+    for turn in range(300):
+        frame = f"600 {150 if turn % 2 else -150} 302 3.14159265359 0 3.14159265359"
+        reply = sim.ask(f"linforce move : {frame} {0.02 if turn else 1} 0 1000 1000 1000\r\n".encode())
+        if reply != b"done\r\n":
+            raise RuntimeError(f"linforce move: {reply!r}")
+    while float(sim.ask(FORCE).split()[2]) > -19.0:
+        check_moving(sim)
+
+
 def check_moving(sim: Line) -> None:
     if sim.ask(b"get status\r\n") != b"moving\r\n":
         raise RuntimeError("the robot should have moved all the time")
 
 
-def _ask_answer(sim: Line, echo: Line) -> list[Figure]:
+def _ask_answer(sim: Line, echo: Line, question: bytes, how: str) -> list[Figure]:
     of_sim: list[float] = []
     of_echo: list[float] = []
     for block in range(BLOCKS + 2):
         for line, samples in ((sim, of_sim), (echo, of_echo)):
-            block_of = [line.timed(QUESTION)[0] for _ in range(ASKS_PER_BLOCK)]
+            block_of = [line.timed(question)[0] for _ in range(ASKS_PER_BLOCK)]
             if block >= 2:  # the first ones warm up
                 samples += block_of
         check_moving(sim)
     return [
-        Figure(f"ask-answer, get joint position, {name}", value, "us", floor, ratio_at_most=goal)
+        Figure(
+            f"ask-answer, {question.decode().strip()}{how}, {name}", value, "us", floor, ratio_at_most=goal
+        )
         for name, value, floor, goal in (
             ("p50", median(of_sim), median(of_echo), 1.1),
             ("p99", percentile(of_sim, 0.99), percentile(of_echo, 0.99), 1.5),

@@ -18,6 +18,8 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from iiwa_sim.dialect.table import load_table
+
 LIST = Path(__file__).with_name("requirements.toml")
 PAGE = Path(__file__).parent.parent / "docs" / "requirements.md"
 NOT_YET = "not there yet"
@@ -88,9 +90,6 @@ def unknown(ids: Iterable[str]) -> list[str]:
 
 def commands_of(requirement: str) -> list[str]:
     """The commands that are there and serve it."""
-    # Not above: pytest, which has our plugin, warns of modules of it that are loaded before it is.
-    from iiwa_sim.dialect.table import load_table
-
     commands = load_table("iiwa").commands
     return [n for n, each in commands.items() if requirement in each.requirements]
 

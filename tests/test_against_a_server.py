@@ -109,9 +109,7 @@ def test_a_server_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("server", ["localhost", ":1", "host:", "host:0", "host:65536", "host:x", "h:1\n"])
 @pytest.mark.parametrize("command", [["check"], ["replay", "file"]])
-def test_an_address_that_is_none(
-    command: list[str], server: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_address_that_is_none(command: list[str], server: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main([*command, server])
     assert caught.value.code == 2

@@ -287,3 +287,15 @@ def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) ->
     result.assert_outcomes(passed=1)
     result.stdout.fnmatch_lines(["loaded: iiwa_sim iiwa_sim.pytest_plugin"])
     result.stdout.no_fnmatch_line("*iiwa dialogue*")
+
+
+def test_a_program_that_has_loaded_the_simulator_may_call_pytest(pytester: pytest.Pytester) -> None:
+    program = pytester.makepyfile(
+        program="""
+        import sys, pytest
+        import iiwa_sim.simulator
+        sys.exit(pytest.main(["-W", "error", "-p", "no:asyncio", "--co", "-q", "."]))
+        """
+    )
+    result = pytester.runpython(program)
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED

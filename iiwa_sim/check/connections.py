@@ -77,7 +77,7 @@ PROBES = (
 BYE = Probe(
     "bye",
     "`bye`, the connection closes, the server serves on",
-    "the same; with --bye-shuts-down the server ends, as Appendix B's \"Driver Shutdown\" says",
+    'the same; with --bye-shuts-down the server ends, as Appendix B\'s "Driver Shutdown" says',
     _bye,
 )
 """To be asked last: it may end the server."""

@@ -30,8 +30,6 @@ class NotAllowed(Exception):
     """A fault of ours: a line that may move the robot was to be sent without leave."""
 
 
-
-
 def _command(line: bytes) -> str:
     return command_of(line.decode("ascii", "backslashreplace"))
 

@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 
 from iiwa_sim.controller.force_guard import AXES
 from iiwa_sim.plot.marks import COLOURS
-from iiwa_sim.plot.record import Recording, Watch
+from iiwa_sim.plot.record import Recording
 
 _COLOURS = (COLOURS[4], COLOURS[3], COLOURS[5])
 _EDGE: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 0.9}
@@ -33,8 +33,9 @@ def draw_forces(panel: Axes, beside: Axes, recording: Recording) -> None:
         panel.plot(times_s, recording.force_n[:, axis], color=_COLOURS[axis], label=f"along {name}")
     low_n, high_n = _range(recording)
     panel.set_ylim(low_n, high_n)
-    for watch in recording.watches:
-        _draw_watch(panel, recording, watch, (2.0 * low_n - high_n, 2.0 * high_n - low_n))
+    for axis in range(len(AXES)):
+        _draw_bands(panel, recording, axis, (2.0 * low_n - high_n, 2.0 * high_n - low_n))
+        _draw_ends(panel, recording, axis)
     if any(watch.ticks for watch in recording.watches):
         panel.fill_between([], [], color="#555555", alpha=_BAND_ALPHA, label="threshold")
     if any(watch.contact for watch in recording.watches):
@@ -43,24 +44,33 @@ def draw_forces(panel: Axes, beside: Axes, recording: Recording) -> None:
     beside.legend(*panel.get_legend_handles_labels(), **_LEGEND)
 
 
-def _draw_watch(panel: Axes, recording: Recording, watch: Watch, seen_n: tuple[float, float]) -> None:
-    """Bands, cut off where nobody sees them, and what has left one."""
-    if watch.ticks is None:
-        return
-    first, last = watch.ticks
-    time_s = [(first - 1) * recording.tick_s, last * recording.tick_s]  # a tick is the time before it
-    for axis, threshold in enumerate(watch.thresholds_n):
-        if threshold is None:
-            continue
-        offset, colour = watch.offset_n[axis], _COLOURS[axis]
-        low, high = np.clip([offset - threshold, offset + threshold], *seen_n)
-        panel.fill_between(time_s, low, high, color=colour, alpha=_BAND_ALPHA, linewidth=0.0)
-        for edge in (low, high):
-            panel.plot(time_s, [edge, edge], color=colour, **_EDGE)
-    if watch.contact is not None:
-        colour = _COLOURS[AXES.index(watch.contact.axis)]
+def _draw_bands(panel: Axes, recording: Recording, axis: int, seen_n: tuple[float, float]) -> None:
+    """Those round the force along an axis, cut off where nobody sees them."""
+    low, high = np.full((2, len(recording.joints)), np.nan)
+    for watch in recording.watches:
+        threshold, offset = watch.thresholds_n[axis], watch.offset_n[axis]
+        if watch.ticks is not None and threshold is not None:
+            first, last = watch.ticks
+            watched = slice(first - 1, last + 1)  # a tick is the time that ends with its sample
+            low[watched], high[watched] = np.clip([offset - threshold, offset + threshold], *seen_n)
+    times_s, colour = recording.times_s(), _COLOURS[axis]
+    if not np.isnan(low).all():
+        panel.fill_between(times_s, low, high, color=colour, alpha=_BAND_ALPHA, linewidth=0.0)
+        panel.plot(times_s, low, color=colour, **_EDGE)
+        panel.plot(times_s, high, color=colour, **_EDGE)
+
+
+def _draw_ends(panel: Axes, recording: Recording, axis: int) -> None:
+    """What has left its band."""
+    ended = [
+        (watch.ticks[1] * recording.tick_s, watch.contact.force_n)
+        for watch in recording.watches
+        if watch.ticks is not None and watch.contact is not None and watch.contact.axis == AXES[axis]
+    ]
+    if ended:
         around = [withStroke(linewidth=3.5, foreground="white")]
-        panel.plot(time_s[1], watch.contact.force_n, color=colour, path_effects=around, zorder=3.0, **_ENDED)
+        times_s, forces_n = zip(*ended, strict=True)
+        panel.plot(times_s, forces_n, color=_COLOURS[axis], path_effects=around, zorder=3.0, **_ENDED)
 
 
 def _range(recording: Recording) -> tuple[float, float]:

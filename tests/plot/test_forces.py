@@ -38,7 +38,7 @@ def force_panel(figure: Figure) -> Axes:
 def bands(axes: Axes) -> list[tuple[float, ...]]:
     """Of each: the first and last time, and the lowest and highest force."""
     found = [each for each in axes.collections if isinstance(each, FillBetweenPolyCollection)]
-    boxes = [each.get_paths()[0].get_extents() for each in found if each.get_paths()]
+    boxes = [path.get_extents() for each in found for path in each.get_paths() if len(path)]
     return [(box.x0, box.x1, box.y0, box.y1) for box in boxes if np.isfinite(box.get_points()).all()]
 
 
