@@ -261,7 +261,7 @@ def region_radius(robot: SteppedRobot, move: Sent, following: Sent) -> float:
 def _half_m(robot: SteppedRobot, move: Sent, at_end: bool) -> float:
     """How far from one end of a move the TCP gets within that half of it (m).
 
-    No limit for a line that turns on the spot: half of its turn is one, which `Places` looks after.
+    No limit for a move that turns on the spot: half of its turn is one, which `Places` looks after.
     """
     start, end = np.array(move.start), np.array(move.corner)
     corner = robot.tcp(end if at_end else start).translation
@@ -271,7 +271,8 @@ def _half_m(robot: SteppedRobot, move: Sent, at_end: bool) -> float:
         return HALF * length if length > SHORTEST_WAY_M else np.inf
     parts = np.linspace(HALF, 1.0, 21) if at_end else np.linspace(0.0, HALF, 21)
     on_half = [robot.tcp(tuple(start + part * (end - start))).translation for part in parts]
-    return float(np.linalg.norm(np.subtract(on_half, corner), axis=1).max())
+    farthest = float(np.linalg.norm(np.subtract(on_half, corner), axis=1).max())
+    return farthest if farthest > SHORTEST_WAY_M else np.inf
 
 
 def _nowhere(off: Array) -> tuple[Array, Array, float]:

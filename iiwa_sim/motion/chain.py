@@ -140,8 +140,8 @@ class Chain:
         for corner, move in way.corners:
             geometry = geometry.gone_on(move, corner)
         window_s, bounds = window_of(way.first.limits), geometry.bounds
-        self.lost_s = (1.0 - share) * GENTLE * window_s
-        """How much later it comes to rest, at the most, than if it set out with its full acceleration."""
+        self.lost_s = 0.5 * (1.0 - share) * GENTLE * window_s
+        """About how much later it comes to rest than if it set out with its full acceleration."""
         if share < 1.0:
             bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, way.first, share), share)
         bounds = _ending_gently(bounds, window_s, way.last, way.end_share, 0.0)

@@ -12,6 +12,7 @@ from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.zone import Zone, way_inside
 
+BACK = 4.0  # times as slow as at its ends: a blend in which the joints turn back, which jerk limits make slow
 STEADY = 0.7  # of the speed beside a blend: less, and to turn at the target is nearly always over sooner
 SHRINKING = 0.85
 SHRINKINGS = 12
@@ -74,7 +75,10 @@ def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner 
             velocity = blend.velocity_limits(first.limits, second.limits)
             bounds = Bounds.of(blend.samples(), second.limits, velocity)
             fastest = max(_reach(first, bounds, 0), _reach(second, bounds, -1)) ** 2
-            if (bounds.curve_cap < STEADY**2 * bounds.velocity_cap.clip(max=fastest)).any():
+            cap = bounds.velocity_cap
+            if cap.max() > BACK**2 * max(float(cap[0]), float(cap[-1])):
+                return None
+            if (bounds.curve_cap < STEADY**2 * cap.clip(max=fastest)).any():
                 return None
             return Corner(blend, bounds, before * first.length_s)
         before, after = SHRINKING * before, SHRINKING * after

@@ -182,8 +182,10 @@ class Drive:
                 # One move a tick of those that have no way to go: many might add up to a jump.
                 self.joints = self._waiting.popleft().path.end
                 return
-        run = self._run or self._begin(0.0)
-        if not self._time.stopping:
+        run = self._run
+        if run is None:
+            run = self._begin(0.0)  # which costs as much as a look ahead: that is for the next tick
+        elif not self._time.stopping:
             self._take(self._look_ahead.step(run, self._waiting))
         self._time.step()
         while self._time.time_s >= run.rest_s:
