@@ -366,6 +366,35 @@ LEAVING = {
 }
 
 
+@pytest.mark.requirement("FRC003")
+@pytest.mark.parametrize("another_waits", [False, True])
+def test_a_stop_at_the_end_of_a_stiffness_move_has_nothing_to_brake(another_waits: bool) -> None:
+    robot = at_start()
+    controller = robot.controller
+    controller.ptp_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE)
+    robot.runs_until_stopped()
+    assert robot.joints[-1] != robot.joints[-2], "the last tick is that in which it comes to rest"
+    rest = controller.joints
+    if another_waits:
+        controller.lin_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE)
+    robot.stop()
+    assert not controller.moving
+    robot.step(100)
+    assert controller.joints == rest
+    controller.joint_move(START, [0.2] * 7)
+    robot.step(50)
+    robot.stop()
+    robot.runs_until_stopped(0.1)
+    first = controller.joint_move(AWAY, FULL)
+    controller.joint_move(START, FULL)
+    assert controller.queue == 1
+    controller.cancel_move()
+    assert not controller.is_pending(first)
+    robot.runs_until_stopped(10.0)
+    np.testing.assert_allclose(controller.joints, START, atol=1e-12)
+    assert_within_limits(robot)
+
+
 @pytest.mark.requirement("FRA103")
 @pytest.mark.parametrize("command", sorted(LEAVING))
 def test_every_mode_takes_over_from_the_deflected_pose_without_a_jump(command: str) -> None:
