@@ -145,6 +145,7 @@ class Impedance:
             return
         if not self.hold_runs:
             self._nominal.clear()
+            self._nominal.forget([self._hold_number, *self._behind])
             self._drop_manners()
             self._hold, self._hold_number = None, 0
         self._behind.clear()

@@ -306,6 +306,20 @@ def test_a_cleared_queue_leaves_the_move_under_way_and_its_stiffness() -> None:
     assert np.linalg.norm(off) == pytest.approx(5.0, rel=0.01)
 
 
+def test_a_hold_and_what_waits_behind_it_stay_forgotten_when_more_moves_come() -> None:
+    robot = at_start()
+    controller = robot.controller
+    running = controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE)
+    robot.step(10)
+    hold = controller.start_gravity(1000.0)
+    behind = controller.joint_move(START, FULL)
+    controller.clear_queue()
+    another = controller.ptp_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE)
+    pending = [controller.is_pending(move) for move in (running, hold, behind, another)]
+    assert pending == [True, False, False, True]
+    robot.runs_until_stopped(10.0)
+
+
 def test_a_hold_is_not_cancelled_and_a_cleared_queue_leaves_it() -> None:
     robot = at_start()
     hold = robot.controller.start_gravity(100.0)
