@@ -343,8 +343,8 @@ def _parser() -> _Parser:
         choices=log.LEVELS,
         default=log.DEFAULT_LEVEL,
         help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
-        "the robot moves, and servo timeouts; info: also clients that come and go; debug: also every command "
-        "(default: %(default)s)",
+        "the robot moves, servo timeouts and forces that end a move; info: also clients that come and go; "
+        "debug: also every command (default: %(default)s)",
     )
     parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
     parser.add_argument("--version", action="store_true", help="print the version and leave")

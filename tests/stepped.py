@@ -77,11 +77,15 @@ class SteppedRobot:
     def stop(self) -> None:
         self.notice_mode()
         self.controller.stop()
-        self._stop_ticks = self._longest_stop
+        self.may_stop()
 
     def cancel(self) -> None:
         self.notice_mode()
         self.controller.cancel_move()
+        self.may_stop()
+
+    def may_stop(self) -> None:
+        """From now on the limits of a stop are those that count, for as long as one may take."""
         self._stop_ticks = self._longest_stop
 
     def clears_queue(self, running: int) -> bool:
@@ -90,7 +94,7 @@ class SteppedRobot:
         self.controller.clear_queue()
         goes_on = self.controller.is_pending(running)
         if not goes_on:
-            self._stop_ticks = self._longest_stop
+            self.may_stop()
         return goes_on
 
     def _meets(self, contact: Contact) -> None:

@@ -131,8 +131,9 @@ class Planner:
     def _plan(self, path: Path, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
         limits = self._limits.at_speed(speed_rel)
         travel = np.abs(np.diff(path.samples.q, axis=0)).sum(axis=0)
-        length_s = float((travel / limits.velocity).max())
-        if length_s > LONGEST_MOVE_S:
+        with np.errstate(over="ignore", invalid="ignore"):  # the least of all speeds take longer than a float
+            length_s = float((travel / limits.velocity).max())
+        if not length_s <= LONGEST_MOVE_S:
             raise Refused(EXECUTION, f"at this speed the move would take more than {LONGEST_MOVE_S:g} s")
         return Plan(path, limits, 0.0 if travel.max() < STANDSTILL_RAD else length_s, zone)
 

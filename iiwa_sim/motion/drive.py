@@ -87,6 +87,12 @@ class Drive:
         """Whether a move behind the one that runs will never begin, though others may."""
         return number in self._forgotten
 
+    def forget(self, numbers: Iterable[int]) -> None:
+        """Note that moves of these numbers are not pending, though earlier and later ones may be."""
+        first = self.under_way
+        self._forgotten = {number for number in self._forgotten if number > first}
+        self._forgotten.update(numbers)
+
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
@@ -142,7 +148,7 @@ class Drive:
                 self._time.stop()
             self._ahead.clear()
             self._look_ahead.forget()
-        self._forget([*blended, *self._waiting, *self._again][len(kept) :])
+        self.forget(move.number for move in [*blended, *self._waiting, *self._again][len(kept) :])
         self._waiting.clear()
         self._again.clear()
         self._again.extend(kept)
@@ -242,7 +248,7 @@ class Drive:
                     return
                 move, planned = self._again[0].again(start), True
             if move is None:
-                self._forget(self._again)
+                self.forget(move.number for move in self._again)
                 self._again.clear()
                 self.rest = start
                 return
@@ -257,12 +263,6 @@ class Drive:
         if self._run is None or self._time.stopping:
             return self.rest_after_stop()
         return self._run.last.end
-
-    def _forget(self, moves: Iterable[Move]) -> None:
-        """Note that these are no longer pending."""
-        first = self.under_way
-        self._forgotten = {number for number in self._forgotten if number > first}
-        self._forgotten.update(move.number for move in moves)
 
     def _forget_all(self) -> None:
         self._waiting.clear()

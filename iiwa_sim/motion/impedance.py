@@ -145,6 +145,7 @@ class Impedance:
             return
         if not self.hold_runs:
             self._nominal.clear()
+            self._nominal.forget([self._hold_number, *self._behind])
             self._drop_manners()
             self._hold, self._hold_number = None, 0
         self._behind.clear()
@@ -153,7 +154,7 @@ class Impedance:
         """Where the robot would come to rest if it were stopped now (rad)."""
         if self._ending is not None:
             return self._ending.rest
-        if self._follows_plan:
+        if self._on_plan:
             return self._nominal.rest_after_stop()
         if self._braking.active or self._fast:
             return self._braking.rest(self.joints, self._velocity)
@@ -162,11 +163,14 @@ class Impedance:
     def stop(self) -> None:
         """Yield no longer, and brake; forget what waits."""
         rest = self.rest_after_stop()
-        if self._follows_plan:
+        if self._on_plan:
             self._nominal.stop()
             self._ending = self._nominal if self._nominal.moving else None
         elif self._fast and not self._stopping:
             self._braking.start(self.joints, self._velocity)
+        if not self._stopping:
+            # The plan may have come to rest within the last tick, which leaves a velocity that has ended.
+            self._velocity = [0.0] * len(self.joints)
         self._forget(rest)
 
     def start_from(self, joints: Joints) -> None:
@@ -196,10 +200,9 @@ class Impedance:
         return self._ending is not None or self._braking.active
 
     @property
-    def _follows_plan(self) -> bool:
-        """Whether a nominal motion is under way and the robot exactly on it."""
-        on_plan = self._yielding and not self._hold_has_begun and self._compliance.on_plan
-        return on_plan and self._nominal.moving
+    def _on_plan(self) -> bool:
+        """Whether the robot yields, and is exactly where the nominal motion is, or has ended."""
+        return self._yielding and not self._hold_has_begun and self._compliance.on_plan
 
     def _stop_on(self) -> None:
         """A tick of a stop."""

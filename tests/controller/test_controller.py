@@ -41,6 +41,7 @@ REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
     ("lin_move", (HOME, 2.0, 0.0), EXECUTION),
     ("lin_move", (HOME, 1.0, nan), EXECUTION),
     ("lin_move", (HOME._replace(y_mm=100.0), 1e-9, 0.0), EXECUTION),
+    ("lin_move", (HOME._replace(y_mm=100.0), 5e-324, 0.0), EXECUTION),
     ("lin_joint_move", ([3.0, 0, 0, 0, 0, 0, 0], 1.0, 0.0), JOINT_LIMIT),
     ("lin_joint_move", ([nan] * 7, 1.0, 0.0), EXECUTION),
     ("lin_joint_move", (AWAY, 0.0, 0.0), EXECUTION),

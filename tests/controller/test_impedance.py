@@ -306,6 +306,20 @@ def test_a_cleared_queue_leaves_the_move_under_way_and_its_stiffness() -> None:
     assert np.linalg.norm(off) == pytest.approx(5.0, rel=0.01)
 
 
+def test_a_hold_and_what_waits_behind_it_stay_forgotten_when_more_moves_come() -> None:
+    robot = at_start()
+    controller = robot.controller
+    running = controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE)
+    robot.step(10)
+    hold = controller.start_gravity(1000.0)
+    behind = controller.joint_move(START, FULL)
+    controller.clear_queue()
+    another = controller.ptp_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE)
+    pending = [controller.is_pending(move) for move in (running, hold, behind, another)]
+    assert pending == [True, False, False, True]
+    robot.runs_until_stopped(10.0)
+
+
 def test_a_hold_is_not_cancelled_and_a_cleared_queue_leaves_it() -> None:
     robot = at_start()
     hold = robot.controller.start_gravity(100.0)
@@ -364,6 +378,35 @@ LEAVING = {
         [q + 0.05 for q in robot.controller._motions.rest_after_stop()], FULL
     ),
 }
+
+
+@pytest.mark.requirement("FRC003")
+@pytest.mark.parametrize("another_waits", [False, True])
+def test_a_stop_at_the_end_of_a_stiffness_move_has_nothing_to_brake(another_waits: bool) -> None:
+    robot = at_start()
+    controller = robot.controller
+    controller.ptp_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE)
+    robot.runs_until_stopped()
+    assert robot.joints[-1] != robot.joints[-2], "the last tick is that in which it comes to rest"
+    rest = controller.joints
+    if another_waits:
+        controller.lin_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE)
+    robot.stop()
+    assert not controller.moving
+    robot.step(100)
+    assert controller.joints == rest
+    controller.joint_move(START, [0.2] * 7)
+    robot.step(50)
+    robot.stop()
+    robot.runs_until_stopped(0.1)
+    first = controller.joint_move(AWAY, FULL)
+    controller.joint_move(START, FULL)
+    assert controller.queue == 1
+    controller.cancel_move()
+    assert not controller.is_pending(first)
+    robot.runs_until_stopped(10.0)
+    np.testing.assert_allclose(controller.joints, START, atol=1e-12)
+    assert_within_limits(robot)
 
 
 @pytest.mark.requirement("FRA103")

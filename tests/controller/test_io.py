@@ -47,3 +47,9 @@ def test_an_input_is_not_a_drivers_to_set() -> None:
         io.refuse_input(1)
     assert refused.value.code == NOT_AN_OUTPUT
     assert io.inputs == (False,)
+
+
+def test_the_reason_of_a_refusal_is_short_however_long_the_number() -> None:
+    with pytest.raises(Refused) as refused:
+        Io().output(int(1e308))
+    assert refused.value.reason == "no output 1e+308: there are outputs 1 to 16"

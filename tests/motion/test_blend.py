@@ -8,6 +8,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.blended_path import Run
 from tests.chain_checks import (
@@ -17,7 +18,7 @@ from tests.chain_checks import (
     least_speed_at,
 )
 from tests.chains import UNTIL_STOPPED, Recorder
-from tests.stepped import Array, assert_within_limits
+from tests.stepped import Array, SteppedRobot, assert_within_limits, worst_loads
 
 SIDE_MM = 200.0
 
@@ -199,6 +200,17 @@ def test_a_move_appended_at_any_time_keeps_all_promises_and_never_comes_later(
     recorder.finish()
     assert_keeps_all_promises(recorder)
     assert recorder.ticks() <= recorder.ticks(blending=False) + 1
+
+
+def test_accelerations_keep_their_limits_between_the_samples_of_a_blend() -> None:
+    """From a slow move with a large radius into one that is five times as fast."""
+    robot = SteppedRobot()
+    robot.goes_to([-0.3416, -0.3656, 0.0, -1.4160, -0.5539, 1.5773, -0.9367])
+    corner = robot.tcp_frame([-0.1722, -0.3838, 0.0, -1.1869, -0.6628, 1.8538, -0.9827])
+    robot.controller.ptp_move(corner, 0.1, 500.0)
+    robot.controller.ptp_move(Frame(80.476, -147.504, 836.308, 1.94159, -1.21079, -2.07595), 0.5, 0.0)
+    robot.runs_until_stopped()
+    assert worst_loads(robot)["acceleration"] <= 1.0
 
 
 @pytest.mark.requirement("FRC014")
