@@ -25,8 +25,9 @@ from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
+from iiwa_sim.ros import RosFault
 from iiwa_sim.serve import status_stream
-from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port
+from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port, why
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.wording import harmless, shortened
@@ -54,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if given and given[0] == CHECK:
             return _check(_check_parser().parse_args(given[1:]))
         return _run(_options(given))
-    except (CellFault, RobotFault, ListenFault, PlotFault, TranscriptFault, _StdoutFault) as fault:
+    except (CellFault, RobotFault, ListenFault, PlotFault, RosFault, TranscriptFault, _StdoutFault) as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # in a subcommand
@@ -87,6 +88,8 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         servo_timeout_s=options.servo_timeout,
         status_port=options.status_port,
         status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
+        rosbridge_port=options.rosbridge_port,
+        rosbridge_secret=options.rosbridge_secret,
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
         backdoor_port=options.backdoor_port,
@@ -103,6 +106,8 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
         if simulator.status_port is not None:
             _say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
+        if simulator.rosbridge_port is not None:
+            _say(f"rosbridge on {host_and_port(simulator.host, simulator.rosbridge_port)}\n")
         if simulator.backdoor_port is not None:
             _say(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
@@ -239,6 +244,8 @@ def _options(given: Sequence[str]) -> argparse.Namespace:
         if options.status_rate > options.rate:
             limit = f"the {options.rate} ticks per second of --rate"
             parser.error(f"argument --status-rate: {options.status_rate} is above {limit}")
+    if options.rosbridge_secret is not None and options.rosbridge_port is None:
+        parser.error("argument --rosbridge-secret: expected --rosbridge-port with it")
     return options
 
 
@@ -311,6 +318,7 @@ def _parser() -> _Parser:
         help=f"lines per second on that port, {low_hz} to {high_hz}, and not above the --rate "
         f"(default: {status_stream.DEFAULT_RATE_HZ})",
     )
+    _add_rosbridge(parser)
     parser.add_argument(
         "--backdoor-port",
         type=_whole(0, MAX_PORT),
@@ -437,6 +445,22 @@ def _add_robot(parser: _Parser) -> None:
     )
 
 
+def _add_rosbridge(parser: _Parser) -> None:
+    parser.add_argument(
+        "--rosbridge-port",
+        type=_whole(0, MAX_PORT),
+        metavar="PORT",
+        help="be a ROS node with drag&bot's topics and services there, by rosbridge; 0 picks a port, 9090 is "
+        "usual (default: no such port)",
+    )
+    parser.add_argument(
+        "--rosbridge-secret",
+        type=_secret,
+        metavar="FILE",
+        help="take only clients of rosbridge that know the secret in this file (default: all)",
+    )
+
+
 def _add_rate(parser: _Parser) -> None:
     parser.add_argument(
         "--rate",
@@ -460,6 +484,17 @@ def _picture(text: str) -> Path:
         shown = shortened(repr(text), 40)
         raise argparse.ArgumentTypeError(f"{shown} does not end in {' or '.join(PICTURES)}")
     return path
+
+
+def _secret(path: str) -> str:
+    shown = shortened(repr(path), 40)
+    try:
+        secret = Path(path).read_text(encoding="utf-8").strip()
+    except (OSError, ValueError) as fault:
+        raise argparse.ArgumentTypeError(f"{shown} cannot be read: {why(fault)}") from None
+    if not secret:
+        raise argparse.ArgumentTypeError(f"{shown} is empty, expected a secret")
+    return secret
 
 
 def _whole(low: int, high: int) -> Callable[[str], int]:

@@ -80,6 +80,13 @@ class CommandQueue:
         self._end_all(reason)
         self._stop(done)
 
+    @property
+    def is_active(self) -> bool:
+        """Whether a command will be sent, or a result published, in the next tick or soon."""
+        if self._begun:
+            return self._begun[0].result is not None or self._failed
+        return bool(self._waiting) and self._robot.ready
+
     def step(self) -> None:
         """To be called at every tick: sends a command when its time has come, and publishes results."""
         if self._failed:

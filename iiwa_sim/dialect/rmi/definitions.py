@@ -38,6 +38,7 @@ PRIMITIVES: dict[str, tuple[Any, Any]] = {
 }
 """Of what occurs in our definitions: type and default."""
 
+_NAME = re.compile(r"\w+/\w+")
 _CONSTANT = re.compile(r"(\S+)\s+(\w+)\s*=\s*(\S+)")
 
 
@@ -73,14 +74,14 @@ class Service(NamedTuple):
 @cache
 def message(name: str) -> Definition:
     """The definition of package/Type. Raises KeyError where there is none."""
-    package, kind = name.split("/")
+    package, kind = _split(name)
     return _parsed(name, _text(package, "msg", kind), package)
 
 
 @cache
 def service(name: str) -> Service:
     """The definition of package/Type. Raises KeyError where there is none."""
-    package, kind = name.split("/")
+    package, kind = _split(name)
     request, response = re.split(r"^---\n", _text(package, "srv", kind), flags=re.MULTILINE)
     return Service(
         name, _parsed(f"{name}Request", request, package), _parsed(f"{name}Response", response, package)
@@ -125,6 +126,13 @@ def parts(definition: Definition) -> Iterator[Definition]:
             if part.type not in PRIMITIVES and part.type not in seen:
                 seen[part.type] = message(part.type)
                 waiting.append(seen[part.type])
+
+
+def _split(name: str) -> tuple[str, str]:
+    if _NAME.fullmatch(name) is None:
+        raise KeyError(name)
+    package, _, kind = name.partition("/")
+    return package, kind
 
 
 def _text(package: str, kind: str, name: str) -> str:

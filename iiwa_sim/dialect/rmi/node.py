@@ -55,6 +55,11 @@ class Node:
         self.services: Mapping[str, str] = {name: kind for name, (kind, _) in self._services.items()}
         """Type of each service, by name."""
 
+    @property
+    def has_commands(self) -> bool:
+        """Whether the next ticks will send a command to the robot or publish a result."""
+        return self._queue.is_active
+
     def listen(self, topic: str, listener: Listener) -> None:
         """Hear the messages of a topic of `PUBLISHED`."""
         self._listeners[topic].append(listener)
