@@ -10,6 +10,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.commands import read_command
 from iiwa_sim.dialect.rmi.robot import Done, Failure, Kind, Move, Robot
 
@@ -49,8 +50,9 @@ class CommandQueue:
     and a force move compares with the forces at its command.
     """
 
-    def __init__(self, robot: Robot, publish: Callable[[Result], None]) -> None:
+    def __init__(self, robot: Robot, publish: Callable[[Result], None], log: DialectLog) -> None:
         self._robot = robot
+        self._log = log
         self._publish = publish
         self._begun: deque[_Command] = deque()  # sent, or refused; not published
         self._waiting: deque[_Command] = deque()  # behind those
@@ -91,8 +93,7 @@ class CommandQueue:
         """To be called at every tick: sends a command when its time has come, and publishes results."""
         if self._failed:
             self._failed = False
-            if self._servo is not None or any(command.result is None for command in self._begun):
-                self._stop(_nobody)
+            self._stop_what_went_on()
         if self._waiting and self._robot.ready:
             self._send_next()
         self._publish_ended()
@@ -119,6 +120,8 @@ class CommandQueue:
         command.end(code, information)
         if code != SUCCESS:
             self._failed = True
+            if code != STOP_TRIGGERED:
+                self._log.refused("ros", f"command {command.id}", code, information)
             for other in self._waiting:
                 other.end(code, f"not carried out, after command {command.id}: {information}")
             self._begun.extend(self._waiting)
@@ -130,6 +133,18 @@ class CommandQueue:
         for command in self._begun:
             command.end(STOP_TRIGGERED, reason)
         self._publish_ended()
+
+    def _stop_what_went_on(self) -> None:
+        """After a command that failed: moves behind it, or a servo whose next target was refused."""
+        running = [command for command in self._begun if command.result is None]
+        failed = next((command for command in self._begun if command.result and command.result.code), None)
+        goes_on = (
+            bool(running)
+            and failed is not None
+            and self._begun.index(failed) < self._begun.index(running[-1])
+        )
+        if goes_on or (self._servo is not None and not running):
+            self._stop(_nobody)
 
     def _stop(self, done: Done) -> None:
         self._servo = None

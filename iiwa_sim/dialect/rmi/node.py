@@ -46,8 +46,7 @@ class Node:
         self._robot = robot
         self._now_ns = now_ns
         self._tick_rate_hz = tick_rate_hz
-        self._log = log
-        self._queue = CommandQueue(robot, self._publish_result)
+        self._queue = CommandQueue(robot, self._publish_result, log)
         self._services = Services(robot, self._queue).all
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
         self._due = dict.fromkeys(PUBLISHED, 0)  # in parts of 1 / tick_rate_hz of a message
@@ -101,8 +100,6 @@ class Node:
             listener(content)
 
     def _publish_result(self, result: Result) -> None:
-        if result.code:
-            self._log.refused("ros", f"command {result.command_id}", result.code, result.information)
         content = {
             "header": self._header(COMMAND_RESULT),
             "command_id": result.command_id,
