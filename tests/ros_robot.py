@@ -27,7 +27,7 @@ class SilentLog:
 
     def stopped(self, session: str, vanished: bool) -> None: ...
 
-    def exception(self, session: str, line: str, fault: Exception) -> None:
+    def exception(self, _session: str, _line: str, fault: Exception) -> None:
         raise fault
 
 

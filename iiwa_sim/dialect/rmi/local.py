@@ -34,7 +34,7 @@ class LocalRobot:
 
     @property
     def ready(self) -> bool:
-        return True
+        return self._controller.override > 0.0
 
     @property
     def state(self) -> State:

@@ -100,7 +100,8 @@ class Robot(Protocol):
 
     @property
     def ready(self) -> bool:
-        """Whether a move may be sent: the one before has been accepted or refused."""
+        """Whether a move may be sent: the one before has been accepted or refused, and the override is not 0,
+        at which the robot would keep it."""
 
     @property
     def state(self) -> State | None:

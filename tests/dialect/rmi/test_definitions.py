@@ -16,7 +16,7 @@ from iiwa_sim.dialect.rmi.definitions import (
     type_of,
 )
 
-# What rosmsg and rossrv tell of the packages of ROS and ROS-Industrial, and the beginnings that drag&bot's have.
+# What rosmsg and rossrv tell: all of it for ROS's own packages, the beginnings for the others.
 MESSAGES = {
     "std_msgs/Header": "2176decaecbce78abc3b96ef049fabed",
     "std_msgs/Float32": "73fcbf46b49191e672908e50842a83d4",
@@ -97,7 +97,9 @@ def test_the_messages_within_a_message() -> None:
     ]
 
 
-@pytest.mark.parametrize("name", ["", "std_msgs", "std_msgs/Nothing", "../rmi/std_msgs", "a/b/c", "std_msgs/"])
+@pytest.mark.parametrize(
+    "name", ["", "std_msgs", "std_msgs/Nothing", "../rmi/std_msgs", "a/b/c", "std_msgs/"]
+)
 def test_a_name_that_is_none(name: str) -> None:
     for look_up in (message, service):
         with pytest.raises(KeyError):
