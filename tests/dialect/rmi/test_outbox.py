@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -72,7 +74,7 @@ def test_messages_are_no_closer_than_the_throttle(gaps: list[float], queue_lengt
         client.now_s += wait_s
         sent += [(client.now_s, int(message)) for message in client.takes()]
     times = [time for time, _ in sent]
-    assert all(b - a >= 0.5 - 1e-9 for a, b in zip(times, times[1:], strict=False))
+    assert all(b - a >= 0.5 - 1e-9 for a, b in pairwise(times))
     numbers = [number for _, number in sent]
     assert numbers == sorted(set(numbers))
     assert numbers[-1:] == [len(gaps) - 1][: len(gaps)], "the newest is never lost"
