@@ -212,9 +212,7 @@ async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
     port = simulator.rosbridge_port
     stuck = []
     for _ in range(3):
-        connection = socket.create_connection(("127.0.0.1", port), DEADLINE_S)
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        await asyncio.to_thread(_upgrade, connection)
+        connection = await asyncio.to_thread(_deaf, port)
         for topic in PUBLISHED:
             connection.sendall(_frame(json.dumps({"op": "subscribe", "topic": topic}).encode()))
         stuck.append(connection)
@@ -242,9 +240,7 @@ async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
 async def test_a_client_that_asks_and_does_not_read_is_dropped(
     simulator: Simulator, ros: Ros, caplog: pytest.LogCaptureFixture
 ) -> None:
-    connection = socket.create_connection(("127.0.0.1", simulator.rosbridge_port), DEADLINE_S)
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-    await asyncio.to_thread(_upgrade, connection)
+    connection = await asyncio.to_thread(_deaf, simulator.rosbridge_port)
     question = _frame(json.dumps({"op": "call_service", "service": "/rosapi/services"}).encode())
 
     def ask() -> None:
@@ -314,8 +310,13 @@ def test_options_that_do_not_fit(tmp_path: Path, options: list[str], words: str)
     assert done.stderr.count("\n") == 1
 
 
-def _upgrade(connection: socket.socket) -> None:
-    """Become a WebSocket."""
+def _deaf(port: int) -> socket.socket:
+    """A WebSocket that nobody reads from."""
+    connection = socket.socket()
+    connection.settimeout(DEADLINE_S)
+    # Before it connects: a buffer that shrinks later loses segments with their acknowledgements.
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    connection.connect(("127.0.0.1", port))
     connection.sendall(
         b"GET / HTTP/1.1\r\nHost: robot\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
@@ -324,6 +325,7 @@ def _upgrade(connection: socket.socket) -> None:
     while not head.endswith(b"\r\n\r\n"):
         head += connection.recv(1)
     assert b" 101 " in head
+    return connection
 
 
 def _frame(text: bytes) -> bytes:
@@ -333,7 +335,8 @@ def _frame(text: bytes) -> bytes:
 
 
 async def _flood(simulator: Simulator) -> None:
-    """Nonsense and calls as fast as they are taken; what is answered is read and thrown away."""
+    """Nonsense, calls and long lists as fast as they are taken; what is answered is thrown away."""
+    wrong = [{**ptp(k, A), "velocity": []} for k in range(500)]
     async with client_of(simulator) as ros:
         reading = asyncio.create_task(_read(ros.connection))
         try:
@@ -341,6 +344,7 @@ async def _flood(simulator: Simulator) -> None:
                 await ros.says("dance")
                 await ros.connection.send("{" * 1000)
                 await ros.says("call_service", service="/get_io", args={"number": 3})
+                await ros.says("publish", topic="/command_list", msg={"commands": wrong})
         finally:
             reading.cancel()
 

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import socket
 from collections.abc import Callable
 from typing import Protocol
 
@@ -11,10 +12,17 @@ from websockets.exceptions import ConnectionClosed
 
 from iiwa_sim.serve.listening import host_and_port, open_listener
 
-LONGEST_FRAME_BYTES = 524_288
-"""A longer message closes its connection: reading it would keep the robot's ticks waiting."""
+LONGEST_FRAME_BYTES = 262_144
+"""A longer message closes its connection: some hundred commands fit in, and are read in some milliseconds."""
+LONG_S = 0.001
+RESTS = 19
+"""After a message that took longer than this, its client is not listened to for so many times as long: so a
+client that floods takes a twentieth of the time, and the robot's ticks are not late for long."""
 FRAMES_AHEAD = 16
 """Taken from a client before it is made to wait."""
+SYSTEM_BYTES = 16_384
+"""What the system is asked to hold each way: the less, the newer is what a slow client gets next, and the
+fewer small frames are there at once, which are all taken apart before anything else happens."""
 CLOSING_S = 1.0
 """For a client to answer that it is closed."""
 POLICY_VIOLATION = 1008
@@ -63,11 +71,14 @@ class RosbridgeServer:
     async def start(self) -> None:
         """Listen. Raises ListenFault."""
         listener = await open_listener(*self._asked)
+        for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # of the connections, too
+            listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
         self._server = await serve(
             self._serve,
             sock=listener,
             max_size=LONGEST_FRAME_BYTES,
             max_queue=FRAMES_AHEAD,
+            write_limit=0,
             close_timeout=CLOSING_S,
             compression=None,  # it would cost more time than it saves on a local network
             logger=_quiet,
@@ -92,13 +103,18 @@ class RosbridgeServer:
         name = f"{host_and_port(*connection.remote_address[:2])} (rosbridge)"
         mark = {"fields": {"session": name}}
         logger.info("%s connected", name, extra=mark)
+        loop = asyncio.get_running_loop()
         there_is_more = asyncio.Event()
         session, waiting = self._open_session(name, there_is_more.set)
         sending = asyncio.create_task(_send(connection, waiting, there_is_more))
         try:
             while not (session.closing or waiting.overflown):
-                session.receive(await connection.recv(decode=False))
-                await asyncio.sleep(0)  # frames that are there already would be taken without a pause
+                message = await connection.recv(decode=False)
+                begun_s = loop.time()
+                session.receive(message)
+                took_s = loop.time() - begun_s
+                # Without a pause frames that are there already would be taken one after the other.
+                await asyncio.sleep(RESTS * took_s if took_s > LONG_S else 0.0)
         except ConnectionClosed:
             pass
         finally:
