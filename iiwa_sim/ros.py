@@ -52,7 +52,7 @@ class RosSide:
             outbox = Outbox(wake)
             return RosbridgeSession(node, api, outbox, log, name, secret=secret), outbox
 
-        self._server = RosbridgeServer(open_session, host, rosbridge_port)
+        self._server = RosbridgeServer(open_session, host, rosbridge_port, on_heard)
         self.start, self.close = self._server.start, self._server.close
 
     @property

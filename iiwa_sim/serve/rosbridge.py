@@ -62,9 +62,14 @@ class RosbridgeServer:
         open_session: Callable[[str, Callable[[], None]], tuple[ClientSession, Waiting]],
         host: str,
         port: int,
+        on_heard: Callable[[], None],
     ) -> None:
-        """`open_session` takes the client's name and what is to be called when there is something to send."""
+        """`open_session` takes the client's name and what is to be called when there is something to send.
+
+        `on_heard` is called after every message.
+        """
         self._open_session = open_session
+        self._on_heard = on_heard
         self._asked = (host, port)
         self._server: Server | None = None
 
@@ -112,6 +117,7 @@ class RosbridgeServer:
                 message = await connection.recv(decode=False)
                 begun_s = loop.time()
                 session.receive(message)
+                self._on_heard()
                 took_s = loop.time() - begun_s
                 # Without a pause frames that are there already would be taken one after the other.
                 await asyncio.sleep(RESTS * took_s if took_s > LONG_S else 0.0)
