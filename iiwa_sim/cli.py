@@ -1,4 +1,4 @@
-"""`iiwa-sim` and its subcommands plot, check-cell, replay and check: options, messages and exit codes.
+"""`iiwa-sim` and plot, check-cell, replay, check and bridge: options, messages and exit codes.
 
 Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written, the cell is right
 or a server answers as expected; 1 where it does not; 2, with one line on stderr, for options, a cell, a
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim import log
+from iiwa_sim.bridge.fault import BridgeFault
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
@@ -25,7 +26,7 @@ from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
-from iiwa_sim.ros import RosFault
+from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port, why
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
@@ -37,6 +38,8 @@ PLOT = "plot"
 CHECK_CELL = "check-cell"
 REPLAY = "replay"
 CHECK = "check"
+BRIDGE = "bridge"
+ROSBRIDGE_PORT = 9090
 PICTURES = (".png", ".svg")
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""
@@ -54,8 +57,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _replay(_replay_parser().parse_args(given[1:]))
         if given and given[0] == CHECK:
             return _check(_check_parser().parse_args(given[1:]))
+        if given and given[0] == BRIDGE:
+            return _bridge(_bridge_parser().parse_args(given[1:]))
         return _run(_options(given))
-    except (CellFault, RobotFault, ListenFault, PlotFault, RosFault, TranscriptFault, _StdoutFault) as fault:
+    except (
+        BridgeFault,
+        CellFault,
+        RobotFault,
+        ListenFault,
+        PlotFault,
+        RosFault,
+        TranscriptFault,
+        _StdoutFault,
+    ) as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # in a subcommand
@@ -183,6 +197,31 @@ def _check(options: argparse.Namespace) -> int:
     return 1 if any(finding.verdict is Verdict.DEVIATION for finding in findings) else 0
 
 
+def _bridge(options: argparse.Namespace) -> int:
+    ending = _Ending()
+    if sys.stderr is not None:
+        log.configure(options.log_level, options.log_json, sys.stderr.fileno())
+    asyncio.run(_serve_bridge(options, ending))
+    return 0
+
+
+async def _serve_bridge(options: argparse.Namespace, ending: "_Ending") -> None:
+    from iiwa_sim.bridge.bridge import Bridge
+    from iiwa_sim.robot.description import load_robot
+
+    bridge = Bridge(
+        options.server,
+        load_robot(DEFAULT_ROBOT if options.robot is None else options.robot),
+        host=options.host,
+        rosbridge_port=options.rosbridge_port,
+        rosbridge_secret=options.rosbridge_secret,
+    )
+    async with bridge:
+        ending.watch()
+        _say(f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n")
+        await ending.asked.wait()
+
+
 class _StdoutFault(Exception):
     """A stdout that takes nothing. The message is one line."""
 
@@ -278,9 +317,7 @@ def _parser() -> _Parser:
         help="robot, start pose, tool and what stands round it (default: a robot alone)",
     )
     _add_robot(parser)
-    parser.add_argument(
-        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
-    )
+    _add_host(parser)
     parser.add_argument(
         "--port",
         type=_whole(0, MAX_PORT),
@@ -346,15 +383,7 @@ def _parser() -> _Parser:
         help=f"write down there what is said on the main port; iiwa-sim {REPLAY} plays it",
     )
     parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
-    parser.add_argument(
-        "--log-level",
-        choices=log.LEVELS,
-        default=log.DEFAULT_LEVEL,
-        help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
-        "the robot moves, and servo timeouts; info: also clients that come and go; debug: also every command "
-        "(default: %(default)s)",
-    )
-    parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
+    _add_log(parser)
     parser.add_argument("--version", action="store_true", help="print the version and leave")
     return parser
 
@@ -425,6 +454,21 @@ def _check_parser() -> _Parser:
     return parser
 
 
+def _bridge_parser() -> _Parser:
+    parser = _Parser(
+        prog=f"iiwa-sim {BRIDGE}",
+        description="Puts a robot on ROS: be the driver of a server of the iiwa's text protocol, emulated or "
+        "real, and give it the topics and services of drag&bot, by rosbridge.",
+        allow_abbrev=False,
+    )
+    _add_server(parser)
+    _add_robot(parser)
+    _add_host(parser)
+    _add_rosbridge(parser, ROSBRIDGE_PORT)
+    _add_log(parser)
+    return parser
+
+
 def _add_server(parser: _Parser) -> None:
     parser.add_argument("server", type=_server, metavar="HOST:PORT", help="where it listens")
 
@@ -445,13 +489,32 @@ def _add_robot(parser: _Parser) -> None:
     )
 
 
-def _add_rosbridge(parser: _Parser) -> None:
+def _add_host(parser: _Parser) -> None:
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
+    )
+
+
+def _add_log(parser: _Parser) -> None:
+    parser.add_argument(
+        "--log-level",
+        choices=log.LEVELS,
+        default=log.DEFAULT_LEVEL,
+        help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
+        "the robot moves, and servo timeouts; info: also clients that come and go; debug: also every command "
+        "(default: %(default)s)",
+    )
+    parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
+
+
+def _add_rosbridge(parser: _Parser, port: int | None = None) -> None:
     parser.add_argument(
         "--rosbridge-port",
         type=_whole(0, MAX_PORT),
         metavar="PORT",
-        help="be a ROS node with drag&bot's topics and services there, by rosbridge; 0 picks a port, 9090 is "
-        "usual (default: no such port)",
+        default=port,
+        help="be a ROS node with drag&bot's topics and services there, by rosbridge; 0 picks a port, "
+        f"{ROSBRIDGE_PORT} is usual (default: {'no such port' if port is None else port})",
     )
     parser.add_argument(
         "--rosbridge-secret",

@@ -23,7 +23,7 @@ from iiwa_sim.log import SessionLog, robot_contact, robot_fault
 from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
-from iiwa_sim.ros import RosSide
+from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer

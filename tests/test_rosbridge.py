@@ -19,7 +19,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from iiwa_sim.dialect.rmi.node import PUBLISHED
-from iiwa_sim.ros import RosFault
+from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.serve.rosbridge import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.simulator import Simulator

@@ -10,10 +10,7 @@ from iiwa_sim.dialect.rmi.outbox import Outbox
 from iiwa_sim.dialect.rmi.robot import Robot
 from iiwa_sim.dialect.rmi.rosapi import RosApi
 from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
-
-
-class RosFault(Exception):
-    """What the ROS side needs and does not find. The message is one line."""
+from iiwa_sim.ros.fault import RosFault
 
 
 class RosSide:
