@@ -82,7 +82,7 @@ def port_of(process: Process) -> str:
     return port
 
 
-@pytest.mark.requirement("FRA002", "FRA005", "FRC015")
+@pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
 def test_roslibpy_drives_the_robot() -> None:
     with running("--rosbridge-port", "0") as process:
         said = subprocess.run(
@@ -182,6 +182,28 @@ async def test_a_client_that_goes_does_not_stop_the_robot(simulator: Simulator) 
         await other.says("subscribe", topic="/command_result")
         assert (await other.hears())["msg"]["result_code"] == 0
     assert simulator.controller.joints == pytest.approx(B)
+
+
+async def test_time_that_passes_when_told_carries_commands_out() -> None:
+    async with Simulator(clock="stepped", rosbridge_port=0) as simulator, client_of(simulator) as ros:
+        await ros.says("subscribe", topic="/command_result")
+        await ros.says("publish", topic="/command_list", msg={"commands": [ptp(1, A), ptp(2, B)]})
+        assert (await ros.calls("/rosapi/nodes"))["result"] is True
+        assert simulator.controller.tick == 0
+        assert await simulator.clock.run_until_stopped(10.0) > 0.5
+        assert simulator.controller.joints == pytest.approx(B)
+        await simulator.clock.advance(0.002)
+        results = [(await ros.hears())["msg"] for _ in range(2)]
+        assert [(result["command_id"], result["result_code"]) for result in results] == [(1, 0), (2, 0)]
+
+
+async def test_a_fast_robot_begins_when_a_list_comes() -> None:
+    async with Simulator(clock="fast", rosbridge_port=0) as simulator, client_of(simulator) as ros:
+        await ros.says("subscribe", topic="/command_result")
+        slow = ptp(1, A, velocity=[0.01])
+        await ros.says("publish", topic="/command_list", msg={"commands": [slow]})
+        assert (await ros.hears())["msg"]["result_code"] == 0
+        assert simulator.controller.tick * 0.002 > 10.0
 
 
 @pytest.mark.parametrize("size", [LONGEST_FRAME_BYTES + 1, 4 * LONGEST_FRAME_BYTES])
