@@ -10,7 +10,8 @@ RUN python -m venv /opt/iiwa-sim
 
 # The libraries on their own: a change of our code does not fetch them again.
 COPY pyproject.toml ./
-RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" \
+RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
+        print(*p['dependencies'], *p['optional-dependencies']['rosbridge'], sep='\n')" \
         > libraries.txt \
     && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt
 
@@ -41,7 +42,7 @@ COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
 ENV PATH=/opt/iiwa-sim/bin:$PATH
 USER 10001
 
-EXPOSE 30000
+EXPOSE 30000 9090
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s \
     CMD ["python", "-c", "from iiwa_sim.client import Iiwa; Iiwa('127.0.0.1', 30000, 3).hello()"]
 ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0"]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.planner import JOINT_BLENDING, Plan, Planner
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.chain import Chain, Way
 from iiwa_sim.motion.move import Move
@@ -46,7 +46,7 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
     planner = Planner(Model(description))
     for _ in range(count):
         start, end = random_joints(description, rng), random_joints(description, rng)
-        yield planner.joint_line(start, end, [1.0] * len(end))
+        yield planner.joint_line(start, end, [1.0] * len(end), JOINT_BLENDING)
 
 
 def chain_of(plan: Plan) -> Chain:

@@ -1,4 +1,4 @@
-"""`iiwa-sim` and its subcommands plot, check-cell, replay and check: options, messages and exit codes.
+"""`iiwa-sim` and plot, check-cell, replay, check and bridge: options, messages and exit codes.
 
 Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written, the cell is right
 or a server answers as expected; 1 where it does not; 2, with one line on stderr, for options, a cell, a
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim import log
+from iiwa_sim.bridge.fault import BridgeFault
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
@@ -25,8 +26,9 @@ from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
+from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.serve import status_stream
-from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port
+from iiwa_sim.serve.listening import MAX_PORT, ListenFault, host_and_port, why
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.wording import harmless, shortened
@@ -36,6 +38,8 @@ PLOT = "plot"
 CHECK_CELL = "check-cell"
 REPLAY = "replay"
 CHECK = "check"
+BRIDGE = "bridge"
+ROSBRIDGE_PORT = 9090
 PICTURES = (".png", ".svg")
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""
@@ -53,8 +57,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return _replay(_replay_parser().parse_args(given[1:]))
         if given and given[0] == CHECK:
             return _check(_check_parser().parse_args(given[1:]))
+        if given and given[0] == BRIDGE:
+            return _bridge(_bridge_parser().parse_args(given[1:]))
         return _run(_options(given))
-    except (CellFault, RobotFault, ListenFault, PlotFault, TranscriptFault, _StdoutFault) as fault:
+    except (
+        BridgeFault,
+        CellFault,
+        RobotFault,
+        ListenFault,
+        PlotFault,
+        RosFault,
+        TranscriptFault,
+        _StdoutFault,
+    ) as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # in a subcommand
@@ -87,6 +102,8 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         servo_timeout_s=options.servo_timeout,
         status_port=options.status_port,
         status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
+        rosbridge_port=options.rosbridge_port,
+        rosbridge_secret=options.rosbridge_secret,
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
         backdoor_port=options.backdoor_port,
@@ -103,6 +120,8 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
         if simulator.status_port is not None:
             _say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
+        if simulator.rosbridge_port is not None:
+            _say(f"rosbridge on {host_and_port(simulator.host, simulator.rosbridge_port)}\n")
         if simulator.backdoor_port is not None:
             _say(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
@@ -178,6 +197,31 @@ def _check(options: argparse.Namespace) -> int:
     return 1 if any(finding.verdict is Verdict.DEVIATION for finding in findings) else 0
 
 
+def _bridge(options: argparse.Namespace) -> int:
+    ending = _Ending()
+    if sys.stderr is not None:
+        log.configure(options.log_level, options.log_json, sys.stderr.fileno())
+    asyncio.run(_serve_bridge(options, ending))
+    return 0
+
+
+async def _serve_bridge(options: argparse.Namespace, ending: "_Ending") -> None:
+    from iiwa_sim.bridge.bridge import Bridge
+    from iiwa_sim.robot.description import load_robot
+
+    bridge = Bridge(
+        options.server,
+        load_robot(DEFAULT_ROBOT if options.robot is None else options.robot),
+        host=options.host,
+        rosbridge_port=options.rosbridge_port,
+        rosbridge_secret=options.rosbridge_secret,
+    )
+    async with bridge:
+        ending.watch()
+        _say(f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n")
+        await ending.asked.wait()
+
+
 class _StdoutFault(Exception):
     """A stdout that takes nothing. The message is one line."""
 
@@ -239,6 +283,8 @@ def _options(given: Sequence[str]) -> argparse.Namespace:
         if options.status_rate > options.rate:
             limit = f"the {options.rate} ticks per second of --rate"
             parser.error(f"argument --status-rate: {options.status_rate} is above {limit}")
+    if options.rosbridge_secret is not None and options.rosbridge_port is None:
+        parser.error("argument --rosbridge-secret: expected --rosbridge-port with it")
     return options
 
 
@@ -271,9 +317,7 @@ def _parser() -> _Parser:
         help="robot, start pose, tool and what stands round it (default: a robot alone)",
     )
     _add_robot(parser)
-    parser.add_argument(
-        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
-    )
+    _add_host(parser)
     parser.add_argument(
         "--port",
         type=_whole(0, MAX_PORT),
@@ -311,6 +355,7 @@ def _parser() -> _Parser:
         help=f"lines per second on that port, {low_hz} to {high_hz}, and not above the --rate "
         f"(default: {status_stream.DEFAULT_RATE_HZ})",
     )
+    _add_rosbridge(parser)
     parser.add_argument(
         "--backdoor-port",
         type=_whole(0, MAX_PORT),
@@ -338,15 +383,7 @@ def _parser() -> _Parser:
         help=f"write down there what is said on the main port; iiwa-sim {REPLAY} plays it",
     )
     parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
-    parser.add_argument(
-        "--log-level",
-        choices=log.LEVELS,
-        default=log.DEFAULT_LEVEL,
-        help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
-        "the robot moves, servo timeouts and forces that end a move; info: also clients that come and go; "
-        "debug: also every command (default: %(default)s)",
-    )
-    parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
+    _add_log(parser)
     parser.add_argument("--version", action="store_true", help="print the version and leave")
     return parser
 
@@ -417,6 +454,21 @@ def _check_parser() -> _Parser:
     return parser
 
 
+def _bridge_parser() -> _Parser:
+    parser = _Parser(
+        prog=f"iiwa-sim {BRIDGE}",
+        description="Puts a robot on ROS: be the driver of a server of the iiwa's text protocol, emulated or "
+        "real, and give it the topics and services of drag&bot, by rosbridge.",
+        allow_abbrev=False,
+    )
+    _add_server(parser)
+    _add_robot(parser)
+    _add_host(parser)
+    _add_rosbridge(parser, ROSBRIDGE_PORT)
+    _add_log(parser)
+    return parser
+
+
 def _add_server(parser: _Parser) -> None:
     parser.add_argument("server", type=_server, metavar="HOST:PORT", help="where it listens")
 
@@ -434,6 +486,41 @@ def _add_robot(parser: _Parser) -> None:
         "--robot",
         metavar="NAME|FOLDER",
         help=f"{', '.join(built_in_robots())}, or your own (default: {DEFAULT_ROBOT})",
+    )
+
+
+def _add_host(parser: _Parser) -> None:
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
+    )
+
+
+def _add_log(parser: _Parser) -> None:
+    parser.add_argument(
+        "--log-level",
+        choices=log.LEVELS,
+        default=log.DEFAULT_LEVEL,
+        help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
+        "the robot moves, servo timeouts and forces that end a move; info: also clients that come and go; "
+        "debug: also every command (default: %(default)s)",
+    )
+    parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
+
+
+def _add_rosbridge(parser: _Parser, port: int | None = None) -> None:
+    parser.add_argument(
+        "--rosbridge-port",
+        type=_whole(0, MAX_PORT),
+        metavar="PORT",
+        default=port,
+        help="be a ROS node with drag&bot's topics and services there, by rosbridge; 0 picks a port, "
+        f"{ROSBRIDGE_PORT} is usual (default: {'no such port' if port is None else port})",
+    )
+    parser.add_argument(
+        "--rosbridge-secret",
+        type=_secret,
+        metavar="FILE",
+        help="take only clients of rosbridge that know the secret in this file (default: all)",
     )
 
 
@@ -460,6 +547,17 @@ def _picture(text: str) -> Path:
         shown = shortened(repr(text), 40)
         raise argparse.ArgumentTypeError(f"{shown} does not end in {' or '.join(PICTURES)}")
     return path
+
+
+def _secret(path: str) -> str:
+    shown = shortened(repr(path), 40)
+    try:
+        secret = Path(path).read_text(encoding="utf-8").strip()
+    except (OSError, ValueError) as fault:
+        raise argparse.ArgumentTypeError(f"{shown} cannot be read: {why(fault)}") from None
+    if not secret:
+        raise argparse.ArgumentTypeError(f"{shown} is empty, expected a secret")
+    return secret
 
 
 def _whole(low: int, high: int) -> Callable[[str], int]:

@@ -17,11 +17,13 @@ from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.faults import WireFaults
 from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.rmi.local import LocalRobot
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
 from iiwa_sim.loop_thread import LoopThread
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
+from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
@@ -54,17 +56,18 @@ class Simulator:
     mode ends when it hears of no command for `servo_timeout_s`, None for never.
 
     With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
-    second of simulated time. With `exclusive`, clients are served one after the other, and in any case the
-    next one `reconnect_pause_s` after the last has gone. `on_bye` is called when a client has said bye and
-    been answered: there the caller may leave the context.
+    second of simulated time. With a `rosbridge_port` the robot is a ROS node there (docs/ros.md), for clients
+    that know the `rosbridge_secret` if there is one. With `exclusive`, clients are served one after the
+    other, and in any case the next one `reconnect_pause_s` after the last has gone. `on_bye` is called when a
+    client has said bye and been answered: there the caller may leave the context.
 
     `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
     can be reached as lines, too, from this machine only.
 
-    Raises CellFault or RobotFault for a cell or a robot that cannot be used, and ValueError for both
-    together, a clock that there is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or
-    above the rate, or a time outside 0 to a day; entering the context raises ListenFault if host and ports
-    cannot be listened on.
+    Raises CellFault or RobotFault for a cell or a robot that cannot be used, RosFault where the library for
+    rosbridge is not installed, and ValueError for cell and robot together, a clock that there is not, a rate
+    outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time outside 0 to a day;
+    entering the context raises ListenFault if host and ports cannot be listened on.
     """
 
     def __init__(
@@ -79,6 +82,8 @@ class Simulator:
         servo_timeout_s: float | None = None,
         status_port: int | None = None,
         status_rate_hz: int = status_stream.DEFAULT_RATE_HZ,
+        rosbridge_port: int | None = None,
+        rosbridge_secret: str | None = None,
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
         backdoor_port: int | None = None,
@@ -132,6 +137,17 @@ class Simulator:
                 rate_hz=status_rate_hz,
                 tick_rate_hz=rate_hz,
             )
+        self._ros: RosSide | None = None
+        if rosbridge_port is not None:
+            self._ros = RosSide(
+                LocalRobot(self.controller),
+                rate_hz,
+                self._log,
+                host=host,
+                rosbridge_port=rosbridge_port,
+                rosbridge_secret=rosbridge_secret,
+                on_heard=self._heed,
+            )
 
     @property
     def host(self) -> str:
@@ -149,12 +165,18 @@ class Simulator:
         return None if self._status is None else self._status.address[1]
 
     @property
+    def rosbridge_port(self) -> int | None:
+        """Port on which the robot is a ROS node, if it is."""
+        return None if self._ros is None else self._ros.rosbridge_address[1]
+
+    @property
     def backdoor_port(self) -> int | None:
         """Port of the backdoor, if it has one."""
         return None if self._backdoor_server is None else self._backdoor_server.address[1]
 
     async def __aenter__(self) -> Self:
-        servers = [each for each in (self._server, self._status, self._backdoor_server) if each is not None]
+        all_of_them = (self._server, self._status, self._ros, self._backdoor_server)
+        servers = [each for each in all_of_them if each is not None]
         for place, server in enumerate(servers):
             try:
                 await server.start()
@@ -162,7 +184,10 @@ class Simulator:
                 for started in servers[:place]:
                     await started.close()
                 raise
-        self.clock.start(self.controller if self._status is None else _Seen(self.controller, self._status))
+        if self._status is None and self._ros is None:
+            self.clock.start(self.controller)
+        else:
+            self.clock.start(_Seen(self.controller, self._status, self._ros))
         return self
 
     async def __aexit__(
@@ -173,6 +198,8 @@ class Simulator:
             await self._server.close()
             if self._status is not None:
                 await self._status.close()
+            if self._ros is not None:
+                await self._ros.close()
             if self._backdoor_server is not None:
                 await self._backdoor_server.close()
         finally:
@@ -293,22 +320,30 @@ class Simulator:
 
 
 class _Seen:
-    """A robot whose ticks are broadcast."""
+    """A robot whose ticks are broadcast, and which gets its commands in them."""
 
-    def __init__(self, controller: Controller, status: StatusStream) -> None:
+    def __init__(self, controller: Controller, status: StatusStream | None, ros: RosSide | None) -> None:
         self._controller = controller
         self._status = status
+        self._ros = ros
 
     def step(self) -> None:
         try:
             self._controller.step()
         finally:  # a robot that fails is still seen
-            self._status.tick()
+            if self._status is not None:
+                self._status.tick()
+            if self._ros is not None:
+                self._ros.step()
 
     @property
     def moving(self) -> bool:
-        return self._controller.moving
+        return self._controller.moving or self._has_commands
 
     @property
     def under_way(self) -> bool:
-        return self._controller.under_way
+        return self._controller.under_way or self._has_commands
+
+    @property
+    def _has_commands(self) -> bool:
+        return self._ros is not None and self._ros.has_commands

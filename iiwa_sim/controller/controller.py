@@ -8,11 +8,14 @@ from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world import World
 from iiwa_sim.contact.wrench import Wrench
 from iiwa_sim.controller.assembly import motions_of
+from iiwa_sim.controller.endings import Endings
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     COMPONENT_NOT_READY,
     EMERGENCY_STOP,
     EXECUTION,
+    STOP_TRIGGERED,
+    SUCCESS,
     ErrorRecord,
     Refused,
 )
@@ -28,7 +31,7 @@ from iiwa_sim.controller.modes import (
     Transition,
 )
 from iiwa_sim.controller.motions import Motions, Target
-from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.planner import JOINT_BLENDING, Plan, Planner
 from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
 from iiwa_sim.controller.stiffness import check_joint_stiffness, manner_of
@@ -43,6 +46,7 @@ from iiwa_sim.robot.model import Model
 
 HOLD_ENDS = "a gravity hold is on, which ends with stop only"
 LONGEST_QUEUE = 1000  # moves that wait; one more is refused
+REPLACED = "replaced by a newer move, of a servo or in another mode"
 
 
 class Controller:
@@ -97,6 +101,8 @@ class Controller:
         """What pushes the robot from outside, and what it touches."""
         self._motions = self._motions_from(start)
         self._joints_before = self._motions.joints  # the last tick
+        self.endings = Endings(self.is_pending)
+        """Tells its listeners how each move ended."""
         self._faults = Faults()
         self._accepted = 0
         self._on_fault = on_fault
@@ -116,19 +122,28 @@ class Controller:
         try:
             self._motions.step()
         except Exception as fault:
-            self._faults.fail(EXECUTION, f"internal fault: {type(fault).__name__}, told in the log")
+            reason = f"internal fault: {type(fault).__name__}, told in the log"
+            self._faults.fail(EXECUTION, reason)
+            self.endings.lost(0, EXECUTION, reason)
             self.stop()
             raise
+        self.endings.after_tick()
         self.load.step(self._motions.joints, self.tick_s)
         if self._guards:
             self._watch_forces()
 
-    def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+    def joint_move(
+        self,
+        joints: Sequence[float],
+        speeds_rel: Sequence[float],
+        blending_rel: float = JOINT_BLENDING,
+    ) -> int:
         """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number.
 
-        It blends into the next move where each joint has a tenth of the largest way to go.
+        It blends into the next move where each joint has no more than that part (0..1) of the largest way to
+        go, a tenth as published for the original; with 0 the robot stops at the target.
         """
-        return self._accept(lambda start: self._planner.joint_line(start, joints, speeds_rel))
+        return self._accept(lambda start: self._planner.joint_line(start, joints, speeds_rel, blending_rel))
 
     def ptp_move(
         self, target: Frame, speed_rel: float, blending_mm: float, redundancy: float | None = None
@@ -153,6 +168,23 @@ class Controller:
             lambda start: self._planner.lin(start, target, speed_rel, blending_mm, redundancy, tool)
         )
 
+    def lin_move_at(
+        self,
+        target: Frame,
+        tcp_speed_m_s: float,
+        blending_mm: float,
+        thresholds: Thresholds | None = None,
+    ) -> int:
+        """LIN to a frame of the TCP, which is nowhere faster than that; otherwise like `lin_move`.
+
+        That is one relative speed for all of the line: the TCP comes to its speed where the joints have the
+        least to do. With thresholds it ends as `lin_force_move` does.
+        """
+        tool = self._tool_in_flange
+        return self._accept(
+            lambda start: self._planner.lin_at(start, target, tcp_speed_m_s, blending_mm, tool), thresholds
+        )
+
     def lin_joint_move(self, joints: Sequence[float], speed_rel: float, blending_mm: float) -> int:
         """LIN to where the TCP is at joint positions (rad), which it ends in; otherwise like `lin_move`."""
         tool = self._tool_in_flange
@@ -174,11 +206,11 @@ class Controller:
 
     def check_reach(self, target: Frame, redundancy: float | None = None) -> None:
         """Raises `Refused` where `ptp_move` would, with the reason; changes nothing."""
-        self._planner.ptp(self._next_start(), target, 1.0, 0.0, redundancy, self._tool_in_flange)
+        self._planner.ptp(self.end_of_queue, target, 1.0, 0.0, redundancy, self._tool_in_flange)
 
     def check_line(self, target: Frame, redundancy: float | None = None) -> None:
         """Raises `Refused` where `lin_move` would, with the reason; changes nothing."""
-        self._planner.lin(self._next_start(), target, 1.0, 0.0, redundancy, self._tool_in_flange)
+        self._planner.lin(self.end_of_queue, target, 1.0, 0.0, redundancy, self._tool_in_flange)
 
     def lin_force_move(
         self, target: Frame, speed_rel: float, blending_mm: float, thresholds: Thresholds
@@ -236,6 +268,7 @@ class Controller:
         self._enter(TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE])
         self._accepted += 1
         self._motions.hold(self._accepted, stiffness_nm_per_rad)
+        self.endings.accepted(self._accepted)
         return self._accepted
 
     def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
@@ -267,7 +300,7 @@ class Controller:
 
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
-        self._enter(TRANSITIONS[self.mode, Event.STOP])
+        self._halt(STOP_TRIGGERED, "stopped")
 
     def cancel_move(self) -> None:
         """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
@@ -277,7 +310,8 @@ class Controller:
         """
         if self._motions.hold_runs:
             raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
-        self._motions.cancel()
+        with self.endings.because(STOP_TRIGGERED, "cancelled"):
+            self._motions.cancel()
 
     def clear_queue(self) -> None:
         """Forget the moves that wait; the one that runs ends at its target.
@@ -285,7 +319,8 @@ class Controller:
         Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
         robot stops on its path.
         """
-        self._motions.clear()
+        with self.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
+            self._motions.clear()
 
     @property
     def queue(self) -> int:
@@ -310,7 +345,7 @@ class Controller:
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self._faults.press_emergency_stop()
-        self.stop()
+        self._halt(EMERGENCY_STOP, PRESSED)
         self._tell(EMERGENCY_STOP, PRESSED)
 
     def release_emergency_stop(self) -> None:
@@ -321,13 +356,13 @@ class Controller:
         """Off: stop as `stop` does, and take no moves until they are on again and the error reset."""
         self._faults.switch_drives(on)
         if not on:
-            self.stop()
+            self._halt(COMPONENT_NOT_READY, DRIVES_OFF)
             self._tell(COMPONENT_NOT_READY, DRIVES_OFF)
 
     def fail(self, code: int, reason: str) -> None:
         """Something goes wrong: stop as `stop` does, and take no moves until the error is reset."""
         self._faults.fail(code, reason)
-        self.stop()
+        self._halt(code, reason)
         self._tell(code, reason)
 
     def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
@@ -444,7 +479,7 @@ class Controller:
 
     def tool_frame(self) -> Frame:
         """The TCP in the base."""
-        return self._tcp_frame(self.joints)
+        return self.tcp_frame_at(self.joints)
 
     @property
     def goal_joints(self) -> Joints:
@@ -456,7 +491,11 @@ class Controller:
 
     def goal_frame(self) -> Frame:
         """The TCP in the base at `goal_joints`."""
-        return self._tcp_frame(self.goal_joints)
+        return self.tcp_frame_at(self.goal_joints)
+
+    def tcp_frame_at(self, joints: Joints) -> Frame:
+        """The TCP in the base at joint positions (rad)."""
+        return Frame.from_transform(self._tcp(joints))
 
     def distance_to_goal_mm(self) -> float:
         """How far the TCP is from there, in a straight line (mm)."""
@@ -477,36 +516,36 @@ class Controller:
     def _tcp(self, joints: Joints) -> Transform:
         return compose(self._model.flange(joints), self._tool_in_flange)
 
-    def _tcp_frame(self, joints: Joints) -> Frame:
-        return Frame.from_transform(self._tcp(joints))
-
     def _accept(self, plan: Callable[[Joints], Plan], thresholds: Thresholds | None = None) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
         self._check_room()
-        start = self._next_start()
+        start = self.end_of_queue
         planned = plan(start)
         if thresholds is not None:
             checked(thresholds)
         if motions.holding:
             self._accepted += 1
             motions.wait_behind_hold(self._accepted)
+            self.endings.accepted(self._accepted)
             return self._accepted
         self._enter(change)
         self._accepted += 1
         motions.append(self._move(self._accepted, plan, planned, start))
+        self.endings.accepted(self._accepted)
         if thresholds is not None:
             self._guards.add(ForceGuard(self._accepted, thresholds, self.cartesian_force()))
         return self._accepted
 
-    def _next_start(self) -> Joints:
-        """Where the next normal move begins (rad)."""
+    @property
+    def end_of_queue(self) -> Joints:
+        """Joint positions (rad) at which the next normal move begins."""
         stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops and not self._motions.holding
         return self._motions.rest_after_stop() if stops else self._motions.rest
 
     def _shifted(self, shift: Frame, *, in_tool: bool) -> Frame:
-        return shifted(self._tcp(self._next_start()), shift, in_tool=in_tool)
+        return shifted(self._tcp(self.end_of_queue), shift, in_tool=in_tool)
 
     def _move(self, number: int, plan: Callable[[Joints], Plan], planned: Plan, start: Joints) -> Move:
         return Move(number, *planned, start, lambda start: self._plan_again(number, plan, start))
@@ -520,6 +559,7 @@ class Controller:
             reason = f"{lost}: {refused.reason}"
             self.record_error(refused.code, reason)
             self._tell(refused.code, reason)
+            self.endings.lost(number, refused.code, reason)
             return None
         return self._move(number, plan, planned, start)
 
@@ -533,6 +573,7 @@ class Controller:
         self._enter(change)
         self._accepted += 1
         motions.append_yielding(self._move(self._accepted, plan, planned, start), manner)
+        self.endings.accepted(self._accepted)
         return self._accepted
 
     def _check_room(self) -> None:
@@ -548,13 +589,21 @@ class Controller:
         joints, limits = find(change.mode, motions.rest_after_stop() if change.stops else motions.present)
         self._enter(change)
         self._accepted += 1
-        motions.head_for(Target(self._accepted, joints, limits))
+        with self.endings.because(STOP_TRIGGERED, REPLACED):
+            motions.head_for(Target(self._accepted, joints, limits))
+        self.endings.accepted(self._accepted)
         self._servo_heard = self.tick
         return self._accepted
 
-    def _enter(self, change: Transition) -> None:
+    def _halt(self, code: int, reason: str) -> None:
+        """Stop; moves that run or wait end with this code, for this reason."""
+        self._enter(TRANSITIONS[self.mode, Event.STOP], code, reason)
+
+    def _enter(self, change: Transition, code: int = STOP_TRIGGERED, reason: str = REPLACED) -> None:
+        """Change the mode; where that stops the robot, moves end with this code, for this reason."""
         if change.stops:
-            self._motions.stop()
+            with self.endings.because(code, reason):
+                self._motions.stop()
         self.mode = change.mode
 
     def _watch_servo(self) -> None:
@@ -565,7 +614,7 @@ class Controller:
         self._end_servo(f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops")
 
     def _end_servo(self, reason: str) -> None:
-        self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT])
+        self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT], COMMUNICATION_FAILURE, reason)
         self._faults.fail(COMMUNICATION_FAILURE, reason)
         self._tell(COMMUNICATION_FAILURE, reason)
 
@@ -577,7 +626,8 @@ class Controller:
         guard = self._guards.of(self._motions.under_way)
         contact = guard and guard.contact(self.cartesian_force(), self.tool_frame)
         if contact is not None:
-            self._motions.cancel()
+            with self.endings.because(SUCCESS, str(contact)):
+                self._motions.cancel()
             if self._on_contact is not None:
                 self._on_contact(contact)
 

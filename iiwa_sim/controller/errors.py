@@ -5,6 +5,7 @@ More of them, those of unreachable targets, are in `iiwa_sim.robot.nearest`.
 
 from typing import NamedTuple
 
+SUCCESS = 0
 EXECUTION = 3000
 """The code of a refusal that has no code of its own."""
 COMPONENT_NOT_READY = 3010
@@ -14,6 +15,7 @@ EMERGENCY_STOP = 3030
 COMMUNICATION_FAILURE = 3040
 """A line that makes no sense, or a client that is not heard of in time."""
 STOP_TRIGGERED = 3060
+"""A stop that nobody asked for, and a move that was stopped, cancelled or replaced before its end."""
 
 
 class Refused(Exception):

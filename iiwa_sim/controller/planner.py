@@ -33,6 +33,8 @@ ROUNDING_RAD = 1e-9
 """So far beyond a limit a joint may seem to be that stands on it."""
 SAME_RAD = 1e-6
 """Joint positions that differ by less are the same."""
+SAME_M = 1e-7
+"""A line that is shorter only turns."""
 FARTHEST_MM = 1e6
 """A target farther away is refused unseen: its squares and products might be too large for floats."""
 
@@ -59,10 +61,15 @@ class Planner:
             np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)
         )
 
-    def joint_line(self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float]) -> Plan:
+    def joint_line(
+        self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float], blending_rel: float
+    ) -> Plan:
         """PTP to joint positions (rad), at a relative speed of each joint."""
         end = self.joint_target(joints, speeds_rel)
-        return self._plan(JointLine(start, end), speeds_rel, JointBall(JOINT_BLENDING, start, end))
+        if not 0.0 <= blending_rel <= 1.0:
+            raise Refused(EXECUTION, f"blending over {blending_rel:g} of the way: expected 0 to 1")
+        zone = JointBall(blending_rel, start, end) if blending_rel else None
+        return self._plan(JointLine(start, end), speeds_rel, zone)
 
     def ptp(
         self,
@@ -89,9 +96,23 @@ class Planner:
     ) -> Plan:
         """LIN to a pose of the TCP in the base."""
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
-        self._check_end(start, "start")
-        tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
-        line = self._line_to(flange, start, redundancy, tcp_line)
+        line = self._line_from(start, flange, redundancy, tool_in_flange)
+        return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
+
+    def lin_at(
+        self, start: Joints, tcp: Frame, tcp_speed_m_s: float, blending_mm: float, tool_in_flange: Transform
+    ) -> Plan:
+        """LIN to a pose of the TCP in the base, which is nowhere faster than a speed (m/s)."""
+        if not (isfinite(tcp_speed_m_s) and tcp_speed_m_s > 0.0):
+            raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected above 0")
+        flange = _flange_of(tcp, 1.0, None, tool_in_flange)
+        line = self._line_from(start, flange, None, tool_in_flange)
+        if line.tcp_length_m < SAME_M:
+            raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
+        # At full speed the fastest joint of a sample is at its limit, and so much time passes per unit of s.
+        time_per_s = (np.abs(line.samples.dq) / self._limits.velocity).max(axis=1)
+        fastest_m_s = line.tcp_length_m / float(time_per_s.min())
+        speed_rel = min(1.0, tcp_speed_m_s / fastest_m_s)
         return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
 
     def lin_to_joints(
@@ -152,6 +173,13 @@ class Planner:
             return self._nearest.find(flange, start, redundancy, keep_status)
         except Unreachable as unreachable:
             raise Refused(unreachable.code, unreachable.reason) from None
+
+    def _line_from(
+        self, start: Joints, flange: Transform, redundancy: float | None, tool_in_flange: Transform
+    ) -> Line:
+        self._check_end(start, "start")
+        tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
+        return self._line_to(flange, start, redundancy, tcp_line)
 
     def _line_to(self, flange: Transform, start: Joints, redundancy: float | None, tcp_line: TcpLine) -> Line:
         """The line with the redundancy kept or given where that reaches the target, else with the nearest.

@@ -21,7 +21,13 @@ class ListenFault(Exception):
 
 
 async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, port: int) -> asyncio.Server:
-    """A server that listens on `host`:`port` with a protocol for every connection. Raises ListenFault.
+    """A server that listens on `host`:`port` with a protocol for every connection. Raises ListenFault."""
+    listener = await open_listener(host, port)
+    return await asyncio.get_running_loop().create_server(open_protocol, sock=listener, backlog=BACKLOG)
+
+
+async def open_listener(host: str, port: int) -> socket.socket:
+    """A socket that listens on `host`:`port`. Raises ListenFault.
 
     `port` 0 picks a free one. A host name stands for its first address, IPv4 before IPv6.
     """
@@ -31,11 +37,10 @@ async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, p
         raise ListenFault("cannot listen on host '': expected an address or a host name, 0.0.0.0 for all")
     try:
         family, address = await _resolve(host)
-        listener = socket.create_server((address, port), family=family, backlog=BACKLOG)
+        return socket.create_server((address, port), family=family, backlog=BACKLOG)
     except (OSError, ValueError) as fault:  # ValueError for characters no host name has
         shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
         raise ListenFault(f"cannot listen on {shown}: {why(fault)}") from fault
-    return await asyncio.get_running_loop().create_server(open_protocol, sock=listener, backlog=BACKLOG)
 
 
 def address_of(server: asyncio.Server | None) -> tuple[str, int]:

@@ -1,0 +1,65 @@
+"""How each move ended: at its target, or why not."""
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import NamedTuple
+
+from iiwa_sim.controller.errors import SUCCESS
+
+
+class Ending(NamedTuple):
+    """The end of a move."""
+
+    move: int
+    """Its number."""
+    code: int
+    """0 where it came to its target or a force ended it as asked for, else a result code, see `errors`."""
+    reason: str
+    """Nothing for a move that came to its target."""
+
+
+class Endings:
+    """Tells listeners of the end of every move accepted since there are any, once and never early.
+
+    Where moves blend into each other one ends where the next begins.
+    """
+
+    def __init__(self, is_pending: Callable[[int], bool]) -> None:
+        """`is_pending` tells of a number whether its move runs or waits."""
+        self.listeners: list[Callable[[Ending], None]] = []
+        self._is_pending = is_pending
+        self._open: deque[int] = deque()
+
+    def accepted(self, move: int) -> None:
+        """A move of this number has been accepted."""
+        if self.listeners:
+            self._open.append(move)
+
+    def after_tick(self) -> None:
+        """What a tick has ended came to its target; moves end in the order of their numbers."""
+        while self._open and not self._is_pending(self._open[0]):
+            self._tell(Ending(self._open.popleft(), SUCCESS, ""))
+
+    @contextmanager
+    def because(self, code: int, reason: str) -> Iterator[None]:
+        """What is ended in this context has ended for this reason."""
+        self.after_tick()
+        yield
+        if not self._open:
+            return
+        ended = [move for move in self._open if not self._is_pending(move)]
+        self._open = deque(move for move in self._open if self._is_pending(move))
+        for move in ended:
+            self._tell(Ending(move, code, reason))
+
+    def lost(self, first: int, code: int, reason: str) -> None:
+        """The move of this number and all behind it will not be carried out."""
+        ended = [move for move in self._open if move >= first]
+        self._open = deque(move for move in self._open if move < first)
+        for move in ended:
+            self._tell(Ending(move, code, reason))
+
+    def _tell(self, ending: Ending) -> None:
+        for listener in self.listeners:
+            listener(ending)

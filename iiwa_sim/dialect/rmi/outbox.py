@@ -1,0 +1,85 @@
+"""What waits to be sent to one client of rosbridge: bounded, however much it asks for and slowly it reads."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
+
+MOST_REPLIES = 1000
+MOST_REPLY_BYTES = 4_194_304
+LONGEST_FEED = 1000
+
+
+class Next(NamedTuple):
+    """What to do next."""
+
+    message: bytes | None
+    """To be sent now."""
+    wait_s: float | None
+    """If there is none: until one is due, None if nothing waits."""
+
+
+class _Feed:
+    """The messages of one topic."""
+
+    def __init__(self) -> None:
+        self.throttle_s = 0.0
+        self.waiting: deque[bytes] = deque(maxlen=1)
+        self.due_s = 0.0
+
+
+class Outbox:
+    """Replies are sent in their order, before messages of topics. Times are of one clock, in s."""
+
+    def __init__(self, wake: Callable[[], None]) -> None:
+        """`wake` is called when there may be something to send."""
+        self.overflown = False
+        """A client that asks and does not read the answers: nothing more is kept for it."""
+        self._wake = wake
+        self._replies: deque[bytes] = deque()
+        self._reply_bytes = 0
+        self._feeds: dict[str, _Feed] = {}
+
+    def reply(self, message: bytes) -> None:
+        """What must not be lost."""
+        if self.overflown:
+            return
+        self._replies.append(message)
+        self._reply_bytes += len(message)
+        if len(self._replies) > MOST_REPLIES or self._reply_bytes > MOST_REPLY_BYTES:
+            self.overflown = True
+            self._replies.clear()
+            self._feeds.clear()
+        self._wake()
+
+    def set_feed(self, topic: str, throttle_s: float, queue_length: int) -> None:
+        """Messages of a topic are sent no sooner than so long after the last; of those that wait so many are
+        kept, at least the newest."""
+        feed = self._feeds.setdefault(topic, _Feed())
+        feed.throttle_s = throttle_s
+        feed.waiting = deque(feed.waiting, maxlen=min(max(queue_length, 1), LONGEST_FEED))
+
+    def end_feed(self, topic: str) -> None:
+        """What waits of a topic is not wanted any more."""
+        self._feeds.pop(topic, None)
+
+    def feed(self, topic: str, message: bytes) -> None:
+        """A message of a topic; where too many wait the oldest is lost."""
+        feed = self._feeds.get(topic)
+        if feed is not None:
+            feed.waiting.append(message)
+            self._wake()
+
+    def next(self, now_s: float) -> Next:
+        """What is to be sent, taken out."""
+        if self._replies:
+            message = self._replies.popleft()
+            self._reply_bytes -= len(message)
+            return Next(message, None)
+        waiting = [feed for feed in self._feeds.values() if feed.waiting]
+        if not waiting:
+            return Next(None, None)
+        feed = min(waiting, key=lambda each: each.due_s)
+        if feed.due_s > now_s:
+            return Next(None, feed.due_s - now_s)
+        feed.due_s = now_s + feed.throttle_s
+        return Next(feed.waiting.popleft(), None)

@@ -1,0 +1,271 @@
+"""One client of rosbridge: the operations of protocol v2, JSON in and JSON out, no sockets.
+
+The protocol: https://github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md. What a client may not
+or cannot do is told by a `status` of level `error` that echoes its `id`, and changes nothing. A client that
+goes stops nothing: it is one of many publishers, as everywhere in ROS.
+"""
+
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+import msgspec
+
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
+from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.rmi.definitions import service
+from iiwa_sim.dialect.rmi.mac import Secret
+from iiwa_sim.dialect.rmi.node import COMMAND_RESULT, PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
+from iiwa_sim.dialect.rmi.outbox import LONGEST_FEED, Outbox
+from iiwa_sim.dialect.rmi.rosapi import RosApi, rooted
+from iiwa_sim.wording import harmless, shortened
+
+LEVELS = ("none", "error", "warning", "info")
+"""Of status messages, from which on a client gets none of those behind; we send errors only."""
+NOT_OURS = (
+    "advertise_service",
+    "unadvertise_service",
+    "service_response",
+    "advertise_action",
+    "unadvertise_action",
+    "send_action_goal",
+    "cancel_action_goal",
+    "fragment",
+)
+"""Operations of the protocol for which there is no use here: they are refused by name."""
+
+_encode = msgspec.json.Encoder().encode
+_decoder = msgspec.json.Decoder(dict[str, Any])
+_LONGEST_SHOWN = 200
+
+
+class _Misuse(Exception):
+    """What an operation cannot do, in words for the client."""
+
+
+class RosbridgeSession:
+    """What one client says, and hears through its outbox."""
+
+    def __init__(
+        self,
+        node: Node,
+        api: RosApi,
+        outbox: Outbox,
+        log: DialectLog,
+        name: str,
+        *,
+        secret: Secret | None = None,
+    ) -> None:
+        """With a secret the client has to show first, by `auth`, that it knows it."""
+        self.closing = False
+        """The client has not shown that it knows the secret: it is to be closed when it has been told."""
+        self._node = node
+        self._api = api
+        self._outbox = outbox
+        self._log = log
+        self._name = name
+        self._secret = secret
+        self._level = LEVELS.index("error")
+        self._known = secret is None
+        self._feeds: dict[str, tuple[str, Callable[[Message], None], dict[Any, tuple[float, int]]]] = {}
+        self._operations: dict[str, Callable[[Message], None]] = {
+            "advertise": self._advertise,
+            "unadvertise": self._unadvertise,
+            "publish": self._publish,
+            "subscribe": self._subscribe,
+            "unsubscribe": self._unsubscribe,
+            "call_service": self._call_service,
+            "auth": self._authenticate,
+            "set_level": self._set_level,
+            "status": lambda _: None,
+        }
+
+    def receive(self, text: bytes) -> None:
+        """One message of the client."""
+        identifier: Any = None
+        log = self._log
+        try:
+            try:
+                message = _decoder.decode(text)
+            except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as fault:
+                raise _Misuse(f"expected one JSON object: {fault}") from None
+            identifier = message.get("id")
+            operation = message.get("op")
+            if not self._known and operation != "auth":
+                self.closing = True
+                raise _Misuse("expected op auth before any other")
+            if not isinstance(operation, str) or operation not in self._operations:
+                known = ", ".join(self._operations)
+                what = f"op {_shown(operation)}"
+                raise _Misuse(
+                    f"{what} is not offered here" if operation in NOT_OURS else f"{what}: expected {known}"
+                )
+            self._operations[operation](message)
+        except (_Misuse, BadMessage) as fault:
+            self._refuse(text, identifier, str(fault))
+        except Exception as fault:  # a fault of ours must not cost the client its connection
+            log.exception(self._name, _shown(text), fault)
+            self._tell(identifier, "internal fault, told in the log")
+
+    def end(self) -> None:
+        """The client has gone."""
+        for topic in list(self._feeds):
+            self._end_feed(topic)
+
+    def _refuse(self, text: bytes, identifier: Any, reason: str) -> None:
+        self._log.refused(self._name, _shown(text), COMMUNICATION_FAILURE, reason)
+        self._tell(identifier, reason)
+
+    def _tell(self, identifier: Any, reason: str) -> None:
+        if self._level:
+            status = {"op": "status", "level": "error", "msg": reason}
+            self._reply(status if identifier is None else {**status, "id": identifier})
+
+    def _reply(self, message: Message) -> None:
+        self._outbox.reply(_encode(message))
+
+    def _advertise(self, message: Message) -> None:
+        topic, kind = self._topic_of(message), message.get("type")
+        if topic not in SUBSCRIBED:
+            raise _Misuse(f"nobody listens to {topic}: expected {', '.join(SUBSCRIBED)}")
+        _check_type(topic, SUBSCRIBED[topic], kind)
+
+    def _unadvertise(self, message: Message) -> None:
+        self._topic_of(message)
+
+    def _publish(self, message: Message) -> None:
+        topic = self._topic_of(message)
+        if topic not in SUBSCRIBED:
+            raise _Misuse(f"nobody listens to {topic}: expected {', '.join(SUBSCRIBED)}")
+        self._node.receive(topic, message.get("msg", {}))
+
+    def _subscribe(self, message: Message) -> None:
+        topic = self._topic_of(message)
+        if topic not in PUBLISHED:
+            raise _Misuse(f"nobody publishes {topic}: expected one of {', '.join(PUBLISHED)}")
+        _check_type(topic, PUBLISHED[topic][0], message.get("type"))
+        if message.get("compression", "none") not in ("none", None):
+            raise _Misuse(f"compression {_shown(message['compression'])}: expected none")
+        throttle_s = 1e-3 * _number(message, "throttle_rate")
+        queue_length = int(_number(message, "queue_length"))
+        if topic not in self._feeds:
+            name = _encode(message["topic"])  # as the client writes it: by that it tells topics apart
+
+            def hear(content: Message) -> None:
+                body = b'{"op":"publish","topic":' + name + b',"msg":' + _encode(content) + b"}"
+                self._outbox.feed(topic, body)
+
+            self._feeds[topic] = (topic, hear, {})
+            self._node.listen(topic, hear)
+        self._feeds[topic][2][_key(message)] = (throttle_s, queue_length)
+        self._set_feed(topic)
+
+    def _unsubscribe(self, message: Message) -> None:
+        topic = self._topic_of(message)
+        if topic not in self._feeds:
+            raise _Misuse(f"{topic} is not subscribed to")
+        subscriptions = self._feeds[topic][2]
+        if "id" in message:
+            subscriptions.pop(_key(message), None)
+        else:
+            subscriptions.clear()
+        if subscriptions:
+            self._set_feed(topic)
+        else:
+            self._end_feed(topic)
+
+    def _set_feed(self, topic: str) -> None:
+        """Of several subscriptions the most demanding counts. Results wait until they are sent."""
+        wishes = self._feeds[topic][2].values()
+        queue_length = LONGEST_FEED if topic == COMMAND_RESULT else max(length for _, length in wishes)
+        self._outbox.set_feed(topic, min(throttle_s for throttle_s, _ in wishes), queue_length)
+
+    def _end_feed(self, topic: str) -> None:
+        self._node.unlisten(topic, self._feeds.pop(topic)[1])
+        self._outbox.end_feed(topic)
+
+    def _call_service(self, message: Message) -> None:
+        name = message.get("service")
+        if not isinstance(name, str):
+            raise _Misuse("service: expected a name")
+
+        def respond(values: Any, *, result: bool = True) -> None:
+            response = {"op": "service_response", "service": name, "values": values, "result": result}
+            self._reply({**response, "id": message["id"]} if "id" in message else response)
+
+        def fail(reason: str) -> None:
+            self._log.refused(self._name, f"call_service {_shown(name)}", COMMUNICATION_FAILURE, reason)
+            respond(reason, result=False)
+
+        service_name, arguments = rooted(name), message.get("args", {})
+        if service_name in self._node.services:
+            try:
+                request = _request(self._node.services[service_name], arguments)
+                self._node.call(service_name, request, respond, fail)
+            except BadMessage as fault:
+                fail(str(fault))
+            return
+        try:
+            values = self._api.calls[service_name](arguments if isinstance(arguments, dict) else {})
+        except KeyError as missing:
+            fail(f"there is no {_shown(missing.args[0])}")
+        else:
+            respond(values)
+
+    def _authenticate(self, message: Message) -> None:
+        if self._secret is None or self._known:
+            return
+        wrong = self._secret.fault_of(message)
+        if wrong is not None:
+            self.closing = True
+            raise _Misuse(f"not let in: {wrong}")
+        self._known = True
+
+    def _set_level(self, message: Message) -> None:
+        if message.get("level") not in LEVELS:
+            raise _Misuse(f"level {_shown(message.get('level'))}: expected one of {', '.join(LEVELS)}")
+        self._level = LEVELS.index(message["level"])
+
+    def _topic_of(self, message: Message) -> str:
+        topic = message.get("topic")
+        if not isinstance(topic, str):
+            raise _Misuse("topic: expected a name")
+        return rooted(topic)
+
+
+def _check_type(topic: str, kind: str, told: Any) -> None:
+    if told not in (None, "", "*", kind):
+        raise _Misuse(f"{topic} is of type {kind}, not {_shown(told)}")
+
+
+def _number(message: Message, field: str) -> float:
+    value = message.get(field, 0)
+    if value is None:
+        return 0.0
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= 2**31:
+        _expected_number(field)
+    return float(value)
+
+
+def _expected_number(field: str) -> NoReturn:
+    raise _Misuse(f"{field}: expected a number from 0 on")
+
+
+def _key(message: Message) -> Any:
+    """What tells one subscription of a topic from another."""
+    identifier = message.get("id")
+    return identifier if isinstance(identifier, str | int | float) else None
+
+
+def _request(kind: str, arguments: Any) -> Any:
+    """Arguments by name, or in the order of the fields."""
+    if not isinstance(arguments, list):
+        return {} if arguments is None else arguments
+    fields = service(kind).request.fields
+    if len(arguments) > len(fields):
+        raise BadMessage(f"expected up to {len(fields)} arguments, got {len(arguments)}")
+    return {field.name: value for field, value in zip(fields, arguments, strict=False)}
+
+
+def _shown(what: Any) -> str:
+    text = what.decode("utf-8", "backslashreplace") if isinstance(what, bytes) else str(what)
+    return shortened(harmless(text), _LONGEST_SHOWN)

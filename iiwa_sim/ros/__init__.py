@@ -1,0 +1,1 @@
+"""The ROS side of a robot: its node, and the fronts through which others reach it."""

@@ -1,0 +1,99 @@
+"""A robot in simulated time as a ROS node, and the messages that go to it and come from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from iiwa_sim.dialect.rmi.local import LocalRobot
+from iiwa_sim.dialect.rmi.node import Node
+from tests.stepped import SteppedRobot
+
+NOW_NS = 1_700_000_000_250_000_000
+
+
+class SilentLog:
+    """Keeps what was refused."""
+
+    commands = False
+
+    def __init__(self) -> None:
+        self.refusals: list[tuple[str, str, int, str]] = []
+
+    def command(self, session: str, line: str, reply: str) -> None: ...
+
+    def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        self.refusals.append((session, line, code, reason))
+
+    def stopped(self, session: str, vanished: bool) -> None: ...
+
+    def exception(self, _session: str, _line: str, fault: Exception) -> None:
+        raise fault
+
+
+class RosRobot(SteppedRobot):
+    """Everything that its node publishes is kept in `heard`."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.log = SilentLog()
+        self.node = Node(LocalRobot(self.controller), lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
+        self.heard: dict[str, list[dict[str, Any]]] = {}
+        self.hears("/command_result")
+
+    def hears(self, topic: str) -> list[dict[str, Any]]:
+        messages = self.heard.setdefault(topic, [])
+        self.node.listen(topic, messages.append)
+        return messages
+
+    def step(self, ticks: int = 1) -> None:
+        for _ in range(ticks):
+            super().step()
+            self.node.step()
+
+    def gets(self, *commands: dict[str, Any], replace: bool = False) -> None:
+        self.notice_mode()
+        self.node.receive("/command_list", {"commands": commands, "replace_previous_commands": replace})
+        self._stop_ticks = self._longest_stop if replace else self._stop_ticks
+
+    def calls(self, service: str, **request: Any) -> Any:
+        """The response, or the reason why there is none."""
+        answers: list[Any] = []
+        self.node.call(service, request, answers.append, answers.append)
+        assert len(answers) == 1
+        return answers[0]
+
+    @property
+    def results(self) -> list[tuple[int, int]]:
+        """Ids and codes, in the order in which they came."""
+        return [(r["command_id"], r["result_code"]) for r in self.heard["/command_result"]]
+
+    @property
+    def words(self) -> list[str]:
+        return [result["additional_information"] for result in self.heard["/command_result"]]
+
+    def runs_until_results(self, count: int, limit_s: float = 60.0) -> None:
+        ticks = 0
+        while len(self.results) < count:
+            self.step()
+            ticks += 1
+            assert ticks * self.tick_s < limit_s, self.results
+
+
+def ptp(identifier: int, joints: Sequence[float], **fields: Any) -> dict[str, Any]:
+    """A PTP command to joint positions at half speed."""
+    return command(identifier, "PTP", "JOINTS", joints, **fields)
+
+
+def command(
+    identifier: int, kind: str, pose_type: str, pose: Sequence[float], **fields: Any
+) -> dict[str, Any]:
+    speed = {"velocity_type": "%", "velocity": [0.5]}
+    return {
+        "command_id": identifier,
+        "command_type": kind,
+        "pose_type": pose_type,
+        "pose": list(pose),
+        **speed,
+        **fields,
+    }

@@ -1,0 +1,376 @@
+"""A simulator on rosbridge, over real sockets: with the clients that people use, and with bad ones."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+
+from iiwa_sim.dialect.rmi.node import PUBLISHED
+from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.serve.rosbridge import LONGEST_FRAME_BYTES, POLICY_VIOLATION
+from iiwa_sim.simulator import Simulator
+from tests.processes import IIWA_SIM, Process, running
+from tests.ros_robot import ptp
+from tests.talking import DEADLINE_S, Client
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+TOO_BIG = 1009
+A = [0.3, 0.3, 0.0, -1.2, 0.0, 1.0, 0.0]
+B = [0.6, 0.5, 0.0, -1.2, 0.0, 1.0, 0.0]
+
+
+class Ros:
+    """A client that speaks JSON by hand."""
+
+    def __init__(self, connection: ClientConnection) -> None:
+        self.connection = connection
+
+    async def says(self, operation: str, **fields: Any) -> None:
+        await self.connection.send(json.dumps({"op": operation, **fields}))
+
+    async def hears(self) -> dict[str, Any]:
+        async with asyncio.timeout(DEADLINE_S):
+            heard: dict[str, Any] = json.loads(await self.connection.recv())
+        return heard
+
+    async def calls(self, service: str, **args: Any) -> dict[str, Any]:
+        """The response; what comes before is passed over."""
+        await self.says("call_service", service=service, args=args, id="call")
+        while (heard := await self.hears()).get("id") != "call":
+            pass
+        return heard
+
+
+@asynccontextmanager
+async def client_of(simulator: Simulator, path: str = "/") -> AsyncIterator[Ros]:
+    assert simulator.rosbridge_port is not None
+    url = f"ws://127.0.0.1:{simulator.rosbridge_port}{path}"
+    async with connect(url, open_timeout=DEADLINE_S, close_timeout=1.0) as connection:
+        yield Ros(connection)
+
+
+@pytest.fixture
+async def simulator() -> AsyncIterator[Simulator]:
+    async with Simulator(rosbridge_port=0) as simulator:
+        yield simulator
+
+
+@pytest.fixture
+async def ros(simulator: Simulator) -> AsyncIterator[Ros]:
+    async with client_of(simulator, "/dnb-rosbridge") as ros:
+        yield ros
+
+
+def port_of(process: Process) -> str:
+    assert process.process.stdout is not None
+    said, _, port = process.process.stdout.readline().strip().rpartition(":")
+    assert said == "rosbridge on 127.0.0.1"
+    return port
+
+
+@pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
+def test_roslibpy_drives_the_robot() -> None:
+    with running("--rosbridge-port", "0") as process:
+        said = subprocess.run(
+            [sys.executable, str(EXAMPLES / "ros_roslibpy.py"), "127.0.0.1", port_of(process)],
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    assert said.returncode == 0, said.stderr
+    at, *results, scale, set_io, get_io, stop, set_ios, get_ios = said.stdout.splitlines()
+    assert at.startswith("at [0.0, 0.52")
+    assert results[:3] == ["command 1 -> 0 ", "command 2 -> 0 ", "command 3 -> 0 "]
+    assert results[3].startswith("command 4 -> 3000 command_type 'CIRC'")
+    assert scale.endswith("-> {}")
+    assert set_io.endswith("-> {'error': 0}")
+    assert get_io.endswith("-> {'value': True, 'error': 0}")
+    assert stop.endswith("-> {'success': True, 'message': ''}")
+    assert set_ios.endswith("-> {'success': True, 'message': ''}")
+    assert get_ios.endswith("'ios': [{'group_id': 'DO', 'pin_number': 6, 'value': True}]}")
+
+
+@pytest.fixture(scope="session")
+def roslibjs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the package roslib in it."""
+    npm = shutil.which("npm")
+    if npm is None or shutil.which("node") is None:
+        pytest.skip("there is no node and npm on this machine")
+    folder = tmp_path_factory.mktemp("roslibjs")
+    got = subprocess.run(
+        [npm, "install", "--prefix", str(folder), "--no-audit", "--no-fund", "--fetch-retries=0", "roslib@2"],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    if got.returncode:
+        pytest.skip("npm cannot have the package roslib here")
+    return folder
+
+
+@pytest.mark.requirement("FRA002", "FRA005")
+def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
+    script = shutil.copy(EXAMPLES / "ros_roslibjs.mjs", roslibjs)
+    with running("--rosbridge-port", "0") as process:
+        said = subprocess.run(
+            ["node", str(script), f"ws://127.0.0.1:{port_of(process)}/dnb-rosbridge"],
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    assert said.returncode == 0, said.stderr
+    assert said.stdout.splitlines() == [
+        "command 1 -> 0 ",
+        "command 2 -> 0 ",
+        "command 3 -> 3000 command_type 'CIRC': expected one of LIN, PTP, SMART, DIRECT, LINFORCE, PTPFORCE",
+        "at 0.000,0.500,0.000,-1.200,0.000,1.300,0.000",
+        "/scale_speed {}",
+        '/set_io {"error":2}',
+        '/stop_robot_right_now {"success":true,"message":""}',
+        "/nothing failed: there is no /nothing",
+    ]
+
+
+@pytest.mark.requirement("FRA007", "FRA104", "FRA201")
+async def test_joint_states_come_100_times_a_second_of_ticks(simulator: Simulator, ros: Ros) -> None:
+    await ros.says("subscribe", topic="/joint_states", queue_length=1000)
+    first = await ros.hears()
+    tick = simulator.controller.tick
+    sequence = [(await ros.hears())["msg"]["header"]["seq"] for _ in range(100)]
+    ticks = simulator.controller.tick - tick
+    start = first["msg"]["header"]["seq"]
+    assert sequence == list(range(start + 1, start + 101)), "none is lost"
+    assert ticks >= 495, "5 ticks lie between two of them"
+
+
+async def test_telnet_and_ros_share_the_robot(simulator: Simulator, ros: Ros) -> None:
+    await ros.says("subscribe", topic="/command_result")
+    await ros.says("publish", topic="/command_list", msg={"commands": [ptp(1, A), ptp(2, B)]})
+    telnet = await Client.connect(simulator.port)
+    while await telnet.ask("get status") != "moving":
+        pass
+    assert await telnet.ask("stop") == "done"
+    results = [(await ros.hears())["msg"] for _ in range(2)]
+    assert [(result["command_id"], result["result_code"]) for result in results] == [(1, 3060), (2, 3060)]
+    assert results[0]["additional_information"] == "stopped"
+    await telnet.leaves()
+
+
+async def test_a_client_that_goes_does_not_stop_the_robot(simulator: Simulator) -> None:
+    async with client_of(simulator) as ros:
+        slow = ptp(1, B, velocity=[0.2])  # so that the other one is there in time
+        await ros.says("publish", topic="/command_list", msg={"commands": [slow]})
+        assert (await ros.calls("/rosapi/nodes"))["result"] is True
+    async with client_of(simulator) as other:
+        await other.says("subscribe", topic="/command_result")
+        assert (await other.hears())["msg"]["result_code"] == 0
+    assert simulator.controller.joints == pytest.approx(B)
+
+
+async def test_time_that_passes_when_told_carries_commands_out() -> None:
+    async with Simulator(clock="stepped", rosbridge_port=0) as simulator, client_of(simulator) as ros:
+        await ros.says("subscribe", topic="/command_result")
+        await ros.says("publish", topic="/command_list", msg={"commands": [ptp(1, A), ptp(2, B)]})
+        assert (await ros.calls("/rosapi/nodes"))["result"] is True
+        assert simulator.controller.tick == 0
+        assert await simulator.clock.run_until_stopped(10.0) > 0.5
+        assert simulator.controller.joints == pytest.approx(B)
+        await simulator.clock.advance(0.002)
+        results = [(await ros.hears())["msg"] for _ in range(2)]
+        assert [(result["command_id"], result["result_code"]) for result in results] == [(1, 0), (2, 0)]
+
+
+async def test_a_fast_robot_begins_when_a_list_comes() -> None:
+    async with Simulator(clock="fast", rosbridge_port=0) as simulator, client_of(simulator) as ros:
+        await ros.says("subscribe", topic="/command_result")
+        slow = ptp(1, A, velocity=[0.01])
+        await ros.says("publish", topic="/command_list", msg={"commands": [slow]})
+        assert (await ros.hears())["msg"]["result_code"] == 0
+        assert simulator.controller.tick * 0.002 > 10.0
+
+
+@pytest.mark.parametrize("size", [LONGEST_FRAME_BYTES + 1, 4 * LONGEST_FRAME_BYTES])
+async def test_a_huge_frame_ends_its_connection_only(simulator: Simulator, ros: Ros, size: int) -> None:
+    async with client_of(simulator) as huge:
+        with contextlib.suppress(ConnectionClosed):  # perhaps while it is being sent
+            await huge.connection.send("x" * size)
+        with pytest.raises(ConnectionClosed) as closed:
+            await huge.hears()
+    assert closed.value.rcvd is not None
+    assert closed.value.rcvd.code == TOO_BIG
+    assert (await ros.calls("/rosapi/nodes"))["result"] is True
+
+
+async def test_messages_that_are_none_are_told_and_the_connection_goes_on(ros: Ros) -> None:
+    for message in ('{"op":', "[]", '{"op":"dance"}', '{"op":"publish","topic":"/command_list","msg":NaN}'):
+        await ros.connection.send(message)
+        status = await ros.hears()
+        assert (status["op"], status["level"]) == ("status", "error")
+    await ros.connection.send(b"\x00\x01binary")
+    assert (await ros.hears())["op"] == "status"
+    assert (await ros.calls("/rosapi/nodes"))["result"] is True
+
+
+async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
+    simulator: Simulator, ros: Ros
+) -> None:
+    port = simulator.rosbridge_port
+    stuck = []
+    for _ in range(3):
+        connection = await asyncio.to_thread(_deaf, port)
+        for topic in PUBLISHED:
+            connection.sendall(_frame(json.dumps({"op": "subscribe", "topic": topic}).encode()))
+        stuck.append(connection)
+    floods = [asyncio.create_task(_flood(simulator)) for _ in range(2)]
+    try:
+        await ros.says("subscribe", topic="/joint_states", queue_length=1000)
+        first = (await ros.hears())["msg"]["header"]["seq"]
+        for k in range(1, 101):
+            assert (await ros.hears())["msg"]["header"]["seq"] == first + k
+        await ros.says("unsubscribe", topic="/joint_states")
+        for _ in range(20):
+            assert (await ros.calls("/get_io", number=1))["values"] == {"value": False, "error": 0}
+        telnet = await Client.connect(simulator.port)
+        assert await telnet.ask("hello") == "hello"
+        await telnet.leaves()
+        assert not any(flood.done() for flood in floods)
+    finally:
+        for flood in floods:
+            flood.cancel()
+        await asyncio.wait(floods)
+        for connection in stuck:
+            connection.close()
+
+
+async def test_a_client_that_asks_and_does_not_read_is_dropped(
+    simulator: Simulator, ros: Ros, caplog: pytest.LogCaptureFixture
+) -> None:
+    connection = await asyncio.to_thread(_deaf, simulator.rosbridge_port)
+    question = _frame(json.dumps({"op": "call_service", "service": "/rosapi/services"}).encode())
+
+    def ask() -> None:
+        with contextlib.suppress(ConnectionError):
+            for _ in range(1_000_000):
+                connection.sendall(question)
+
+    await asyncio.to_thread(ask)
+    connection.close()
+    assert "asks and does not read the answers: it is dropped" in caplog.text
+    assert (await ros.calls("/rosapi/nodes"))["result"] is True
+
+
+async def test_with_a_secret_strangers_are_closed_and_told() -> None:
+    async with Simulator(rosbridge_port=0, rosbridge_secret="s") as simulator, client_of(simulator) as ros:
+        await ros.says("call_service", service="/rosapi/nodes")
+        assert (await ros.hears())["msg"] == "expected op auth before any other"
+        with pytest.raises(ConnectionClosed) as closed:
+            await ros.hears()
+        assert closed.value.rcvd is not None
+        assert closed.value.rcvd.code == POLICY_VIOLATION
+
+
+async def test_after_the_context_nothing_listens_and_clients_are_closed() -> None:
+    async with Simulator(rosbridge_port=0) as simulator:
+        port = simulator.rosbridge_port
+        connection = await connect(f"ws://127.0.0.1:{port}", open_timeout=DEADLINE_S)
+    with pytest.raises(ConnectionClosed):
+        await Ros(connection).hears()
+    with pytest.raises(ConnectionRefusedError):
+        await connect(f"ws://127.0.0.1:{port}", open_timeout=DEADLINE_S)
+
+
+async def test_a_port_in_use_is_told_and_nothing_is_left_listening(simulator: Simulator) -> None:
+    second = Simulator(rosbridge_port=simulator.rosbridge_port)
+    with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.rosbridge_port}: "):
+        await second.__aenter__()
+    with pytest.raises(RuntimeError, match="does not listen"):
+        _ = second.port
+
+
+def test_without_websockets_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
+    monkeypatch.delitem(sys.modules, "iiwa_sim.serve.rosbridge", raising=False)
+    with pytest.raises(RosFault, match=r"pip install 'iiwa-sim\[rosbridge\]'"):
+        Simulator(rosbridge_port=0)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--rosbridge-secret", "{file}"], "expected --rosbridge-port with it"),
+        (["--rosbridge-port", "0", "--rosbridge-secret", "{empty}"], "is empty, expected a secret"),
+        (["--rosbridge-port", "0", "--rosbridge-secret", "/nowhere"], "cannot be read: No such file"),
+        (["--rosbridge-port", "70000"], "not a whole number from 0 to 65535"),
+    ],
+)
+def test_options_that_do_not_fit(tmp_path: Path, options: list[str], words: str) -> None:
+    (tmp_path / "secret").write_text("s\n")
+    (tmp_path / "empty").write_text("\n")
+    given = [each.format(file=tmp_path / "secret", empty=tmp_path / "empty") for each in options]
+    done = subprocess.run(
+        [*IIWA_SIM, "--port", "0", *given], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def _deaf(port: int) -> socket.socket:
+    """A WebSocket that nobody reads from."""
+    connection = socket.socket()
+    connection.settimeout(DEADLINE_S)
+    # Before it connects: a buffer that shrinks later loses segments with their acknowledgements.
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    connection.connect(("127.0.0.1", port))
+    connection.sendall(
+        b"GET / HTTP/1.1\r\nHost: robot\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+    )
+    head = b""
+    while not head.endswith(b"\r\n\r\n"):
+        head += connection.recv(1)
+    assert b" 101 " in head
+    return connection
+
+
+def _frame(text: bytes) -> bytes:
+    """A masked text frame of less than 64 KiB; the mask is all zeros."""
+    length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
+    return b"\x81" + length + b"\x00" * 4 + text
+
+
+async def _flood(simulator: Simulator) -> None:
+    """Nonsense, calls and long lists as fast as they are taken; what is answered is thrown away."""
+    wrong = [{**ptp(k, A), "velocity": []} for k in range(500)]
+    async with client_of(simulator) as ros:
+        reading = asyncio.create_task(_read(ros.connection))
+        try:
+            while True:
+                await ros.says("dance")
+                await ros.connection.send("{" * 1000)
+                await ros.says("call_service", service="/get_io", args={"number": 3})
+                await ros.says("publish", topic="/command_list", msg={"commands": wrong})
+        finally:
+            reading.cancel()
+
+
+async def _read(connection: ClientConnection) -> None:
+    while True:
+        await connection.recv()
