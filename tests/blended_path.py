@@ -221,7 +221,7 @@ def progress(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Arra
     shift = np.subtract(end.translation, start.translation)
     length = float(np.linalg.norm(shift))
     axis, angle = _turn(start, end)
-    a3_way = way[2]
+    a3_way = way[2] if robot.redundant else 0.0
     done = ticks.r @ np.array(start.rotation).reshape(3, 3).T
     turned = np.arctan2(axis @ _skew(done) / 2.0, (np.trace(done, axis1=1, axis2=2) - 1.0) / 2.0)
     if length > SHORTEST_WAY_M:
@@ -235,7 +235,7 @@ def progress(robot: SteppedRobot, move: Sent, ticks: Ticks) -> tuple[Array, Arra
     off_line = np.linalg.norm(ticks.p - start.translation - s[:, None] * shift, axis=1)
     expected = rotation_exp(s[:, None] * (angle * axis)) @ np.array(start.rotation).reshape(3, 3)
     off_arc = np.linalg.norm(expected - ticks.r, axis=(1, 2)) / np.sqrt(2.0)
-    off_a3 = np.abs(ticks.q[:, 2] - move.start[2] - s * a3_way)
+    off_a3 = np.abs(ticks.q[:, 2] - move.start[2] - s * a3_way) * robot.redundant
     off = np.max([off_line / OFF_PATH_M, off_arc / OFF_PATH_RAD, off_a3 / OFF_PATH_RAD], axis=0)
     return s, off, rounding
 

@@ -286,9 +286,10 @@ class Recorder:
         """Joints and frame of a target; where the frame is shifted, the joints are only near."""
         d = self.robot.description
         parts, end = np.array(move.parts), np.array(self.end)
-        reach = np.minimum(np.abs(d.position_min), np.abs(d.position_max))
+        centre = 0.5 * np.add(d.position_min, d.position_max)
+        reach = 0.5 * np.subtract(d.position_max, d.position_min)
         moves = self.runs[-1].moves
-        far = REACH * reach * parts
+        far = centre + REACH * reach * parts
         toward: dict[str, Any] = {
             "near": end + NEAR * reach * parts,
             "far": end + NEAR * reach * parts if move.kind.startswith("lin") else far,
@@ -300,7 +301,7 @@ class Recorder:
             "back": moves[-1].start if moves else end,
             "on": end + 0.5 * np.subtract(moves[-1].corner, moves[-1].start) if moves else end,
         }
-        joints = tuple(np.clip(toward[move.place], -0.97 * reach, 0.97 * reach).tolist())
+        joints = tuple(np.clip(toward[move.place], centre - 0.97 * reach, centre + 0.97 * reach).tolist())
         frame = self.robot.tcp_frame(joints)
         here = self.scout.controller.tool_frame()
         shift = np.concatenate([LARGEST_SHIFT_MM * parts[:3], LARGEST_TURN_RAD * parts[3:6]])

@@ -31,7 +31,9 @@ class Move:
         c = robot.controller
         joints: Sequence[float] = self.joints
         if self.short:  # next to where the robot is now, so that lines are within reach
-            joints = np.add(c.joints, 0.15 * np.array(self.joints)).tolist()
+            d = robot.description
+            off_centre = np.array(self.joints) - 0.5 * np.add(d.position_min, d.position_max)
+            joints = np.add(c.joints, 0.15 * off_centre).tolist()
         frame = robot.tcp_frame(joints)
         speed = self.speeds_rel[0]
         try:
@@ -63,8 +65,13 @@ class Stop:
 
 def moves(description: RobotDescription) -> st.SearchStrategy[Move]:
     parts = st.floats(-REACH, REACH, allow_subnormal=False)
-    limits = np.minimum(np.abs(description.position_min), np.abs(description.position_max))
-    joints = st.tuples(*(parts.map(lambda part, limit=limit: float(part * limit)) for limit in limits))
+    limits = list(zip(description.position_min, description.position_max, strict=True))
+    joints = st.tuples(
+        *(
+            parts.map(lambda part, low=low, high=high: 0.5 * (low + high + part * (high - low)))
+            for low, high in limits
+        )
+    )
     speeds = st.tuples(*(st.sampled_from([1.0, 0.7, 0.2]) for _ in limits))
     kinds = st.sampled_from(["joint", "ptp", "ptpr", "lin", "linr"])
     return st.builds(Move, kinds, joints, speeds, st.integers(0, 300), st.booleans())

@@ -13,11 +13,12 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
-from iiwa_sim.robot.description import RobotDescription, load_robot
+from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 
 Array = NDArray[np.float64]
 
+ROBOTS = built_in_robots()
 TOLERANCE = 1.01  # of planned acceleration and jerk
 ROUNDING = 1e-9
 
@@ -100,6 +101,11 @@ class SteppedRobot:
     def _meets(self, contact: Contact) -> None:
         self.contacts.append(contact)
         self._stop_ticks = self._longest_stop + 1  # it begins in the next tick
+
+    @property
+    def redundant(self) -> bool:
+        """Whether A3 is free to choose."""
+        return self.description.kinematics == "srs"
 
     @property
     def _longest_stop(self) -> int:

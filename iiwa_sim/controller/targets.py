@@ -16,8 +16,6 @@ DIRECT_REACH_RAD = 0.087
 """A direct target is no farther from the present position on any axis. Published: the original's."""
 LONGEST_APPROACH_S = 3600.0
 """A target that would take longer to reach is refused: its speed is a mistake."""
-LONGEST_BRAKING_S = 0.3
-"""At full speed a robot comes to rest in less: 0.2 s at full deceleration, and jerk."""
 
 
 class Targets:
@@ -65,7 +63,8 @@ class Targets:
         full = self.limits[mode]
         limits = full.at_speed(speed_rel)
         # A robot in motion may have to brake first, and to come back the way that takes.
-        if (way + full.velocity * LONGEST_BRAKING_S > limits.velocity * LONGEST_APPROACH_S).any():
+        braking_s = full.velocity / full.acceleration + 2.0 * full.acceleration / full.jerk
+        if (way + full.velocity * braking_s > limits.velocity * LONGEST_APPROACH_S).any():
             reason = f"at this speed the target might take more than {LONGEST_APPROACH_S:g} s"
             raise Refused(EXECUTION, reason)
         return target, limits

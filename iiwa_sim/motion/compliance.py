@@ -313,8 +313,9 @@ class Compliance:
 
 
 def _seven(values: list[float]) -> Deflection:
-    x, y, z, a, b, c, r = values
-    return (x, y, z, a, b, c, r)
+    """Without redundancy, nothing acts on it."""
+    x, y, z, a, b, c, *r = values
+    return (x, y, z, a, b, c, r[0] if r else 0.0)
 
 
 def _log(rotation: Rotation) -> Vector:

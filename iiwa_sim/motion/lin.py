@@ -1,9 +1,11 @@
 """LIN: joints along a straight line of the TCP, the redundancy going evenly from start to target.
 
 A line stays on the branch it starts on. Where it goes exactly through a singular pose, as when A6 passes zero
-in the plane of the arm, it goes on along the branch that continues it without a jump of any joint.
+in the plane of the arm, it goes on along the branch that continues it without a jump of any joint. A joint
+goes on through half a turn, too, where the inverse starts again at the other end.
 """
 
+from math import pi, tau
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +16,7 @@ from iiwa_sim.motion.limits import STANDSTILL_RAD, Array, JointLimits
 from iiwa_sim.motion.path import Joints, PathSamples
 from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.robot.inverse import Inverse
+from iiwa_sim.robot.turns import continued, continued_rows
 
 MOST_SAMPLES = 400
 SMALLEST_STEP = 1e-4  # between samples
@@ -81,6 +84,8 @@ class Line:
         self._tail: Array | None = None
         self.samples = self._sample()
         self.end: Joints = tuple(self.samples.q[-1].tolist())
+        # Elsewhere the inverse gives all positions as they are.
+        self._beyond_half_turn = bool(np.abs(self.samples.q).max() > pi - LARGEST_STEP_RAD)
 
     def joints(self, s: float) -> Joints:
         """See `Path`."""
@@ -93,14 +98,24 @@ class Line:
         k = len(self._stretches) - 1
         while self._stretches[k].s > s:
             k -= 1
-        return self._joints(s, self._stretches[k])
+        joints = self._joints(s, self._stretches[k])
+        return continued(joints, self._sampled(s)) if self._beyond_half_turn else joints
 
     def joints_along(self, s: Array) -> Array:
         """See `Path`."""
         singular = self._head is not None or self._tail is not None or len(self._stretches) > 1
         if singular or s[-1] >= 1.0:
             return np.array([self.joints(x) for x in s.tolist()])
-        return self._positions(s)
+        joints = self._positions(s)
+        if self._beyond_half_turn:
+            places = self.samples.s.searchsorted(s, side="right") - 1
+            return continued_rows(joints, self.samples.q[places])
+        return joints
+
+    def _sampled(self, s: float) -> Joints:
+        """Joint positions at the sample before s."""
+        place = int(self.samples.s.searchsorted(s, side="right")) - 1
+        return tuple(self.samples.q[place].tolist())
 
     def _joints(self, s: float, stretch: _Stretch) -> Joints:
         redundancy = self._redundancy + s * self._redundancy_way
@@ -135,33 +150,38 @@ class Line:
             between = _between(s, split)
             s, q = np.concatenate([s, between]), np.concatenate([q, self._positions(between)])
             order = s.argsort()
-            s, q = s[order], q[order]
+            s, q = s[order], _without_turns(q[order])
 
     def _from_start_to_end(self, s: Array) -> Array:
         """Joint positions (m, n) at rising values of s (m,), 0 and 1 included."""
         q = self._positions(s)
         q[0] = self._stretches[0].seed
+        q = _without_turns(q)
         if len(self._inverse.merging_statuses(q[-1].tolist(), FREE_AT_END)) > 1:
             # A joint that is free at the end keeps the position that it comes with. The inverse cannot tell
             # it, and next to the end the last digits of the target decide on it.
             last = self._stretches[-1]
-            tail = self._polynomial(1.0, -TAIL, last)
-            end = self._joints(1.0, last._replace(seed=tuple(tail[0].tolist())))
+            tail = self._polynomial(1.0, -TAIL, last, tuple(q[-2].tolist()))
+            coming: Joints = tuple(tail[0].tolist())
+            end = continued(self._joints(1.0, last._replace(seed=coming)), coming)
             self._tail = _through(tail, end)
             q[-1] = end
         start = self._stretches[0]
         if len(self._inverse.merging_statuses(start.seed, FREE_AT_START)) > 1:
             # A joint that is free at the start must have the position that it leaves with.
-            head = self._polynomial(0.0, TAIL, start)
+            head = self._polynomial(0.0, TAIL, start, start.seed)
             mismatch = np.abs(head[0] - start.seed)
             if mismatch.max() > LARGEST_MISMATCH_RAD:
                 raise SingularLine(0.0, int(mismatch.argmax()))
             self._head = _through(head, start.seed)
         return q
 
-    def _polynomial(self, end: float, inwards: float, stretch: _Stretch) -> Array:
-        """Coefficients (4, n) of the joints over (s - end) / inwards, from what lies inwards of the end."""
-        near = np.array([self._joints(end + k * inwards, stretch) for k in (1, 2, 3, 4)])
+    def _polynomial(self, end: float, inwards: float, stretch: _Stretch, beside: Joints) -> Array:
+        """Coefficients (4, n) of the joints over (s - end) / inwards, from what lies inwards of the end.
+
+        Joint positions are near those at the sample `beside`.
+        """
+        near = np.array([continued(self._joints(end + k * inwards, stretch), beside) for k in (1, 2, 3, 4)])
         coefficients: Array = np.linalg.solve(np.vander([1.0, 2.0, 3.0, 4.0], increasing=True), near)
         return coefficients
 
@@ -192,7 +212,7 @@ class Line:
         for status in self._inverse.statuses:
             other = _Stretch(after, status, coming)
             try:
-                going = self._joints(after, other)
+                going = continued(self._joints(after, other), coming)
             except LineOutOfReach:
                 continue
             if status == own.status or _distance(going, coming) > LARGEST_STEP_RAD:
@@ -202,7 +222,8 @@ class Line:
                 s = 0.5 * (low + high)
                 part = (s - before) / (after - before)
                 expected = tuple([a + part * (b - a) for a, b in zip(coming, going, strict=True)])
-                on_own, on_other = self._joints(s, own), self._joints(s, other)
+                on_own = continued(self._joints(s, own), expected)
+                on_other = continued(self._joints(s, other), expected)
                 if _distance(on_own, expected) <= _distance(on_other, expected):
                     low = s
                 else:
@@ -212,6 +233,17 @@ class Line:
                 self._stretches.append(_Stretch(high, status, coming))
                 return True
         return False
+
+
+def _without_turns(q: Array) -> Array:
+    """Joint positions (m, n) along a line, without the whole turns between one and the next."""
+    steps = np.diff(q, axis=0)
+    if np.abs(steps).max() <= pi:
+        return q
+    turns = np.zeros_like(q)
+    turns[1:] = np.cumsum(np.round(steps / tau), axis=0)
+    unturned: Array = q - tau * turns
+    return unturned
 
 
 def _between(s: Array, split: NDArray[np.bool_]) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from operator import mul
 from pathlib import Path
 
 from iiwa_sim.frames import Transform
@@ -101,8 +102,8 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     settings = read_settings(settings_path, _text(folder, SETTINGS_FILE, name_or_folder))
     limits, direct = settings.limits, settings.direct
     velocity = limits.velocity()
-    acceleration = tuple(limits.acceleration_per_velocity_per_s * v for v in velocity)
-    direct_acceleration = tuple(direct.acceleration_per_velocity_per_s * v for v in velocity)
+    acceleration = tuple(map(mul, limits.acceleration_ratios(), velocity))
+    direct_acceleration = tuple(map(mul, direct.acceleration_ratios(len(velocity)), velocity))
     return RobotDescription(
         name=settings.name,
         kinematics=settings.kinematics,

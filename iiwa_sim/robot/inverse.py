@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.fault import RobotFault
 from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.opw import Opw
 from iiwa_sim.robot.srs import Srs
 
 
@@ -19,7 +20,7 @@ class Inverse(Protocol):
 
     The status says which of the branches is meant; where two merge, at a singular pose, either may be asked
     for. A joint that is free there keeps its position in `seed`. Joint limits are not looked at; angles are
-    in (-pi, pi]. A robot without redundancy ignores `redundancy`.
+    in (-pi, pi], see `iiwa_sim.robot.turns`. A robot without redundancy ignores `redundancy`.
     """
 
     @property
@@ -73,7 +74,7 @@ class Inverse(Protocol):
         """Signs of the joint positions: bit i is set where joint i + 1 is negative."""
 
     def redundancy(self, q: Sequence[float]) -> float:
-        """The redundancy of joint positions."""
+        """The redundancy of joint positions; 0 for a robot that has none."""
 
 
 def inverse_of(model: Model) -> Inverse:
@@ -84,4 +85,6 @@ def inverse_of(model: Model) -> Inverse:
     description = model.description
     if description.kinematics == "srs":
         return Srs(model)
-    raise RobotFault(description.settings_path, "kinematics", repr(description.kinematics), "'srs'")
+    if description.kinematics == "opw":
+        return Opw(model)
+    raise RobotFault(description.settings_path, "kinematics", repr(description.kinematics), "'srs' or 'opw'")

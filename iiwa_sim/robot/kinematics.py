@@ -1,6 +1,7 @@
 """The kinematics of the TCP, forward and inverse, with the redundancy as a coordinate of its own."""
 
 from collections.abc import Sequence
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from iiwa_sim.frames import Transform, compose, inverse, rotate
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.turns import continued
 
 
 class Kinematics:
@@ -18,6 +20,8 @@ class Kinematics:
         self._inverse = inverse_kinematics
         self._tool_in_flange = tool_in_flange
         self._flange_in_tool = inverse(tool_in_flange)
+        d = model.description
+        self._beyond_half_turn = min(d.position_min) < -pi or max(d.position_max) > pi
         # The redundancy is linear in the joints: where it is a joint's position, this is that joint's unit.
         count = model.joint_count
         none = inverse_kinematics.redundancy([0.0] * count)
@@ -38,10 +42,13 @@ class Kinematics:
         return self._inverse.redundancy(q)
 
     def joints(self, tcp: Transform, redundancy: float, present: Sequence[float]) -> tuple[float, ...] | None:
-        """Joint positions for a pose of the TCP on the present branch, or None where that does not reach
-        it."""
+        """Joint positions for a pose of the TCP on the present branch, or None where that does not reach it.
+
+        Joints that can turn beyond half a turn are where that is nearest to the present position.
+        """
         flange = compose(tcp, self._flange_in_tool)
-        return self._inverse.joints(flange, redundancy, self._inverse.status(present), present)
+        found = self._inverse.joints(flange, redundancy, self._inverse.status(present), present)
+        return continued(found, present) if found is not None and self._beyond_half_turn else found
 
     def tcp_and_jacobian(self, q: Sequence[float]) -> tuple[Transform, NDArray[np.float64]]:
         """Where the TCP is, and its Jacobian: velocity (m/s), angular velocity (rad/s), both in base axes,

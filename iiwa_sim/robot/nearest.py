@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.inverse import Inverse
+from iiwa_sim.robot.turns import Turns
 
 OUT_OF_REACH = 3021
 """The arm is too short for the target or cannot fold that far, whatever its redundancy."""
@@ -67,6 +68,8 @@ class Nearest:
         self._low = description.position_min
         self._high = description.position_max
         self._limits = tuple(zip(self._low, self._high, strict=True))
+        # half the rounding, so that `_within_limits` agrees with every position turned to be within limits
+        self._turns = Turns(self._low, self._high, 0.5 * _ROUNDING_RAD)
 
     def find(
         self,
@@ -80,7 +83,8 @@ class Nearest:
         Without `redundancy` (rad) the present one is kept where it serves, else the nearest one that does on
         the present branch is taken, to 1e-6 rad; where none does, of the other branches the joint positions
         nearest to the present ones. With it, exactly that, on the present branch if it serves, else on the
-        branch nearest in joints. At a singular pose every branch that meets there is a present one.
+        branch nearest in joints. At a singular pose every branch that meets there is a present one. A joint
+        that can reach a position by several turns takes the nearest.
         `keep_status` rules the other branches out, as a straight line must.
 
         Raises `Unreachable`.
@@ -126,7 +130,7 @@ class Nearest:
         self, flange: Transform, redundancy: float, status: int, present: Sequence[float]
     ) -> tuple[float, ...] | None:
         joints = self._inverse.joints(flange, redundancy, status, present)
-        return None if joints is None else self._within_limits(joints)
+        return None if joints is None else self._within_limits(self._turns.nearest(joints, present))
 
     def _within_limits(self, joints: Sequence[float]) -> tuple[float, ...] | None:
         """The joint positions, if they are within the limits but for rounding, which is taken away."""
@@ -154,7 +158,8 @@ class Nearest:
         every_status = np.repeat(np.array(statuses, dtype=np.int64), len(redundancies))
         rotations = np.broadcast_to(np.reshape(flange.rotation, (3, 3)), (rows, 3, 3))
         translations = np.broadcast_to(flange.translation, (rows, 3))
-        joints = self._inverse.joints_batch(rotations, translations, every_redundancy, every_status, present)
+        solved = self._inverse.joints_batch(rotations, translations, every_redundancy, every_status, present)
+        joints = self._turns.nearest_rows(solved, present)
         # half the rounding, so that `_within_limits` agrees with every one of these
         low, high = np.array(self._low) - 0.5 * _ROUNDING_RAD, np.array(self._high) + 0.5 * _ROUNDING_RAD
         feasible: NDArray[np.bool_] = np.all((joints >= low) & (joints <= high), axis=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import radians, sqrt
-from operator import attrgetter
+from operator import attrgetter, truediv
 
 import msgspec
 
@@ -51,12 +51,16 @@ class ToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
 
 
+def _each(value: float | list[float], joints: int) -> tuple[float, ...]:
+    return tuple(value) if isinstance(value, list) else (value,) * joints
+
+
 class LimitSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     position_min_deg: list[float]
     position_max_deg: list[float]
     velocity_deg_per_s: list[float]
     torque_nm: list[float]
-    acceleration_per_velocity_per_s: float
+    acceleration_per_velocity_per_s: float | list[float]
     jerk_per_acceleration_per_s: float
 
     def position_min(self) -> tuple[float, ...]:
@@ -68,10 +72,18 @@ class LimitSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def velocity(self) -> tuple[float, ...]:
         return tuple(map(radians, self.velocity_deg_per_s))
 
+    def acceleration_ratios(self) -> tuple[float, ...]:
+        """Acceleration over velocity of each joint (1/s)."""
+        return _each(self.acceleration_per_velocity_per_s, len(self.velocity_deg_per_s))
+
 
 class DirectSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    acceleration_per_velocity_per_s: float
+    acceleration_per_velocity_per_s: float | list[float]
     jerk_per_acceleration_per_s: float
+
+    def acceleration_ratios(self, joints: int) -> tuple[float, ...]:
+        """Acceleration over velocity of each joint (1/s)."""
+        return _each(self.acceleration_per_velocity_per_s, joints)
 
 
 class StopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -132,14 +144,16 @@ def _check_values(reader: Reader, settings: Settings) -> None:
         check(
             f"home_deg[{axis}]", home, low <= home <= high, f"a position within {names[axis]}'s {range_deg}"
         )
-    gentlest = limits.acceleration_per_velocity_per_s
-    check(
-        "direct.acceleration_per_velocity_per_s",
-        direct.acceleration_per_velocity_per_s,
-        direct.acceleration_per_velocity_per_s >= gentlest,
-        f"at least that of limits, {gentlest:g} 1/s",
-    )
-    gentlest *= limits.jerk_per_acceleration_per_s / direct.acceleration_per_velocity_per_s
+    planned, stiff = limits.acceleration_ratios(), direct.acceleration_ratios(len(names))
+    for axis, (ratio, gentlest) in enumerate(zip(stiff, planned, strict=True)):
+        place = f"[{axis}]" if isinstance(direct.acceleration_per_velocity_per_s, list) else ""
+        check(
+            f"direct.acceleration_per_velocity_per_s{place}",
+            ratio,
+            ratio >= gentlest,
+            f"at least that of limits, {gentlest:g} 1/s",
+        )
+    gentlest = limits.jerk_per_acceleration_per_s * max(map(truediv, planned, stiff))
     check(
         "direct.jerk_per_acceleration_per_s",
         direct.jerk_per_acceleration_per_s,

@@ -19,7 +19,7 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.srs_batch import joints_of_regular_poses
 from iiwa_sim.robot.srs_geometry import lengths_of
-from iiwa_sim.robot.srs_singular import follow_seed, settle
+from iiwa_sim.robot.srs_singular import follow_on_branch, settle
 
 ON_AXIS_M2 = 4e-20
 """Square of the wrist point's distance from the axis of A1 where it is on it, and A1 is free."""
@@ -73,7 +73,7 @@ class Srs:
             settled = settle(half2, h2, d5 * s3)
             if settled is None:
                 return None
-            followed = follow_seed(self._model, self._status_x, flange, redundancy, status, seed)
+            followed = follow_on_branch(self._model, self._status_x, flange, redundancy, status, seed)
             if followed is not None:
                 return followed
             half2, x2 = settled
@@ -122,7 +122,7 @@ class Srs:
         s6 = sqrt(t0 * t0 + t1 * t1)
         if s6 > ALIGNED_RAD:
             if s6 < NEARLY_ALIGNED_RAD:
-                followed = follow_seed(self._model, self._status_x, flange, redundancy, status, seed)
+                followed = follow_on_branch(self._model, self._status_x, flange, redundancy, status, seed)
                 if followed is not None:
                     return followed
             if status & 4:

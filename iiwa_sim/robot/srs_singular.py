@@ -1,19 +1,15 @@
 """Poses of an S-R-S arm where branches meet: the straight arm, and where both solutions for A2 are one.
 
-There a joint goes with the square root of the pose, so rounding of 1e-16 in the pose shows as 1e-8 in that
-joint, and where a second singularity meets the first, as anything in a third. Following the seed to the pose
-by the least change of joints is free of that.
+There the seed is followed where it is near: see `iiwa_sim.robot.follow`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import pi, remainder, sqrt, tau
+from math import sqrt
 
-import numpy as np
-from numpy.typing import NDArray
-
-from iiwa_sim.frames import Transform, multiply, rotation_vector, transpose
+from iiwa_sim.frames import Transform
+from iiwa_sim.robot.follow import Side, follow_seed
 from iiwa_sim.robot.model import Model
 
 REACH_M = 1e-10
@@ -21,13 +17,6 @@ REACH_M = 1e-10
 
 # sin^2(A4/2) below which the straight arm is meant: A4 of 1e-7 rad, which moves the wrist point by 1e-15 m.
 _STRAIGHT = 2.5e-15
-# A seed farther from the pose than this (m or rad) is not followed.
-_FOLLOWED = 0.02
-# The seed has come to the pose when it is as close as this (m and rad) ...
-_CLOSED = 1e-10
-# ... and a joint that the last bits of the pose decide upon may move on by this (m, rad).
-_LARGEST_STEP = 0.05
-_STEPS = 8
 
 
 def settle(half2: float, h2: float, d5_sin_a3: float) -> tuple[float, float] | None:
@@ -52,7 +41,7 @@ def settle(half2: float, h2: float, d5_sin_a3: float) -> tuple[float, float] | N
     return (half2, 0.0) if sqrt(y2) - sqrt(h2) < REACH_M else None
 
 
-def follow_seed(
+def follow_on_branch(
     model: Model,
     status_x: Callable[[Sequence[float]], float],
     flange: Transform,
@@ -60,54 +49,13 @@ def follow_seed(
     status: int,
     seed: Sequence[float],
 ) -> tuple[float, ...] | None:
-    """The joints nearest to the seed that reach the pose with that redundancy on that branch.
-
-    None where the seed is not next to the pose, or where the least change of joints does not get there.
-    """
-    q = list(seed)
-    q[2] = redundancy
-    free = [0, 1, 3, 4, 5, 6]
-    for step in range(_STEPS):
-        for joint, negative in ((3, status & 2), (5, status & 4)):
-            # a joint that would leave its side of zero stays at zero
-            if (q[joint] > 0.0 if negative else q[joint] < 0.0) and joint in free:
-                q[joint] = 0.0
-                free.remove(joint)
-        error = _error(flange, model.flange(q))
-        distance = float(np.abs(error).max())
-        if distance <= _CLOSED:
-            break
-        if step == 0 and distance > _FOLLOWED:
-            return None
-        change = _least_change(model.jacobian(q)[:, free], error)
-        if float(np.abs(change).max()) > _LARGEST_STEP:
-            return None
-        for joint, value in zip(free, change.tolist(), strict=True):
-            q[joint] += value
-    else:
+    """`follow_seed` with that redundancy on that branch."""
+    start = [*seed[:2], redundancy, *seed[3:]]
+    sides = (Side(3, 0.0, bool(status & 2)), Side(5, 0.0, bool(status & 4)))
+    q = follow_seed(model, flange, start, sides, held=2)
+    if q is None:
         return None
     x = status_x(q)
     if abs(x) > 1e-9 and (x < 0.0) != bool(status & 1):
         return None
-    return tuple(value if -pi < value <= pi else remainder(value, tau) for value in q)
-
-
-def _error(flange: Transform, reached: Transform) -> NDArray[np.float64]:
-    """What is missing (6,): m, then the rotation vector in the base (rad)."""
-    axis, angle = rotation_vector(multiply(flange.rotation, transpose(reached.rotation)))
-    (x, y, z), (rx, ry, rz) = flange.translation, reached.translation
-    return np.array((x - rx, y - ry, z - rz, angle * axis[0], angle * axis[1], angle * axis[2]))
-
-
-def _least_change(jacobian: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The change of joints that takes the error away but for `_CLOSED`, from strong directions only."""
-    u, sigma, vt = np.linalg.svd(jacobian, full_matrices=False)
-    parts = u.T @ error
-    change = np.zeros(vt.shape[1])
-    missing = float(parts @ parts)
-    for part, strength, direction in zip(parts.tolist(), sigma.tolist(), vt, strict=True):
-        if missing <= (0.3 * _CLOSED) ** 2 or strength <= 1e-12:
-            break
-        change += (part / strength) * direction
-        missing -= part * part
-    return change
+    return q

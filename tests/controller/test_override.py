@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import nan
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from tests import chains
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder
 from tests.dialect.fake_robot import Conversation
-from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
+from tests.stepped import ROBOTS, SteppedRobot, assert_straight, assert_within_limits
 
 FULL = [1.0] * 7
 START = (0.2, 0.4, 0.0, -1.2, 0.1, 1.0, 0.0)
@@ -27,14 +26,15 @@ SETTLED_TICKS = 450  # after which a change of the override is over
 
 
 @pytest.mark.requirement("FRC025")
-@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
-@settings(max_examples=30, deadline=None)
-@given(chain=chains.chains(stops=True, overrides=True))
+@pytest.mark.parametrize("robot_name", ROBOTS)
+@settings(max_examples=20, deadline=None)
+@given(data=st.data())
 def test_chains_keep_all_their_promises_whenever_the_override_changes(
-    robot_name: str, chain: list[Any]
+    robot_name: str, data: st.DataObject
 ) -> None:
-    recorder = Recorder(load_robot(robot_name))
-    recorder.run(chain)
+    description = load_robot(robot_name)
+    recorder = Recorder(description)
+    recorder.run(data.draw(chains.chains(len(description.joints), stops=True, overrides=True)))
     assert_keeps_all_promises(recorder)
 
 

@@ -207,7 +207,7 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     assert robot.controller.queue == 1
     assert [robot.controller.is_pending(number) for number in numbers] == [False, True, False, False]
     ((code, reason),) = robot.faults
-    assert code == CROSSING_SINGULARITY
+    assert code == JOINT_LIMIT, reason
     assert f"move {numbers[2]} and those behind it are forgotten" in reason
     assert robot.controller.last_error == (code, reason)
     robot.runs_until_stopped()

@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from iiwa_sim.robot.description import load_robot
 from tests.chain_checks import assert_keeps_all_promises, is_to_be_passed_at_speed, least_speed_at
 from tests.chains import KINDS, Recorder, chains
+from tests.stepped import ROBOTS
 
 # Shrinking a chain takes minutes; what the checks say names the tick and the moves.
 SETTINGS = settings(
-    max_examples=40,
+    max_examples=30,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
     phases=[Phase.explicit, Phase.reuse, Phase.generate],
@@ -30,19 +31,21 @@ def recorded(chain: list[Any], name: str = "lbr_iiwa_7_r800", tick_s: float = 0.
 
 
 @pytest.mark.requirement("FRC012", "FRC014", "FRC015")
-@pytest.mark.parametrize("name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@pytest.mark.parametrize("name", ROBOTS)
 @SETTINGS
 @given(data=st.data())
 def test_chains_sent_at_once_keep_paths_regions_speeds_and_limits(name: str, data: st.DataObject) -> None:
-    assert_keeps_all_promises(recorded(data.draw(chains(at_once=True)), name))
+    count = len(load_robot(name).joints)
+    assert_keeps_all_promises(recorded(data.draw(chains(count, at_once=True)), name))
 
 
 @pytest.mark.requirement("FRC012", "FRC015", "FRC003", "FRC013", "FRC016")
-@pytest.mark.parametrize("name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@pytest.mark.parametrize("name", ROBOTS)
 @SETTINGS
 @given(data=st.data())
 def test_chains_sent_bit_by_bit_with_stops_between_do_so_too(name: str, data: st.DataObject) -> None:
-    assert_keeps_all_promises(recorded(data.draw(chains(stops=True)), name))
+    count = len(load_robot(name).joints)
+    assert_keeps_all_promises(recorded(data.draw(chains(count, stops=True)), name))
 
 
 @pytest.mark.parametrize("tick_s", [0.01, 0.001])

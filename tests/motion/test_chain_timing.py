@@ -9,13 +9,13 @@ from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.stepped import TOLERANCE, SteppedRobot, worst_loads
+from tests.stepped import ROBOTS, TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
 
 
 @pytest.mark.requirement("FRC009")
-@pytest.mark.parametrize("robot", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("speed_rel", [1.0, 0.3])
 def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
     description = load_robot(robot)

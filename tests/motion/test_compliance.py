@@ -25,9 +25,18 @@ from iiwa_sim.robot.kinematics import Kinematics
 from iiwa_sim.robot.model import Model
 from tests.plane import Plane
 
-ROBOT = load_robot()
-MODEL = Model(ROBOT)
-KINEMATICS = Kinematics(MODEL, inverse_of(MODEL), ROBOT.tool_in_flange)
+
+class Arm:
+    """A robot with its own tool."""
+
+    def __init__(self, name: str) -> None:
+        self.description = load_robot(name)
+        self.model = Model(self.description)
+        self.kinematics = Kinematics(self.model, inverse_of(self.model), self.description.tool_in_flange)
+
+
+ARM, SIX_AXES = Arm("lbr_iiwa_7_r800"), Arm("kr_6_r900_sixx")
+ROBOT, KINEMATICS = ARM.description, ARM.kinematics
 POSE = (0.3, 0.6, -0.2, -1.3, 0.3, 0.9, -0.5)
 NO_FORCE = (0.0,) * 6
 TICKS_S = [0.001, 0.002, 0.005, 0.01]
@@ -37,19 +46,22 @@ STIFFNESSES = [100.0, 500.0, 2000.0, 5000.0]
 class Yielding:
     """A robot that yields around a pose that stays."""
 
-    def __init__(self, tick_s: float, plane: Plane | None = None, joints: tuple[float, ...] = POSE) -> None:
-        self.load = ExternalLoad(MODEL, ROBOT.tool_in_flange, joints)
+    def __init__(
+        self,
+        tick_s: float,
+        plane: Plane | None = None,
+        joints: tuple[float, ...] = POSE,
+        arm: Arm = ARM,
+    ) -> None:
+        d = arm.description
+        self.load = ExternalLoad(arm.model, d.tool_in_flange, joints)
         self.tick_s = tick_s
+        self.kinematics = arm.kinematics
         bounds = JointBounds(
-            tick_s,
-            ROBOT.position_min,
-            ROBOT.position_max,
-            ROBOT.velocity,
-            ROBOT.stop_acceleration,
-            ROBOT.stop_jerk,
+            tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk
         )
         feel = None if plane is None else plane.feel
-        self.compliance = Compliance(KINEMATICS, bounds, tick_s, self.load, feel)
+        self.compliance = Compliance(arm.kinematics, bounds, tick_s, self.load, feel)
         self.compliance.start(joints)
         self.nominal = self.joints = joints
 
@@ -62,7 +74,7 @@ class Yielding:
         return np.array([self.off(self.step(stiffness)) for _ in range(round(seconds / self.tick_s))])
 
     def off(self, joints: tuple[float, ...]) -> list[float]:
-        pose, plan = KINEMATICS.tcp(joints), KINEMATICS.tcp(self.nominal)
+        pose, plan = self.kinematics.tcp(joints), self.kinematics.tcp(self.nominal)
         axis, angle = rotation_vector(multiply(pose.rotation, transpose(plan.rotation)))
         way = np.subtract(pose.translation, plan.translation)
         return [*way, *(angle * np.array(axis))]
@@ -88,6 +100,22 @@ def test_a_push_deflects_by_force_over_stiffness_and_its_end_brings_the_robot_ho
     robot.runs(stiffness, 8.0)
     assert robot.joints == POSE, "exactly"
     assert robot.compliance.on_plan
+
+
+@pytest.mark.parametrize("a6", [0.5, -3.5, 5.0])
+def test_an_arm_without_redundancy_yields_too_also_with_a_joint_beyond_half_a_turn(a6: float) -> None:
+    pose = (0.3, -1.2, 1.4, 0.2, 0.9, a6)
+    robot = Yielding(0.002, joints=pose, arm=SIX_AXES)
+    force = (20.0, -16.0, 10.0)
+    axes = transpose(SIX_AXES.kinematics.tcp(pose).rotation)
+    robot.load.wrench = (*rotate(axes, force), 0.0, 0.0, 0.0)
+    off = robot.runs(2000.0, 5.0)[-1]
+    np.testing.assert_allclose(off[:3], np.array(force) / 2000.0, rtol=1e-6)
+    np.testing.assert_allclose(off[3:], 0.0, atol=1e-8)
+    assert abs(robot.joints[5] - a6) < 0.2
+    robot.load.wrench = NO_FORCE
+    robot.runs(2000.0, 8.0)
+    assert robot.joints == pose, "exactly"
 
 
 @pytest.mark.parametrize("tick_s", TICKS_S)
@@ -207,31 +235,34 @@ def pushed(draw: st.DrawFn) -> list[tuple[tuple[float, ...], tuple[float, ...]]]
     return draw(st.lists(kick, min_size=1, max_size=4))
 
 
-@settings(max_examples=40, deadline=None)
+@pytest.mark.parametrize("arm", [ARM, SIX_AXES], ids=lambda arm: arm.description.name)
+@settings(max_examples=30, deadline=None)
 @given(
     pushes=pushed(),
     stiffness=st.sampled_from([0.0, 100.0, 5000.0]),
     tick_s=st.sampled_from([0.001, 0.002, 0.01]),
-    joints=st.tuples(
-        *[st.floats(low, high) for low, high in zip(ROBOT.position_min, ROBOT.position_max, strict=True)]
-    ),
+    parts=st.tuples(*[st.floats(0.0, 1.0)] * 7),
 )
 def test_no_push_takes_a_joint_beyond_its_limits(
+    arm: Arm,
     pushes: list[tuple[tuple[float, ...], tuple[float, ...]]],
     stiffness: float,
     tick_s: float,
-    joints: tuple[float, ...],
+    parts: tuple[float, ...],
 ) -> None:
-    robot = Yielding(tick_s, joints=joints)
+    low, high = np.array(arm.description.position_min), np.array(arm.description.position_max)
+    count = len(low)
+    joints = tuple(np.clip(low + parts[:count] * (high - low), low, high).tolist())
+    robot = Yielding(tick_s, joints=joints, arm=arm)
     places = [joints]
     for wrench, joint_push in pushes:
-        robot.load.wrench, robot.load.joint_push = wrench, joint_push
+        robot.load.wrench, robot.load.joint_push = wrench, joint_push[:count]
         places += [robot.step(stiffness) for _ in range(round(0.3 / tick_s))]
     q = np.array(places)
     assert np.isfinite(q).all()
-    assert (q >= np.array(ROBOT.position_min)).all()
-    assert (q <= np.array(ROBOT.position_max)).all()
-    assert (np.abs(np.diff(q, axis=0)) <= np.array(ROBOT.velocity) * tick_s * (1 + 1e-9)).all()
+    assert (q >= low).all()
+    assert (q <= high).all()
+    assert (np.abs(np.diff(q, axis=0)) <= np.array(arm.description.velocity) * tick_s * (1 + 1e-9)).all()
 
 
 def test_beyond_its_reach_the_arm_is_stretched_and_comes_back() -> None:

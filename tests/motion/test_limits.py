@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import load_robot
 from tests.programs import programs, run
-from tests.stepped import SteppedRobot, assert_within_limits
+from tests.stepped import ROBOTS, SteppedRobot, assert_within_limits
 
 # Shrinking a program takes minutes and makes it no clearer than the first that failed.
 SETTINGS = settings(
@@ -18,7 +18,7 @@ SETTINGS = settings(
 
 
 @pytest.mark.requirement("FRC002", "FRC006", "FRC014")
-@pytest.mark.parametrize("name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@pytest.mark.parametrize("name", ROBOTS)
 @SETTINGS
 @given(data=st.data())
 def test_no_tick_of_any_program_passes_a_limit(name: str, data: st.DataObject) -> None:

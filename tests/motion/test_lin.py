@@ -36,7 +36,8 @@ def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int |
 
 
 @pytest.mark.requirement("FRC009", "FRC005")
-@settings(max_examples=60, deadline=None)
+@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "kr_6_r900_sixx"])
+@settings(max_examples=50, deadline=None)
 @given(
     start=st.tuples(*[st.floats(-0.3, 0.3)] * 7),
     way_mm=st.tuples(*[st.floats(-250, 250)] * 3).filter(lambda way: np.linalg.norm(way) > 1.0),
@@ -44,13 +45,18 @@ def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int |
     speed_rel=st.sampled_from([1.0, 0.5, 0.1]),
 )
 def test_the_tcp_moves_straight_and_turns_on_the_shortest_arc(
-    start: tuple[float, ...], way_mm: tuple[float, ...], turn: tuple[float, ...], speed_rel: float
+    robot_name: str,
+    start: tuple[float, ...],
+    way_mm: tuple[float, ...],
+    turn: tuple[float, ...],
+    speed_rel: float,
 ) -> None:
-    robot = SteppedRobot()
-    robot.goes_to(np.add(robot.description.home, start).tolist())
+    robot = SteppedRobot(robot_name)
+    home = robot.description.home
+    robot.goes_to(np.add(home, start[: len(home)]).tolist())
     target = Frame(*np.add(robot.controller.tool_frame(), (*way_mm, *turn)))
     code = refusal(robot, target, speed_rel)
-    assert code in {None, OUT_OF_REACH, JOINT_LIMIT, CROSSING_SINGULARITY}
+    assert code in {None, OUT_OF_REACH, JOINT_LIMIT, CROSSING_SINGULARITY, ROBOT_CONFIGURATION}
     assert not robot.controller.moving
 
 
@@ -160,10 +166,11 @@ def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
         goes_straight_to(robot, frame)
 
 
+@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "kr_6_r900_sixx"])
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 10_000))
-def test_many_places_at_once_are_the_same_as_one_by_one(seed: int) -> None:
-    (plan,) = random_lines(load_robot(), count=1, seed=seed)
+def test_many_places_at_once_are_the_same_as_one_by_one(robot_name: str, seed: int) -> None:
+    (plan,) = random_lines(load_robot(robot_name), count=1, seed=seed)
     s = np.linspace(0.0, 1.0, 100)
     for places in (s, s[s < 1.0]):
         one_by_one = [plan.path.joints(x) for x in places.tolist()]
@@ -180,11 +187,13 @@ def test_a_line_that_leaves_the_stretched_wrist_beside_its_plane_does_not_jump(o
 
 
 @pytest.mark.requirement("FRC011")
-@settings(max_examples=30, deadline=None)
+@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "kr_6_r900_sixx"])
+@settings(max_examples=25, deadline=None)
 @given(offsets=st.tuples(*[st.floats(-0.3, 0.3)] * 7))
-def test_a_line_to_joint_positions_ends_in_them(offsets: tuple[float, ...]) -> None:
-    robot = SteppedRobot()
-    target = tuple(np.add(robot.description.home, offsets).tolist())
+def test_a_line_to_joint_positions_ends_in_them(robot_name: str, offsets: tuple[float, ...]) -> None:
+    robot = SteppedRobot(robot_name)
+    home = robot.description.home
+    target = tuple(np.add(home, offsets[: len(home)]).tolist())
     robot.controller.lin_joint_move(target, 1.0, 0.0)
     robot.runs_until_stopped()
     np.testing.assert_allclose(robot.controller.joints, target, atol=1e-6)
@@ -200,3 +209,49 @@ def test_a_line_to_joints_that_need_the_arm_bent_another_way_is_refused() -> Non
         robot.controller.lin_joint_move([0.2, -0.4, 0.1, 1.2, 0.0, -1.2, 0.0], 1.0, 0.0)
     assert refused.value.code in {ROBOT_CONFIGURATION, OUT_OF_REACH, CROSSING_SINGULARITY, JOINT_LIMIT}
     assert not robot.controller.moving
+
+
+@pytest.mark.requirement("FRC009")
+@pytest.mark.parametrize("a6_deg", [-340, -190, 170, 200, 330])
+def test_a_joint_goes_on_through_half_a_turn_and_further(a6_deg: int) -> None:
+    """Turning about the axis of A6: the inverse starts again at 180 deg, the joint does not."""
+    robot = SteppedRobot("kr_6_r900_sixx")
+    robot.goes_to([*robot.description.home[:5], radians(a6_deg)])
+    turn_deg = -100.0 if a6_deg > 0 else 100.0
+    for _ in range(2):
+        here = robot.controller.joints
+        turned = (*here[:5], here[5] + radians(turn_deg))
+        start = robot.controller.tool_frame()
+        end = robot.tcp_frame(turned)._replace(z_mm=start.z_mm + 20.0)
+        robot.controller.lin_move(end, 1.0, 0.0)
+        first = len(robot.joints) - 1
+        robot.runs_until_stopped()
+        assert_straight(robot, robot.joints[first:], end)
+        assert_within_limits(robot)
+        assert robot.controller.joints[5] == pytest.approx(turned[5], abs=1e-6)
+
+
+def test_a_line_to_joints_a_turn_away_is_refused() -> None:
+    robot = SteppedRobot("kr_6_r900_sixx")
+    away = (*robot.description.home[:5], radians(350.0))
+    with pytest.raises(Refused, match="a turn"):
+        robot.controller.lin_joint_move(away, 1.0, 0.0)
+
+
+def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
+    robot = SteppedRobot("kr_6_r900_sixx")
+    robot.goes_to([*robot.description.home[:5], radians(300.0)])
+    end = robot.tcp_frame([*robot.description.home[:5], radians(400.0)])
+    with pytest.raises(Refused, match="A6 would leave its limits") as refused:
+        robot.controller.lin_move(end._replace(z_mm=end.z_mm + 20.0), 1.0, 0.0)
+    assert refused.value.code == JOINT_LIMIT
+
+
+def test_a_line_of_six_axes_passes_the_stretched_wrist() -> None:
+    robot = SteppedRobot("kr_6_r900_sixx")
+    robot.goes_to(list(map(radians, (0, -90, 90, 0, 20, 0))))
+    frame = robot.controller.tool_frame()
+    goes_straight_to(robot, robot.tcp_frame(list(map(radians, (0, -85, 88, 0, -20, 0)))))
+    assert robot.controller.joints[4] < -0.1
+    assert max(abs(q[3]) for q in robot.joints) < 1e-9
+    goes_straight_to(robot, frame)

@@ -6,38 +6,56 @@ import ruckig
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests.stepped import SteppedRobot, assert_within_limits
 
-joint_positions = st.tuples(*[st.floats(-1.9, 1.9, allow_subnormal=False)] * 7)
-speeds = st.tuples(*[st.floats(0.05, 1.0)] * 7)
+DESCRIPTIONS = [load_robot(name) for name in ("lbr_iiwa_7_r800", "kr_6_r900_sixx")]
+ROBOTS = pytest.mark.parametrize("description", DESCRIPTIONS, ids=lambda description: description.name)
+SHARE_OF_LIMITS = 0.9
+
+
+def positions(description: RobotDescription) -> st.SearchStrategy[tuple[float, ...]]:
+    """Joint positions (rad) nearly anywhere."""
+    limits = zip(description.position_min, description.position_max, strict=True)
+    within = [(0.5 * (low + high), 0.5 * SHARE_OF_LIMITS * (high - low)) for low, high in limits]
+    return st.tuples(*[st.floats(mid - way, mid + way, allow_subnormal=False) for mid, way in within])
+
+
+def speeds(description: RobotDescription) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.tuples(*[st.floats(0.05, 1.0)] * len(description.joints))
 
 
 def optimal_duration_s(
     description: RobotDescription, start: tuple[float, ...], end: tuple[float, ...], speed_rel: float
 ) -> float:
-    """What Ruckig needs for all joints together, phase-synchronised."""
-    task = ruckig.InputParameter(len(start))
-    task.current_position, task.target_position = list(start), list(end)
-    task.max_velocity = (np.array(description.velocity) * speed_rel).tolist()
-    task.max_acceleration, task.max_jerk = list(description.acceleration), list(description.jerk)
-    task.synchronization = ruckig.Synchronization.Phase
-    trajectory = ruckig.Trajectory(len(start))
-    assert ruckig.Ruckig(len(start)).calculate(task, trajectory) == ruckig.Result.Working
+    """What Ruckig needs along the straight line, within what all joints together allow there."""
+    way = np.abs(np.subtract(end, start))
+    longest = float(way.max())
+    if longest == 0.0:
+        return 0.0
+    parts = np.maximum(way / longest, 1e-9)
+    task = ruckig.InputParameter(1)
+    task.current_position, task.target_position = [0.0], [longest]
+    task.max_velocity = [float((np.array(description.velocity) * speed_rel / parts).min())]
+    task.max_acceleration = [float((description.acceleration / parts).min())]
+    task.max_jerk = [float((description.jerk / parts).min())]
+    trajectory = ruckig.Trajectory(1)
+    assert ruckig.Ruckig(1).calculate(task, trajectory) == ruckig.Result.Working
     duration: float = trajectory.duration
     return duration
 
 
 @pytest.mark.requirement("FRC004", "FRC010")
-@settings(max_examples=60, deadline=None)
-@given(start=joint_positions, end=joint_positions, speed_rel=st.floats(0.05, 1.0))
+@ROBOTS
+@settings(max_examples=40, deadline=None)
+@given(data=st.data(), speed_rel=st.floats(0.05, 1.0))
 def test_joint_moves_take_little_longer_than_the_optimum(
-    start: tuple[float, ...], end: tuple[float, ...], speed_rel: float
+    description: RobotDescription, data: st.DataObject, speed_rel: float
 ) -> None:
-    # At one speed for all joints: otherwise Ruckig may give the straight line up for a faster way.
-    robot = SteppedRobot()
+    start, end = data.draw(positions(description)), data.draw(positions(description))
+    robot = SteppedRobot(description)
     robot.goes_to(start)
-    robot.controller.joint_move(end, [speed_rel] * 7)
+    robot.controller.joint_move(end, [speed_rel] * len(end))
     ticks = robot.runs_until_stopped()
     optimum = optimal_duration_s(robot.description, start, end, speed_rel)
     # At most twice the moving average's window of 48 ms for the smallest moves, and far less for all others.
@@ -47,14 +65,14 @@ def test_joint_moves_take_little_longer_than_the_optimum(
 
 
 @pytest.mark.requirement("FRC004", "FRC010")
-@settings(max_examples=60, deadline=None)
-@given(start=joint_positions, end=joint_positions, speeds_rel=speeds)
-def test_joint_moves_are_straight_and_end_exactly(
-    start: tuple[float, ...], end: tuple[float, ...], speeds_rel: tuple[float, ...]
-) -> None:
-    robot = SteppedRobot()
+@ROBOTS
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_joint_moves_are_straight_and_end_exactly(description: RobotDescription, data: st.DataObject) -> None:
+    start, end = data.draw(positions(description)), data.draw(positions(description))
+    robot = SteppedRobot(description)
     robot.goes_to(start)
-    robot.controller.joint_move(end, speeds_rel)
+    robot.controller.joint_move(end, data.draw(speeds(description)))
     robot.runs_until_stopped()
     assert robot.controller.joints == end
     assert_within_limits(robot)
@@ -67,24 +85,27 @@ def test_joint_moves_are_straight_and_end_exactly(
 
 
 @pytest.mark.requirement("FRC004")
-@settings(max_examples=30, deadline=None)
-@given(end=joint_positions, speeds_rel=speeds)
+@ROBOTS
+@settings(max_examples=20, deadline=None)
+@given(data=st.data())
 def test_no_joint_is_faster_than_its_relative_speed(
-    end: tuple[float, ...], speeds_rel: tuple[float, ...]
+    description: RobotDescription, data: st.DataObject
 ) -> None:
-    robot = SteppedRobot()
-    robot.controller.joint_move(end, speeds_rel)
+    speeds_rel = data.draw(speeds(description))
+    robot = SteppedRobot(description)
+    robot.controller.joint_move(data.draw(positions(description)), speeds_rel)
     robot.runs_until_stopped()
     velocities = np.abs(np.diff(robot.joints, axis=0)) / robot.tick_s
     assert (velocities <= np.array(robot.description.velocity) * speeds_rel * (1 + 1e-9)).all()
 
 
 @pytest.mark.requirement("FRC005", "FRC008")
-@settings(max_examples=60, deadline=None)
-@given(joints=joint_positions)
-def test_ptp_to_a_frame_comes_to_the_frame(joints: tuple[float, ...]) -> None:
-    robot = SteppedRobot()
-    target = robot.tcp_frame(joints)
+@ROBOTS
+@settings(max_examples=40, deadline=None)
+@given(data=st.data())
+def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: st.DataObject) -> None:
+    robot = SteppedRobot(description)
+    target = robot.tcp_frame(data.draw(positions(description)))
     robot.controller.ptp_move(target, 1.0, 0.0)
     robot.runs_until_stopped()
     reached, wanted = robot.tcp(robot.controller.joints), target.to_transform()
@@ -95,7 +116,7 @@ def test_ptp_to_a_frame_comes_to_the_frame(joints: tuple[float, ...]) -> None:
 
 @pytest.mark.requirement("FRC008")
 @settings(max_examples=30, deadline=None)
-@given(joints=joint_positions)
+@given(joints=positions(DESCRIPTIONS[0]))
 def test_ptp_with_redundancy_comes_to_that_a3(joints: tuple[float, ...]) -> None:
     robot = SteppedRobot()
     robot.controller.ptp_move(robot.tcp_frame(joints), 1.0, 0.0, joints[2])

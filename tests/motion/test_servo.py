@@ -20,12 +20,12 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import Nearest
-from tests.stepped import ROUNDING, TOLERANCE
+from tests.stepped import ROBOTS, ROUNDING, TOLERANCE
 
 Array = NDArray[np.float64]
 Curve = Callable[[float], Array]
 
-DESCRIPTIONS = {name: load_robot(name) for name in ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820")}
+DESCRIPTIONS = {name: load_robot(name) for name in ROBOTS}
 HOME = DESCRIPTIONS["lbr_iiwa_7_r800"].home
 STREAMS = [pytest.param(False, 0.020, id="smart"), pytest.param(True, 0.010, id="direct")]
 """Direct mode or not, and the period of its commands (s); they come up to 0.4 periods early or late."""
@@ -41,9 +41,11 @@ class Followed:
         direct: bool = False,
         tick_s: float = 0.002,
         robot: str = "lbr_iiwa_7_r800",
-        start: Joints = HOME,
+        start: Joints | None = None,
     ) -> None:
+        """At rest, at home if no other place is named."""
         d = DESCRIPTIONS[robot]
+        start = d.home if start is None else start
         acceleration, jerk = (d.direct_acceleration, d.direct_jerk) if direct else (d.acceleration, d.jerk)
         stops = (
             (d.direct_stop_acceleration, d.direct_stop_jerk) if direct else (d.stop_acceleration, d.stop_jerk)
@@ -180,7 +182,7 @@ def test_no_limit_is_passed_wherever_it_is_sent(
     robot = Followed(direct, 1.0 / rate_hz, robot_name)
     for kind, speed_rel, wait_s in commands:
         to = target(kind, robot, rng)
-        robot.heads_for(to, rng.uniform(0.02, 1.0, 7).tolist() if speed_rel is None else speed_rel)
+        robot.heads_for(to, rng.uniform(0.02, 1.0, len(to)).tolist() if speed_rel is None else speed_rel)
         robot.step(max(round(wait_s * rate_hz), 1))
     robot.heads_for(to)
     robot.runs_until_at_rest()

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.stepped import SteppedRobot, assert_within_limits, line_errors
+from tests.stepped import ROBOTS, SteppedRobot, assert_within_limits, line_errors
 
 STOP_S = 0.1
+AWAY = (1.0, -0.2, -0.5, -0.2, 0.3, -0.5, -1.0)  # from home
 
 
 def stops(robot: SteppedRobot) -> int:
@@ -17,7 +18,7 @@ def stops(robot: SteppedRobot) -> int:
 
 
 @pytest.mark.requirement("FRC003", "FRC013", "FRC016")
-@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"])
+@pytest.mark.parametrize("robot_name", ROBOTS)
 @pytest.mark.parametrize("rate_hz", [100, 500, 1000])
 @settings(max_examples=15, deadline=None)
 @given(after_s=st.floats(0.0, 1.2), speed=st.sampled_from([1.0, 0.3]))
@@ -25,8 +26,8 @@ def test_a_stop_ends_all_motion_within_100_ms(
     robot_name: str, rate_hz: int, after_s: float, speed: float
 ) -> None:
     robot = SteppedRobot(robot_name, 1.0 / rate_hz)
-    frame = robot.controller.tool_frame()
-    robot.controller.joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], [speed] * 7)
+    frame, home = robot.controller.tool_frame(), robot.description.home
+    robot.controller.joint_move(np.add(home, AWAY[: len(home)]).tolist(), [speed] * len(home))
     robot.controller.ptp_move(frame, 1.0, 0.0)
     robot.step(round(after_s * rate_hz))
     assert stops(robot) * robot.tick_s <= STOP_S + 1e-9
@@ -38,10 +39,11 @@ def test_a_stop_ends_all_motion_within_100_ms(
 
 
 @pytest.mark.requirement("FRC003")
-@settings(max_examples=30, deadline=None)
+@pytest.mark.parametrize("robot_name", ROBOTS)
+@settings(max_examples=15, deadline=None)
 @given(after=st.integers(1, 250))
-def test_a_stopped_line_stays_on_its_line(after: int) -> None:
-    robot = SteppedRobot()
+def test_a_stopped_line_stays_on_its_line(robot_name: str, after: int) -> None:
+    robot = SteppedRobot(robot_name)
     frame = robot.controller.tool_frame()
     target = frame._replace(y_mm=300.0, gamma=frame.gamma + 0.4)
     robot.controller.lin_move(target, 1.0, 0.0)

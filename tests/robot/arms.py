@@ -17,7 +17,9 @@ from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.robot.inverse import Inverse, inverse_of
 from iiwa_sim.robot.model import Model
 
-BUILT_IN = ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820")
+IIWAS = ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820")
+SIX_AXES = "kr_6_r900_sixx"
+BUILT_IN = (*IIWAS, SIX_AXES)
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,10 @@ class Arm:
 
 
 @cache
-def arm_named(name: str, flange: str = "flange_media_126") -> Arm:
-    model = Model(replace(load_robot(name), flange=flange))
+def arm_named(name: str, flange: str | None = None) -> Arm:
+    """With another flange than its robot.toml has, if one is named."""
+    description = load_robot(name)
+    model = Model(description if flange is None else replace(description, flange=flange))
     return Arm(model.description, model, inverse_of(model))
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from iiwa_sim.frames import Frame
+from iiwa_sim.frames import IDENTITY, Frame
 from iiwa_sim.robot.description import RobotFault, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
-from tests.robot.arms import BUILT_IN, Arm, copy_of_robot, edit, use
+from tests.robot.arms import BUILT_IN, IIWAS, SIX_AXES, Arm, copy_of_robot, edit, use
 
 
 def test_the_arms_that_come_along() -> None:
@@ -39,20 +39,38 @@ def test_published_limits(
     assert np.divide(d.acceleration, d.velocity) == pytest.approx([5.0] * 7)
 
 
+def test_published_limits_of_the_six_axis_arm() -> None:
+    d = load_robot(SIX_AXES)
+    assert np.degrees(d.position_min) == pytest.approx((-170, -190, -120, -185, -120, -350))
+    assert np.degrees(d.position_max) == pytest.approx((170, 45, 156, 185, 120, 350))
+    assert np.degrees(d.velocity) == pytest.approx((360, 300, 360, 381, 388, 615))
+    assert d.acceleration == pytest.approx((21.67, 6.89, 31.42, 133.06, 135.56, 268.38), abs=0.002)
+
+
 def test_limits_that_follow_from_others(arm: Arm) -> None:
     d = arm.description
-    assert np.divide(d.jerk, d.acceleration) == pytest.approx([25.0] * 7)
-    assert np.divide(d.direct_acceleration, d.velocity) == pytest.approx([10.0] * 7)
-    assert np.divide(d.direct_jerk, d.direct_acceleration) == pytest.approx([50.0] * 7)
-    assert np.divide(d.stop_acceleration, d.velocity) == pytest.approx([20.0] * 7)
-    assert np.divide(d.stop_jerk, d.velocity) == pytest.approx([950.0] * 7)
-    assert np.divide(d.direct_stop_acceleration, d.velocity) == pytest.approx([25.0] * 7)
-    assert np.divide(d.direct_stop_jerk, d.velocity) == pytest.approx([1550.0] * 7)
+    velocity, acceleration, jerk = map(np.array, (d.velocity, d.acceleration, d.jerk))
+    stiffer, stiffer_jerk = map(np.array, (d.direct_acceleration, d.direct_jerk))
+    assert jerk == pytest.approx(25.0 * acceleration)
+    assert stiffer == pytest.approx(2.0 * acceleration)
+    assert stiffer_jerk == pytest.approx(50.0 * stiffer)
+    assert d.stop_acceleration == pytest.approx(acceleration + 15.0 * velocity)
+    assert d.stop_jerk == pytest.approx(jerk + 45.0 * acceleration + 600.0 * velocity)
+    assert d.direct_stop_acceleration == pytest.approx(stiffer + 15.0 * velocity)
+    assert d.direct_stop_jerk == pytest.approx(stiffer_jerk + 45.0 * stiffer + 600.0 * velocity)
 
 
-def test_home_and_tool(arm: Arm) -> None:
-    assert np.degrees(arm.description.home) == pytest.approx((0, 30, 0, -60, 0, 90, 0))
-    assert arm.description.tool_in_flange == Frame(150.0, 0.0, 40.0, 0.0, 1.5708, 0.0).to_transform()
+@pytest.mark.parametrize("robot", IIWAS)
+def test_home_and_tool(robot: str) -> None:
+    d = load_robot(robot)
+    assert np.degrees(d.home) == pytest.approx((0, 30, 0, -60, 0, 90, 0))
+    assert d.tool_in_flange == Frame(150.0, 0.0, 40.0, 0.0, 1.5708, 0.0).to_transform()
+
+
+def test_home_and_tool_of_the_six_axis_arm() -> None:
+    d = load_robot(SIX_AXES)
+    assert np.degrees(d.home) == pytest.approx((0, -90, 90, 0, 90, 0))
+    assert d.tool_in_flange == IDENTITY
 
 
 def test_a_users_own_folder(tmp_path: Path) -> None:

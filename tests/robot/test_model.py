@@ -15,6 +15,7 @@ SEVEN, FOURTEEN = "lbr_iiwa_7_r800", "lbr_iiwa_14_r820"
 MEDIA, TOUCH = "flange_media_126", "flange_touch_152"
 ZERO, TRANSPORT, HOME = (0,) * 7, (0, 25, 0, 90, 0, 0, 0), (0, 30, 0, -60, 0, 90, 0)
 ROLLED = (10, 20, 30, 40, 50, 60, 70)
+SIX, FLANGE = "kr_6_r900_sixx", "flange"
 
 
 @pytest.mark.requirement("FRC005", "FRO001")
@@ -33,6 +34,10 @@ ROLLED = (10, 20, 30, 40, 50, 60, 70)
         (SEVEN, MEDIA, ROLLED, (43.852, -42.581, 1178.064), (157.514, 21.958, 32.924)),
         (SEVEN, TOUCH, ROLLED, (41.717, -26.402, 1198.305), (157.514, 21.958, 32.924)),
         (FOURTEEN, MEDIA, ROLLED, (50.589, -41.393, 1216.858), (157.514, 21.958, 32.924)),
+        (SIX, FLANGE, (0,) * 6, (980, 0, 435), (0, 90, 0)),
+        (SIX, FLANGE, (0, -90, 90, 0, 0, 0), (525, 0, 890), (0, 90, 0)),
+        (SIX, FLANGE, (0, -90, 90, 0, 90, 0), (445, 0, 810), (180, 0, 180)),
+        (SIX, FLANGE, (10, -80, 70, 20, 30, 40), (575.025, -115.284, 930.502), (-120.285, 27.642, -110.644)),
     ],
 )
 def test_flange_is_where_the_real_arm_has_it(
@@ -53,8 +58,8 @@ def test_jacobian_is_the_derivative_of_the_flange(arm: Arm) -> None:
     step = 1e-6
     for q in arm.anywhere(np.random.default_rng(3), 50).tolist():
         jacobian = arm.model.jacobian(q)
-        assert jacobian.shape == (6, 7)
-        for joint in range(7):
+        assert jacobian.shape == (6, len(q))
+        for joint in range(len(q)):
             ahead, behind = list(q), list(q)
             ahead[joint] += step
             behind[joint] -= step
@@ -66,17 +71,18 @@ def test_jacobian_is_the_derivative_of_the_flange(arm: Arm) -> None:
 
 
 def test_results_outlive_the_next_call(arm: Arm) -> None:
-    first, jacobian = arm.model.flange([0.1] * 7), arm.model.jacobian([0.1] * 7)
+    count = arm.model.joint_count
+    first, jacobian = arm.model.flange([0.1] * count), arm.model.jacobian([0.1] * count)
     kept, kept_jacobian = (tuple(first.rotation), tuple(first.translation)), jacobian.copy()
-    arm.model.flange([0.7] * 7)
-    arm.model.jacobian([0.7] * 7)
+    arm.model.flange([0.7] * count)
+    arm.model.jacobian([0.7] * count)
     assert tuple(first) == kept
     assert (jacobian == kept_jacobian).all()
     assert all(type(value) is float for part in first for value in part)
 
 
 def test_non_finite_joints_show_in_the_result(arm: Arm) -> None:
-    assert all(map(math.isnan, arm.model.flange([math.nan] + [0.0] * 6).translation[:2]))
+    assert all(map(math.isnan, arm.model.flange([math.nan] * arm.model.joint_count).translation[:2]))
 
 
 @pytest.mark.requirement("FRO001")
@@ -89,8 +95,11 @@ def test_urdf_weighs_what_the_arm_weighs(robot: str, weight_kg: float) -> None:
 @pytest.mark.requirement("FRO001")
 def test_urdf_has_a_body_to_look_at_and_to_collide_with(arm: Arm) -> None:
     robot = ET.fromstring(arm.description.urdf)
-    for index in range(8):
-        link = robot.find(f"link[@name='iiwa_link_{index}']")
+    moved = [joint.find("child") for joint in robot.findall("joint[@type='revolute']")]
+    names = [child.attrib["link"] for child in moved if child is not None]
+    assert len(names) == arm.model.joint_count
+    for name in names:
+        link = robot.find(f"link[@name='{name}']")
         assert link is not None
         assert link.find("visual/geometry") is not None
         assert link.find("collision/geometry") is not None

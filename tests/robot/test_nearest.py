@@ -9,7 +9,13 @@ import pytest
 
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found, Nearest, Unreachable
-from tests.robot.arms import Arm, distance
+from tests.robot.arms import IIWAS, Arm, arm_named, distance
+
+
+@pytest.fixture(params=IIWAS)
+def arm(request: pytest.FixtureRequest) -> Arm:
+    """An arm with a redundancy."""
+    return arm_named(request.param)
 
 
 def rule(arm: Arm) -> Nearest:

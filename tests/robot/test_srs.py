@@ -13,12 +13,18 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
-from tests.robot.arms import BUILT_IN, Arm, arm_named, distance
+from tests.robot.arms import IIWAS, Arm, arm_named, distance
 
 CLOSED = 1e-9  # m and rad
 
 A2, A4, A6 = 1, 3, 5
 ZEROS = [zeros for size in (1, 2, 3) for zeros in itertools.combinations((A2, A4, A6), size)]
+
+
+@pytest.fixture(params=IIWAS)
+def arm(request: pytest.FixtureRequest) -> Arm:
+    """An arm with a redundancy."""
+    return arm_named(request.param)
 
 
 def singular_poses(arm: Arm, rng: np.random.Generator, count: int) -> Iterator[tuple[str, list[float]]]:
@@ -172,7 +178,7 @@ def test_a_nearly_aligned_wrist_keeps_a5_and_still_closes(arm: Arm) -> None:
 
 @given(st.floats(-math.pi, math.pi), st.integers(0, 7), st.floats(1e-6, 2.0))
 def test_out_of_reach_is_none(redundancy: float, status: int, beyond_m: float) -> None:
-    for name in BUILT_IN:
+    for name in IIWAS:
         arm = arm_named(name)
         x, y, z = arm.model.flange([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).translation
         away = Transform(
@@ -220,7 +226,7 @@ def test_batch_of_nothing(arm: Arm) -> None:
 
 
 def test_status_and_turn() -> None:
-    inverse = arm_named(BUILT_IN[0]).inverse
+    inverse = arm_named(IIWAS[0]).inverse
     assert inverse.status([0.0, 0.5, 0.0, -1.0, 0.0, 0.5, 0.0]) == 2
     assert inverse.status([0.0, -0.5, 0.0, 1.0, 0.0, -0.5, 0.0]) == 1 | 4
     assert inverse.status([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]) == 4
@@ -232,7 +238,7 @@ def test_status_and_turn() -> None:
 @given(st.lists(st.floats(-2.0, 2.0), min_size=7, max_size=7))
 def test_status_bits_say_where_the_wrist_is(q: list[float]) -> None:
     """Bit 0 from the wrist point itself: the flange pulled back by its length, seen from A1."""
-    for name in BUILT_IN:
+    for name in IIWAS:
         arm = arm_named(name)
         (_, _, rx, _, _, ry, _, _, _), (x, y, _) = arm.model.flange(q)
         wrist_flange = 0.126

@@ -1,0 +1,93 @@
+"""The joint positions next to a seed that reach a pose, where a closed form would lose digits.
+
+Where branches meet, a joint goes with the square root of the pose, so rounding of 1e-16 in the pose shows as
+1e-8 in that joint, and where a second singularity meets the first, as anything in a third. Following the seed
+to the pose by the least change of joints is free of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import pi, remainder, tau
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Transform, multiply, rotation_vector, transpose
+from iiwa_sim.robot.model import Model
+
+# A seed farther from the pose than this (m or rad) is not followed.
+_FOLLOWED = 0.02
+# The seed has come to the pose when it is as close as this (m and rad) ...
+_CLOSED = 1e-10
+# ... and a joint that the last bits of the pose decide upon may move on by this (m, rad).
+_LARGEST_STEP = 0.05
+_STEPS = 8
+
+
+class Side(NamedTuple):
+    """A joint that stays on one side of a border, or on it."""
+
+    joint: int
+    border: float
+    """rad"""
+    below: bool
+
+
+def follow_seed(
+    model: Model,
+    flange: Transform,
+    seed: Sequence[float],
+    sides: Sequence[Side],
+    held: int | None = None,
+) -> tuple[float, ...] | None:
+    """The joints nearest to the seed that reach the pose, on these sides; the joint `held` does not move.
+
+    Angles are in (-pi, pi]. None where the seed is not next to the pose, or where the least change of joints
+    does not get there.
+    """
+    q = list(seed)
+    free = [joint for joint in range(len(q)) if joint != held]
+    for step in range(_STEPS):
+        for joint, border, below in sides:
+            # a joint that would leave its side stays at the border; one that is not there yet begins at it
+            if (q[joint] > border if below else q[joint] < border) and joint in free:
+                q[joint] = border
+                if step > 0:
+                    free.remove(joint)
+        error = _error(flange, model.flange(q))
+        distance = float(np.abs(error).max())
+        if distance <= _CLOSED:
+            break
+        if step == 0 and distance > _FOLLOWED:
+            return None
+        change = _least_change(model.jacobian(q)[:, free], error)
+        if float(np.abs(change).max()) > _LARGEST_STEP:
+            return None
+        for joint, value in zip(free, change.tolist(), strict=True):
+            q[joint] += value
+    else:
+        return None
+    return tuple(value if -pi < value <= pi else remainder(value, tau) for value in q)
+
+
+def _error(flange: Transform, reached: Transform) -> NDArray[np.float64]:
+    """What is missing (6,): m, then the rotation vector in the base (rad)."""
+    axis, angle = rotation_vector(multiply(flange.rotation, transpose(reached.rotation)))
+    (x, y, z), (rx, ry, rz) = flange.translation, reached.translation
+    return np.array((x - rx, y - ry, z - rz, angle * axis[0], angle * axis[1], angle * axis[2]))
+
+
+def _least_change(jacobian: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The change of joints that takes the error away but for `_CLOSED`, from strong directions only."""
+    u, sigma, vt = np.linalg.svd(jacobian, full_matrices=False)
+    parts = u.T @ error
+    change = np.zeros(vt.shape[1])
+    missing = float(parts @ parts)
+    for part, strength, direction in zip(parts.tolist(), sigma.tolist(), vt, strict=True):
+        if missing <= (0.3 * _CLOSED) ** 2 or strength <= 1e-12:
+            break
+        change += (part / strength) * direction
+        missing -= part * part
+    return change
