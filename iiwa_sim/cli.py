@@ -24,6 +24,7 @@ from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.decimals import parse_decimal
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotFault, built_in_robots
 from iiwa_sim.ros.fault import RosFault
@@ -33,7 +34,6 @@ from iiwa_sim.serve.turns import LONGEST_PAUSE_S
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.wording import harmless, shortened
 
-PORT = 30000
 PLOT = "plot"
 CHECK_CELL = "check-cell"
 REPLAY = "replay"
@@ -95,6 +95,7 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
     simulator = Simulator(
         options.robot,
         cell=options.cell,
+        dialects=options.dialect,
         host=options.host,
         port=options.port,
         rate_hz=options.rate,
@@ -117,7 +118,8 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
 
             title = f"{simulator.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
             recorder = Recorder(options.transcript, simulator.dialogue, 1.0 / options.rate, title)
-        _say(f"listening on {host_and_port(simulator.host, simulator.port)}\n")
+        for port in simulator.ports.values():
+            _say(f"listening on {host_and_port(simulator.host, port)}\n")
         if simulator.status_port is not None:
             _say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
         if simulator.rosbridge_port is not None:
@@ -125,7 +127,7 @@ async def _serve(options: argparse.Namespace, ending: "_Ending") -> None:
         if simulator.backdoor_port is not None:
             _say(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
-            print(_banner(simulator.cell.description.name, simulator.host, simulator.port), file=sys.stderr)
+            print(_banner(simulator.cell.description.name, simulator.host, simulator.ports), file=sys.stderr)
         gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
         gc.enable()
         with recorder:
@@ -159,10 +161,13 @@ def _plot(options: argparse.Namespace) -> int:
 
 
 def _check_cell(options: argparse.Namespace) -> int:
+    from iiwa_sim.cell.cell import load_cell
     from iiwa_sim.cell.summary import summary
+    from iiwa_sim.dialect.dialects import fitting_dialects
     from iiwa_sim.simulator import Simulator
 
-    _say(summary(Simulator(cell=options.cell).cell))  # all but listening
+    dialects = fitting_dialects(load_cell(options.cell).description)
+    _say(summary(Simulator(cell=options.cell, dialects=dialects).cell))  # all but listening
     return 0
 
 
@@ -277,6 +282,7 @@ def _options(given: Sequence[str]) -> argparse.Namespace:
     parser = _parser()
     options = parser.parse_args(given)
     _check_robot(parser, options)
+    _check_ports(parser, options)
     if options.status_rate is not None:
         if options.status_port is None:
             parser.error("argument --status-rate: expected --status-port with it")
@@ -295,6 +301,17 @@ def _plot_options(given: Sequence[str]) -> argparse.Namespace:
     return options
 
 
+def _check_ports(parser: _Parser, options: argparse.Namespace) -> None:
+    """One port for each dialect; their usual ones where none is named."""
+    if options.port is None:
+        options.port = [DEFAULT_PORTS[name] for name in options.dialect]
+    elif options.port == [0]:
+        options.port *= len(options.dialect)
+    elif len(options.port) != len(options.dialect):
+        wanted = f"expected {len(options.dialect)}, one for each dialect"
+        parser.error(f"argument --port: {len(options.port)} given, {wanted}")
+
+
 def _check_robot(parser: _Parser, options: argparse.Namespace) -> None:
     if options.cell is not None and options.robot is not None:
         parser.error("argument --robot: expected no cell with it, which names its robot")
@@ -304,7 +321,8 @@ def _parser() -> _Parser:
     # Subcommands have parsers of their own, chosen by the first argument.
     parser = _Parser(
         prog="iiwa-sim",
-        description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa. "
+        description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, "
+        "and the messages of a KUKA KRC4. "
         f"To draw a motion instead: iiwa-sim {PLOT} --help. To check a cell: iiwa-sim {CHECK_CELL}. "
         f"Against a server: iiwa-sim {REPLAY}, iiwa-sim {CHECK}",
         epilog="To talk to it: telnet HOST PORT, then help",
@@ -319,10 +337,19 @@ def _parser() -> _Parser:
     _add_robot(parser)
     _add_host(parser)
     parser.add_argument(
+        "--dialect",
+        type=_dialects,
+        default=[DEFAULT_DIALECT],
+        metavar="NAME[,NAME]",
+        help=f"what is spoken, {' or '.join(DEFAULT_PORTS)}; with several each has its port "
+        f"(default: {DEFAULT_DIALECT})",
+    )
+    usual = ", ".join(f"{port} for {name}" for name, port in DEFAULT_PORTS.items())
+    parser.add_argument(
         "--port",
-        type=_whole(0, MAX_PORT),
-        default=PORT,
-        help="port to listen on; 0 picks one (default: %(default)s)",
+        type=_ports,
+        metavar="PORT[,PORT]",
+        help=f"port to listen on, one for each dialect; 0 picks one (default: {usual})",
     )
     _add_rate(parser)
     parser.add_argument(
@@ -570,6 +597,21 @@ def _whole(low: int, high: int) -> Callable[[str], int]:
     return whole_number
 
 
+def _ports(text: str) -> list[int]:
+    port = _whole(0, MAX_PORT)
+    return [port(each) for each in text.split(",")]
+
+
+def _dialects(text: str) -> list[str]:
+    names = text.split(",")
+    for name in names:
+        if name not in DEFAULT_PORTS or names.count(name) > 1:
+            known = " or ".join(DEFAULT_PORTS)
+            shown = shortened(repr(text), 40)
+            raise argparse.ArgumentTypeError(f"{shown}: expected {known}, each at most once, a comma between")
+    return names
+
+
 def _seconds(longest_s: float, *, or_zero: bool = False) -> Callable[[str], float]:
     def seconds(text: str) -> float:
         try:
@@ -585,6 +627,11 @@ def _seconds(longest_s: float, *, or_zero: bool = False) -> Callable[[str], floa
     return seconds
 
 
-def _banner(robot: str, host: str, port: int) -> str:
+def _banner(robot: str, host: str, ports: dict[str, int]) -> str:
     here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # what listens everywhere listens here too
-    return f"{robot}, simulated. To try it: telnet {here} {port}, then type help. Ctrl-C ends it."
+    ways = {
+        "iiwa": "telnet {here} {port}, then type help",
+        "krc4": """printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",
+    }
+    first, port = next(iter(ports.items()))
+    return f"{robot}, simulated. To try it: {ways[first].format(here=here, port=port)}. Ctrl-C ends it."

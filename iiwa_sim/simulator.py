@@ -1,11 +1,13 @@
-"""The simulator put together: a cell, its controller, the clock that steps it and the server that talks."""
+"""The simulator put together: a cell, its controller, the clock that steps it and the servers that talk."""
 
-from collections.abc import Callable, Coroutine
+from collections.abc import Callable, Coroutine, Sequence
+from contextlib import AsyncExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.backdoor.outside import Entrances
 from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock
@@ -14,9 +16,10 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.snapshot import Snapshot, snapshot
+from iiwa_sim.dialect.dialects import Dialect, DialectSession, dialect_for
 from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.faults import WireFaults
-from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT
 from iiwa_sim.dialect.rmi.local import LocalRobot
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
@@ -51,23 +54,27 @@ class Simulator:
     loop, the methods that let time pass raise RuntimeError: there, await those of `clock`.
 
     `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`
-    is the path of a cell.toml, which names its robot. `port` 0 picks a free port; `clock` says how simulated
-    time passes, "real", "10x" or any other multiple, "fast" or "stepped", see `iiwa_sim.clock.clock`; a servo
-    mode ends when it hears of no command for `servo_timeout_s`, None for never.
+    is the path of a cell.toml, which names its robot. `clock` says how simulated time passes, "real", "10x"
+    or any other multiple, "fast" or "stepped", see `iiwa_sim.clock.clock`; a servo mode ends when it hears of
+    no command for `servo_timeout_s`, None for never.
+
+    Each of the `dialects`, "iiwa" and "krc4", is spoken on a port of its own: `port` has one for each, or 0
+    for any that are free. All of them move the one robot, and serve their clients together.
 
     With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
     second of simulated time. With a `rosbridge_port` the robot is a ROS node there (docs/ros.md), for clients
     that know the `rosbridge_secret` if there is one. With `exclusive`, clients are served one after the
     other, and in any case the next one `reconnect_pause_s` after the last has gone. `on_bye` is called when a
-    client has said bye and been answered: there the caller may leave the context.
+    client has said bye, as one can in iiwa, and been answered: there the caller may leave the context.
 
     `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
     can be reached as lines, too, from this machine only.
 
-    Raises CellFault or RobotFault for a cell or a robot that cannot be used, RosFault where the library for
-    rosbridge is not installed, and ValueError for cell and robot together, a clock that there is not, a rate
-    outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time outside 0 to a day;
-    entering the context raises ListenFault if host and ports cannot be listened on.
+    Raises CellFault or RobotFault for a cell or a robot that cannot be used, or has not the axes for a
+    dialect, RosFault where the library for rosbridge is not installed, and ValueError for cell and robot
+    together, for dialects that are none, are named twice, or do not go with the ports, for a clock that there
+    is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time
+    outside 0 to a day; entering the context raises ListenFault if host and ports cannot be listened on.
     """
 
     def __init__(
@@ -75,8 +82,9 @@ class Simulator:
         robot: str | Path | None = None,
         *,
         cell: str | Path | None = None,
+        dialects: Sequence[str] = (DEFAULT_DIALECT,),
         host: str = "127.0.0.1",
-        port: int = 0,
+        port: int | Sequence[int] = 0,
         rate_hz: int = DEFAULT_RATE_HZ,
         clock: str | Pace = REAL,
         servo_timeout_s: float | None = None,
@@ -109,21 +117,26 @@ class Simulator:
             on_contact=self._robot_contact,
         )
         self.dialogue = Dialogue(lambda: self.controller.tick)
-        """What is said on the main port; `dialogue.listeners.append(listener)` hears it."""
+        """What is said in all dialects; `dialogue.listeners.append(listener)` hears it."""
         self._log = SessionLog()
-        faults = WireFaults()
-        self._server = TcpServer(
-            self._open_session,
-            host,
-            port,
-            turns=Turns(exclusive, reconnect_pause_s),
-            on_answered=self._heed,
-            on_good_bye=on_bye,
-            faults=faults,
-        )
+        faults, turns = WireFaults(), Turns(exclusive, reconnect_pause_s)
+        spoken = [dialect_for(name, self.cell.description) for name in dialects]
+        self._servers = {
+            dialect.name: TcpServer(
+                self._session_opener(dialect),
+                host,
+                own_port,
+                turns=turns,
+                on_answered=self._heed,
+                on_good_bye=on_bye if dialect.says_bye else None,
+                faults=faults,
+            )
+            for dialect, own_port in zip(spoken, _one_each(dialects, port), strict=True)
+        }
         self._accepted = 0  # moves the clock knows of
         self._thread: LoopThread | None = None
-        self.backdoor = Backdoor(self.controller, faults, self._server, self.clock, self.call)
+        entrances = Entrances(list(self._servers.values()))
+        self.backdoor = Backdoor(self.controller, faults, entrances, self.clock, self.call)
         self._backdoor_server: TcpServer | None = None
         if backdoor_port is not None:
             self._backdoor_server = TcpServer(self._open_backdoor, LOOPBACK, backdoor_port)
@@ -152,12 +165,21 @@ class Simulator:
     @property
     def host(self) -> str:
         """Address listened on."""
-        return self._server.address[0]
+        return self._first.address[0]
 
     @property
     def port(self) -> int:
-        """Port listened on."""
-        return self._server.address[1]
+        """Port listened on, that of the first dialect."""
+        return self._first.address[1]
+
+    @property
+    def ports(self) -> dict[str, int]:
+        """Port of each dialect, in the order in which they were named."""
+        return {name: server.address[1] for name, server in self._servers.items()}
+
+    @property
+    def _first(self) -> TcpServer:
+        return next(iter(self._servers.values()))
 
     @property
     def status_port(self) -> int | None:
@@ -175,15 +197,11 @@ class Simulator:
         return None if self._backdoor_server is None else self._backdoor_server.address[1]
 
     async def __aenter__(self) -> Self:
-        all_of_them = (self._server, self._status, self._ros, self._backdoor_server)
-        servers = [each for each in all_of_them if each is not None]
-        for place, server in enumerate(servers):
-            try:
+        async with AsyncExitStack() as listening:
+            for server in self._listeners:
                 await server.start()
-            except BaseException:
-                for started in servers[:place]:
-                    await started.close()
-                raise
+                listening.push_async_callback(server.close)
+            listening.pop_all()
         if self._status is None and self._ros is None:
             self.clock.start(self.controller)
         else:
@@ -195,13 +213,8 @@ class Simulator:
     ) -> None:
         self.controller.stop()  # or the log would say that the clients have vanished
         try:
-            await self._server.close()
-            if self._status is not None:
-                await self._status.close()
-            if self._ros is not None:
-                await self._ros.close()
-            if self._backdoor_server is not None:
-                await self._backdoor_server.close()
+            for server in self._listeners:
+                await server.close()
         finally:
             self.clock.stop()
 
@@ -304,11 +317,16 @@ class Simulator:
     def _open_status_session(self, name: str) -> StatusSession:
         return StatusSession(self.controller, self._log, name)
 
+    @property
+    def _listeners(self) -> list[TcpServer | StatusStream | RosSide]:
+        others = [each for each in (self._status, self._ros, self._backdoor_server) if each is not None]
+        return [*self._servers.values(), *others]
+
     def _open_backdoor(self, name: str) -> BackdoorSession:
         return BackdoorSession(self.backdoor, self._log, f"{name} (backdoor)")
 
-    def _open_session(self, name: str) -> Session:
-        return Session(self.controller, self._log, name, self.dialogue)
+    def _session_opener(self, dialect: Dialect) -> Callable[[str], DialectSession]:
+        return lambda name: dialect.open_session(self.controller, self._log, name, self.dialogue)
 
     def _robot_fault(self, code: int, reason: str) -> None:
         robot_fault(code, reason)
@@ -317,6 +335,18 @@ class Simulator:
     def _robot_contact(self, contact: Contact) -> None:
         robot_contact(contact)
         self.dialogue.event("robot", str(contact))
+
+
+def _one_each(dialects: Sequence[str], port: int | Sequence[int]) -> Sequence[int]:
+    """A port for each dialect. Raises ValueError."""
+    if not dialects or len(set(dialects)) < len(dialects):
+        raise ValueError(f"dialects are {', '.join(dialects) or 'none'}, expected one or more, each once")
+    if port == 0:
+        return [0] * len(dialects)
+    ports = [port] if isinstance(port, int) else port
+    if len(ports) != len(dialects):
+        raise ValueError(f"port has {len(ports)}, expected {len(dialects)}, one for each dialect")
+    return ports
 
 
 class _Seen:

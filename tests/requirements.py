@@ -18,6 +18,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from iiwa_sim.dialect.krc4_table import load_krc4_table
 from iiwa_sim.dialect.table import load_table
 
 LIST = Path(__file__).with_name("requirements.toml")
@@ -25,8 +26,9 @@ PAGE = Path(__file__).parent.parent / "docs" / "requirements.md"
 NOT_YET = "not there yet"
 HEAD = """# Requirements
 
-Every requirement on the controller, in our own words, the commands of the main port that serve it, and the
-files whose tests show it to hold. Written by `make requirements`, which also runs these tests and names them.
+Every requirement on the controller, in our own words, the commands of the main port and the KRC4 messages
+that serve it, and the files whose tests show it to hold. Written by `make requirements`, which also runs
+these tests and names them.
 
 | | requirement | commands | shown by |
 |---|---|---|---|
@@ -89,9 +91,13 @@ def unknown(ids: Iterable[str]) -> list[str]:
 
 
 def commands_of(requirement: str) -> list[str]:
-    """The commands that are there and serve it."""
+    """The commands that are there and serve it, of the main port and of KRC4 messages."""
     commands = load_table("iiwa").commands
-    return [n for n, each in commands.items() if requirement in each.requirements]
+    messages = load_krc4_table().commands.values()
+    return [
+        *(name for name, each in commands.items() if requirement in each.requirements),
+        *(each.tag for each in messages if requirement in each.requirements),
+    ]
 
 
 def gaps(tests: dict[str, list[str]]) -> list[str]:

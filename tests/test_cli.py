@@ -26,6 +26,12 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
         (["--port", "65536"], "from 0 to 65535"),
         (["--port", "-1"], "argument --port"),
         (["--port"], "argument --port: expected one argument"),
+        (["--port", "1,2"], "argument --port: 2 given, expected 1, one for each dialect"),
+        (["--port", "1,"], "argument --port: '' is not a whole number"),
+        (["--dialect", "iiwa,krc4", "--port", "1"], "argument --port: 1 given, expected 2"),
+        (["--dialect", "klingon"], "argument --dialect: 'klingon': expected iiwa or krc4, each at most once"),
+        (["--dialect", "krc4,krc4"], "argument --dialect: 'krc4,krc4'"),
+        (["--dialect", ""], "argument --dialect: ''"),
         (["--servo-timeout", "0"], "argument --servo-timeout: '0' is not a number of seconds above 0 and up"),
         (["--servo-timeout", "-1"], "argument --servo-timeout"),
         (["--servo-timeout", "nan"], "up to 86400"),
@@ -88,6 +94,12 @@ def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) 
     assert "box 'table': 20000 N/m, 107.41 mm away\n" in out
 
 
+def test_a_cell_with_a_robot_of_six_axes_is_right(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "cell.toml").write_text('robot = "kr_6_r900_sixx"\n')
+    assert main(["check-cell", str(tmp_path / "cell.toml")]) == 0
+    assert "KR 6 R900 sixx" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -128,7 +140,7 @@ def test_help_tells_ranges_defaults_and_levels(
         main(["--help"])
     out = capsys.readouterr().out
     assert "ticks per second, 100 to 1000 (default: 500)" in out
-    assert "(default: 30000)" in out
+    assert "(default: 30000 for iiwa, 54600 for krc4)" in out
     assert "above 0 and up to 86400 (default: never)" in out
     assert "False" not in out
     assert all(f"{level}: " in out for level in LEVELS)

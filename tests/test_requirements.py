@@ -49,5 +49,5 @@ def test_what_was_to_come_later_and_is_there_is_found(monkeypatch: pytest.Monkey
 def test_the_page_has_a_row_for_each_with_its_commands_and_files() -> None:
     rows = [line for line in page(TESTS).splitlines() if line.startswith("| FR")]
     assert len(rows) == len(REQUIREMENTS)
-    assert "| FRC003 | a stop, fast | `bye`, `stop` | [test_FRC003](../tests/test_FRC003.py) |" in rows
+    assert "| FRC003 | a stop, fast | `bye`, `stop`, `STO` | [test_FRC003](../tests/test_FRC003.py) |" in rows
     assert commands_of("FRC018") == ["get flange frame"]

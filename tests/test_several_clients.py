@@ -28,9 +28,9 @@ async def exclusive() -> AsyncIterator[Simulator]:
 
 async def connect(simulator: Simulator) -> Client:
     """A client that the server knows of."""
-    count = len(simulator._server.connections)
+    count = len(simulator._servers["iiwa"].connections)
     client = await Client.connect(simulator.port)
-    await until(lambda: len(simulator._server.connections) == count + 1)
+    await until(lambda: len(simulator._servers["iiwa"].connections) == count + 1)
     return client
 
 
@@ -132,7 +132,7 @@ async def test_a_pause_before_the_next_client_is_served(exclusive: bool) -> None
         over = loop.create_future()
         loop.call_later(pause_s, over.set_result, None)
         await first.leaves()
-        await until(lambda: not simulator._server.connections)
+        await until(lambda: not simulator._servers["iiwa"].connections)
         next_one = await connect(simulator)
         assert await next_one.ask("hello") == "hello"
         assert over.done()
@@ -144,7 +144,7 @@ async def test_bye_is_answered_before_it_is_told() -> None:
     async with Simulator(on_bye=said_bye.set) as simulator:
         one, two = await connect(simulator), await connect(simulator)
         await one.leaves()
-        await until(lambda: len(simulator._server.connections) == 1)
+        await until(lambda: len(simulator._servers["iiwa"].connections) == 1)
         assert not said_bye.is_set(), "to leave is not to say bye"
         two.send(b"hello\r\nbye\r\nhello\r\n")
         async with asyncio.timeout(DEADLINE_S):

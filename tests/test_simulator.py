@@ -193,7 +193,7 @@ async def test_a_client_that_only_looks_on_may_go(simulator: Simulator, client: 
     assert await client.ask(FAR) == "done"
     assert await looker_on.ask("get status") == "moving"
     looker_on.vanishes()
-    await until(lambda: len(simulator._server.connections) == 1)
+    await until(lambda: len(simulator._servers["iiwa"].connections) == 1)
     assert await client.ask("get status") == "moving"
     assert await client.ask(FAR) == "done"
 
@@ -269,7 +269,7 @@ async def test_a_client_whose_target_was_replaced_by_anothers_may_go(
     assert await early.ask(SMART) == "done"
     assert await client.ask("smart joint move : 0.1 0.5 0 -1 0 1.5 0 " + "0.1 " * 7) == "done"
     early.vanishes()
-    await until(lambda: len(simulator._server.connections) == 1)
+    await until(lambda: len(simulator._servers["iiwa"].connections) == 1)
     await client.until_stopped()
     assert (await client.ask("get joint position")).startswith("0.1 ")
 

@@ -1,5 +1,6 @@
 """What the backdoor reaches besides controller and clock."""
 
+from collections.abc import Sequence
 from typing import Protocol
 
 
@@ -11,3 +12,18 @@ class Entrance(Protocol):
 
     def accept(self) -> None:
         """Let clients connect again."""
+
+
+class Entrances:
+    """Several in one: one for each dialect."""
+
+    def __init__(self, entrances: Sequence[Entrance]) -> None:
+        self._entrances = entrances
+
+    def refuse(self) -> None:
+        for entrance in self._entrances:
+            entrance.refuse()
+
+    def accept(self) -> None:
+        for entrance in self._entrances:
+            entrance.accept()

@@ -132,7 +132,8 @@ class Planner:
         status = wanted if wanted in self._inverse.merging_statuses(start) else own
         line = self._line(start, tcp_line, self._inverse.redundancy(joints), status)
         if float(np.abs(np.subtract(line.end, joints)).max()) > SAME_RAD:
-            reason = "a line to that pose ends in other joint positions, with the arm bent another way"
+            other = "with the arm bent another way, or a joint a turn away"
+            reason = f"a line to that pose ends in other joint positions, {other}"
             raise Refused(ROBOT_CONFIGURATION, reason)
         return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
 

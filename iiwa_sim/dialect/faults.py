@@ -23,7 +23,8 @@ UNTIL_CLEARED = 0
 """In place of a number of replies."""
 LONGEST_WAIT_S = 3600.0
 
-_REPLIES = re.compile(rb"\xff[^\n]{2}|[^\xff\n]*\n")  # WONT_TIMING_MARK is no reply
+# Of the iiwa, where WONT_TIMING_MARK is no reply, and of KRC4.
+_REPLIES = re.compile(rb"\xff[^\n]{2}|<Res>.*?</Res>|[^\xff\n]*\n")
 _PRINTABLE = range(33, 127)
 
 
@@ -146,7 +147,7 @@ class _Rule:
 
 
 class WireFaults:
-    """The faults of one server, and its connections, which are numbered from 1 as they come."""
+    """The faults of one robot's servers, and their connections, which are numbered from 1 as they come."""
 
     def __init__(self) -> None:
         self._rules: list[_Rule] = []  # as they were set

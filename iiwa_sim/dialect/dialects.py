@@ -1,0 +1,72 @@
+"""The dialects there are, and which of them a robot can be spoken to in."""
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.dialect.dialogue import Dialogue
+from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.krc4 import Krc4Session
+from iiwa_sim.dialect.krc4_table import REGISTERS
+from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.fault import RobotFault
+
+
+class DialectSession(Protocol):
+    """One client's conversation; a shell hands it bytes and asks for answers."""
+
+    @property
+    def waiting(self) -> bool: ...
+    @property
+    def closing(self) -> bool: ...
+    def receive(self, data: bytes) -> None: ...
+    def end(self) -> None: ...
+    def answer(self, most: int = ...) -> bytes: ...
+    def lost(self) -> None: ...
+
+
+class Dialect(NamedTuple):
+    name: str
+    """One of `iiwa_sim.dialect.ports`."""
+    axes: range
+    """How many a robot may have for it."""
+    says_bye: bool
+    """Whether a client can say good-bye in it."""
+    open_session: Callable[[Controller, DialectLog, str, Dialogue], DialectSession]
+    """For a connection of this name in log and dialogue."""
+
+
+DIALECTS = {
+    dialect.name: dialect
+    for dialect in (
+        Dialect("iiwa", range(7, 8), True, Session),
+        Dialect("krc4", range(1, REGISTERS + 1), False, Krc4Session),
+    )
+}
+
+
+def fitting_dialects(description: RobotDescription) -> list[str]:
+    """Names of the dialects that a robot has the axes for."""
+    return [dialect.name for dialect in DIALECTS.values() if len(description.joints) in dialect.axes]
+
+
+def dialect_for(name: str, description: RobotDescription) -> Dialect:
+    """The dialect of that name.
+
+    Raises `RobotFault` for a robot that has not the axes for it, and ValueError for a name there is not.
+    """
+    if name not in DIALECTS:
+        raise ValueError(f"dialect {name!r}, expected {' or '.join(DIALECTS)}")
+    dialect, count = DIALECTS[name], len(description.joints)
+    if count not in dialect.axes:
+        others = ", ".join(fitting_dialects(description))
+        few, many = dialect.axes[0], dialect.axes[-1]
+        wanted = f"{few}" if few == many else f"{few} to {many}"
+        raise RobotFault(
+            description.settings_path,
+            "joints",
+            list(description.joints),
+            f"{wanted} joints for dialect {name}; for {count} there is: {others or 'none'}",
+        )
+    return dialect

@@ -1,0 +1,180 @@
+"""KRC4 messages over a real socket: a process of its own, and a client of the standard library."""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+from collections.abc import Iterator
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.controller.errors import (
+    COMMUNICATION_FAILURE,
+    COMPONENT_NOT_READY,
+    CROSSING_SINGULARITY,
+    EMERGENCY_STOP,
+    EXECUTION,
+    STOP_TRIGGERED,
+    TARGET_NOT_REACHABLE,
+)
+from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
+from iiwa_sim.dialect.krc4_table import load_krc4_table
+from iiwa_sim.robot.description import RobotFault
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
+from iiwa_sim.simulator import Simulator
+from tests.krc4_talking import IDS, Krc4Client, in_attributes, replies, request
+from tests.processes import IIWA_SIM, Process, running
+from tests.talking import DEADLINE_S
+
+SIX_AXES = ("--robot", "kr_6_r900_sixx", "--dialect", "krc4")
+HOME_DEG = (0.0, -90.0, 90.0, 0.0, 90.0, 0.0)
+NEAR_DEG = (2.0, -90.0, 90.0, 0.0, 90.0, 0.0)
+FAR_DEG = (160.0, 40.0, -100.0, 0.0, 90.0, 0.0)
+BESIDE = (445.0, 20.0, 800.0, 180.0, 0.0, 180.0)
+
+
+@pytest.fixture(scope="module")
+def simulator() -> Iterator[Process]:
+    with running(*SIX_AXES) as process:
+        yield process
+
+
+@pytest.fixture
+def client(simulator: Process) -> Iterator[Krc4Client]:
+    with Krc4Client(simulator.port) as client:
+        yield client
+
+
+@pytest.mark.requirement("FRA003", "FRA004", "FRA005", "FRA006")
+def test_each_message_is_answered_and_does_what_it_says(client: Krc4Client) -> None:
+    tags = []
+
+    def ask(tag: str, *reals: float, **integers: int) -> tuple[tuple[int, ...], tuple[float, ...]]:
+        tags.append(tag)
+        reply = client.ask(tag, *reals, **integers)
+        assert reply.error is None, tag
+        return reply.integers[2:], reply.reals
+
+    ask("PTA", *HOME_DEG)
+    client.until_idle()
+    ask("LIN", *BESIDE)
+    assert ask("FIN")[0][0] == 0
+    assert 0.0 < ask("DIS")[1][0] <= 25.0
+    assert ask("GOP")[1][:3] == pytest.approx(BESIDE[:3])
+    client.until_idle()
+    assert ask("DIS")[1][0] == pytest.approx(0.0, abs=1e-6)
+    ask("LIA", *NEAR_DEG)
+    client.until_idle()
+    assert ask("GOA")[1][:6] == pytest.approx(NEAR_DEG, abs=1e-6)
+    ask("PTP", *BESIDE)
+    client.until_idle()
+    assert ask("FIN")[0][0] == 1
+    ask("SIO", I2=5, I3=1)
+    assert ask("GIO", I2=5)[0][1] == 1
+    ask("PTA", *FAR_DEG)
+    ask("STO")
+    client.until_idle()
+    assert ask("GOA")[1][:6] != pytest.approx(FAR_DEG, abs=1.0)
+    assert set(tags) == set(IDS)
+
+
+@pytest.mark.requirement("FRA101")
+def test_many_messages_in_a_packet_and_one_in_many(client: Krc4Client) -> None:
+    client.send(b"".join(in_attributes({"I0": number, "I1": 100}) for number in range(200)))
+    assert [client.reply().id for _ in range(200)] == list(range(200))
+    for byte in request(7, "GOP"):
+        client.send(bytes([byte]))
+    assert client.reply().command == 310
+
+
+@pytest.mark.requirement("FRC021")
+def test_what_makes_no_sense_is_refused_and_what_is_no_xml_ends_the_connection(
+    simulator: Process, client: Krc4Client
+) -> None:
+    client.send(b"<Cmd I0='3' I1='10' R0='x'/>")
+    assert client.reply().error == 3040
+    assert client.ask("FIN").error is None
+    client.send(b"<!DOCTYPE a [<!ENTITY b 'c'>]><Cmd><I0>&b;</I0></Cmd>")
+    (last,) = replies(client.rest())
+    assert last.integers[:3] == (0, 0, 3040)
+    with Krc4Client(simulator.port) as another:
+        assert another.ask("FIN").error is None
+
+
+def test_a_client_that_sends_no_more_gets_its_replies(simulator: Process) -> None:
+    with socket.create_connection(("127.0.0.1", simulator.port), timeout=DEADLINE_S) as one:
+        one.sendall(request(1, "FIN") + request(2, "GOA") + b"<Cmd>")
+        one.shutdown(socket.SHUT_WR)
+        wire = b""
+        while came := one.recv(4096):
+            wire += came
+    assert [reply.integers[:3] for reply in replies(wire)] == [(1, 100, 1), (2, 320, 0), (0, 0, 3040)]
+
+
+def test_a_client_that_closes_the_connection_stops_its_move(simulator: Process) -> None:
+    with Krc4Client(simulator.port) as one:
+        assert one.ask("PTA", *FAR_DEG).error is None
+    with Krc4Client(simulator.port) as another:
+        another.until_idle()
+        assert another.ask("GOA").reals[:6] != pytest.approx(FAR_DEG, abs=1.0)
+
+
+def test_both_dialects_move_one_robot() -> None:
+    with running("--dialect", "iiwa,krc4") as process:
+        assert process.process.stdout is not None
+        port = int(process.process.stdout.readline().rsplit(":", 1)[1])
+        with Iiwa("127.0.0.1", process.port) as robot, Krc4Client(port) as krc4:
+            krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
+            robot.wait_until_stopped(timeout_s=DEADLINE_S)
+            assert robot.get_joint_position()[6] == pytest.approx(0.17453293)
+            assert krc4.ask("PTP", 9999.0).error == 3021
+            assert robot.get_error().code == 3021
+
+
+def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
+    ended = subprocess.run(
+        [*IIWA_SIM, "--robot", "kr_6_r900_sixx"],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert ended.stderr.count("\n") == 1
+    assert ended.stderr.endswith("expected 7 joints for dialect iiwa; for 6 there is: krc4\n")
+    with pytest.raises(RobotFault, match="for dialect iiwa"):
+        Simulator("kr_6_r900_sixx", dialects=["krc4", "iiwa"])
+
+
+@pytest.mark.parametrize(
+    ("dialects", "port", "message"),
+    [
+        ([], 0, "dialects are none"),
+        (["krc4", "krc4"], 0, "each once"),
+        (["klingon"], 0, "dialect 'klingon', expected iiwa or krc4"),
+        (["iiwa", "krc4"], 30000, "port has 1, expected 2"),
+        (["krc4"], [1, 2], "port has 2, expected 1"),
+    ],
+)
+def test_dialects_and_ports_have_to_fit_together(
+    dialects: list[str], port: int | list[int], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        Simulator(dialects=dialects, port=port)
+
+
+def test_the_table_holds_appendix_c() -> None:
+    table = load_krc4_table()
+    assert {command.tag: command.id for command in table.commands.values()} == IDS
+    frame = ["R0", "R1", "R2", "R3", "R4", "R5"]
+    takes = {command.tag: list(command.inputs) for command in table.commands.values() if command.inputs}
+    assert takes == {"LIN": frame, "PTP": frame, "SIO": ["I2", "I3"], "GIO": ["I2"]}
+    gives = {command.tag: list(command.outputs) for command in table.commands.values() if command.outputs}
+    assert gives == {"FIN": ["I2"], "GIO": ["I3"], "DIS": ["R0"], "GOP": frame}
+    joints = {command.tag: command.joints for command in table.commands.values() if command.joints}
+    assert joints == {"LIA": "input", "PTA": "input", "GOA": "output"}
+    used = {EXECUTION, TARGET_NOT_REACHABLE, OUT_OF_REACH, ROBOT_CONFIGURATION, JOINT_LIMIT}
+    used |= {CROSSING_SINGULARITY, EMERGENCY_STOP, COMMUNICATION_FAILURE, NUMBER_OUT_OF_RANGE, NOT_AN_OUTPUT, STOP_TRIGGERED}
+    assert used | {COMPONENT_NOT_READY} == set(table.errors)
+    assert all(command.requirements and command.summary for command in table.commands.values())
