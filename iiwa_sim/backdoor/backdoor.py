@@ -345,7 +345,7 @@ class Backdoor:
 
     @_called
     def refuse_connections(self) -> None:
-        """Let nobody connect to the main port. Who is connected is served."""
+        """Let nobody connect to the port of any dialect. Who is connected is served."""
         self._entrance.refuse()
 
     @_called

@@ -119,7 +119,9 @@ class Krc4Session:
 
     def _break_off(self, reason: str) -> bytes:
         self._closing = True
-        return self._refuse(_NO_MESSAGE, "(no message)", COMMUNICATION_FAILURE, f"{reason}; the connection ends")
+        return self._refuse(
+            _NO_MESSAGE, "(no message)", COMMUNICATION_FAILURE, f"{reason}; the connection ends"
+        )
 
     def _reply(self, element: Element) -> bytes:
         message = understand(element)

@@ -112,7 +112,12 @@ FAULTS = [
         r"9+\.\.\.9+",
         "a number of less than 309 digits",
     ),
-    ('robot = "r2d2"', "robot", "'r2d2'", "a folder, or one of kr_6_r900_sixx, lbr_iiwa_14_r820, lbr_iiwa_7_r800$"),
+    (
+        'robot = "r2d2"',
+        "robot",
+        "'r2d2'",
+        "a folder, or one of kr_6_r900_sixx, lbr_iiwa_14_r820, lbr_iiwa_7_r800$",
+    ),
     ('robot = ""', "robot", "''", "a folder, or one of"),
     (f'robot = "{"x" * 500}"', "robot", r"'x+\.\.\.x+'", "a folder, or one of"),
     ('robot = "\\u0000"', "robot", r"'\\x00'", "a folder, or one of"),

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.controller.errors import CROSSING_SINGULARITY
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
@@ -21,6 +20,7 @@ from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder, chain_moves
 from tests.stepped import SteppedRobot, assert_within_limits, line_errors

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.nearest import JOINT_LIMIT, ROBOT_CONFIGURATION, Nearest, Unreachable
@@ -20,6 +20,7 @@ positions = st.tuples(*[st.floats(low, high) for low, high in zip(LOW, HIGH, str
 angles = st.tuples(*[st.floats(-math.pi, math.pi)] * 6)
 
 
+@settings(deadline=None)
 @given(angles, positions)
 def test_each_joint_is_as_near_as_its_limits_allow(
     joints: tuple[float, ...], present: tuple[float, ...]
@@ -37,6 +38,7 @@ def test_each_joint_is_as_near_as_its_limits_allow(
     assert np.isnan(rows[1]).all()
 
 
+@settings(deadline=None)
 @given(st.lists(st.floats(-math.pi, math.pi), min_size=7, max_size=7))
 def test_an_iiwa_has_no_turns_to_choose_from(joints: list[float]) -> None:
     for name in IIWAS:
@@ -46,6 +48,7 @@ def test_an_iiwa_has_no_turns_to_choose_from(joints: list[float]) -> None:
         assert (turns.nearest_rows(np.array([joints]), d.home) == [joints]).all()
 
 
+@settings(deadline=None)
 @given(angles, positions)
 def test_continued_positions_are_within_half_a_turn(
     joints: tuple[float, ...], before: tuple[float, ...]
