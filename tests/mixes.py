@@ -125,7 +125,7 @@ class Mix:
         robot, picks = self.robot, self._random
         d, controller = robot.description, robot.controller
         near = 0.08 if command.mode == "direct" else picks.choice([1e-9, 1e-4, 0.05, 0.3, 0.8])
-        joints = np.array(controller.joints if command.mode == "direct" else controller._next_start())
+        joints = np.array(controller.joints if command.mode == "direct" else controller.end_of_queue)
         joints = joints + near * np.array([picks.uniform(-1.0, 1.0) for _ in joints])
         joints = np.clip(joints, d.position_min, d.position_max)
         pose = robot.model.flange(joints) if command.mode in ("smart", "direct") else robot.tcp(joints)

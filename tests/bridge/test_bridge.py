@@ -64,8 +64,8 @@ class Bench:
 
 
 @pytest.fixture
-async def simulator() -> AsyncIterator[Simulator]:
-    async with Simulator(clock="fast") as simulator:
+async def simulator(request: pytest.FixtureRequest) -> AsyncIterator[Simulator]:
+    async with Simulator(clock=getattr(request, "param", "fast")) as simulator:
         yield simulator
 
 
@@ -139,31 +139,37 @@ async def test_services(bench: Bench, simulator: Simulator) -> None:
     assert await bench.calls("/get_io", number=99) == {"value": False, "error": 1}
 
 
+@pytest.mark.parametrize("simulator", ["real"], indirect=True)  # it must still move when it is stopped
 async def test_stop_robot_right_now(bench: Bench, simulator: Simulator) -> None:
     bench.gets(ptp(1, A, velocity=[0.05]), ptp(2, B))
-    while not simulator.controller.moving:
-        await bench.goes_on()
+    async with asyncio.timeout(DEADLINE_S):
+        while not simulator.controller.moving:
+            await bench.goes_on()
     assert await bench.calls("/stop_robot_right_now") == {"success": True, "message": ""}
     assert await bench.until_results(2) == [(1, 3060), (2, 3060)]
     bench.gets(ptp(3, B))
     assert (await bench.until_results(3))[2] == (3, 0)
 
 
+@pytest.mark.parametrize("simulator", ["real"], indirect=True)  # it must still move when it is stopped
 async def test_a_robot_stopped_by_others_stands_short_of_its_target(
     bench: Bench, simulator: Simulator
 ) -> None:
     bench.gets(ptp(1, A, velocity=[0.05]), ptp(2, B))
-    while not simulator.controller.moving:
-        await bench.goes_on()
+    async with asyncio.timeout(DEADLINE_S):
+        while not simulator.controller.moving:
+            await bench.goes_on()
     simulator.controller.stop()
     assert await bench.until_results(2) == [(1, 3060), (2, 3060)]
     assert "short of the target" in bench.results[0]["additional_information"]
 
 
+@pytest.mark.parametrize("simulator", ["real"], indirect=True)
 async def test_an_error_of_the_robot_is_the_result(bench: Bench, simulator: Simulator) -> None:
     bench.gets(ptp(1, A, velocity=[0.05]))
-    while not simulator.controller.moving:
-        await bench.goes_on()
+    async with asyncio.timeout(DEADLINE_S):
+        while not simulator.controller.moving:
+            await bench.goes_on()
     simulator.controller.emergency_stop()
     assert await bench.until_results(1) == [(1, 3030)]
 
