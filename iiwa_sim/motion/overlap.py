@@ -14,11 +14,11 @@ from iiwa_sim.motion.chain import Chain
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.zone import Zone, way_inside
 
-STEP_S = 0.002
+STEP_S = 0.001
 LONGEST_S = 0.4
 SHORTEST_S = 0.006
 PARTS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)  # of the longest overlap that the zone allows
-KEPT = (0.998, 0.998, 0.9)  # of velocity, acceleration and jerk limits: steps may hide some of a short jerk
+KEPT = (0.998, 0.998, 0.95)  # of velocity, acceleration and jerk limits: steps may hide some of a short jerk
 PLACES = 16  # looked at for whether the robot stays in the zone
 ROUNDING = 1.0 + 1e-9
 
