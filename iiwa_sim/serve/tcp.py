@@ -1,28 +1,21 @@
 """A TCP server for dialects that answer lines: one session per connection, one write per batch of replies."""
 
 import asyncio
-import contextlib
 import logging
-import socket
-import struct
-import sys
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Protocol, runtime_checkable
 
 from iiwa_sim.dialect.faults import Reset, Send, Step, Wait, WireFaults
 from iiwa_sim.serve.door import Door
 from iiwa_sim.serve.in_order import InOrder
+from iiwa_sim.serve.line_session import LineSession, PatientSession
 from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.socket_options import reset_at_close, tune
 from iiwa_sim.serve.turns import Turns
 
 RECEIVE_BYTES = 65_536
 """Bytes taken from a connection at once. A buffer of our own instead of asyncio's, which allocates 256 KiB
 for every read, makes an answer 30 us faster."""
-
-SEND_BYTES = 131_072
-"""What the system may hold for a client that reads slowly; beyond it, replies wait in the process, up to
-asyncio's 64 KiB, and then its commands wait."""
 
 UNREAD_S = 10.0
 """For how long a client may leave its replies unread once all buffers are full."""
@@ -33,42 +26,7 @@ CLOSING_S = 0.3
 MOST_LATE = 1024
 """Replies, parts of them and waits that a fault may keep back for one client, before its commands wait."""
 
-_RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for what is not sent yet
-
 logger = logging.getLogger(__name__)
-
-
-class LineSession(Protocol):
-    """One client's conversation, without sockets."""
-
-    @property
-    def waiting(self) -> bool:
-        """Whether lines wait for their answer."""
-
-    @property
-    def closing(self) -> bool:
-        """Whether the client said good-bye: what is answered is to be sent, then the connection closed."""
-
-    def receive(self, data: bytes) -> None:
-        """Take in bytes, split anywhere."""
-
-    def end(self) -> None:
-        """Learn that the client sends no more: a rest without a line end is a line."""
-
-    def answer(self, most: int = ...) -> bytes:
-        """The replies to some of the waiting lines, to `most` of them at most."""
-
-    def lost(self) -> None:
-        """Learn that the connection is gone."""
-
-
-@runtime_checkable
-class PatientSession(LineSession, Protocol):
-    """A conversation in which the answer to a line may take its time."""
-
-    @property
-    def pending(self) -> asyncio.Future[Any] | None:
-        """What the next reply waits for: while that is not done, there is nothing to answer."""
 
 
 class TcpServer:
@@ -170,7 +128,7 @@ class Connection(asyncio.BufferedProtocol):
         self.gone = self._loop.create_future()
         self._name = peer_of(transport)
         self._mark = {"fields": {"session": self._name}}
-        _tune(transport.get_extra_info("socket"))
+        tune(transport.get_extra_info("socket"))
         self._session = self._server.open_session(self._name)
         self._patient = self._session if isinstance(self._session, PatientSession) else None
         self._outgoing = InOrder(self._answer)
@@ -307,9 +265,7 @@ class Connection(asyncio.BufferedProtocol):
 
     def _reset(self) -> None:
         self._finished = True
-        with contextlib.suppress(OSError):  # already gone
-            connection = self._transport.get_extra_info("socket")
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET_AT_CLOSE)
+        reset_at_close(self._transport.get_extra_info("socket"))
         self.abort()
 
     def _read(self, wanted: bool) -> None:
@@ -324,15 +280,3 @@ class Connection(asyncio.BufferedProtocol):
         unread_s = self._server.unread_s
         logger.warning("%s dropped: left its replies unread for %g s", self._name, unread_s, extra=self._mark)
         self.abort()
-
-
-def _tune(connection: socket.socket) -> None:
-    # A host that vanishes without a word is found out in some 11 s.
-    with contextlib.suppress(OSError):  # already gone
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-        if sys.platform == "linux":
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 5)
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 2)
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, 3)

@@ -1,0 +1,63 @@
+"""`iiwa-sim bridge`: a robot behind a connection, put on ROS."""
+
+import argparse
+import asyncio
+import sys
+from collections.abc import Sequence
+
+from iiwa_sim import log
+from iiwa_sim.cli.ending import Ending
+from iiwa_sim.cli.options import (
+    BRIDGE,
+    ROSBRIDGE_PORT,
+    Parser,
+    add_host,
+    add_log,
+    add_robot,
+    add_rosbridge,
+    add_server,
+)
+from iiwa_sim.cli.output import say
+from iiwa_sim.robot.description import DEFAULT_ROBOT
+from iiwa_sim.serve.listening import host_and_port
+
+
+def run(given: Sequence[str]) -> int:
+    options = _parser().parse_args(given)
+    ending = Ending()
+    if sys.stderr is not None:
+        log.configure(options.log_level, options.log_json, sys.stderr.fileno())
+    asyncio.run(_serve(options, ending))
+    return 0
+
+
+async def _serve(options: argparse.Namespace, ending: Ending) -> None:
+    from iiwa_sim.bridge.bridge import Bridge
+    from iiwa_sim.robot.description import load_robot
+
+    bridge = Bridge(
+        options.server,
+        load_robot(DEFAULT_ROBOT if options.robot is None else options.robot),
+        host=options.host,
+        rosbridge_port=options.rosbridge_port,
+        rosbridge_secret=options.rosbridge_secret,
+    )
+    async with bridge:
+        ending.watch()
+        say(f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n")
+        await ending.asked.wait()
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"iiwa-sim {BRIDGE}",
+        description="Puts a robot on ROS: be the driver of a server of the iiwa's text protocol, emulated or "
+        "real, and give it the topics and services of drag&bot, by rosbridge.",
+        allow_abbrev=False,
+    )
+    add_server(parser)
+    add_robot(parser)
+    add_host(parser)
+    add_rosbridge(parser, ROSBRIDGE_PORT)
+    add_log(parser)
+    return parser

@@ -1,0 +1,45 @@
+"""`iiwa-sim check`: what a server does otherwise than the original one."""
+
+from collections.abc import Sequence
+
+from iiwa_sim.cli.options import CHECK, Parser, add_server
+from iiwa_sim.cli.output import say
+
+
+def run(given: Sequence[str]) -> int:
+    options = _parser().parse_args(given)
+    from iiwa_sim.check import report
+    from iiwa_sim.check.check import check
+    from iiwa_sim.check.findings import Finding, Verdict
+    from iiwa_sim.check.link import Link
+
+    host, port = options.server
+    link = Link(host, port, options.allow_motion)
+    findings: list[Finding] = []
+    for probe, finding in check(link):
+        if not findings:
+            say(f"{report.HEAD}\n")
+        findings.append(finding)
+        say(report.line(probe, finding) + "\n")
+    say(report.summary(findings, link.sent) + "\n")
+    return 1 if any(finding.verdict is Verdict.DEVIATION for finding in findings) else 0
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"iiwa-sim {CHECK}",
+        description="Tells what a server does otherwise than the original one of this protocol. Sends hello, "
+        "help, stop, bye, lines that are no commands, and commands that begin with get or is, which move "
+        "nothing. The robot has to be at rest.",
+        epilog="Exit code 0 if nothing deviates, 1 if something does, 2 without a server, or with a robot "
+        "that moves.",
+        allow_abbrev=False,
+    )
+    add_server(parser)
+    parser.add_argument(
+        "--allow-motion",
+        action="store_true",
+        help="also send moves, from where the robot is and back: up to 40 mm upwards, 0.1 rad of A7, 0.03 "
+        "rad of A3 with the TCP held, at up to a fifth of the speed",
+    )
+    return parser

@@ -1,0 +1,28 @@
+"""`iiwa-sim check-cell`: what is in a cell, or what is wrong in it."""
+
+from collections.abc import Sequence
+
+from iiwa_sim.cli.options import CHECK_CELL, Parser
+from iiwa_sim.cli.output import say
+
+
+def run(given: Sequence[str]) -> int:
+    options = _parser().parse_args(given)
+    from iiwa_sim.cell.cell import load_cell
+    from iiwa_sim.cell.summary import summary
+    from iiwa_sim.dialect.dialects import fitting_dialects
+    from iiwa_sim.simulator import Simulator
+
+    dialects = fitting_dialects(load_cell(options.cell).description)
+    say(summary(Simulator(cell=options.cell, dialects=dialects).cell))  # all but listening
+    return 0
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"iiwa-sim {CHECK_CELL}",
+        description="Says what is in a cell, or what is wrong in it.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("cell", metavar="CELL.toml", help="the file")
+    return parser

@@ -1,0 +1,124 @@
+"""What the subcommands have in common: their names, how options are told and checked, and shared options."""
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from iiwa_sim import log
+from iiwa_sim.cli.output import say
+from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
+from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
+from iiwa_sim.serve.listening import MAX_PORT, why
+from iiwa_sim.wording import harmless, shortened
+
+PLOT = "plot"
+CHECK_CELL = "check-cell"
+REPLAY = "replay"
+CHECK = "check"
+BRIDGE = "bridge"
+ROSBRIDGE_PORT = 9090
+LONGEST_MESSAGE = 400
+"""Characters of a message about wrong arguments, which cites them."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        told = shortened(harmless(message), LONGEST_MESSAGE)
+        self.exit(2, f"{self.prog}: {told} (see {self.prog} --help)\n")
+
+    def print_help(self, _file: object = None) -> None:
+        say(self.format_help())
+
+
+def check_robot(parser: Parser, options: argparse.Namespace) -> None:
+    if options.cell is not None and options.robot is not None:
+        parser.error("argument --robot: expected no cell with it, which names its robot")
+
+
+def add_server(parser: Parser) -> None:
+    parser.add_argument("server", type=_server, metavar="HOST:PORT", help="where it listens")
+
+
+def _server(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    if not host or not (port.isascii() and port.isdigit() and len(port) < 6 and 1 <= int(port) <= MAX_PORT):
+        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
+    return host, int(port)
+
+
+def add_robot(parser: Parser) -> None:
+    parser.add_argument(
+        "--robot",
+        metavar="NAME|FOLDER",
+        help=f"{', '.join(built_in_robots())}, or your own (default: {DEFAULT_ROBOT})",
+    )
+
+
+def add_host(parser: Parser) -> None:
+    parser.add_argument(
+        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
+    )
+
+
+def add_log(parser: Parser) -> None:
+    parser.add_argument(
+        "--log-level",
+        choices=log.LEVELS,
+        default=log.DEFAULT_LEVEL,
+        help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
+        "the robot moves, servo timeouts and forces that end a move; info: also clients that come and go; "
+        "debug: also every command (default: %(default)s)",
+    )
+    parser.add_argument("--log-json", action="store_true", help="log JSON, one object per line")
+
+
+def add_rosbridge(parser: Parser, port: int | None = None) -> None:
+    parser.add_argument(
+        "--rosbridge-port",
+        type=whole(0, MAX_PORT),
+        metavar="PORT",
+        default=port,
+        help="be a ROS node with drag&bot's topics and services there, by rosbridge; 0 picks a port, "
+        f"{ROSBRIDGE_PORT} is usual (default: {'no such port' if port is None else port})",
+    )
+    parser.add_argument(
+        "--rosbridge-secret",
+        type=_secret,
+        metavar="FILE",
+        help="take only clients of rosbridge that know the secret in this file (default: all)",
+    )
+
+
+def add_rate(parser: Parser) -> None:
+    parser.add_argument(
+        "--rate",
+        type=whole(MIN_RATE_HZ, MAX_RATE_HZ),
+        default=DEFAULT_RATE_HZ,
+        metavar="HZ",
+        help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: %(default)s)",
+    )
+
+
+def _secret(path: str) -> str:
+    shown = shortened(repr(path), 40)
+    try:
+        secret = Path(path).read_text(encoding="utf-8").strip()
+    except (OSError, ValueError) as fault:
+        raise argparse.ArgumentTypeError(f"{shown} cannot be read: {why(fault)}") from None
+    if not secret:
+        raise argparse.ArgumentTypeError(f"{shown} is empty, expected a secret")
+    return secret
+
+
+def whole(low: int, high: int) -> Callable[[str], int]:
+    def whole_number(text: str) -> int:
+        if not (text.isascii() and text.isdigit() and len(text) < 10 and low <= int(text) <= high):
+            shown = shortened(repr(text), 40)
+            raise argparse.ArgumentTypeError(f"{shown} is not a whole number from {low} to {high}")
+        return int(text)
+
+    return whole_number

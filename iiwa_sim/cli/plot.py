@@ -1,0 +1,77 @@
+"""`iiwa-sim plot`: a picture of a motion."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from iiwa_sim.cli.options import PLOT, Parser, add_rate, add_robot, check_robot
+from iiwa_sim.plot.fault import PlotFault
+from iiwa_sim.robot.description import DEFAULT_ROBOT
+from iiwa_sim.wording import shortened
+
+PICTURES = (".png", ".svg")
+
+
+def run(given: Sequence[str]) -> int:
+    options = _options(given)
+    try:
+        from iiwa_sim.plot.draw import picture
+    except ModuleNotFoundError as fault:
+        if not (fault.name or "").startswith("matplotlib"):
+            raise
+        raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'") from None
+    from iiwa_sim.cell.cell import load_cell, robot_alone
+    from iiwa_sim.plot.record import record
+    from iiwa_sim.plot.script import read_script
+
+    output: Path = options.output
+    if options.cell is None:
+        cell = robot_alone(DEFAULT_ROBOT if options.robot is None else options.robot)
+    else:
+        cell = load_cell(options.cell)
+    recording = record(read_script(options.commands), cell, options.rate)
+    drawn = picture(recording, output.suffix[1:].lower())
+    try:
+        output.write_bytes(drawn)
+    except OSError as fault:
+        raise PlotFault(f"{output}: cannot be written: {fault.strerror}") from None
+    return 0
+
+
+def _options(given: Sequence[str]) -> argparse.Namespace:
+    parser = _parser()
+    options = parser.parse_args(given)
+    check_robot(parser, options)
+    return options
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"iiwa-sim {PLOT}",
+        description="Runs a file of commands in simulated time and draws the motion: positions, velocities "
+        "and accelerations of the joints, speed and way of the TCP, with targets and blending spheres, and "
+        "the forces at the TCP with the thresholds of force moves, where there are any.",
+        epilog="In the file: one command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; "
+        "what follows a # is a comment.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("commands", metavar="COMMANDS", help="the file")
+    parser.add_argument(
+        "-o", "--output", type=_picture, required=True, metavar="PICTURE", help="where to, as .png or .svg"
+    )
+    parser.add_argument(
+        "--cell",
+        metavar="CELL.toml",
+        help="robot, start pose, tool and what stands round it (default: a robot alone)",
+    )
+    add_robot(parser)
+    add_rate(parser)
+    return parser
+
+
+def _picture(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in PICTURES:
+        shown = shortened(repr(text), 40)
+        raise argparse.ArgumentTypeError(f"{shown} does not end in {' or '.join(PICTURES)}")
+    return path
