@@ -120,7 +120,7 @@ def test_a_deviation_is_told_by_its_name(kind: type[Deviating], events: set[str]
         link = Link("127.0.0.1", server.port, allow_motion=False, timeout_s=1 if kind.silent else 10)
         findings = checked(link)
     deviations = found(findings, Verdict.DEVIATION)
-    if kind is original.Hasty:  # what is sent line by line comes in one packet, too, where the machine is busy
+    if kind is original.Hasty:  # where the machine is busy, what is sent line by line comes in one packet
         deviations -= {"the dialogue lines.txt"}
     assert deviations == events
     (told,) = [findings[event].seen for event in events if not event.startswith("the dialogue")]
