@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 
 import pytest
+from hypothesis import settings
 
 from iiwa_sim.simulator import Simulator
 from tests.talking import Client
+
+settings.register_profile("iiwa-sim", deadline=None)  # no test asks how long something takes
+settings.load_profile("iiwa-sim")
 
 collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
 

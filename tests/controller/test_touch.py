@@ -145,7 +145,7 @@ def test_further_down_where_it_presses_already(
     target = beside(robot, z_mm=-DEPTH_MM)
     way = Way(move("lin", target, speed))
     offset_n = -1e-3 * pressed_mm * stiffness
-    assert robot.controller.cartesian_force()[2] == pytest.approx(offset_n + pushed_n, rel=1e-6)
+    assert robot.controller.cartesian_force()[2] == pytest.approx(offset_n + pushed_n, rel=1e-6, abs=1e-6)
     force_move("lin", target, speed, (None, 1.0, threshold))(robot)
 
     def both(positions: Array, velocities: Array) -> Array:
