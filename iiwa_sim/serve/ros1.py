@@ -129,9 +129,7 @@ class Ros1Node:
             self._handles.append(rospy.Service(name, self._types.services[kind], called))
         for topic, kind in SUBSCRIBED.items():
             heard = partial(self._heard, topic, kind)
-            self._handles.append(
-                rospy.Subscriber(topic, self._types.heard(kind), heard, tcp_nodelay=True)
-            )
+            self._handles.append(rospy.Subscriber(topic, self._types.heard(kind), heard, tcp_nodelay=True))
 
     def _take_leave(self) -> None:
         if self._own:
@@ -238,7 +236,9 @@ def _start_node() -> None:
         previous = os.environ.get("ROS_PYTHON_LOG_CONFIG_FILE")
         os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
         try:
-            rospy.init_node(NODE_NAME, argv=[], disable_signals=True, disable_rosout=True, disable_rostime=True)
+            rospy.init_node(
+                NODE_NAME, argv=[], disable_signals=True, disable_rosout=True, disable_rostime=True
+            )
         finally:
             if previous is None:
                 del os.environ["ROS_PYTHON_LOG_CONFIG_FILE"]
