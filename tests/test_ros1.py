@@ -38,25 +38,24 @@ def terminal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
 
 
 @pytest.fixture
-def environment(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+def environment(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """That of the terminal is ours, too."""
     for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
         monkeypatch.setenv(name, terminal.environment[name])
+    return terminal
 
 
 @pytest.fixture
-def robot(terminal: Terminal, environment: None) -> Iterator[Process]:
+def robot(environment: Terminal) -> Iterator[Process]:
     with running("--ros") as process:
-        _is_a_node(process, terminal)
+        assert process.process.stdout is not None
+        assert process.process.stdout.readline() == f"ROS node at {environment.master_uri}\n"
         yield process
 
 
-def _is_a_node(process: Process, terminal: Terminal) -> None:
-    assert process.process.stdout is not None
-    assert process.process.stdout.readline() == f"ROS node at {terminal.master_uri}\n"
-
-
 @pytest.mark.requirement("FRA001", "FRA002")
-def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal, robot: Process) -> None:
+@pytest.mark.usefixtures("robot")
+def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal) -> None:
     topics = {name: kind for name, (kind, _) in PUBLISHED.items()} | dict(SUBSCRIBED)
     told = terminal.python(
         "import rosgraph, rosservice; "
@@ -129,11 +128,13 @@ def test_lists_are_published_from_another_terminal(terminal: Terminal, robot: Pr
 
 @pytest.mark.requirement("FRA007", "FRA104", "FRA201")
 @pytest.mark.parametrize(("topic", "rate_hz"), [("/joint_states", 100), ("/robot_status", 50)])
-def test_mean_rates(terminal: Terminal, robot: Process, topic: str, rate_hz: int) -> None:
+@pytest.mark.usefixtures("robot")
+def test_mean_rates(terminal: Terminal, topic: str, rate_hz: int) -> None:
     assert _mean_rate(terminal, topic) == pytest.approx(rate_hz, rel=0.1)
 
 
-def test_every_state_can_be_echoed(terminal: Terminal, robot: Process) -> None:
+@pytest.mark.usefixtures("robot")
+def test_every_state_can_be_echoed(terminal: Terminal) -> None:
     said = {
         topic: terminal.says("rostopic", "echo", "-n1", topic)
         for topic, (_, rate_hz) in PUBLISHED.items()
@@ -199,7 +200,8 @@ def test_at_the_end_the_master_forgets_the_node(
     assert terminal.nodes_at("/joint_states") == []
 
 
-def test_a_bridge_is_a_node_too(terminal: Terminal, environment: None) -> None:
+@pytest.mark.usefixtures("environment")
+def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
     with running() as server:
         command = [*IIWA_SIM, "bridge", f"127.0.0.1:{server.port}", "--ros", "--rosbridge-port", "0"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bridge:
@@ -217,9 +219,8 @@ def test_a_bridge_is_a_node_too(terminal: Terminal, environment: None) -> None:
                 bridge.kill()
 
 
-def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(
-    terminal: Terminal, environment: None
-) -> None:
+@pytest.mark.usefixtures("environment")
+def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Terminal) -> None:
     script = (
         "import logging, sys\n"
         "from iiwa_sim.ros.side import SYSTEM_PACKAGES\n"
@@ -243,7 +244,8 @@ def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(
     assert done.stdout.splitlines() == 2 * [f"{terminal.master_uri} True", "gone"], done.stderr
 
 
-def test_a_process_starts_one_node(terminal: Terminal, environment: None) -> None:
+@pytest.mark.usefixtures("environment")
+def test_a_process_starts_one_node() -> None:
     script = (
         "from iiwa_sim.simulator import Simulator\n"
         "from iiwa_sim.ros.fault import RosFault\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
@@ -43,12 +44,17 @@ def _values(field: Field) -> st.SearchStrategy[Any]:
 
 
 @pytest.fixture(scope="module")
-def types() -> Types:
+def module() -> Any:
+    """What needs genpy."""
     skip_without_ros()
     see_system_packages()
-    from iiwa_sim.serve.ros1_types import Types
+    return import_module("iiwa_sim.serve.ros1_types")
 
-    return Types(MESSAGES, [SERVICE])
+
+@pytest.fixture(scope="module")
+def types(module: Any) -> Types:
+    made: Types = module.Types(MESSAGES, [SERVICE])
+    return made
 
 
 @pytest.fixture(scope="module")
@@ -87,24 +93,20 @@ def test_rosbags_reads_what_we_serialise(types: Types, store: Any, name: str, da
 @pytest.mark.parametrize("name", MESSAGES)
 @settings(max_examples=20)
 @given(data=st.data())
-def test_there_and_back(types: Types, name: str, data: st.DataObject) -> None:
-    from iiwa_sim.serve.ros1_types import told
-
+def test_there_and_back(module: Any, types: Types, name: str, data: st.DataObject) -> None:
     content = data.draw(contents(message(name)))
     heard = types.heard(name)().deserialize(_serialised(types.filled(message(name), content)))
     assert heard.fault is None
-    back = told(message(name), heard)
+    back = module.told(message(name), heard)
     assert _as_float32(message(name), back) == _as_float32(message(name), content)
     msgspec.convert(back, type_of(message(name)))
 
 
-def test_a_float32_is_the_number_that_was_meant(types: Types) -> None:
-    from iiwa_sim.serve.ros1_types import told
-
+def test_a_float32_is_the_number_that_was_meant(module: Any, types: Types) -> None:
     name = "robot_movement_interface/Command"
     content = {"pose": [0.1, -2.96706, 1e-7], "velocity": [float("nan"), float("inf")]}
     heard = types.heard(name)().deserialize(_serialised(types.filled(message(name), content)))
-    back = told(message(name), heard)
+    back = module.told(message(name), heard)
     assert back["pose"] == content["pose"]
     assert str(back["velocity"]) == "[nan, inf]"
 
