@@ -98,8 +98,8 @@ def add_ros(parser: Parser) -> None:
     parser.add_argument(
         "--ros",
         action="store_true",
-        help="be a node of ROS 1 with the same topics and services, at ROS_MASTER_URI; needs rospy. Tools find "
-        f"the types by export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:$(iiwa-sim {ROS_PACKAGE_PATH})",
+        help="be a node of ROS 1 with the same topics and services, at ROS_MASTER_URI; needs rospy. Tools "
+        f"find its types by export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:$(iiwa-sim {ROS_PACKAGE_PATH})",
     )
 
 
