@@ -1,4 +1,4 @@
-FROM python:3.13-slim AS build
+FROM python:3.13-slim-bookworm AS build
 
 # hadolint ignore=DL3008
 RUN apt-get update \
@@ -31,7 +31,7 @@ RUN /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
     && /opt/iiwa-sim/bin/pip uninstall --yes pip
 
 
-FROM python:3.13-slim
+FROM python:3.13-slim-bookworm AS robot
 
 # hadolint ignore=DL3008
 RUN apt-get update \
@@ -46,3 +46,22 @@ EXPOSE 30000 9090
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s \
     CMD ["python", "-c", "from iiwa_sim.client import Iiwa; Iiwa('127.0.0.1', 30000, 3).hello()"]
 ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0"]
+
+
+# docker build --target ros: a node of ROS 1, with a master and the tools to try it with. Debian 12 has these packages.
+FROM robot AS ros
+
+USER 0
+# hadolint ignore=DL3008
+RUN apt-get update \
+    && apt-get install --yes --no-install-recommends \
+        python3-rosmaster python3-rospy python3-rosservice python3-rostopic python3-sensor-msgs python3-std-srvs \
+    && rm -rf /var/lib/apt/lists/*
+ENV ROS_LOG_DIR=/tmp/ros \
+    ROS_PACKAGE_PATH=/opt/iiwa-sim/lib/python3.13/site-packages/iiwa_sim/protocol/rmi
+USER 10001
+ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0", "--ros"]
+
+
+# What is built where no target is named.
+FROM robot

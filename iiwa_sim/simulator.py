@@ -62,19 +62,21 @@ class Simulator:
     for any that are free. All of them move the one robot, and serve their clients together.
 
     With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
-    second of simulated time. With a `rosbridge_port` the robot is a ROS node there (docs/ros.md), for clients
-    that know the `rosbridge_secret` if there is one. With `exclusive`, clients are served one after the
-    other, and in any case the next one `reconnect_pause_s` after the last has gone. `on_bye` is called when a
-    client has said bye, as one can in iiwa, and been answered: there the caller may leave the context.
+    second of simulated time. With a `rosbridge_port` the robot is on ROS there (docs/ros.md), for clients
+    that know the `rosbridge_secret` if there is one. With `ros` it is a node of ROS 1, of which a process has
+    one. With `exclusive`, clients are served one after the other, and in any case the next one
+    `reconnect_pause_s` after the last has gone. `on_bye` is called when a client has said bye, as one can in
+    iiwa, and been answered: there the caller may leave the context.
 
     `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
     can be reached as lines, too, from this machine only.
 
     Raises CellFault or RobotFault for a cell or a robot that cannot be used, or has not the axes for a
-    dialect, RosFault where the library for rosbridge is not installed, and ValueError for cell and robot
-    together, for dialects that are none, are named twice, or do not go with the ports, for a clock that there
-    is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time
-    outside 0 to a day; entering the context raises ListenFault if host and ports cannot be listened on.
+    dialect, RosFault where the library for rosbridge or rospy is not installed, and ValueError for cell and
+    robot together, for dialects that are none, are named twice, or do not go with the ports, for a clock that
+    there is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a
+    time outside 0 to a day; entering the context raises ListenFault if host and ports cannot be listened on,
+    and RosFault where there can be no node.
     """
 
     def __init__(
@@ -92,6 +94,7 @@ class Simulator:
         status_rate_hz: int = status_stream.DEFAULT_RATE_HZ,
         rosbridge_port: int | None = None,
         rosbridge_secret: str | None = None,
+        ros: bool = False,
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
         backdoor_port: int | None = None,
@@ -151,7 +154,7 @@ class Simulator:
                 tick_rate_hz=rate_hz,
             )
         self._ros: RosSide | None = None
-        if rosbridge_port is not None:
+        if rosbridge_port is not None or ros:
             self._ros = RosSide(
                 LocalRobot(self.controller),
                 rate_hz,
@@ -159,6 +162,7 @@ class Simulator:
                 host=host,
                 rosbridge_port=rosbridge_port,
                 rosbridge_secret=rosbridge_secret,
+                rospy=ros,
                 on_heard=self._heed,
             )
 
@@ -188,8 +192,14 @@ class Simulator:
 
     @property
     def rosbridge_port(self) -> int | None:
-        """Port on which the robot is a ROS node, if it is."""
-        return None if self._ros is None else self._ros.rosbridge_address[1]
+        """Port on which the robot is on ROS by rosbridge, if it is."""
+        address = None if self._ros is None else self._ros.rosbridge_address
+        return None if address is None else address[1]
+
+    @property
+    def ros_master(self) -> str | None:
+        """The ROS master of which the robot is a node, if it is."""
+        return None if self._ros is None else self._ros.ros_master
 
     @property
     def backdoor_port(self) -> int | None:

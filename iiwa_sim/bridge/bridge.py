@@ -25,8 +25,8 @@ class Bridge:
     """The robot at `server` is on ROS while the context is open.
 
     Where the connection fails later it is opened again, every second until that succeeds; what was asked for
-    has failed. Raises RosFault where the library for rosbridge is not installed; entering the context raises
-    BridgeFault if there is no robot, and ListenFault.
+    has failed. Raises RosFault where the library for rosbridge or ROS is not installed; entering the context
+    raises BridgeFault if there is no robot, ListenFault, and RosFault if there can be no node.
     """
 
     def __init__(
@@ -35,8 +35,9 @@ class Bridge:
         description: RobotDescription,
         *,
         host: str,
-        rosbridge_port: int,
+        rosbridge_port: int | None,
         rosbridge_secret: str | None = None,
+        ros: bool = False,
     ) -> None:
         self._server = server
         self._client = AsyncIiwa(*server)
@@ -49,13 +50,19 @@ class Bridge:
             host=host,
             rosbridge_port=rosbridge_port,
             rosbridge_secret=rosbridge_secret,
+            rospy=ros,
             on_heard=self._wake.set,
         )
 
     @property
-    def rosbridge_address(self) -> tuple[str, int]:
-        """Host and port listened on."""
+    def rosbridge_address(self) -> tuple[str, int] | None:
+        """Host and port that rosbridge listens on, if it does."""
         return self._ros.rosbridge_address
+
+    @property
+    def ros_master(self) -> str | None:
+        """The ROS master of which the robot is a node, if it is."""
+        return self._ros.ros_master
 
     async def __aenter__(self) -> Self:
         try:

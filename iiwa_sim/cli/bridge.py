@@ -14,6 +14,7 @@ from iiwa_sim.cli.options import (
     add_host,
     add_log,
     add_robot,
+    add_ros,
     add_rosbridge,
     add_server,
 )
@@ -41,10 +42,14 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
         host=options.host,
         rosbridge_port=options.rosbridge_port,
         rosbridge_secret=options.rosbridge_secret,
+        ros=options.ros,
     )
     async with bridge:
         ending.watch()
-        say(f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n")
+        if bridge.rosbridge_address is not None:
+            say(f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n")
+        if bridge.ros_master is not None:
+            say(f"ROS node at {bridge.ros_master}\n")
         await ending.asked.wait()
 
 
@@ -52,12 +57,13 @@ def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {BRIDGE}",
         description="Puts a robot on ROS: be the driver of a server of the iiwa's text protocol, emulated or "
-        "real, and give it the topics and services of drag&bot, by rosbridge.",
+        "real, and give it the topics and services of drag&bot, by rosbridge or as a node of ROS 1.",
         allow_abbrev=False,
     )
     add_server(parser)
     add_robot(parser)
     add_host(parser)
     add_rosbridge(parser, ROSBRIDGE_PORT)
+    add_ros(parser)
     add_log(parser)
     return parser

@@ -17,6 +17,7 @@ CHECK_CELL = "check-cell"
 REPLAY = "replay"
 CHECK = "check"
 BRIDGE = "bridge"
+ROS_PACKAGE_PATH = "ros-package-path"
 ROSBRIDGE_PORT = 9090
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""
@@ -90,6 +91,15 @@ def add_rosbridge(parser: Parser, port: int | None = None) -> None:
         type=_secret,
         metavar="FILE",
         help="take only clients of rosbridge that know the secret in this file (default: all)",
+    )
+
+
+def add_ros(parser: Parser) -> None:
+    parser.add_argument(
+        "--ros",
+        action="store_true",
+        help="be a node of ROS 1 with the same topics and services, at ROS_MASTER_URI; needs rospy. Tools "
+        f"find its types by export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:$(iiwa-sim {ROS_PACKAGE_PATH})",
     )
 
 

@@ -21,6 +21,7 @@ from iiwa_sim.cli.options import (
     add_log,
     add_rate,
     add_robot,
+    add_ros,
     add_rosbridge,
     check_robot,
     whole,
@@ -66,6 +67,7 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
         status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
         rosbridge_port=options.rosbridge_port,
         rosbridge_secret=options.rosbridge_secret,
+        ros=options.ros,
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
         backdoor_port=options.backdoor_port,
@@ -85,6 +87,8 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
             say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
         if simulator.rosbridge_port is not None:
             say(f"rosbridge on {host_and_port(simulator.host, simulator.rosbridge_port)}\n")
+        if simulator.ros_master is not None:
+            say(f"ROS node at {simulator.ros_master}\n")
         if simulator.backdoor_port is not None:
             say(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
         if sys.stderr is not None and sys.stderr.isatty():
@@ -200,6 +204,7 @@ def _parser() -> Parser:
         f"(default: {status_stream.DEFAULT_RATE_HZ})",
     )
     add_rosbridge(parser)
+    add_ros(parser)
     parser.add_argument(
         "--backdoor-port",
         type=whole(0, MAX_PORT),

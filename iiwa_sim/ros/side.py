@@ -1,7 +1,10 @@
 """The ROS side of a robot: its node, and the fronts through which others reach it."""
 
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.mac import Secret
@@ -12,12 +15,20 @@ from iiwa_sim.dialect.rmi.rosapi import RosApi
 from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
 from iiwa_sim.ros.fault import RosFault
 
+if TYPE_CHECKING:
+    from iiwa_sim.serve.ros1 import Ros1Node
+    from iiwa_sim.serve.rosbridge import RosbridgeServer
+
+SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
+"""Where Debian's and Ubuntu's packages are, which a virtual environment does not see."""
+
 
 class RosSide:
-    """A robot on rosbridge: listens from `start` to `close`.
+    """A robot on ROS, by rosbridge, by rospy or both, from `start` to `close`.
 
-    With a secret clients have to show that they know it. Stamps are real time. Raises RosFault where the
-    library websockets is not installed; `start` raises ListenFault.
+    With a `rosbridge_port` it listens there; with a secret, clients have to show that they know it. With
+    `rospy` it is a node of ROS 1. Stamps are real time. Raises RosFault where a library is not installed;
+    `start` raises ListenFault, and RosFault where there can be no node.
     """
 
     def __init__(
@@ -27,30 +38,44 @@ class RosSide:
         log: DialectLog,
         *,
         host: str,
-        rosbridge_port: int,
+        rosbridge_port: int | None,
         rosbridge_secret: str | None = None,
+        rospy: bool = False,
         on_heard: Callable[[], None],
     ) -> None:
-        """`on_heard` is called when a client has said something that may have set off a command."""
-        try:
-            from iiwa_sim.serve.rosbridge import RosbridgeServer
-        except ModuleNotFoundError as fault:
-            if (fault.name or "").partition(".")[0] != "websockets":
-                raise
-            raise RosFault("rosbridge needs websockets: pip install 'iiwa-sim[rosbridge]'") from None
-        node = Node(robot, time.time_ns, tick_rate_hz, log)
-        api = RosApi(node, time.time_ns)
-        secret = None if rosbridge_secret is None else Secret(rosbridge_secret, time.time_ns)
-        self._node = node
-        self.step = node.step
+        """`on_heard` is called when someone has said something that may have set off a command."""
+        self._node = Node(robot, time.time_ns, tick_rate_hz, log)
+        self.step = self._node.step
         """To be called after every tick."""
+        self._rosbridge: RosbridgeServer | None = None
+        self._ros1: Ros1Node | None = None
+        if rosbridge_port is not None:
+            secret = None if rosbridge_secret is None else Secret(rosbridge_secret, time.time_ns)
+            self._rosbridge = _rosbridge(self._node, log, (host, rosbridge_port), secret, on_heard)
+        if rospy:
+            self._ros1 = _ros1(self._node, log, on_heard)
 
-        def open_session(name: str, wake: Callable[[], None]) -> tuple[RosbridgeSession, Outbox]:
-            outbox = Outbox(wake)
-            return RosbridgeSession(node, api, outbox, log, name, secret=secret), outbox
+    async def start(self) -> None:
+        """Be there for others. Raises ListenFault and RosFault, and then nothing is left open."""
+        if self._rosbridge is not None:
+            await self._rosbridge.start()
+        if self._ros1 is not None:
+            from iiwa_sim.serve.ros1 import NodeFault
 
-        self._server = RosbridgeServer(open_session, host, rosbridge_port, on_heard)
-        self.start, self.close = self._server.start, self._server.close
+            try:
+                await self._ros1.start()
+            except BaseException as fault:
+                await self.close()
+                if isinstance(fault, NodeFault):
+                    raise RosFault(str(fault)) from None
+                raise
+
+    async def close(self) -> None:
+        """Be there no more."""
+        if self._ros1 is not None:
+            await self._ros1.close()
+        if self._rosbridge is not None:
+            await self._rosbridge.close()
 
     @property
     def has_commands(self) -> bool:
@@ -58,6 +83,44 @@ class RosSide:
         return self._node.has_commands
 
     @property
-    def rosbridge_address(self) -> tuple[str, int]:
-        """Host and port listened on."""
-        return self._server.address
+    def rosbridge_address(self) -> tuple[str, int] | None:
+        """Host and port that rosbridge listens on, if it does."""
+        return None if self._rosbridge is None else self._rosbridge.address
+
+    @property
+    def ros_master(self) -> str | None:
+        """The master of which the robot is a node, if it is."""
+        return None if self._ros1 is None else self._ros1.master
+
+
+def _rosbridge(
+    node: Node, log: DialectLog, address: tuple[str, int], secret: Secret | None, on_heard: Callable[[], None]
+) -> "RosbridgeServer":
+    try:
+        from iiwa_sim.serve.rosbridge import RosbridgeServer
+    except ModuleNotFoundError as fault:
+        if (fault.name or "").partition(".")[0] != "websockets":
+            raise
+        raise RosFault("rosbridge needs websockets: pip install 'iiwa-sim[rosbridge]'") from None
+    api = RosApi(node, time.time_ns)
+
+    def open_session(name: str, wake: Callable[[], None]) -> tuple[RosbridgeSession, Outbox]:
+        outbox = Outbox(wake)
+        return RosbridgeSession(node, api, outbox, log, name, secret=secret), outbox
+
+    return RosbridgeServer(open_session, *address, on_heard)
+
+
+def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None]) -> "Ros1Node":
+    if (SYSTEM_PACKAGES / "rospy").is_dir() and str(SYSTEM_PACKAGES) not in sys.path:
+        sys.path.append(str(SYSTEM_PACKAGES))  # behind everything else, which so stays what it is
+    try:
+        from iiwa_sim.serve.ros1 import Ros1Node
+    except ModuleNotFoundError as fault:
+        if (fault.name or "").partition(".")[0] == "iiwa_sim":
+            raise
+        raise RosFault(
+            f"--ros needs rospy ({fault}): on Debian and Ubuntu, apt install python3-rospy, or source the "
+            "setup.bash of a ROS 1"
+        ) from None
+    return Ros1Node(node, log, on_heard)

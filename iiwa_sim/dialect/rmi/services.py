@@ -32,8 +32,8 @@ class Services:
             "/get_io": ("robot_movement_interface/GetIO", self._get_io),
             "/set_io": ("robot_movement_interface/SetIO", self._set_io),
             "/stop_robot_right_now": ("std_srvs/Trigger", self._stop),
-            "/robot/get_digital_ios": ("iiwa_sim/GetDigitalIOs", self._get_digital_ios),
-            "/robot/set_digital_ios": ("iiwa_sim/SetDigitalIOs", self._set_digital_ios),
+            "/robot/get_digital_ios": ("iiwa_sim_msgs/GetDigitalIOs", self._get_digital_ios),
+            "/robot/set_digital_ios": ("iiwa_sim_msgs/SetDigitalIOs", self._set_digital_ios),
         }
         """Type and call of each, by name."""
 

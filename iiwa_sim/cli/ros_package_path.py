@@ -1,0 +1,22 @@
+"""`iiwa-sim ros-package-path`: where the types of the ROS side are, for the tools of ROS."""
+
+from collections.abc import Sequence
+from importlib.resources import files
+
+from iiwa_sim.cli.options import ROS_PACKAGE_PATH, Parser
+from iiwa_sim.cli.output import say
+
+
+def run(given: Sequence[str]) -> int:
+    _parser().parse_args(given)
+    say(f"{files('iiwa_sim.protocol').joinpath('rmi')}\n")
+    return 0
+
+
+def _parser() -> Parser:
+    return Parser(
+        prog=f"iiwa-sim {ROS_PACKAGE_PATH}",
+        description="Prints the folder with the ROS packages of the node's types, for rostopic, rosservice "
+        f"and rosmsg: export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:$(iiwa-sim {ROS_PACKAGE_PATH})",
+        allow_abbrev=False,
+    )

@@ -1,0 +1,272 @@
+"""A node of ROS 1 beside the server: rospy's threads on one side, the loop on the other. Needs rospy."""
+
+import asyncio
+import contextlib
+import logging
+import os
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import Any, TypeVar
+
+import rosgraph
+import rospy
+
+from iiwa_sim.controller.errors import EXECUTION
+from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.rmi.definitions import message, service
+from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
+from iiwa_sim.serve.ros1_types import Types, told
+from iiwa_sim.wording import harmless, shortened
+
+NODE_NAME = "iiwa_sim"
+STATES_WAIT = 10
+"""Of a topic, for a subscriber that is slow: the newest are kept."""
+RESULTS_WAIT = 1000
+MASTER_S = 5.0
+"""For the master to answer."""
+STARTING_S = 30.0
+ENDING_S = 5.0
+LONG_S = 0.001
+RESTS = 19
+"""After a message that took longer than this, its publisher is not listened to for so many times as long: so
+one that floods takes a twentieth of the time."""
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+
+class NodeFault(Exception):
+    """There can be no node. The message is one line."""
+
+
+class Ros1Node:
+    """Topics and services of a `Node` on the ROS master that the environment names, from `start` to `close`.
+
+    rospy has one node per process: if the process has one already, topics and services become part of it.
+    """
+
+    def __init__(self, node: Node, log: DialectLog, on_heard: Callable[[], None]) -> None:
+        """`on_heard` is called after every message and every call."""
+        self._node = node
+        self._log = log
+        self._on_heard = on_heard
+        self._types = Types(
+            [*(kind for kind, _ in PUBLISHED.values()), *SUBSCRIBED.values()], node.services.values()
+        )
+        self._listeners: dict[str, Callable[[Message], None]] = {}
+        self._handles: list[Any] = []  # of rospy: publishers, services, subscribers
+        self._waiting: set[Future[Any]] = set()  # of rospy's threads for the loop, which alone uses this
+        self._ended = threading.Event()
+        self._own = False
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def master(self) -> str:
+        """Where the master is (ROS_MASTER_URI)."""
+        return str(rosgraph.get_master_uri(argv=[])).rstrip("/")
+
+    async def start(self) -> None:
+        """Be there. Raises NodeFault."""
+        self._loop = asyncio.get_running_loop()
+        if rospy.is_shutdown():
+            raise NodeFault("the ROS node of this process has ended, and rospy starts no second one")
+        try:
+            online = await _beside(lambda: rosgraph.is_master_online(self.master), MASTER_S)
+        except (TimeoutError, OSError, ValueError):
+            online = False
+        if not online:
+            raise NodeFault(
+                f"no ROS master at {shortened(harmless(self.master), 80)}: start one (roscore, or rosmaster "
+                "--core), or set ROS_MASTER_URI"
+            )
+        self._own = not rospy.core.is_initialized()
+        try:
+            await _beside(self._open, STARTING_S)
+        except (TimeoutError, OSError, rospy.ROSException, ValueError) as fault:
+            self._listeners = {}
+            await self.close()
+            said = shortened(harmless(str(fault) or "it does not answer"), 200)
+            raise NodeFault(f"no ROS node with the master at {self.master}: {said}") from None
+        for topic, listener in self._listeners.items():
+            self._node.listen(topic, listener)
+
+    async def close(self) -> None:
+        """Take leave of the master; calls that wait fail."""
+        if self._loop is None or self._ended.is_set():
+            return
+        self._ended.set()
+        for topic, listener in self._listeners.items():
+            self._node.unlisten(topic, listener)
+        for future in self._waiting:
+            if not future.done():
+                future.set_exception(rospy.ServiceException("the robot's node ends"))
+        try:
+            await _beside(self._take_leave, ENDING_S)
+        except TimeoutError:
+            logger.warning("the ROS master does not answer: it still has this node on its list")
+
+    def _open(self) -> None:
+        """In a thread, since the master may take its time."""
+        if self._own:
+            _start_node()
+        rospy.on_shutdown(self._shut_down)
+        for topic, (kind, rate_hz) in PUBLISHED.items():
+            publisher = rospy.Publisher(
+                topic,
+                self._types.message(kind),
+                tcp_nodelay=True,
+                queue_size=STATES_WAIT if rate_hz else RESULTS_WAIT,
+            )
+            self._handles.append(publisher)
+            self._listeners[topic] = partial(self._publish, publisher, kind)
+        for name, kind in self._node.services.items():
+            called = partial(self._called, name, kind)
+            self._handles.append(rospy.Service(name, self._types.services[kind], called))
+        for topic, kind in SUBSCRIBED.items():
+            heard = partial(self._heard, topic, kind)
+            self._handles.append(rospy.Subscriber(topic, self._types.heard(kind), heard, tcp_nodelay=True))
+
+    def _take_leave(self) -> None:
+        if self._own:
+            rospy.signal_shutdown("the robot ends")
+            return
+        for handle in self._handles:
+            if isinstance(handle, rospy.Service):
+                handle.shutdown("the robot ends")
+            else:
+                handle.unregister()
+
+    def _shut_down(self) -> None:
+        if not self._ended.is_set():
+            logger.warning("the ROS node was shut down from outside: its topics and services are gone")
+
+    def _publish(self, publisher: Any, kind: str, content: Message) -> None:
+        if publisher.get_num_connections() == 0:
+            return
+        try:
+            publisher.publish(self._types.filled(message(kind), content))
+        except rospy.ROSException as fault:  # while the node is being shut down
+            logger.debug("not published: %s", fault)
+
+    def _heard(self, topic: str, kind: str, received: Any) -> None:
+        """A message has come, in a thread of its publisher: this takes no other before it returns."""
+        begun_s = time.thread_time()
+        sender = harmless(str(received._connection_header.get("callerid", "?")))
+        content = None if received.fault else told(message(kind), received)
+        took_s = time.thread_time() - begun_s
+
+        def receive(done: Future[float]) -> None:
+            begun_s = time.perf_counter()
+            try:
+                if content is None:
+                    raise BadMessage(received.fault)
+                self._node.receive(topic, content)
+            except BadMessage as fault:
+                self._log.refused(f"{sender} (ROS)", topic, EXECUTION, str(fault))
+            done.set_result(took_s + time.perf_counter() - begun_s)
+
+        try:
+            took_s = self._in_loop(topic, receive)
+        except rospy.ServiceException:  # the node ends
+            return
+        if took_s > LONG_S:
+            self._ended.wait(RESTS * took_s)
+
+    def _called(self, name: str, kind: str, request: Any) -> Any:
+        """A service is called, in a thread of its own. rospy.ServiceException tells the caller."""
+        if request.fault:
+            raise rospy.ServiceException(request.fault)
+        definition = service(kind)
+        content = told(definition.request, request)
+
+        def call(answered: Future[Message]) -> None:
+            def fail(reason: str) -> None:
+                if not answered.done():
+                    answered.set_exception(rospy.ServiceException(reason))
+
+            def answer(response: Message) -> None:
+                if not answered.done():
+                    answered.set_result(response)
+
+            try:
+                self._node.call(name, content, answer, fail)
+            except BadMessage as fault:
+                fail(str(fault))
+
+        return self._types.filled(definition.response, self._in_loop(name, call))
+
+    def _in_loop(self, what: str, function: Callable[[Future[T]], None]) -> T:
+        """What `function`, called in the loop, sets. Raises rospy.ServiceException when the node ends."""
+        future: Future[T] = Future()
+
+        def run() -> None:
+            if self._ended.is_set():
+                future.set_exception(rospy.ServiceException("the robot's node ends"))
+                return
+            self._waiting.add(future)
+            future.add_done_callback(self._waiting.discard)
+            try:
+                function(future)
+            except Exception as fault:  # noqa: BLE001  # the server goes on
+                self._log.exception("ROS", what, fault)
+                future.set_exception(rospy.ServiceException("internal fault, told in the log"))
+            finally:
+                self._on_heard()
+
+        assert self._loop is not None
+        try:
+            self._loop.call_soon_threadsafe(run)
+        except RuntimeError:  # it is closed
+            raise rospy.ServiceException("the robot's node has ended") from None
+        return future.result()
+
+
+def _start_node() -> None:
+    """rospy.init_node, without the signal handlers and the log files that rospy would have."""
+    logging.getLogger("rospy").setLevel(logging.WARNING)
+    # Without a file of its own for logging rospy takes one that replaces all handlers of the process.
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
+        nothing_new.write("{version: 1, incremental: true}\n")
+        nothing_new.flush()
+        previous = os.environ.get("ROS_PYTHON_LOG_CONFIG_FILE")
+        os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
+        try:
+            rospy.init_node(
+                NODE_NAME, argv=[], disable_signals=True, disable_rosout=True, disable_rostime=True
+            )
+        finally:
+            if previous is None:
+                del os.environ["ROS_PYTHON_LOG_CONFIG_FILE"]
+            else:
+                os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = previous
+
+
+async def _beside(function: Callable[[], T], limit_s: float) -> T:
+    """What `function` gives or raises, called in a thread that nobody waits for any longer than this.
+
+    Raises TimeoutError.
+    """
+    loop = asyncio.get_running_loop()
+    future: asyncio.Future[T] = loop.create_future()
+
+    def settle(outcome: Callable[[], None]) -> None:
+        if not future.done():
+            outcome()
+
+    def run() -> None:
+        outcome: Callable[[], None]
+        try:
+            outcome = partial(future.set_result, function())
+        except Exception as fault:  # noqa: BLE001  # handed on
+            outcome = partial(future.set_exception, fault)
+        with contextlib.suppress(RuntimeError):  # nobody waits any more, and the loop is closed
+            loop.call_soon_threadsafe(settle, outcome)
+
+    threading.Thread(target=run, name="ros-master", daemon=True).start()
+    async with asyncio.timeout(limit_s):
+        return await future

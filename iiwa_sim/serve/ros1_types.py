@@ -1,0 +1,106 @@
+"""The messages of ROS 1: classes that genpy makes of our definitions, and what they say as plain messages.
+
+Needs genpy, which comes with rospy.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+from genpy import DeserializationError, Time
+from genpy.dynamic import generate_dynamic
+from numpy import float32
+
+from iiwa_sim.dialect.rmi.definitions import Definition, Field, message, parts, service, service_md5
+
+LONGEST_MESSAGE_BYTES = 262_144
+"""Longer ones are not taken apart: some hundred commands fit in."""
+
+_BETWEEN = "\n" + 80 * "=" + "\n"
+
+
+class Types:
+    """Classes for these topics and services, by name of the type (package/Type)."""
+
+    def __init__(self, messages: Iterable[str], services: Iterable[str]) -> None:
+        called = [service(name) for name in services]
+        halves = [half for each in called for half in (each.request, each.response)]
+        self._made = _generated([*(message(name) for name in messages), *halves])
+        self.services = {each.name: self._service(each.name) for each in called}
+        """As rospy expects them."""
+
+    def message(self, name: str) -> Any:
+        """The class of what is published."""
+        return self._made[name]
+
+    def heard(self, name: str) -> Any:
+        """The class of what comes in. What cannot be taken apart is marked with a `fault`: rospy would say so
+        with tracebacks, and for services not at all."""
+        made = self._made[name]
+
+        def deserialize(self: Any, data: bytes) -> Any:
+            if len(data) > LONGEST_MESSAGE_BYTES:
+                self.fault = f"a message of {len(data)} bytes: expected up to {LONGEST_MESSAGE_BYTES}"
+                return self
+            try:
+                return made.deserialize(self, data)
+            except DeserializationError:
+                self.fault = f"what came is no {name}"
+                return self
+
+        return type(made.__name__, (made,), {"fault": None, "deserialize": deserialize})
+
+    def filled(self, definition: Definition, content: dict[str, Any]) -> Any:
+        """A message; fields that are not given have the defaults of ROS."""
+        given = {
+            field.name: self._value(field, content[field.name])
+            for field in definition.fields
+            if field.name in content
+        }
+        return self._made[definition.name](**given)
+
+    def _value(self, field: Field, value: Any) -> Any:
+        if field.type == "time":
+            return Time(value["secs"], value["nsecs"])
+        if field.type not in self._made:
+            return value
+        definition = message(field.type)
+        if field.is_list:
+            return [self.filled(definition, each) for each in value]
+        return self.filled(definition, value)
+
+    def _service(self, name: str) -> Any:
+        members = {
+            "_type": name,
+            "_md5sum": service_md5(name),
+            "_request_class": self.heard(f"{name}Request"),
+            "_response_class": self._made[f"{name}Response"],
+        }
+        return type(name.split("/")[1], (), members)
+
+
+def told(definition: Definition, received: Any) -> dict[str, Any]:
+    """A message in plain words, as `Node` takes it."""
+    return {field.name: _told(field, getattr(received, field.name)) for field in definition.fields}
+
+
+def _told(field: Field, value: Any) -> Any:
+    if field.is_list:
+        one = field._replace(is_list=False)
+        return [_told(one, each) for each in value]
+    if field.type == "float32":
+        # The shortest number it stands for: 0.1 and not 0.10000000149, which could be beyond a limit.
+        return float(str(float32(value)))
+    if field.type == "time":
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    if hasattr(value, "_slot_types"):
+        return told(message(field.type), value)
+    return value
+
+
+def _generated(definitions: Iterable[Definition]) -> dict[str, Any]:
+    """A class for each of them and for what is in them."""
+    all_of_them = {part.name: part for each in definitions for part in parts(each)}
+    first, *others = all_of_them.values()
+    text = _BETWEEN.join([first.text, *(f"MSG: {each.name}\n{each.text}" for each in others)])
+    made: dict[str, Any] = generate_dynamic(first.name, text)
+    return made

@@ -1,0 +1,3 @@
+from iiwa_sim_msgs.generated import messages
+
+globals().update(messages("robot_movement_interface"))

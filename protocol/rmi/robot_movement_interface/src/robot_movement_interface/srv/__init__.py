@@ -1,0 +1,3 @@
+from iiwa_sim_msgs.generated import services
+
+globals().update(services("robot_movement_interface"))

@@ -1,0 +1,310 @@
+"""The robot as a node of ROS 1, with a real master and the tools of another terminal."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.dialect.rmi.definitions import message_md5, service_md5
+from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED
+from tests.processes import IIWA_SIM, Process, running
+from tests.ros1_tools import Terminal, master, skip_without_ros
+from tests.talking import DEADLINE_S
+
+SERVICES = {
+    "/scale_speed": "robot_movement_interface/SetFloat",
+    "/get_io": "robot_movement_interface/GetIO",
+    "/set_io": "robot_movement_interface/SetIO",
+    "/stop_robot_right_now": "std_srvs/Trigger",
+    "/robot/get_digital_ios": "iiwa_sim_msgs/GetDigitalIOs",
+    "/robot/set_digital_ios": "iiwa_sim_msgs/SetDigitalIOs",
+}
+LIST = "robot_movement_interface/CommandList"
+PTP = "command_type: PTP, pose_type: JOINTS, velocity_type: '%', velocity: [0.5]"
+
+
+@pytest.fixture(scope="module")
+def terminal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
+    skip_without_ros()
+    with master(tmp_path_factory.mktemp("home")) as terminal:
+        yield terminal
+
+
+@pytest.fixture
+def environment(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """That of the terminal is ours, too."""
+    for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
+        monkeypatch.setenv(name, terminal.environment[name])
+    return terminal
+
+
+@pytest.fixture
+def robot(environment: Terminal) -> Iterator[Process]:
+    with running("--ros") as process:
+        assert process.process.stdout is not None
+        assert process.process.stdout.readline() == f"ROS node at {environment.master_uri}\n"
+        yield process
+
+
+@pytest.mark.requirement("FRA001", "FRA002")
+@pytest.mark.usefixtures("robot")
+def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal) -> None:
+    topics = {name: kind for name, (kind, _) in PUBLISHED.items()} | dict(SUBSCRIBED)
+    told = terminal.python(
+        "import rosgraph, rosservice; "
+        "print(*(' '.join(each) for each in rosgraph.Master('/tests').getTopicTypes()), sep='\\n'); "
+        f"print(*(name + ' ' + rosservice.get_service_type(name) for name in {list(SERVICES)}), sep='\\n')"
+    )
+    types = dict(line.split() for line in told.splitlines())
+    assert {name: types[name] for name in topics | SERVICES} == topics | SERVICES
+
+
+@pytest.mark.requirement("FRA002")
+def test_the_tools_know_the_types_with_our_sums(terminal: Terminal) -> None:
+    """Those of ROS's own packages come from Debian here, the others from our folder of packages."""
+    messages = {kind for kind, _ in PUBLISHED.values()} | set(SUBSCRIBED.values())
+    told = terminal.python(
+        "from roslib.message import get_message_class, get_service_class\n"
+        f"for name in {sorted(messages)}: print(name, get_message_class(name)._md5sum)\n"
+        f"for name in {sorted(SERVICES.values())}: print(name, get_service_class(name)._md5sum)"
+    )
+    ours = {name: message_md5(name) for name in messages} | {
+        name: service_md5(name) for name in SERVICES.values()
+    }
+    assert dict(line.split() for line in told.splitlines()) == ours
+
+
+@pytest.mark.requirement("FRA002", "FRA005")
+def test_services_are_called_from_another_terminal(terminal: Terminal, robot: Process) -> None:
+    def call(*arguments: str) -> str:
+        return terminal.says("rosservice", "call", *arguments).strip()
+
+    assert call("/scale_speed", "value: 0.5") == ""
+    assert terminal.says("rostopic", "echo", "-n1", "/current_speed_scale") == "data: 0.5\n---\n"
+    assert call("/scale_speed", "value: -3.0") == ""
+    with Iiwa("127.0.0.1", robot.port) as telnet:
+        assert telnet.get_override() == 0.01
+    assert call("/set_io", "{number: 3, value: true}") == "error: 0"
+    assert call("/get_io", "number: 3") == "value: True\nerror: 0"
+    assert call("/get_io", "number: 99") == "value: False\nerror: 1"
+    assert call("/set_io", "{number: 17, value: true}") == "error: 2"
+    assert call("/stop_robot_right_now") == "success: True\nmessage: ''"
+    wanted = "ios: [{group_id: DO, pin_number: 3}]"
+    assert 'group_id: "DO"\n    pin_number: 3\n    value: True' in call("/robot/get_digital_ios", wanted)
+    code, said = terminal.runs("rosservice", "call", "/scale_speed", "value: .nan")
+    assert code != 0
+    assert "value: expected a finite number" in said
+
+
+@pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
+def test_lists_are_published_from_another_terminal(terminal: Terminal, robot: Process) -> None:
+    commands = (
+        f"commands: [{{command_id: 1, {PTP}, pose: [0.3, 0.3, 0, -1.2, 0, 1, 0], blending_type: '%', "
+        f"blending: [0.1]}}, {{command_id: 2, {PTP}, pose: [0.6, 0.5, 0, -1.2, 0, 1, 0]}}, "
+        "{command_id: 3, command_type: CIRC}]"
+    )
+    with terminal.hearing("/command_result", "-n3", "-p") as echo:
+        terminal.says("rostopic", "pub", "-1", "/command_list", LIST, commands)
+        said, _ = echo.communicate(timeout=DEADLINE_S)
+    header, *lines = [line for line in said.splitlines() if line]
+    names = header.split(",")
+    results = [dict(zip(names, line.split(","), strict=False)) for line in lines]
+    assert [(each["field.command_id"], each["field.result_code"]) for each in results] == [
+        ("1", "0"),
+        ("2", "0"),
+        ("3", "3000"),
+    ]
+    assert "command_type 'CIRC'" in results[2]["field.additional_information"]
+    with Iiwa("127.0.0.1", robot.port) as telnet:
+        assert telnet.get_joint_position() == pytest.approx([0.6, 0.5, 0, -1.2, 0, 1, 0], abs=1e-6)
+
+
+@pytest.mark.requirement("FRA007", "FRA104", "FRA201")
+@pytest.mark.parametrize(("topic", "rate_hz"), [("/joint_states", 100), ("/robot_status", 50)])
+@pytest.mark.usefixtures("robot")
+def test_mean_rates(terminal: Terminal, topic: str, rate_hz: int) -> None:
+    assert _mean_rate(terminal, topic) == pytest.approx(rate_hz, rel=0.1)
+
+
+@pytest.mark.usefixtures("robot")
+def test_every_state_can_be_echoed(terminal: Terminal) -> None:
+    said = {
+        topic: terminal.says("rostopic", "echo", "-n1", topic)
+        for topic, (_, rate_hz) in PUBLISHED.items()
+        if rate_hz
+    }
+    assert "effort: []" in said["/joint_states"]
+    assert re.search(r"^alpha: .*\nbeta: .*\ngamma: ", said["/tool_frame"], re.MULTILINE)
+    assert "in_motion: \n  val: 0" in said["/robot_status"]
+    assert said["/current_speed_scale"] == "data: 1.0\n---\n"
+    assert said["/io_states"].count("pin_number") == 32
+
+
+def test_floods_and_stuck_subscribers_delay_neither_ticks_nor_the_end(
+    terminal: Terminal, robot: Process
+) -> None:
+    wrong = "commands: [" + ", ".join(100 * ["{command_type: CIRC}"]) + "]"
+    with (
+        terminal.hearing("/joint_states") as stuck,
+        terminal.starts("rostopic", "pub", "-r", "1000", "/command_list", LIST, wrong) as flood,
+    ):
+        try:
+            stuck.send_signal(signal.SIGSTOP)
+            assert _mean_rate(terminal, "/tool_frame") == pytest.approx(100, rel=0.1)
+            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+            assert flood.poll() is None
+            _stops(robot)
+        finally:
+            flood.kill()
+
+
+def test_messages_that_are_none_are_refused_in_one_line(terminal: Terminal, robot: Process) -> None:
+    """A publisher whose header is right and whose bytes are not, and one with a list that is too long."""
+    terminal.python(
+        "import roslib.message, rospy, time\n"
+        f"made = roslib.message.get_message_class('{LIST}')\n"
+        "class Wrong(made):\n"
+        "    def serialize(self, buff): buff.write(b'\\xff' * 40)\n"
+        "class Long(made):\n"
+        "    def serialize(self, buff): buff.write(b'\\0' * 300000)\n"
+        "rospy.init_node('publisher', disable_rosout=True)\n"
+        "publisher = rospy.Publisher('/command_list', made, queue_size=10)\n"
+        "while not publisher.get_num_connections(): time.sleep(0.01)\n"
+        "for each in (Wrong, Long, Wrong): publisher.publish(each())\n"
+        "time.sleep(0.5)"  # or rospy's end would cut them off
+    )
+    assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+    log = _stops(robot)
+    told = re.findall(r"/publisher \(ROS\) refused '/command_list': (.*)", log)
+    assert told == [
+        f"what came is no {LIST}",
+        "a message of 300000 bytes: expected up to 262144",
+        f"what came is no {LIST}",
+    ]
+    assert "Traceback" not in log
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_at_the_end_the_master_forgets_the_node(
+    terminal: Terminal, robot: Process, number: signal.Signals
+) -> None:
+    assert terminal.nodes_at("/joint_states") == ["/iiwa_sim"]
+    assert robot.ends(number) == (0, "")
+    assert terminal.nodes_at("/joint_states") == []
+
+
+@pytest.mark.usefixtures("environment")
+def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
+    with running() as server:
+        command = [*IIWA_SIM, "bridge", f"127.0.0.1:{server.port}", "--ros", "--rosbridge-port", "0"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bridge:
+            try:
+                assert bridge.stdout is not None
+                assert bridge.stdout.readline().startswith("rosbridge on 127.0.0.1:")
+                assert bridge.stdout.readline() == f"ROS node at {terminal.master_uri}\n"
+                assert terminal.says("rosservice", "call", "/scale_speed", "value: 0.25") == "\n"
+                with Iiwa("127.0.0.1", server.port) as telnet:
+                    assert telnet.get_override() == 0.25
+                assert _mean_rate(terminal, "/joint_states") == pytest.approx(100, rel=0.2)
+                bridge.terminate()
+                assert bridge.wait(DEADLINE_S) == 0
+            finally:
+                bridge.kill()
+
+
+@pytest.mark.usefixtures("environment")
+def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Terminal) -> None:
+    script = (
+        "import logging, sys\n"
+        "from iiwa_sim.ros.side import SYSTEM_PACKAGES\n"
+        "sys.path.append(str(SYSTEM_PACKAGES))\n"
+        "import rospy\n"
+        "rospy.init_node('driver_tests', disable_rosout=True)\n"
+        "from std_srvs.srv import Trigger\n"
+        "from iiwa_sim.simulator import Simulator\n"
+        "stop = rospy.ServiceProxy('/stop_robot_right_now', Trigger)\n"
+        "for _ in range(2):\n"
+        "    with Simulator(ros=True) as simulator:\n"
+        "        print(simulator.ros_master, stop().success)\n"
+        "    try:\n"
+        "        stop()\n"
+        "    except rospy.ServiceException:\n"
+        "        print('gone')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    assert done.stdout.splitlines() == 2 * [f"{terminal.master_uri} True", "gone"], done.stderr
+
+
+@pytest.mark.usefixtures("environment")
+def test_a_process_starts_one_node() -> None:
+    script = (
+        "from iiwa_sim.simulator import Simulator\n"
+        "from iiwa_sim.ros.fault import RosFault\n"
+        "with Simulator(ros=True): pass\n"
+        "try:\n"
+        "    with Simulator(ros=True): pass\n"
+        "except RosFault as fault: print(fault)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    told = "the ROS node of this process has ended, and rospy starts no second one\n"
+    assert done.stdout == told, done.stderr
+
+
+def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    skip_without_ros()
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for uri in ("http://127.0.0.1:1", "nonsense"):
+        monkeypatch.setenv("ROS_MASTER_URI", uri)
+        said = _fails([*IIWA_SIM, "--port", "0", "--ros"])
+        assert said.startswith(f"iiwa-sim: no ROS master at {uri}: start one (roscore")
+
+
+@pytest.mark.requirement("FRA005")
+def test_without_rospy_one_line_says_what_to_install() -> None:
+    script = (
+        "import sys; sys.modules['rospy'] = None; from iiwa_sim.cli import main; "
+        "sys.exit(main(['--port', '0', '--ros']))"
+    )
+    said = _fails([sys.executable, "-c", script])
+    assert said.startswith("iiwa-sim: --ros needs rospy (")
+    assert "apt install python3-rospy" in said
+
+
+def _fails(command: list[str]) -> str:
+    """The one line that it ends with."""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
+    return done.stderr
+
+
+def _stops(robot: Process) -> str:
+    code, log = robot.ends(signal.SIGTERM)
+    assert code == 0
+    return log
+
+
+def _mean_rate(terminal: Terminal, topic: str) -> float:
+    """Of 300 messages or so, as `rostopic hz` has it."""
+    with terminal.starts("rostopic", "hz", topic) as hz:
+        try:
+            assert hz.stdout is not None
+            rates = []
+            for line in hz.stdout:
+                if line.startswith("average rate: "):
+                    rates.append(float(line.split()[2]))
+                if len(rates) == 3:
+                    return rates[-1]
+        finally:
+            hz.kill()
+    pytest.fail(f"no rate of {topic}")
