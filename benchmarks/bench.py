@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks import chains, core, durations, moves, replies, servo, start, status
+from benchmarks import chains, core, durations, fleet, moves, replies, servo, start, status
 from benchmarks.figures import Figure, as_json, table
 
 PARTS = {
@@ -19,6 +19,7 @@ PARTS = {
     "chains": chains.measure,
     "servo": servo.measure,
     "status": status.measure,
+    "fleet": fleet.measure,
 }
 
 

@@ -1,0 +1,100 @@
+"""A hundred robots in one process, each asked 50 times a second by a client of its own; and the fixture's start.
+
+The same is asked of a hundred bare echo servers in one process.
+"""
+
+import asyncio
+import contextlib
+import subprocess
+import sys
+from collections.abc import Iterator
+from statistics import median
+from time import perf_counter
+
+from benchmarks.echo import Echo
+from benchmarks.figures import Figure, percentile
+from iiwa_sim.simulator import Simulator
+
+ROBOTS = 100
+PERIOD_S = 0.02
+SECONDS = 8.0
+WARM_UP_S = 1.0
+QUESTION = b"get joint position\r\n"
+STARTS = 50
+
+
+def measure() -> list[Figure]:
+    """Replies of both fleets, one after the other, and how long a simulator in a thread takes to be ready."""
+    of_robots, of_echoes = (_latencies_us(kind) for kind in ("robots", "echoes"))
+    of = f"{ROBOTS} in one process, each asked at {1 / PERIOD_S:g} Hz"
+    return [
+        Figure(f"{of}, p50", percentile(of_robots, 0.5), "us", percentile(of_echoes, 0.5)),
+        Figure(f"{of}, p99", percentile(of_robots, 0.99), "us", percentile(of_echoes, 0.99)),
+        Figure(
+            "a simulator in a thread, to readiness, p50", median(_start_ms() for _ in range(STARTS)), "ms"
+        ),
+    ]
+
+
+def _start_ms() -> float:
+    began = perf_counter()
+    with Simulator():
+        return 1e3 * (perf_counter() - began)
+
+
+def _latencies_us(kind: str) -> list[float]:
+    with _fleet(kind) as ports:
+        return asyncio.run(_ask_all(ports))
+
+
+@contextlib.contextmanager
+def _fleet(kind: str) -> Iterator[list[int]]:
+    """The ports of a fleet in a process of its own."""
+    command = [sys.executable, "-m", "benchmarks.fleet", kind]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            yield [int(port) for port in process.stdout.readline().split()]
+        finally:
+            process.terminate()
+
+
+async def _ask_all(ports: list[int]) -> list[float]:
+    """Replies of all, without those of the first second."""
+    taken: list[float] = []
+    asking = [_ask(port, PERIOD_S * k / len(ports), taken) for k, port in enumerate(ports)]
+    await asyncio.gather(*asking)
+    return taken
+
+
+async def _ask(port: int, delay_s: float, taken: list[float]) -> None:
+    """Ask at fixed times; one that is late is asked at once."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    begin = perf_counter() + delay_s
+    for k in range(int((WARM_UP_S + SECONDS) / PERIOD_S)):
+        await asyncio.sleep(begin + k * PERIOD_S - perf_counter())
+        began = perf_counter()
+        writer.write(QUESTION)
+        await reader.readline()
+        if k * PERIOD_S >= WARM_UP_S:
+            taken.append(1e6 * (perf_counter() - began))
+    writer.close()
+    await writer.wait_closed()
+
+
+async def _serve(kind: str) -> None:
+    """A fleet that says its ports."""
+    async with contextlib.AsyncExitStack() as stack:
+        if kind == "robots":
+            robots = [await stack.enter_async_context(Simulator()) for _ in range(ROBOTS)]
+            ports = [robot.port for robot in robots]
+        else:
+            loop = asyncio.get_running_loop()
+            servers = [await loop.create_server(Echo, "127.0.0.1", 0) for _ in range(ROBOTS)]
+            ports = [server.sockets[0].getsockname()[1] for server in servers]
+        print(*ports, flush=True)
+        await asyncio.Event().wait()
+
+
+if __name__ == "__main__":
+    asyncio.run(_serve(sys.argv[1]))
