@@ -1,4 +1,4 @@
-"""A hundred robots in one process, each asked 50 times a second by a client of its own; and the fixture's start.
+"""A hundred robots in one process, each asked 50 times a second by its client; and how fast one starts.
 
 The same is asked of a hundred bare echo servers in one process.
 """
