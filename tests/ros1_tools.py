@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 
+from iiwa_sim.dialect.rmi.definitions import message_md5
 from iiwa_sim.ros.side import SYSTEM_PACKAGES
 from tests.processes import IIWA_SIM
 from tests.talking import DEADLINE_S
@@ -118,3 +119,21 @@ def see_system_packages() -> None:
     """Let this process import what `--ros` imports."""
     if str(SYSTEM_PACKAGES) not in sys.path:
         sys.path.append(str(SYSTEM_PACKAGES))
+
+
+def deaf_subscriber(terminal: Terminal, topic: str, kind: str) -> socket.socket:
+    """A subscriber that nobody reads from, with a buffer that is soon full."""
+    with xmlrpc.client.ServerProxy(terminal.master_uri) as proxy:
+        node: Any = proxy.lookupNode("/tests", "/iiwa_sim")
+    with xmlrpc.client.ServerProxy(node[2]) as proxy:
+        offered: Any = proxy.requestTopic("/deaf", topic, [["TCPROS"]])
+    _, host, port = offered[2]
+    connection = socket.socket()
+    connection.settimeout(DEADLINE_S)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)  # before it connects
+    connection.connect((host, port))
+    fields = {"callerid": "/deaf", "topic": topic, "type": kind, "md5sum": message_md5(kind)}
+    packed = [f"{name}={value}".encode() for name, value in fields.items()]
+    header = b"".join(len(each).to_bytes(4, "little") + each for each in packed)
+    connection.sendall(len(header).to_bytes(4, "little") + header)
+    return connection
