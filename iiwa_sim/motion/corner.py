@@ -80,9 +80,21 @@ def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner 
                 return None
             if (bounds.curve_cap < STEADY**2 * cap.clip(max=fastest)).any():
                 return None
+            if _detour_s(bounds) > window_of(first.limits) + 1.0 / float(bounds.room[:, [0, -1]].min()):
+                return None
             return Corner(blend, bounds, before * first.length_s)
         before, after = SHRINKING * before, SHRINKING * after
     return None
+
+
+def _detour_s(bounds: Bounds) -> float:
+    """How much longer the way through a blend takes at full speed than the ways to and from the target.
+
+    Between slow moves of different joints it may be longer than to stop between them.
+    """
+    speed = np.sqrt(np.minimum(bounds.velocity_cap, bounds.curve_cap))
+    way = np.diff(bounds.s)
+    return float((2.0 * way / (speed[1:] + speed[:-1])).sum() - way.sum())
 
 
 def _reach(move: Move, bounds: Bounds, end: int) -> float:
