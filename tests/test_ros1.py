@@ -15,7 +15,7 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.dialect.rmi.definitions import message_md5, service_md5
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED
 from tests.processes import IIWA_SIM, Process, running
-from tests.ros1_tools import Terminal, deaf_subscriber, master, skip_without_ros
+from tests.ros1_tools import SYSTEM_PYTHON, Terminal, deaf_subscriber, master, skip_without_ros
 from tests.talking import DEADLINE_S
 
 SERVICES = {
@@ -149,9 +149,22 @@ def test_every_state_can_be_echoed(terminal: Terminal) -> None:
 
 @pytest.mark.usefixtures("robot")
 def test_a_flood_delays_neither_ticks_nor_others(terminal: Terminal) -> None:
-    wrong = "commands: [" + ", ".join(100 * ["{command_type: CIRC}"]) + "]"
-    with terminal.starts("rostopic", "pub", "-r", "1000", "/command_list", LIST, wrong) as flood:
+    """Lists as long as are taken, by publishers who do nothing else."""
+    script = (
+        "import roslib.message, rospy\n"
+        f"made = roslib.message.get_message_class('{LIST}')\n"
+        "wrong = type(made().commands)(roslib.message.get_message_class("
+        "'robot_movement_interface/Command')(command_type='CIRC') for _ in range(1000))\n"
+        "rospy.init_node('flood', anonymous=True, disable_rosout=True)\n"
+        "publisher = rospy.Publisher('/command_list', made, queue_size=1)\n"
+        "while not publisher.get_num_connections(): pass\n"
+        "print('begins', flush=True)\n"
+        "while True: publisher.publish(made(commands=wrong))\n"
+    )
+    with terminal.starts(SYSTEM_PYTHON, "-c", script) as flood:
         try:
+            assert flood.stdout is not None
+            assert flood.stdout.readline() == "begins\n"
             assert _mean_rate(terminal, "/tool_frame") == pytest.approx(100, rel=0.1)
             assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
             assert flood.poll() is None
