@@ -31,6 +31,7 @@ _PORT = _Option(int, "a port")
 _OPTIONS = {
     "robot": _PATH,
     "cell": _PATH,
+    "dialects": _Option((list, tuple), "a list, of iiwa or krc4 or both"),
     "clock": _Option(str, "real, 10x, fast or stepped"),
     "rate_hz": _Option(int, "a whole number"),
     "servo_timeout_s": _SECONDS,

@@ -141,15 +141,22 @@ class Krc4Client:
     def send(self, wire: bytes) -> None:
         self._socket.sendall(wire)
 
+    def sends_no_more(self) -> None:
+        self._socket.shutdown(socket.SHUT_WR)
+
     def reply(self) -> Reply:
-        """The next one: it ends where its root does."""
+        """The next one."""
+        (reply,) = replies(self.reply_bytes())
+        return reply
+
+    def reply_bytes(self) -> bytes:
+        """The next one as it comes: it ends where its root does."""
         wire = b""
         while not wire.endswith(b"</Res>"):
             came = self._socket.recv(1)
             assert came, "the connection ended"
             wire += came
-        (reply,) = replies(wire)
-        return reply
+        return wire
 
     def rest(self) -> bytes:
         """All that still comes, up to the end of the connection."""

@@ -232,8 +232,48 @@ def test_a_cell_lies_beside_the_test_and_stands_for_a_robot(
     result.assert_outcomes(passed=1)
 
 
+def test_a_six_axis_robot_with_krc4_messages(project: Project) -> None:
+    result = project.tests(
+        """
+        def ask(iiwa, message):
+            with socket.create_connection((iiwa.host, iiwa.ports["krc4"]), timeout=60) as driver:
+                driver.sendall(message)
+                reply = b""
+                while not reply.endswith(b"</Res>"):
+                    reply += driver.recv(1)
+                iiwa.run_until_stopped()
+                return reply
+
+        PTA = b'<Cmd I0="1" I1="25" R0="10" R1="-80" R2="80" R4="80"/>'
+        GOA = b'<Cmd I0="2" I1="320"/>'
+
+        @pytest.mark.iiwa(robot="kr_6_r900_sixx", dialects=["krc4"])
+        def test_six_axes(iiwa):
+            assert len(iiwa.joints) == 6
+            assert iiwa.port == iiwa.ports["krc4"]
+            assert ask(iiwa, PTA).startswith(b"<Res><I0>1</I0><I1>25</I1>")
+            assert b"<R0>10.0</R0><R1>-80.0</R1><R2>80.0</R2>" in ask(iiwa, GOA)
+
+        @pytest.mark.iiwa(dialects=("iiwa", "krc4"))
+        def test_both(iiwa, driver):
+            assert b"<R0>0.0</R0><R1>30.0" in ask(iiwa, GOA)
+            assert driver.ask("get joint position").startswith("0.0 0.52")
+
+        @pytest.mark.iiwa(robot="kr_6_r900_sixx", dialects=["krc4"])
+        def test_failed(iiwa):
+            ask(iiwa, GOA)
+            raise AssertionError("on purpose")
+        """
+    )
+    result.assert_outcomes(passed=2, failed=1)
+    result.stdout.fnmatch_lines(["*iiwa dialogue*", "*> Cmd I0=2 I1=320", "*< Res I0=2 I1=320 *R1=-90*"])
+
+
 WRONG = {
-    "clok='fast'": "fixture iiwa: clok: expected one of robot, cell, clock, *",
+    "clok='fast'": "fixture iiwa: clok: expected one of robot, cell, dialects, clock, *",
+    "dialects='krc4'": "fixture iiwa: dialects='krc4': expected a list, of iiwa or krc4 or both",
+    "dialects=['krc5']": "fixture iiwa: dialect 'krc5', expected iiwa or krc4",
+    "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for dialect iiwa; for 6 there is: krc4",
     "'fast'": "fixture iiwa: 'fast': expected NAME=VALUE",
     "clock='fats'": "fixture iiwa: clock 'fats': expected real, a multiple *",
     "clock=10": "fixture iiwa: clock=10: expected real, 10x, fast or stepped",
