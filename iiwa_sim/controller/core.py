@@ -96,7 +96,8 @@ class Core:
         So a stop that a force asks for begins in the tick after the one in which its threshold is passed. A
         fault of ours in a tick stops the robot, is an error to be reset, and is raised.
         """
-        self._watch_servo()
+        if self.servo_timeout_s is not None:
+            self._watch_servo(self.servo_timeout_s)
         self.tick += 1
         self._joints_before = self._motions.joints
         try:
@@ -161,12 +162,9 @@ class Core:
                 self._motions.stop()
         self.mode = change.mode
 
-    def _watch_servo(self) -> None:
-        if self.servo_timeout_s is None or self.mode not in SERVO_MODES:
-            return
-        if (self.tick - self._servo_heard) * self.tick_s < self.servo_timeout_s:
-            return
-        self._end_servo(f"no {self.mode.value} command for {self.servo_timeout_s:g} s: the robot stops")
+    def _watch_servo(self, timeout_s: float) -> None:
+        if self.mode in SERVO_MODES and (self.tick - self._servo_heard) * self.tick_s >= timeout_s:
+            self._end_servo(f"no {self.mode.value} command for {timeout_s:g} s: the robot stops")
 
     def _end_servo(self, reason: str) -> None:
         self._enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT], COMMUNICATION_FAILURE, reason)

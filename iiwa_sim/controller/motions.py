@@ -47,8 +47,9 @@ class Motions:
     @property
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
-        others = self._servo.moving or self._impedance.moving
-        return self._drive.moving or others or self._next_target is not None
+        if self._active.moving or self._next_target is not None:
+            return True
+        return self._drive.moving or self._servo.moving or self._impedance.moving
 
     @property
     def override(self) -> float:

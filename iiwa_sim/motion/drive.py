@@ -168,6 +168,9 @@ class Drive:
         Where a path fails, the robot rests where it is, the moves that wait are forgotten, and what the path
         raised is raised.
         """
+        if self._ahead and not self._waiting and not self._again and self._time.step_evenly():
+            self.joints = self._ahead.pop()
+            return
         if not self.moving:
             return
         try:

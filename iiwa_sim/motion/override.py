@@ -40,6 +40,8 @@ class Override:
         """with this derivative."""
         self.advance_s = tick_s
         """By how much planned time has gone on in the last tick."""
+        self.even = True
+        """Whether the rate was the same all through the last tick, and no change has been asked for since."""
         f = float((limits.acceleration / limits.velocity).min())
         g = float((limits.jerk / limits.acceleration).min())
         fastest = f * g / 4.0 * (sqrt(9.0 / g**2 + 8.0 / (f * g)) - 3.0 / g)  # here K is 1
@@ -52,19 +54,14 @@ class Override:
         self._changed_s = 0.0  # so long ago it has begun
 
     @property
-    def even(self) -> bool:
-        """Whether the rate stays as it is, if nothing is asked for."""
-        return self._change is None
-
-    @property
     def pausing(self) -> bool:
         """Whether planned time stands still."""
-        return self.rate == 0.0 and self.even
+        return self.rate == 0.0 and self._change is None
 
     def be(self, value: float) -> None:
         """Have another rate (0..1) at once: to be called at rest only."""
         self.value = self.rate = value
-        self.slope_per_s, self._change = 0.0, None
+        self.slope_per_s, self._change, self.even = 0.0, None, True
 
     def go_to(self, value: float) -> None:
         """Take another rate (0..1) from now on, as fast as the limits allow."""
@@ -77,10 +74,11 @@ class Override:
         task.current_position, task.target_position = [u], [_place(value)]
         task.current_velocity, task.current_acceleration = [SPEED_KEPT * speed], [acceleration]
         self._change = self._way()
-        self._changed_s, self.value = 0.0, value
+        self._changed_s, self.value, self.even = 0.0, value, False
 
     def step(self) -> None:
         """One tick."""
+        self.even = self._change is None
         if self._change is None:
             self.advance_s = self.tick_s * self.rate
             return

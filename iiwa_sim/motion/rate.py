@@ -33,7 +33,7 @@ class PlannedTime:
 
     @property
     def even(self) -> bool:
-        """Whether the rate stays as it is, if nothing is asked for."""
+        """Whether the rate is the same all through this tick, and stays so if nothing is asked for."""
         return self._slowing is None and self._override.even
 
     @property
@@ -78,6 +78,14 @@ class PlannedTime:
         """The times of this tick and those that follow while the rate is even."""
         tick_s = self.tick_s * self._override.rate
         return self.time_s + tick_s * np.arange(count, dtype=np.float64)
+
+    def step_evenly(self) -> bool:
+        """One tick, if the rate is the same all through it and not 0; else nothing, and False."""
+        override = self._override
+        if self._slowing is not None or not override.even or override.advance_s == 0.0:
+            return False
+        self.time_s += override.advance_s
+        return True
 
     def step(self) -> None:
         """One tick."""

@@ -73,6 +73,17 @@ def test_it_comes_to_what_was_asked_for_last_exactly_and_soon(told: list[tuple[f
     assert override.pausing == (told[-1][0] == 0.0)
 
 
+def test_a_tick_in_which_a_change_ends_is_not_even() -> None:
+    """Positions found ahead for the old rate would else be taken for the new one."""
+    override = Override(0.01, joint(5.0, 25.0))
+    override.go_to(1.0 - 1e-9)
+    override.step()
+    assert override.rate == 1.0 - 1e-9
+    assert not override.even
+    override.step()
+    assert override.even
+
+
 @settings(max_examples=30, deadline=None)
 @given(changes, st.sampled_from([0.001, 0.002, 0.01]))
 def test_planned_time_goes_on_by_the_mean_rate_of_each_tick(
