@@ -12,6 +12,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EMERGENCY_STOP, EXECUTION, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.dialect.fake_robot import Conversation
 from tests.stepped import SteppedRobot, assert_within_limits
@@ -45,6 +46,7 @@ def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
     robot.controller.joint_move([0.0] * 7, FULL)
     robot.step(50)
     with patch.context() as broken_for_a_tick:
+        broken_for_a_tick.setattr(PlannedTime, "step_evenly", lambda _: False)
         broken_for_a_tick.setattr(Drive, "_advance", broken)
         with pytest.raises(ZeroDivisionError):
             robot.controller.step()
