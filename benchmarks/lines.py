@@ -9,6 +9,7 @@ from iiwa_sim.controller.planner import JOINT_BLENDING, Plan, Planner
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.chain import Chain, Way
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.slices import at_once
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 
@@ -51,7 +52,7 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
 
 def chain_of(plan: Plan) -> Chain:
     """The move alone, with its timing."""
-    return Chain(Way(Move(1, *plan, plan.path.joints(0.0), lambda _: None)))
+    return at_once(Chain.along(Way(Move(1, *plan, plan.path.joints(0.0), lambda _: None))))
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:

@@ -16,6 +16,7 @@ from iiwa_sim.motion.corner import Corner, window_of
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints, Path
+from iiwa_sim.motion.slices import Slices, at_once
 from iiwa_sim.motion.smooth import SmoothTiming
 
 TOO_LATE = 1e-6  # in x before a blend: it counts as begun
@@ -134,22 +135,28 @@ class Way:
 class Chain:
     """At rest at the start of its first move at time 0, and at rest at the target of its last."""
 
-    def __init__(self, way: Way, share: float = 1.0) -> None:
+    def __init__(self, plan: Plan, lost_s: float, end_share: float) -> None:
+        self.plan = plan
+        self.lost_s = lost_s
+        """About how much later it comes to rest than if it set out with its full acceleration."""
+        self._end_share = end_share
+
+    @classmethod
+    def along(cls, way: Way, share: float = 1.0) -> "Slices[Chain]":
         """`share` is the part of the acceleration limits with which it sets out."""
         geometry = _Geometry.of(way.first)
         for corner, move in way.corners:
             geometry = geometry.gone_on(move, corner)
         window_s, bounds = window_of(way.first.limits), geometry.bounds
-        self.lost_s = 0.5 * (1.0 - share) * GENTLE * window_s
-        """About how much later it comes to rest than if it set out with its full acceleration."""
         if share < 1.0:
             bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, way.first, share), share)
         bounds = _ending_gently(bounds, window_s, way.last, way.end_share, 0.0)
-        timing, bounds = from_rest(bounds, window_s)
-        self._end_share = way.end_share
-        self.plan = Plan(timing, geometry._replace(bounds=bounds))
+        yield
+        timing, bounds = yield from from_rest(bounds, window_s)
+        lost_s = 0.5 * (1.0 - share) * GENTLE * window_s
+        return cls(Plan(timing, geometry._replace(bounds=bounds)), lost_s, way.end_share)
 
-    def drive_on(self, way: Way, now_s: float, time_s: float) -> int:
+    def drive_on(self, way: Way, now_s: float, time_s: float) -> Slices[int]:
         """Go on into moves that follow the last one, as many as possible without changing anything before a
         time.
 
@@ -163,30 +170,35 @@ class Chain:
                 break
             geometry = geometry.gone_on(move, corner)
             stages.append(geometry)
+        yield
         for count in sorted({len(stages), 1} if stages else (), reverse=True):
             geometry = stages[count - 1]
             share = way.end_share if count == len(way.corners) else 1.0
             bounds = _ending_gently(
                 geometry.bounds, self.plan.timing.window_s, geometry.moves[-1], share, front
             )
-            planned = going_on(self.plan.timing, bounds, now_s, time_s)
+            planned = yield from going_on(self.plan.timing, bounds, now_s, time_s)
             if planned is not None:
                 self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
                 self._end_share = share
                 return count
+            yield
         return 0
 
-    def braking(self, share: float, now_s: float, time_s: float) -> Plan:
-        """The plan with a part of the acceleration limits to come to rest with, if that is possible without
+    def braking(self, share: float, now_s: float, time_s: float) -> "Slices[Chain]":
+        """The same with a part of the acceleration limits to come to rest with, if that is possible without
         changing anything before a time; else as it is."""
         if share >= self._end_share:
-            return self.plan
+            return self
         timing = self.plan.timing
         geometry = self.plan.geometry.left(timing.position(now_s))
         front = timing.front(time_s)[0]
         bounds = _ending_gently(geometry.bounds, timing.window_s, self.moves[-1], share, front)
-        planned = going_on(timing, bounds, now_s, time_s)
-        return self.plan if planned is None else Plan(planned[0], geometry._replace(bounds=planned[1]))
+        yield
+        planned = yield from going_on(timing, bounds, now_s, time_s)
+        if planned is None:
+            return self
+        return Chain(Plan(planned[0], geometry._replace(bounds=planned[1])), self.lost_s, share)
 
     def end_with_move_at(self, time_s: float) -> bool:
         """Let the move that is under way at a time be the last one.
@@ -196,7 +208,7 @@ class Chain:
         """
         if self.waiting(time_s):
             geometry = self.plan.geometry.left(self.plan.timing.position(time_s)).alone()
-            planned = geometry and going_on(self.plan.timing, geometry.bounds, time_s, time_s)
+            planned = geometry and at_once(going_on(self.plan.timing, geometry.bounds, time_s, time_s))
             if geometry is None or planned is None:
                 return False
             self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))

@@ -12,6 +12,7 @@ import numpy as np
 from iiwa_sim.motion.bounds import Bounds, Loads
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.profile import Profile
+from iiwa_sim.motion.slices import Slices
 from iiwa_sim.motion.smooth import SmoothStates, SmoothTiming
 
 ROUNDS = 12  # times to plan again with smaller shares
@@ -26,14 +27,14 @@ SOONEST_S = 0.01  # a profile goes on from its next knot, or from where it is if
 SAME_S = 1e-9  # knots that are closer are one
 
 
-def from_rest(bounds: Bounds, window_s: float) -> tuple[SmoothTiming, Bounds]:
+def from_rest(bounds: Bounds, window_s: float) -> Slices[tuple[SmoothTiming, Bounds]]:
     """A timing over all of the bounds from rest to rest, and these with the shares that it took.
 
     Raises ArithmeticError where none is found, however slow.
     """
     start = _Start(float(bounds.s[0]), 0.0, [], [], 0.0)
     for _ in range(SLOWINGS):
-        planned = _planned(bounds, start, 0.0, window_s)
+        planned = yield from _planned(bounds, start, 0.0, window_s)
         if planned is not None:
             return planned
         cap = np.minimum(bounds.velocity_cap, bounds.curve_cap * bounds.share)
@@ -43,7 +44,7 @@ def from_rest(bounds: Bounds, window_s: float) -> tuple[SmoothTiming, Bounds]:
 
 def going_on(
     timing: SmoothTiming, bounds: Bounds, now_s: float, time_s: float
-) -> tuple[SmoothTiming, Bounds] | None:
+) -> Slices[tuple[SmoothTiming, Bounds] | None]:
     """The same from another timing at a time, whose first part it keeps; None where none is found.
 
     The bounds begin where the robot is now, or before.
@@ -55,7 +56,7 @@ def going_on(
     if s >= bounds.s[-1]:
         return None
     done = timing.knots_between(now_s - timing.window_s, start_s - SAME_S)
-    return _planned(bounds, _Start(s, speed, *done), time_s, timing.window_s)
+    return (yield from _planned(bounds, _Start(s, speed, *done), time_s, timing.window_s))
 
 
 class _Start(NamedTuple):
@@ -72,8 +73,8 @@ class _Start(NamedTuple):
 
 def _planned(
     bounds: Bounds, start: _Start, time_s: float, window_s: float
-) -> tuple[SmoothTiming, Bounds] | None:
-    """A timing that keeps the limits from a time on."""
+) -> Slices[tuple[SmoothTiming, Bounds] | None]:
+    """A timing that keeps the limits from a time on; a slice for each round."""
     loads = Loads(bounds)
     for attempt in range(ROUNDS):
         knots = Profile(bounds.starting(start.s)).fastest(start.speed, window_s)
@@ -91,6 +92,7 @@ def _planned(
             slower, cap = np.minimum(slower, relief), np.minimum(cap, bounds.curve_cap * bounds.share)
         cap = np.where(slower < 1.0, cap * slower, bounds.velocity_cap)
         bounds = bounds._replace(share=bounds.share * relief, velocity_cap=cap)
+        yield
     return None
 
 

@@ -1,12 +1,13 @@
 """The look ahead: takes the moves that wait into the run under way, so that it goes on without a stop.
 
 A corner that can be driven round without losing speed is; at any other the robot turns at the target. To plan
-that costs a few milliseconds, so it is done in slices, one in a tick.
+that costs a few milliseconds, so it is done in slices of about half of one.
 """
 
 from collections import deque
-from collections.abc import Iterator
 from itertools import islice
+from math import ceil
+from typing import NamedTuple
 
 from iiwa_sim.motion.chain import Chain, Way
 from iiwa_sim.motion.corner import rounded, turning_share
@@ -15,6 +16,7 @@ from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.overlap import set_out_s
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.run import Run
+from iiwa_sim.motion.slices import Slices, at_most, at_once
 
 LOOK_AHEAD_S = 1.0
 """While less than this of a run is planned, moves that wait are taken into it."""
@@ -22,8 +24,21 @@ MOST_AT_ONCE = 6
 """So many: what a chain costs to plan grows with them."""
 ENOUGH_S = 0.25
 """A run begins with moves that take at least so long, if it can."""
-MARGIN_TICKS = 2
-"""A plan that is made in two ticks changes nothing before the third."""
+SLICE_S = 0.0025
+"""A tick has a slice for each of these that it has begun."""
+MOST_SLICES = 8
+"""A change of what is under way is planned in no more, and changes nothing before it is done."""
+
+ROUNDING = 1e-9
+
+
+class Taken(NamedTuple):
+    """What a look ahead has changed."""
+
+    moves: int
+    """So many that waited are part of the run,"""
+    from_s: float
+    """which is as it was up to this time."""
 
 
 class LookAhead:
@@ -32,11 +47,12 @@ class LookAhead:
     def __init__(self, time: PlannedTime, lowest: Array, highest: Array) -> None:
         """The limits of joint positions are in rad (n,)."""
         self._time = time
-        self._margin_s = MARGIN_TICKS * time.tick_s
+        self._slices_per_tick = ceil(time.tick_s / SLICE_S - ROUNDING)
+        self._margin_s = (MOST_SLICES / self._slices_per_tick + 1.0) * time.tick_s
         self._position_limits = lowest, highest
         self._looked_at = 0  # the number of the last move looked at
         self._sharp = 0  # that of the last move that a sharp corner was found before
-        self._look: Iterator[int] | None = None
+        self._look: Slices[Taken | None] | None = None
 
     def forget(self) -> None:
         """Begin anew: there is another run, or other moves wait."""
@@ -49,57 +65,75 @@ class LookAhead:
         way = Way(waiting[0])
         moves = list(islice(waiting, 1, MOST_AT_ONCE))
         slices = self._follow(way, moves)
-        while way.length_s < ENOUGH_S and next(slices, None) is not None:
+        while way.length_s < ENOUGH_S and next(slices, self) is not self:
             pass
         for _ in range(1 + len(way.corners)):
             waiting.popleft()
-        return Chain(way)
+        return at_once(Chain.along(way))
 
-    def step(self, run: Run, waiting: deque[Move]) -> int:
-        """One slice. Gives how many of the moves that wait it has taken into the run."""
-        if self._look is None:
-            if not waiting or run.rest_s - self._time.time_s > LOOK_AHEAD_S:
-                return 0
-            following = waiting[0]
-            if following.number == self._looked_at or not _may_blend(run.last.moves[-1], following):
-                return 0
-            self._looked_at = following.number
-            self._look = self._slices(run, list(islice(waiting, MOST_AT_ONCE)))
-        taken = next(self._look, None)
-        if taken is None:
-            self._look = None
-        return taken or 0
+    def step(self, run: Run, waiting: deque[Move]) -> Taken | None:
+        """The slices of a tick; None while nothing changes."""
+        for _ in range(self._slices_per_tick):
+            if self._look is None:
+                if not waiting or run.rest_s - self._time.time_s > LOOK_AHEAD_S:
+                    return None
+                following = waiting[0]
+                if following.number == self._looked_at or not _may_blend(run.last.moves[-1], following):
+                    return None
+                self._looked_at = following.number
+                self._look = self._slices(run, list(islice(waiting, MOST_AT_ONCE)))
+            try:
+                next(self._look)
+            except StopIteration as end:
+                self._look = None
+                taken: Taken | None = end.value
+                return taken
+        return None
 
-    def _slices(self, run: Run, moves: list[Move]) -> Iterator[int]:
-        last, following = run.last, moves[0]
-        way = Way(last.moves[-1])
+    def _slices(self, run: Run, moves: list[Move]) -> Slices[Taken | None]:
+        before, following = run.last.moves[-1], moves[0]
+        way = Way(before)
         yield from self._follow(way, moves)
         if way.corners:
-            run.forget(self._time.time_s)
-            taken = last.drive_on(way, run.in_last(self._time.time_s), run.alone_s(self._time.time_s))
-            yield taken
-            if taken:
-                return
-        before = last.moves[-1]
+            now_s, then_s = self._now_and_then(run)
+            count = yield from at_most(MOST_SLICES, run.last.drive_on(way, now_s, then_s))
+            if count:
+                return Taken(count, run.from_last(then_s))
         share = turning_share(before, following)
         way = Way(following)
         yield from self._follow(way, moves[1:])
-        chain = Chain(way, share)
-        yield 0
-        run.forget(self._time.time_s)
-        now_s = run.in_last(self._time.time_s)
-        braking = last.braking(share, now_s, run.alone_s(self._time.time_s) + self._margin_s)
-        yield 0
-        as_planned = last.plan
-        last.plan = braking
-        start_s = set_out_s(last, chain, run.alone_s(self._time.time_s), *self._position_limits)
-        if start_s is None or start_s + chain.lost_s > as_planned.timing.rest_s:
-            last.plan = as_planned  # there is nothing to overlap, or to stop takes no longer
-            return
+        chain = yield from Chain.along(way, share)
+        yield
+        turning = yield from at_most(MOST_SLICES, self._turning(run, chain, share))
+        if turning is None:
+            return None
+        braking, from_s, start_s = turning
+        run.replace_last(braking)
+        from_s = run.from_last(from_s)
         run.add(chain, start_s)
-        yield 1 + len(way.corners)
+        return Taken(1 + len(way.corners), from_s)
 
-    def _follow(self, way: Way, moves: list[Move]) -> Iterator[int]:
+    def _turning(self, run: Run, chain: Chain, share: float) -> Slices[tuple[Chain, float, float] | None]:
+        """The last chain as it brakes with a share of the acceleration limits, from when on something is
+        different, and when another chain may set out, both in its time; None where there is nothing to
+        overlap, or to stop takes no longer."""
+        last = run.last
+        now_s, then_s = self._now_and_then(run)
+        braking = yield from last.braking(share, now_s, then_s)
+        yield
+        start_s = yield from set_out_s(braking, chain, then_s, *self._position_limits)
+        if start_s is None or start_s + chain.lost_s > last.rest_s:
+            return None
+        return braking, start_s if braking is last else then_s, start_s
+
+    def _now_and_then(self, run: Run) -> tuple[float, float]:
+        """Two times in the last chain: now, and from when on a change of it may show."""
+        time_s = self._time.time_s
+        run.forget(time_s)
+        now_s = run.in_last(time_s)
+        return now_s, max(run.alone_s(time_s), now_s + self._margin_s)
+
+    def _follow(self, way: Way, moves: list[Move]) -> Slices[None]:
         """Let the way go on round the corners that can be driven round, one in a slice."""
         for move in moves:
             if not _may_blend(way.last, move):
@@ -107,12 +141,12 @@ class LookAhead:
             corner = None
             if move.number != self._sharp:
                 corner = rounded(way.last, move, *self._position_limits)
+                yield
             if corner is None:
                 self._sharp = move.number
                 way.end_share = turning_share(way.last, move)
                 break
             way.go_on(corner, move)
-            yield 0
 
 
 def _may_blend(first: Move, second: Move) -> bool:

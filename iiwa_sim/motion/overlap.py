@@ -12,6 +12,7 @@ import numpy as np
 
 from iiwa_sim.motion.chain import Chain
 from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.slices import Slices
 from iiwa_sim.motion.zone import Zone, way_inside
 
 STEP_S = 0.001
@@ -23,7 +24,9 @@ PLACES = 16  # looked at for whether the robot stays in the zone
 ROUNDING = 1.0 + 1e-9
 
 
-def set_out_s(first: Chain, second: Chain, time_s: float, lowest: Array, highest: Array) -> float | None:
+def set_out_s(
+    first: Chain, second: Chain, time_s: float, lowest: Array, highest: Array
+) -> Slices[float | None]:
     """When the second chain may set out, in the time of the first and not before `time_s`.
 
     None where no overlap keeps the limits.
@@ -41,7 +44,9 @@ def set_out_s(first: Chain, second: Chain, time_s: float, lowest: Array, highest
     # Both from three steps before the longest overlap to three steps after it.
     at: Array = STEP_S * np.arange(-3.0, count + 4.0)
     braking = _at(first, first.rest_s - longest + at)
+    yield
     leaving = _at(second, at) - np.array(first.end)
+    yield
     velocity = np.maximum(ending.limits.velocity, beginning.limits.velocity)
     limits = velocity, ending.limits.acceleration, ending.limits.jerk
     first_loads, second_loads = _loads(braking, limits), _loads(leaving, limits)

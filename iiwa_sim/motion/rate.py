@@ -79,6 +79,11 @@ class PlannedTime:
         tick_s = self.tick_s * self._override.rate
         return self.time_s + tick_s * np.arange(count, dtype=np.float64)
 
+    def ticks_until(self, time_s: float) -> int:
+        """How many ticks come before a time, while the rate is even."""
+        tick_s = self._override.advance_s
+        return max(int((time_s - self.time_s) / tick_s), 0) if tick_s > 0.0 else 0
+
     def step_evenly(self) -> bool:
         """One tick, if the rate is the same all through it and not 0; else nothing, and False."""
         override = self._override

@@ -27,6 +27,10 @@ class Run:
         self._starts.append(self._starts[-1] + start_s)
         self._chains.append(chain)
 
+    def replace_last(self, chain: Chain) -> None:
+        """Put another chain in place of the last one: the same until now."""
+        self._chains[-1] = chain
+
     def forget(self, time_s: float) -> None:
         """Drop the chains that are at rest at a time."""
         while len(self._chains) > 1 and self._starts[0] + self._chains[0].rest_s <= time_s:
@@ -40,6 +44,10 @@ class Run:
     def in_last(self, time_s: float) -> float:
         """The time in the last chain; 0 where it has not set out."""
         return max(time_s - self._starts[-1], 0.0)
+
+    def from_last(self, time_s: float) -> float:
+        """The time at a time in the last chain."""
+        return self._starts[-1] + time_s
 
     def alone_s(self, time_s: float) -> float:
         """The time in the last chain from which on, or now, no other moves: before it nothing may change."""
@@ -60,20 +68,20 @@ class Run:
             return joints
         before = self._chains[k - 1]
         braking = before.joints(time_s - self._starts[k - 1])
-        return tuple([a + (b - c) for a, b, c in zip(braking, joints, before.end, strict=True)])
+        return tuple([a + (b - c) for a, b, c in zip(joints, braking, before.end, strict=True)])
 
     def joints_along(self, times: Array) -> Array:
         """The same (m, n) at rising times (m,) before `rest_s`, for less where there are many."""
         parts = []
         for k, first, both, last in self._parts(times):
-            start, chain = self._starts[k], self._chains[k]
+            if first == last:
+                continue
+            joints = self._chains[k].joints_along(times[first:last] - self._starts[k])
             if first < both:
                 before = self._chains[k - 1]
                 braking = before.joints_along(times[first:both] - self._starts[k - 1])
-                leaving = chain.joints_along(times[first:both] - start) - np.array(before.end)
-                parts.append(braking + leaving)
-            if both < last:
-                parts.append(chain.joints_along(times[both:last] - start))
+                joints[: both - first] += braking - np.array(before.end)
+            parts.append(joints)
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def _parts(self, times: Array) -> Iterator[tuple[int, int, int, int]]:

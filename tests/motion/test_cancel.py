@@ -132,7 +132,7 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
 
 
 @pytest.mark.requirement("FRC013", "FRC015")
-@pytest.mark.parametrize("tick", [40, 60, 80, 180])
+@pytest.mark.parametrize("tick", [40, 60, 80, 110])
 def test_the_robot_does_not_go_back_to_what_it_has_passed_while_it_brakes(tick: int) -> None:
     """Short lines in one direction: it takes several of them to brake."""
     recorder = sent([])

@@ -12,6 +12,7 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.slices import at_once
 
 TICK_S = 0.01
 LIMITS = JointLimits(np.array([1.0]), np.array([10.0]), np.array([100.0]))
@@ -52,7 +53,7 @@ def steps(d: Drive, ticks: int) -> None:
 
 def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
     d = drive()
-    alone = Chain(Way(move(1, JointLine((0.0,), (1.03,)))))
+    alone = at_once(Chain.along(Way(move(1, JointLine((0.0,), (1.03,))))))
     assert (2.0 * alone.rest_s) % TICK_S > 1e-3
     d.append(move(1, JointLine((0.0,), (1.03,))))
     d.append(move(2, JointLine((1.03,), (2.06,))))

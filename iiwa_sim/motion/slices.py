@@ -1,0 +1,33 @@
+"""Work in slices: a generator that yields where it may be interrupted, and returns its result.
+
+To plan takes milliseconds; in a tick, which commands wait for, there is room for one slice of it.
+"""
+
+from collections.abc import Generator
+from typing import TypeVar
+
+T = TypeVar("T")
+
+Slices = Generator[None, None, T]
+
+
+def at_once(slices: Slices[T]) -> T:
+    """All that is left of it in one go."""
+    while True:
+        try:
+            next(slices)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+
+
+def at_most(count: int, slices: Slices[T]) -> Slices[T]:
+    """The same in so many slices, the last of which takes all that is left."""
+    for _ in range(count - 1):
+        try:
+            next(slices)
+        except StopIteration as end:
+            result: T = end.value
+            return result
+        yield
+    return at_once(slices)
