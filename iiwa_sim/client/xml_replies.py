@@ -37,6 +37,8 @@ class XmlReplies:
         Raises ValueError, with words for what came instead, for what cannot become a reply.
         """
         heard = self.unread
+        if heard and (heard[:1] != b"<" or b"\0" in heard):  # Expat would guess UTF-16, and wait for more
+            raise ValueError(f"what is no XML in UTF-8: {heard[:40]!r}")
         while self._parsed < len(heard):
             end = heard.find(b">", self._parsed) + 1 or len(heard)
             self._reply.parse(heard[self._parsed : end])
