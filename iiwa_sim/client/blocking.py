@@ -79,7 +79,10 @@ class Connection(Generic[Said, Answer]):
             connection.settimeout(self._timeout_s)
             connection.sendall(self._conversation.say(said))
             while (answer := self._conversation.hear(connection.recv(RECEIVE_BYTES))) is None:
-                connection.settimeout(max(1e-6, deadline - time.monotonic()))
+                left_s = deadline - time.monotonic()
+                if left_s <= 0:  # also where bytes come without end
+                    raise TimeoutError
+                connection.settimeout(left_s)
         except TimeoutError:
             raise TimeoutError(f"no answer to {said!r} within {self._timeout_s} s") from None
         return answer

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import inspect
 import math
 import socket
@@ -473,6 +474,25 @@ def test_a_robot_that_does_not_answer_times_out(open_client: Callable[..., Krc4]
             with pytest.raises(TimeoutError, match=r"no answer to DIS within 0\.05 s"):
                 client.dis()
             assert_closed(client)
+
+
+def test_blanks_without_end_are_no_answer(open_client: Callable[..., Krc4]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        client = open_client(listener.getsockname()[1], timeout_s=0.05)
+        peer, _ = listener.accept()
+
+        def flood() -> None:
+            with peer, contextlib.suppress(ConnectionError):
+                while True:
+                    peer.sendall(b" " * 65536)
+
+        thread = threading.Thread(target=flood, daemon=True)
+        thread.start()
+        with pytest.raises(TimeoutError, match="no answer to DIS"):
+            client.dis()
+        assert_closed(client)
+        thread.join(DEADLINE_S)
+        assert not thread.is_alive()
 
 
 def test_a_closed_connection_can_be_opened_again(open_client: Callable[..., Krc4]) -> None:
