@@ -104,7 +104,7 @@ class MessageConversation(Conversation[Message, Reply]):
     def _written(self, said: Message) -> bytes:
         self._id = 1 + self._id % LARGEST_INTEGER
         integers = (self._id, COMMANDS[said.command], *said.integers)
-        # All twenty, though a server of ours takes less: the original fetches each by its name.
+        # All twenty: not every server need take an absent one for 0, as ours does.
         values = dict.fromkeys(_INTEGERS, "0") | dict.fromkeys(_REALS, "0.0")
         values |= zip(_INTEGERS, map(str, integers), strict=False)
         values |= zip(_REALS, map(repr, said.reals), strict=False)
