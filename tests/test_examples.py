@@ -42,11 +42,11 @@ def frames(said: str) -> dict[str, list[float]]:
     return {line[0]: [float(word) for word in line[1:]] for line in lines}
 
 
-def assert_there_and_back(done: subprocess.CompletedProcess[str]) -> None:
+def assert_there_and_back(done: subprocess.CompletedProcess[str], axes: int = 7) -> None:
     assert done.returncode == 0, done.stderr
     said = frames(done.stdout)
     start = said["start"]
-    assert len(said["joints"]) == 7
+    assert len(said["joints"]) == axes
     assert said["there"] == pytest.approx([start[0], start[1] + 50, *start[2:]], abs=1e-3)
     assert said["back"] == pytest.approx(start, abs=1e-3)
 
@@ -63,6 +63,13 @@ def test_the_client_in_python() -> None:
         done = run(sys.executable, EXAMPLES / "client.py", "127.0.0.1", str(simulator.port))
     assert_there_and_back(done)
     assert "refused: the flange would have to be at" in done.stdout
+
+
+def test_the_client_of_krc4_messages() -> None:
+    with running("--robot", "kr_6_r900_sixx", "--dialect", "krc4") as simulator:
+        done = run(sys.executable, EXAMPLES / "client_krc4.py", "127.0.0.1", str(simulator.port))
+    assert_there_and_back(done, axes=6)
+    assert "refused: 3021" in done.stdout
 
 
 def test_the_client_in_cpp_without_a_robot(cpp_client: Path) -> None:

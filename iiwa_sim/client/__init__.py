@@ -1,4 +1,4 @@
-"""Clients for drivers and tests: one method per command of the iiwa's line protocol.
+"""Clients for drivers and tests: one method per command of the iiwa's line protocol, or per KRC4 message.
 
     with Iiwa("127.0.0.1", 30000) as robot:
         robot.lin_move((600, 0, 500, 3.14159, 0, 3.14159), speed=0.5, blending=0)
@@ -10,17 +10,30 @@
 
 Methods are called as the commands of protocol/iiwa.toml, and its units hold: mm, rad, N, Nm, speeds relative
 to the limits (0 < speed <= 1). `target` is x y z (mm, base frame) alpha beta gamma (rad, intrinsic Z-Y-X), as
-a Frame holds it. They need nothing of the simulator and work with any server of the protocol.
+a Frame holds it.
+
+    with Krc4("127.0.0.1", 54600) as robot:  # axes=7 for an iiwa; AsyncKrc4 to be awaited
+        robot.lin((445, 0, 700, 180, 0, 180))
+        robot.wait_until_stopped(timeout_s=10)
+        print(robot.goa())
+
+Its methods are called as the messages of docs/krc4.md, in mm and degrees: `target` is X Y Z A B C, as a
+Krc4Frame holds it. What the robot refuses raises Krc4Error, a CommandError with the `code` of the reply.
+
+All of them need nothing of the simulator and work with any server of the protocol.
 """
 
 from iiwa_sim.client.async_commands import AsyncIiwa
+from iiwa_sim.client.async_krc4 import AsyncKrc4
 from iiwa_sim.client.commands import Iiwa
-from iiwa_sim.client.faults import CommandError, ReplyError, UnknownCommandError
+from iiwa_sim.client.faults import CommandError, Krc4Error, ReplyError, UnknownCommandError
+from iiwa_sim.client.krc4 import Krc4
 from iiwa_sim.client.replies import (
     CartesianForce,
     Frame,
     JointPosition,
     JointTorque,
+    Krc4Frame,
     LastError,
     Reachability,
     RobotStatus,
@@ -28,12 +41,16 @@ from iiwa_sim.client.replies import (
 
 __all__ = [
     "AsyncIiwa",
+    "AsyncKrc4",
     "CartesianForce",
     "CommandError",
     "Frame",
     "Iiwa",
     "JointPosition",
     "JointTorque",
+    "Krc4",
+    "Krc4Error",
+    "Krc4Frame",
     "LastError",
     "Reachability",
     "ReplyError",

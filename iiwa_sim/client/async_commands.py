@@ -6,7 +6,8 @@ Written by `python -m tests.client_source` from protocol/iiwa.toml: not to be ch
 from collections.abc import Sequence
 
 from iiwa_sim.client.asynchronous import AsyncConnection
-from iiwa_sim.client.exchange import exactly, phrase, request
+from iiwa_sim.client.exchange import exactly
+from iiwa_sim.client.lines import IIWA, phrase, request
 from iiwa_sim.client.readers import (
     integer,
     integers,
@@ -31,12 +32,19 @@ from iiwa_sim.client.replies import (
 )
 
 
-class AsyncIiwa(AsyncConnection):
+class AsyncIiwa(AsyncConnection[str, str]):
     """A robot at the other end of a connection, one method per command."""
+
+    _language = IIWA
 
     async def hello(self) -> None:
         """Says hello back, and so shows that the controller listens."""
         await self._do(request(nothing("hello"), "hello"))
+
+    async def bye(self) -> None:
+        """Stops the robot and ends the connection."""
+        await self._do(request(nothing("bye"), "bye"))
+        self.close()
 
     async def help(self, command: str = "") -> str:
         """Names all commands, or tells the usage of the one given."""

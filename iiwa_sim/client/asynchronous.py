@@ -1,24 +1,25 @@
-"""One connection to a server of the iiwa's line protocol, inside an asyncio loop."""
+"""One connection to a server of whatever protocol, inside an asyncio loop."""
 
 import asyncio
 import time
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from iiwa_sim.client.blocking import POLL_PERIOD_S, RECEIVE_BYTES
-from iiwa_sim.client.exchange import CLOSED, Conversation, Request, request
+from iiwa_sim.client.exchange import CLOSED, Answer, Language, Request, Said
 from iiwa_sim.client.faults import CommandError
-from iiwa_sim.client.readers import nothing, one_of
 
 T = TypeVar("T")
 
 
-class AsyncConnection:
+class AsyncConnection(Generic[Said, Answer]):
     """One connection for the tasks of one loop, with the faults of `Connection`.
 
     It connects when its context is entered, or by `reconnect()`. Tasks ask one after the other; one that is
     cancelled while it waits for its answer closes the connection, too.
     """
+
+    _language: Language[Said, Answer]
 
     def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:
         """`timeout_s` bounds the time to connect and the wait for each reply."""
@@ -39,7 +40,7 @@ class AsyncConnection:
     async def reconnect(self) -> None:
         """Opens a new connection in place of the present one, closed or not. Raises OSError."""
         self.close()
-        self._conversation = Conversation()
+        self._conversation = self._language.conversation()
         async with asyncio.timeout(self._timeout_s):
             self._streams = await asyncio.open_connection(*self._address)
 
@@ -49,38 +50,33 @@ class AsyncConnection:
             self._streams[1].close()
             self._streams = None
 
-    async def bye(self) -> None:
-        """Stops the robot and ends the connection."""
-        await self._do(request(nothing("bye"), "bye"))
-        self.close()
-
     async def wait_until_stopped(self, timeout_s: float) -> None:
         """Returns when the robot is at rest; raises TimeoutError, and keeps the connection, if it is not."""
         deadline = time.monotonic() + timeout_s
-        while await self._do(request(one_of("moving", "stopped"), "get status")) != "stopped":
+        while not await self._do(self._language.at_rest):
             if time.monotonic() > deadline:
                 raise TimeoutError(f"the robot still moves after {timeout_s} s")
             await asyncio.sleep(POLL_PERIOD_S)
 
-    async def _do(self, asked: Request[T]) -> T:
+    async def _do(self, asked: Request[Said, Answer, T]) -> T:
         async with self._turn:
             if self._streams is None:
                 raise ConnectionError(CLOSED)
             try:
-                return asked.result(await self._ask(*self._streams, asked.line))
+                return asked.result(await self._ask(*self._streams, asked.said))
             except CommandError:
                 raise
             except BaseException:
                 self.close()
                 raise
 
-    async def _ask(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, line: str) -> str:
+    async def _ask(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, said: Said) -> Answer:
         try:
             async with asyncio.timeout(self._timeout_s):
-                writer.write(self._conversation.say(line))
+                writer.write(self._conversation.say(said))
                 await writer.drain()
-                while (reply := self._conversation.hear(await reader.read(RECEIVE_BYTES))) is None:
+                while (answer := self._conversation.hear(await reader.read(RECEIVE_BYTES))) is None:
                     pass
         except TimeoutError:
-            raise TimeoutError(f"no answer to {line!r} within {self._timeout_s} s") from None
-        return reply
+            raise TimeoutError(f"no answer to {said!r} within {self._timeout_s} s") from None
+        return answer

@@ -1,13 +1,12 @@
-"""One connection to a server of the iiwa's line protocol, for code that waits for each answer."""
+"""One connection to a server of whatever protocol, for code that waits for each answer."""
 
 import socket
 import time
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Generic, Self, TypeVar
 
-from iiwa_sim.client.exchange import CLOSED, Conversation, Request, request
+from iiwa_sim.client.exchange import CLOSED, Answer, Language, Request, Said
 from iiwa_sim.client.faults import CommandError
-from iiwa_sim.client.readers import nothing, one_of
 
 POLL_PERIOD_S = 0.01
 RECEIVE_BYTES = 65536
@@ -15,15 +14,17 @@ RECEIVE_BYTES = 65536
 T = TypeVar("T")
 
 
-class Connection:
+class Connection(Generic[Said, Answer]):
     """One connection. Not for use by several threads at once.
 
-    Every command raises CommandError where the robot answers `error`, ReplyError where the answer makes no
+    Every command raises CommandError where the robot refuses it, ReplyError where the answer makes no
     sense, and OSError (TimeoutError among them) where the connection fails. The latter two close the
     connection: a late reply would be taken for the next one's. On a closed one every command raises
     ConnectionError, an OSError. Wrong counts and numbers that are not finite raise ValueError before anything
     is sent.
     """
+
+    _language: Language[Said, Answer]
 
     def __init__(self, host: str, port: int, timeout_s: float = 5.0) -> None:
         """Connects; `timeout_s` bounds that and the wait for each reply."""
@@ -43,7 +44,7 @@ class Connection:
     def reconnect(self) -> None:
         """Opens a new connection in place of the present one, closed or not. Raises OSError."""
         self.close()
-        self._conversation = Conversation()
+        self._conversation = self._language.conversation()
         self._socket = socket.create_connection(self._address, self._timeout_s)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
@@ -53,37 +54,35 @@ class Connection:
             self._socket.close()
             self._socket = None
 
-    def bye(self) -> None:
-        """Stops the robot and ends the connection."""
-        self._do(request(nothing("bye"), "bye"))
-        self.close()
-
     def wait_until_stopped(self, timeout_s: float) -> None:
         """Returns when the robot is at rest; raises TimeoutError, and keeps the connection, if it is not."""
         deadline = time.monotonic() + timeout_s
-        while self._do(request(one_of("moving", "stopped"), "get status")) != "stopped":
+        while not self._do(self._language.at_rest):
             if time.monotonic() > deadline:
                 raise TimeoutError(f"the robot still moves after {timeout_s} s")
             time.sleep(POLL_PERIOD_S)
 
-    def _do(self, asked: Request[T]) -> T:
+    def _do(self, asked: Request[Said, Answer, T]) -> T:
         if self._socket is None:
             raise ConnectionError(CLOSED)
         try:
-            return asked.result(self._ask(self._socket, asked.line))
+            return asked.result(self._ask(self._socket, asked.said))
         except CommandError:
             raise
         except BaseException:
             self.close()
             raise
 
-    def _ask(self, connection: socket.socket, line: str) -> str:
+    def _ask(self, connection: socket.socket, said: Said) -> Answer:
         deadline = time.monotonic() + self._timeout_s
         try:
             connection.settimeout(self._timeout_s)
-            connection.sendall(self._conversation.say(line))
-            while (reply := self._conversation.hear(connection.recv(RECEIVE_BYTES))) is None:
-                connection.settimeout(max(1e-6, deadline - time.monotonic()))
+            connection.sendall(self._conversation.say(said))
+            while (answer := self._conversation.hear(connection.recv(RECEIVE_BYTES))) is None:
+                left_s = deadline - time.monotonic()
+                if left_s <= 0:  # also where bytes come without end
+                    raise TimeoutError
+                connection.settimeout(left_s)
         except TimeoutError:
-            raise TimeoutError(f"no answer to {line!r} within {self._timeout_s} s") from None
-        return reply
+            raise TimeoutError(f"no answer to {said!r} within {self._timeout_s} s") from None
+        return answer

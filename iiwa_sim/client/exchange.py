@@ -1,56 +1,99 @@
-r"""A command out, its reply in: what both clients share, without sockets.
+"""A request out, its answer in: what all clients share, whatever the protocol, without sockets.
 
-A `Request` is a line to be sent and what reads its reply; a `Conversation` turns lines into bytes and bytes
-into replies, and notices when the other side is out of step. A reply may end with `\n`, `\r`, `\r\n` or
-`\n\r`.
+A `Request` is what is said, and what makes a value of the answer. A `Conversation` turns what is said into
+bytes and the bytes that come into answers, and notices refusals, and when the other side is out of step. A
+protocol is a `Language`: what a connection needs to know of it.
 """
 
-import math
-import re
-from collections.abc import Callable, Sequence
-from typing import Generic, NamedTuple, TypeVar
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Sequence
+from math import isfinite
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from iiwa_sim.client.faults import CommandError, ReplyError, UnknownCommandError
+from iiwa_sim.client.faults import ReplyError
 
 MAX_REPLY_BYTES = 65536
 CLOSED = "this connection is closed; reconnect() opens another"
 
-_REASON = "its log has the reason"
-_END = re.compile(rb"[\r\n]")
-_PARTNER = {b"\r": b"\n", b"\n": b"\r"}
-
+Said = TypeVar("Said")
+Answer = TypeVar("Answer")
 T = TypeVar("T")
 
 
-class Request(NamedTuple, Generic[T]):
-    """A line, and what makes a value of its reply or raises ValueError where that does not fit."""
+class Request(NamedTuple, Generic[Said, Answer, T]):
+    """What is said, and what makes a value of its answer or raises ValueError where that does not fit."""
 
-    line: str
-    read: Callable[[str], T]
+    said: Said
+    read: Callable[[Answer], T]
 
-    def result(self, reply: str) -> T:
-        """The value. Raises CommandError and UnknownCommandError for refusals, ReplyError for nonsense."""
-        if reply == "unknown command":
-            raise UnknownCommandError(f"the server answered unknown command to {self.line!r}; {_REASON}")
-        if reply == "error":
-            raise CommandError(f"the server answered error to {self.line!r}; {_REASON}")
+    def result(self, answer: Answer) -> T:
+        """The value. Raises ReplyError for nonsense."""
         try:
-            return self.read(reply)
+            return self.read(answer)
         except ValueError:
-            raise ReplyError(f"{self.line!r} was answered {reply!r}") from None
+            raise ReplyError(f"{self.said!r} was answered {answer!r}") from None
 
 
-def request(read: Callable[[str], T], name: str, *values: float) -> Request[T]:
-    """A command with its parameters. Raises ValueError for values that are not finite."""
-    if not all(map(math.isfinite, values)):
-        raise ValueError(f"{name}: expected finite numbers, got {values}")
-    words = [str(value) if isinstance(value, int) else repr(float(value)) for value in values]
-    return Request(f"{name} : {' '.join(words)}" if words else name, read)
+class Heard(Protocol):
+    """The bytes that have come."""
+
+    def feed(self, data: bytes) -> None:
+        """Takes in what came."""
+
+    @property
+    def unread(self) -> bytes:
+        """What was not taken out as an answer, nor may stand between two of them."""
 
 
-def phrase(read: Callable[[str], T], name: str, words: str) -> Request[T]:
-    """A command that takes words, on one line."""
-    return Request(" ".join(f"{name} : {words}".split()), read)
+class Conversation(ABC, Generic[Said, Answer]):
+    """One connection's requests, each to be answered before the next is said."""
+
+    def __init__(self, heard: Heard) -> None:
+        self._heard = heard
+        self._said: Said | None = None
+
+    def say(self, said: Said) -> bytes:
+        """The bytes of a request. Raises ReplyError if something came that nobody asked for."""
+        if unasked := self._heard.unread:
+            raise ReplyError(f"{unasked[:80]!r} came unasked, before {said!r}")
+        self._said = said
+        return self._written(said)
+
+    def hear(self, data: bytes) -> Answer | None:
+        """The answer to what was said last, once what came completes it.
+
+        Raises CommandError where it is a refusal, ReplyError where it cannot be the answer, and
+        ConnectionResetError at the end of the stream (b""), or of patience.
+        """
+        assert self._said is not None, "nothing was said"
+        self._heard.feed(data)
+        try:
+            answer = self._answer(self._said)
+        except ValueError as fault:
+            raise ReplyError(f"{self._said!r} was answered with {fault}") from None
+        if answer is None and (not data or len(self._heard.unread) > MAX_REPLY_BYTES):
+            raise ConnectionResetError(f"the connection ended before the answer to {self._said!r}")
+        return answer
+
+    @abstractmethod
+    def _written(self, said: Said) -> bytes:
+        """A request as it goes over the wire."""
+
+    @abstractmethod
+    def _answer(self, said: Said) -> Answer | None:
+        """Takes the answer out of what was heard; None until it is complete.
+
+        Raises CommandError for a refusal, and ValueError, with words for what came, for what is no answer.
+        """
+
+
+class Language(NamedTuple, Generic[Said, Answer]):
+    """A protocol, as a connection knows it."""
+
+    conversation: Callable[[], Conversation[Said, Answer]]
+    """Begins one, on a connection just opened."""
+    at_rest: Request[Said, Answer, bool]
+    """Asks whether the robot is."""
 
 
 def exactly(count: int, name: str, values: Sequence[float]) -> list[float]:
@@ -60,59 +103,8 @@ def exactly(count: int, name: str, values: Sequence[float]) -> list[float]:
     return [float(value) for value in values]
 
 
-class ReplyLines:
-    """Bytes in, lines out."""
-
-    def __init__(self) -> None:
-        self._heard = b""
-        self._partner = b""  # would complete the line end of the last reply
-
-    def feed(self, data: bytes) -> None:
-        """Takes in what came."""
-        self._heard += data
-
-    @property
-    def unread(self) -> bytes:
-        """What has come and is not taken out yet."""
-        if self._heard:
-            if self._partner:
-                self._heard = self._heard.removeprefix(self._partner)
-            self._partner = b""
-        return self._heard
-
-    def take(self) -> bytes | None:
-        """The next line, without its end; None until it is complete."""
-        end = _END.search(self.unread)
-        if end is None:
-            return None
-        line, self._heard = self._heard[: end.start()], self._heard[end.end() :]
-        self._partner = _PARTNER[end.group()]
-        return line
-
-
-class Conversation:
-    """One connection's lines, each to be answered before the next is said."""
-
-    def __init__(self) -> None:
-        self._asked = ""
-        self._replies = ReplyLines()
-
-    def say(self, line: str) -> bytes:
-        """The bytes of a line. Raises ReplyError if something was said that nobody asked for."""
-        if unasked := self._replies.unread:
-            raise ReplyError(f"{unasked[:80]!r} came unasked, before {line!r}")
-        self._asked = line
-        return line.encode() + b"\r\n"
-
-    def hear(self, data: bytes) -> str | None:
-        """The reply, once what came completes it.
-
-        Raises ConnectionResetError at the end of the stream (b""), or of patience.
-        """
-        self._replies.feed(data)
-        reply = self._replies.take()
-        if reply is not None:
-            return reply.decode("ascii", "replace").strip()
-        if not data or len(self._replies.unread) > MAX_REPLY_BYTES:
-            raise ConnectionResetError(f"the connection ended before the answer to {self._asked!r}")
-        return None
+def refuse_endless(name: str, values: Iterable[float]) -> None:
+    """Raises ValueError for values that are not finite."""
+    numbers = tuple(values)
+    if not all(map(isfinite, numbers)):
+        raise ValueError(f"{name}: expected finite numbers, got {numbers}")

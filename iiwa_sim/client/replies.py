@@ -1,4 +1,4 @@
-"""What replies of several values are read into. Units are those of protocol/iiwa.toml."""
+"""What replies of several values are read into. Units are those of protocol/iiwa.toml, or named."""
 
 from typing import NamedTuple
 
@@ -74,3 +74,14 @@ class RobotStatus(NamedTuple):
     in_motion: int
     in_error: int
     error_code: int
+
+
+class Krc4Frame(NamedTuple):
+    """A pose in the base frame: mm, and degrees: rotations about Z by A, Y' by B and X'' by C."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    a_deg: float
+    b_deg: float
+    c_deg: float

@@ -5,7 +5,7 @@ import socket
 import struct
 import time
 
-from iiwa_sim.client.exchange import ReplyLines
+from iiwa_sim.client.lines import ReplyLines
 from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.wording import harmless

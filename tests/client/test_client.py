@@ -1,7 +1,6 @@
 """Both clients, against peers that say what a test wants: what they send, and what they make of replies."""
 
 import asyncio
-import contextlib
 import inspect
 import math
 import socket
@@ -26,7 +25,9 @@ from iiwa_sim.client import (
 )
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.table import load_table
-from tests import client_source
+from tests.client.peers import Answer, Awaited, Peer
+from tests.client_source import iiwa as client_source
+from tests.client_source.text import FOLDER
 from tests.dialect.fake_robot import FakeRobot, Journal, Session
 
 TABLE = load_table("iiwa")
@@ -34,62 +35,6 @@ CLIENTS = pytest.mark.parametrize("kind", [Iiwa, AsyncIiwa])
 FRAME = (600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
 JOINTS = (0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.5)
 SPEEDS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 1.0)
-
-Answer = Callable[[bytes], bytes]
-
-
-class Peer:
-    """One connection's other end: `answer` turns what it hears into what it says; b"" ends the connection."""
-
-    def __init__(self, answer: Answer) -> None:
-        self.heard = b""
-        self._answer = answer
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port: int = self._listener.getsockname()[1]
-        self._thread = threading.Thread(target=self._serve, daemon=True)
-        self._thread.start()
-
-    def _serve(self) -> None:
-        connection, _ = self._listener.accept()
-        with connection, contextlib.suppress(ConnectionError):
-            while data := connection.recv(65536):
-                self.heard += data
-                reply = self._answer(data)
-                if not reply:
-                    return
-                connection.sendall(reply)
-
-    def close(self) -> None:
-        """Once the client is closed."""
-        self._thread.join(10)
-        assert not self._thread.is_alive()
-        self._listener.close()
-
-
-class Awaited:
-    """An AsyncIiwa whose methods are called without await, each call running its loop."""
-
-    def __init__(self, host: str, port: int, timeout_s: float) -> None:
-        self._runner = asyncio.Runner()
-        self._client = AsyncIiwa(host, port, timeout_s)
-
-    def __getattr__(self, name):
-        method = getattr(self._client, name)
-
-        def call(*arguments, **named):
-            async def run():
-                result = method(*arguments, **named)
-                return await result if inspect.isawaitable(result) else result
-
-            return self._runner.run(run())
-
-        return call
-
-    def let_go(self) -> None:
-        """Closes the connection and the loop."""
-        self.close()
-        self._runner.run(asyncio.sleep(0))
-        self._runner.close()
 
 
 @pytest.fixture(params=[Iiwa, AsyncIiwa])
@@ -100,7 +45,7 @@ def open_client(request: pytest.FixtureRequest) -> Iterator[Callable[..., Iiwa]]
     def open_client(port: int, timeout_s: float = 10.0) -> Iiwa:
         if request.param is Iiwa:
             return Iiwa("127.0.0.1", port, timeout_s)
-        opened.append(Awaited("127.0.0.1", port, timeout_s))
+        opened.append(Awaited(lambda: AsyncIiwa("127.0.0.1", port, timeout_s)))
         opened[-1].reconnect()
         return opened[-1]
 
@@ -151,7 +96,7 @@ def always(reply: bytes) -> Answer:
 
 @pytest.mark.parametrize("kind", client_source.KINDS, ids=lambda kind: kind.name)
 def test_the_methods_are_what_the_table_makes_of_them(kind):
-    written = (client_source.FOLDER / kind.file).read_text()
+    written = (FOLDER / kind.file).read_text()
     assert written == client_source.source(kind), "python -m tests.client_source writes it anew"
 
 
@@ -190,7 +135,7 @@ def test_it_needs_nothing_of_the_server():
     assert not loaded & {"pinocchio", "numpy", "ruckig", "msgspec"}
     assert {name for name in loaded if name.startswith("iiwa_sim.")} == {
         "iiwa_sim.client",
-        *(f"iiwa_sim.client.{path.stem}" for path in client_source.FOLDER.glob("[a-z]*.py")),
+        *(f"iiwa_sim.client.{path.stem}" for path in FOLDER.glob("[a-z]*.py")),
     }
 
 

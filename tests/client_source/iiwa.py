@@ -1,20 +1,15 @@
-"""The clients' methods, written from protocol/iiwa.toml: `python -m tests.client_source`.
+"""The methods of Iiwa and AsyncIiwa, written from protocol/iiwa.toml.
 
-Writes iiwa_sim/client/commands.py and async_commands.py; a test compares them with the table. What the table
-does not say is here: which values go together as one argument, and what a row of values is read into.
+What the table does not say is here: which values go together as one argument, and what a row of values is
+read into.
 """
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Sequence
-from pathlib import Path
-from typing import NamedTuple
 
 from iiwa_sim.dialect.table import Command, Quantity, load_table
-
-FOLDER = Path(__file__).parent.parent / "iiwa_sim" / "client"
-WIDTH = 110
+from tests.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
 
 GROUPS = {
     "target": ("x", "y", "z", "alpha", "beta", "gamma"),
@@ -52,8 +47,8 @@ PROSE = {
 }
 """What a line of prose is read into, and by which reader."""
 
-BY_HAND = {"bye"}
-"""In blocking.py and asynchronous.py, since it also ends the connection."""
+ENDS = {"bye"}
+"""Behind which the connection is closed."""
 
 HEAD = '''"""The commands of the iiwa's line protocol, each as a method{kind}.
 
@@ -63,7 +58,8 @@ Written by `python -m tests.client_source` from protocol/iiwa.toml: not to be ch
 from collections.abc import Sequence
 
 from iiwa_sim.client.{module} import {base}
-from iiwa_sim.client.exchange import exactly, phrase, request
+from iiwa_sim.client.exchange import exactly
+from iiwa_sim.client.lines import IIWA, phrase, request
 from iiwa_sim.client.readers import (
 {readers}
 )
@@ -72,44 +68,13 @@ from iiwa_sim.client.replies import (
 )
 
 
-class {name}({base}):
+class {name}({base}[str, str]):
     """A robot at the other end of a connection, one method per command."""
+
+    _language = IIWA
 '''
 
-
-class Kind(NamedTuple):
-    """One of the two clients."""
-
-    file: str
-    name: str
-    base: str
-    module: str
-    says: str
-    define: str
-    wait: str
-
-
-KINDS = (
-    Kind("commands.py", "Iiwa", "Connection", "blocking", "", "def", ""),
-    Kind(
-        "async_commands.py",
-        "AsyncIiwa",
-        "AsyncConnection",
-        "asynchronous",
-        " to be awaited",
-        "async def",
-        "await ",
-    ),
-)
-
-
-class Argument(NamedTuple):
-    """One argument of a method, and how it is put on the line."""
-
-    name: str
-    type: str
-    sent: str
-    says: str
+KINDS = kinds("commands", "Iiwa")
 
 
 def arguments(command: Command) -> list[Argument]:
@@ -191,66 +156,39 @@ def method(command: Command, kind: Kind) -> str:
         made = "phrase"
     else:
         given, made = arguments(command), "request"
-    signature = _call(
+    signature = call(
         f"    {kind.define} {name}",
         ["self", *(f"{each.name}: {each.type}" for each in given)],
         f" -> {type_}:",
     )
     says = [each.says for each in given if each.says]
-    docs = _docs(command.summary, says)
-    asked = _call(f"{made}", [reader, f'"{command.name}"', *(each.sent for each in given)], "")
+    told = docs(command.summary, says)
+    asked = call(f"{made}", [reader, f'"{command.name}"', *(each.sent for each in given)], "")
     verb = "" if type_ == "None" else "return "
     body = f"        {verb}{kind.wait}self._do({asked})"
     if len(body) > WIDTH:
-        body = _call(
+        body = call(
             f"        {verb}{kind.wait}self._do",
-            [_call(made, [reader, f'"{command.name}"', *(each.sent for each in given)], "", indent=12)],
+            [call(made, [reader, f'"{command.name}"', *(each.sent for each in given)], "", indent=12)],
             "",
             force=True,
         )
-    return f"{signature}\n{docs}\n{body}\n"
-
-
-def _call(head: str, parts: list[str], tail: str, *, indent: int | None = None, force: bool = False) -> str:
-    one = f"{head}({', '.join(parts)}){tail}"
-    column = len(head) - len(head.lstrip()) if indent is None else indent
-    if len(one) + (0 if indent is None else indent) <= WIDTH and not force:
-        return one
-    inner = " " * (column + 4)
-    comma = "" if force else ","
-    return f"{head}(\n" + ",\n".join(f"{inner}{part}" for part in parts) + f"{comma}\n{' ' * column}){tail}"
-
-
-def _docs(summary: str, says: list[str]) -> str:
-    if not says:
-        lines = textwrap.wrap(f'"""{summary}"""', WIDTH - 8)
-        return textwrap.indent("\n".join(lines), " " * 8)
-    lines = [*textwrap.wrap(f'"""{summary}', WIDTH - 8), ""]
-    for each in says:
-        lines += textwrap.wrap(each, WIDTH - 8, subsequent_indent="    ")
-    return textwrap.indent("\n".join([*lines, '"""']), " " * 8)
+    if command.name in ENDS:
+        body += "\n        self.close()"
+    return f"{signature}\n{told}\n{body}\n"
 
 
 def source(kind: Kind) -> str:
     """The text of one client's file."""
-    commands = [each for each in load_table("iiwa").commands.values() if each.name not in BY_HAND]
+    commands = list(load_table("iiwa").commands.values())
     readers = {result(each)[1].partition("(")[0] for each in commands}
     types = {result(each)[0] for each in commands} & {*ROWS.values(), "LastError", "Reachability"}
     head = HEAD.format(
         kind=kind.says,
-        module=kind.module,
         base=kind.base,
+        module=kind.module,
         name=kind.name,
         readers="\n".join(f"    {each}," for each in sorted(readers)),
         replies="\n".join(f"    {each}," for each in sorted(types)),
     )
     return head + "".join(f"\n{method(each, kind)}" for each in commands)
-
-
-def main() -> None:
-    for kind in KINDS:
-        (FOLDER / kind.file).write_text(source(kind))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,105 @@
+"""Bytes in, KRC4 replies out, each as its values by name, whichever way the bytes are cut into packets.
+
+A reply is one XML element with values as child elements or as attributes, and ends where that element does.
+Expat is fed up to each `>`, so the element's end is the end of what was fed. Anything else than elements with
+text in them is turned down as it comes: a DTD before it could declare an entity, and elements within values.
+"""
+
+from xml.parsers import expat
+
+ROOT = "Res"
+
+_BLANKS = b" \t\r\n"
+
+
+class XmlReplies:
+    """One connection's replies."""
+
+    def __init__(self) -> None:
+        self._heard = b""
+        self._parsed = 0  # so much of it
+        self._reply = _Reply()
+
+    def feed(self, data: bytes) -> None:
+        """Takes in what came."""
+        self._heard += data
+
+    @property
+    def unread(self) -> bytes:
+        """What has come and is not taken out yet, without blanks and line ends between replies."""
+        if self._parsed == 0:
+            self._heard = self._heard.lstrip(_BLANKS)
+        return self._heard
+
+    def take(self) -> dict[str, str] | None:
+        """The values of the next reply; None until it is complete.
+
+        Raises ValueError, with words for what came instead, for what cannot become a reply.
+        """
+        heard = self.unread
+        if heard and (heard[:1] != b"<" or b"\0" in heard):  # Expat would guess UTF-16, and wait for more
+            raise ValueError(f"what is no XML in UTF-8: {heard[:40]!r}")
+        while self._parsed < len(heard):
+            end = heard.find(b">", self._parsed) + 1 or len(heard)
+            self._reply.parse(heard[self._parsed : end])
+            self._parsed = end
+            if self._reply.complete:
+                values = self._reply.values
+                self._heard, self._parsed, self._reply = heard[end:], 0, _Reply()
+                return values
+        return None
+
+
+class _Reply:
+    """One reply as far as it has come."""
+
+    def __init__(self) -> None:
+        self._parser = parser = expat.ParserCreate("UTF-8")
+        parser.buffer_text = True
+        # Expat would else put off a token that comes in parts, until it has twice as much to read.
+        if hasattr(parser, "SetReparseDeferralEnabled"):
+            parser.SetReparseDeferralEnabled(False)
+        parser.StartDoctypeDeclHandler = self._doctype
+        parser.StartElementHandler = self._starts
+        parser.CharacterDataHandler = self._text
+        parser.EndElementHandler = self._ends
+        self._depth = 0
+        self._texts: list[str] = []
+        self.values: dict[str, str] = {}
+        self.complete = False
+
+    def parse(self, data: bytes) -> None:
+        """The next bytes, which nothing follows behind a `>`. Raises ValueError."""
+        try:
+            self._parser.Parse(data, False)
+        except expat.ExpatError as fault:
+            raise ValueError(f"what is no XML: {expat.ErrorString(fault.code)}") from None
+
+    def _doctype(self, *_: object) -> None:
+        raise ValueError("a DTD")
+
+    def _starts(self, name: str, attributes: dict[str, str]) -> None:
+        self._depth += 1
+        if self._depth == 1:
+            if name != ROOT:
+                raise ValueError(f"{name[:40]!r} in place of {ROOT!r}")
+            self.values = dict(attributes)
+        elif self._depth == 2 and not attributes:
+            self._texts = []
+        else:
+            raise ValueError(f"elements or attributes within the values of {ROOT!r}")
+
+    def _text(self, text: str) -> None:
+        if self._depth == 2:
+            self._texts.append(text)
+        elif text.strip():
+            raise ValueError(f"text between the values of {ROOT!r}")
+
+    def _ends(self, name: str) -> None:
+        self._depth -= 1
+        if self._depth == 0:
+            self.complete = True
+        elif name in self.values:
+            raise ValueError(f"{name[:40]!r} twice")
+        else:
+            self.values[name] = "".join(self._texts)
