@@ -1,4 +1,4 @@
-"""Drivers of either dialect, for the tests of what is alike in both: over a socket, every wait with a deadline."""
+"""Drivers of either dialect, for the tests of what is alike in both: over a socket, with deadlines."""
 
 from __future__ import annotations
 
@@ -72,7 +72,9 @@ class IiwaDriver(Driver):
 
 def _answer(message_id: int, command: int, **values: int) -> bytes:
     named = {f"I{place}": "0" for place in range(10)} | {f"R{place}": "0.0" for place in range(10)}
-    named |= {"I0": str(message_id), "I1": str(command)} | {name: str(value) for name, value in values.items()}
+    named |= {"I0": str(message_id), "I1": str(command)} | {
+        name: str(value) for name, value in values.items()
+    }
     return f"<Res>{''.join(f'<{name}>{value}</{name}>' for name, value in named.items())}</Res>".encode()
 
 

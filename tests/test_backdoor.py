@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import signal
 import socket
@@ -16,7 +15,6 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.faults import NEXT, Delay
 from iiwa_sim.dialect.table import load_table
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator

@@ -110,9 +110,7 @@ async def test_the_next_move_is_refused_whoever_sends_it_and_the_one_behind_it_n
     await other.leaves()
 
 
-async def test_pushes_are_felt_in_as_many_joints_as_there_are(
-    simulator: Simulator, driver: Driver, bench: Client
-) -> None:
+async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulator, bench: Client) -> None:
     count = len(simulator.joints)
     torques = tuple(float(number) for number in range(1, count + 1))
     await told(bench, f"push joints : {numbers(torques)}")
@@ -214,7 +212,7 @@ async def test_who_only_looks_on_may_go(
     assert await looks_on.moving()
     looks_on.vanishes()
     await until(lambda: number not in simulator.backdoor.connections())
-    await told(bench, "set override : 1")
+    await told(bench, "set override : 1", "set clock : fast")
     await driver.until_at_rest()
     assert simulator.joints == pytest.approx(scene.far)
 

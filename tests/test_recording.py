@@ -72,7 +72,12 @@ def test_what_went_over_the_wire_stands_below_what_was_answered() -> None:
     assert heard[1].startswith("       < moving  (3 times, last at")
     assert heard[2:4] == ["client > get status", "       < moving"]
     assert heard[4].startswith("       ~ nothing  (200 times, last at")
-    assert heard[5:] == ["client ~ the end (RST)", "client > get status", "       < moving", "other ~ no answer"]
+    assert heard[5:] == [
+        "client ~ the end (RST)",
+        "client > get status",
+        "       < moving",
+        "other ~ no answer",
+    ]
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("xy"), st.sampled_from("12")), max_size=60))

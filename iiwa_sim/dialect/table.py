@@ -293,9 +293,7 @@ def read_table(text: bytes, source: str, joints: int = 0) -> Table:
     )
 
 
-def _command(
-    source: str, name: str, row: _CommandRow, values: dict[str, _ValueRow], joints: int
-) -> Command:
+def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueRow], joints: int) -> Command:
     def quantities(key: str, names: str) -> tuple[Quantity, ...]:
         for each in names.split():
             if each not in values:

@@ -10,7 +10,6 @@ from iiwa_sim.dialect.faults import WireFaults
 from tests.dialect.fake_robot import Journal
 from tests.stepped import SteppedRobot
 
-
 IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"
 
 

@@ -278,7 +278,11 @@ reply.words = ["done"]
         ('parameters = "n"', 'optional = "n"', "command.nod.optional: expected parameters"),
         ('reply.values = "n"', 'reply.list = "n n"', "command.nod.reply.list: expected one value"),
         ('parameters = "n"', 'each_joint = "n"', "command.nod.each_joint: expected to be told how many"),
-        ('parameters = "n"', 'parameters = "n"\neach_joint = "n"', "command.nod.each_joint: expected one value"),
+        (
+            'parameters = "n"',
+            'parameters = "n"\neach_joint = "n"',
+            "command.nod.each_joint: expected one value",
+        ),
         ('parameters = "n"', 'each_joint = "m"', "command.nod.each_joint: m has no row"),
         ("[command.nod]", "[command.Nod]", "command.Nod: expected a name in lower case"),
         ('mode = "any"', "mode = 3", "Expected `str`, got `int`"),
