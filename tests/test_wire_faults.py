@@ -283,6 +283,14 @@ async def test_the_end_of_what_a_driver_sends_behind_a_late_reply(bench: Bench) 
     assert await driver.rest() == b"".join(driver.ANSWERS)
 
 
+@pytest.mark.parametrize("bench", ["krc4"], indirect=True)
+async def test_the_reply_to_what_is_no_xml_is_late_and_then_the_connection_ends(bench: Bench) -> None:
+    bench.simulator.backdoor.set_fault(Delay(0.05), bench.number, 2)
+    bench.driver.send(bench.driver.QUESTIONS[0] + b"<Cmd><I0>1</I2>" + bench.driver.QUESTIONS[1])
+    first, last = replies(await bench.driver.rest())
+    assert (first.integers[:3], last.integers[:3]) == ((1, 100, 1), (0, 0, 3040))
+
+
 async def test_a_waiting_client_is_not_served_because_faults_are_cleared(bench: Bench) -> None:
     async with bench.scene.simulator(exclusive=True) as simulator:
         first, _ = await connect(simulator, bench.scene.spoken)
