@@ -44,10 +44,11 @@ _OPTIONS = {
 _INI = {
     "robot": "name or folder of the robot",
     "cell": "path of a cell.toml, which names its robot",
+    "dialect": "what is spoken: iiwa (default), krc4, or both with a comma between",
     "clock": f"how simulated time passes: real, 10x, fast or stepped (default: {DEFAULT_CLOCK})",
     "rate": "ticks per second, 100 to 1000",
 }
-_NAMES = {"rate": "rate_hz"}
+_NAMES = {"rate": "rate_hz", "dialect": "dialects"}
 
 
 class _Running(NamedTuple):
@@ -144,6 +145,8 @@ def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
         given["cell"] = folder / given["cell"]
     if "robot" in given and (folder / given["robot"]).is_dir():
         given["robot"] = folder / given["robot"]
+    if isinstance(given.get("dialects"), str):
+        given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
     if isinstance(given.get("rate_hz"), str):
         if not given["rate_hz"].isdigit():
             raise _fault(f"rate {given['rate_hz']!r}: expected a whole number")

@@ -1,7 +1,7 @@
 """What was said and how the robot is, as text for people: the report of a test that failed."""
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from iiwa_sim.controller.snapshot import Snapshot
 from iiwa_sim.dialect.decimals import format_decimals
@@ -23,10 +23,9 @@ class Recording:
 
     def __call__(self, said: Said) -> None:
         last = self._entries[-1] if self._entries else None
-        if said.direction is Direction.TO_CLIENT and last is not None and last.awaits(said):
-            last.reply = said.text
-            self._merge()
+        if last is not None and last.takes(said):
             return
+        self._merge()
         if len(self._entries) == LONGEST:
             self._left_out += 1
         self._entries.append(_Entry(said, said))
@@ -35,16 +34,17 @@ class Recording:
         """All that is remembered, with simulated and real seconds."""
         if not self._entries:
             return "nothing was said"
+        self._merge()
         lines = ["simulated      real"]
         if self._left_out:
             lines.append(f"({self._left_out} before these are left out)")
         for entry in self._entries:
             said = entry.first
             lines.append(f"{self._when(said)}  {said.session} {said.direction.value} {said.text}")
-            if entry.reply is not None:
-                again = f"  ({entry.times} times, last at{self._when(entry.last)})" if entry.times > 1 else ""
-                margin = " " * (21 + len(said.session))
-                lines.append(f"{margin} {Direction.TO_CLIENT.value} {entry.reply}{again}")
+            margin = " " * (21 + len(said.session))
+            lines += [f"{margin} {mark.value} {text}" for mark, text in entry.answers]
+            if entry.times > 1:
+                lines[-1] += f"  ({entry.times} times, last at{self._when(entry.last)})"
         return "\n".join(lines)
 
     def _merge(self) -> None:
@@ -52,7 +52,7 @@ class Recording:
         if len(self._entries) < 2:
             return
         before, last = self._entries[-2], self._entries[-1]
-        if before.what == last.what:
+        if last.answers and before.what == last.what:
             before.times += 1
             before.last = last.first
             self._entries.pop()
@@ -64,19 +64,28 @@ class Recording:
 
 @dataclass
 class _Entry:
-    """An event, or a line with its reply, which may have been repeated."""
+    """An event, or a line with its reply and what became of that, which may have been repeated."""
 
     first: Said
     last: Said
-    reply: str | None = None
+    answers: list[tuple[Direction, str]] = field(default_factory=list)
     times: int = 1
 
-    def awaits(self, said: Said) -> bool:
-        return self.first.direction is Direction.FROM_CLIENT and self.first.session == said.session
+    def takes(self, said: Said) -> bool:
+        """Whether it belongs to this line, and has been added."""
+        follows = {Direction.TO_CLIENT: 0, Direction.ON_WIRE: 1}.get(said.direction)
+        if (self.first.direction, self.first.session, len(self.answers)) != (
+            Direction.FROM_CLIENT,
+            said.session,
+            follows,
+        ):
+            return False
+        self.answers.append((said.direction, said.text))
+        return True
 
     @property
-    def what(self) -> tuple[str, Direction, str, str | None]:
-        return (self.first.session, self.first.direction, self.first.text, self.reply)
+    def what(self) -> tuple[str, Direction, str, list[tuple[Direction, str]]]:
+        return (self.first.session, self.first.direction, self.first.text, self.answers)
 
 
 def told(state: Snapshot) -> str:

@@ -122,7 +122,7 @@ class Simulator:
         self.dialogue = Dialogue(lambda: self.controller.tick)
         """What is said in all dialects; `dialogue.listeners.append(listener)` hears it."""
         self._log = SessionLog()
-        faults, turns = WireFaults(), Turns(exclusive, reconnect_pause_s)
+        faults, turns = WireFaults(self.dialogue.on_wire), Turns(exclusive, reconnect_pause_s)
         spoken = [dialect_for(name, self.cell.description) for name in dialects]
         self._servers = {
             dialect.name: TcpServer(
@@ -133,6 +133,7 @@ class Simulator:
                 on_answered=self._heed,
                 on_good_bye=on_bye if dialect.says_bye else None,
                 faults=faults,
+                dialect=dialect.name if len(spoken) > 1 else "",
             )
             for dialect, own_port in zip(spoken, _one_each(dialects, port), strict=True)
         }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import logging
 import signal
 import socket
@@ -16,7 +15,6 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.faults import NEXT, Delay
 from iiwa_sim.dialect.table import load_table
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
@@ -78,184 +76,6 @@ async def came(driver: Client, count: int) -> bytes:
     return driver.unread
 
 
-@pytest.mark.parametrize("one", [True, False])
-async def test_late_replies_come_in_their_order(simulator: Simulator, bench: Client, one: bool) -> None:
-    driver, number = await connect(simulator)
-    other, _ = await connect(simulator)
-    loop = asyncio.get_running_loop()
-    await told(bench, f"delay replies : {number} {1 if one else 2} {LATE_S}")
-    began = loop.time()
-    driver.send(PIPELINED)
-    await answers(other)
-    if loop.time() - began < LATE_S:
-        assert driver.unread == b"", "those behind a late one wait for it"
-    assert await driver.reply() == "hello"
-    assert loop.time() - began >= LATE_S
-    assert [await driver.reply() for _ in range(2)] == ["unknown", "1.0"]
-    assert loop.time() - began >= (LATE_S if one else 2 * LATE_S)
-    assert await driver.ask("hello") == "hello"
-    await driver.leaves()
-    await other.leaves()
-
-
-async def test_what_is_late_has_been_carried_out(simulator: Simulator, bench: Client) -> None:
-    driver, number = await connect(simulator)
-    await told(bench, f"delay replies : {number} 0 3600")
-    driver.send(FAR.encode() + b"\r\n")
-    await until(lambda: simulator.controller.moving)
-    assert driver.unread == b""
-    await told(bench, "clear faults")
-    driver.send(b"hello\r\n")
-    await driver.leaves()
-    await until(lambda: not simulator.controller.moving)
-
-
-@pytest.mark.parametrize("byte", [1, 3, 6])
-async def test_a_split_reply_comes_in_two_pieces(simulator: Simulator, bench: Client, byte: int) -> None:
-    driver, number = await connect(simulator)
-    other, _ = await connect(simulator)
-    await told(bench, f"split replies : {number} 1 {byte} {LATE_S}")
-    driver.send(PIPELINED)
-    assert await came(driver, 1) == b"hello\r\n"[:byte]
-    await answers(other)
-    assert [await driver.reply() for _ in range(3)] == ["hello", "unknown", "1.0"]
-    await driver.leaves()
-    await other.leaves()
-
-
-async def test_a_dropped_reply_does_not_come_and_those_behind_do(simulator: Simulator, bench: Client) -> None:
-    driver, number = await connect(simulator)
-    await told(bench, f"pass replies : {number} 1")
-    await told(bench, f"drop replies : {number} 1")
-    driver.send(PIPELINED)
-    assert [await driver.reply() for _ in range(2)] == ["hello", "1.0"]
-    assert await driver.ask("hello") == "hello"
-    await driver.leaves()
-
-
-async def test_garbled_replies_are_the_same_with_the_same_seed(simulator: Simulator, bench: Client) -> None:
-    driver, number = await connect(simulator)
-    said = []
-    for seed in (5, 5, 6):
-        await told(bench, f"seed : {seed}")
-        await told(bench, f"garble replies : {number} 1")
-        driver.send(PIPELINED)
-        said.append(await driver.reply())
-        assert [await driver.reply() for _ in range(2)] == ["unknown", "1.0"]
-    assert said[0] == said[1] != said[2]
-    assert all(len(each) == 5 for each in said)
-    assert all(was != now for each in said for was, now in zip("hello", each, strict=True))
-    await driver.leaves()
-
-
-@pytest.mark.parametrize(
-    ("line", "heard", "broken"),
-    [
-        ("close before replies", b"hello\r\n", False),
-        ("close after replies", b"hello\r\nunknown\r\n", False),
-        ("reset at replies", b"hello\r\n", True),
-    ],
-)
-async def test_a_connection_that_ends_at_a_reply(
-    simulator: Simulator, bench: Client, line: str, heard: bytes, broken: bool
-) -> None:
-    driver, number = await connect(simulator)
-    other, _ = await connect(simulator)
-    await told(bench, f"pass replies : {number} 1")
-    await told(bench, f"{line} : {number} 0")
-    driver.send(PIPELINED.replace(b"get override", b"set override : 0.5"))
-    if broken:
-        with pytest.raises(ConnectionResetError):
-            await driver.rest()
-    else:
-        assert await driver.rest() == heard
-    assert await other.ask("get override") == "1.0", "lines behind it are not carried out"
-    await answers(other)
-    await driver.leaves()
-    again, _ = await connect(simulator)
-    assert await again.ask("hello") == "hello"
-    await again.leaves()
-    await other.leaves()
-
-
-@pytest.mark.parametrize("line", ["close connections", "reset connections"])
-async def test_a_connection_that_ends_now_stops_its_move(
-    simulator: Simulator, bench: Client, line: str
-) -> None:
-    driver, number = await connect(simulator)
-    other, _ = await connect(simulator)
-    assert await driver.ask(FAR) == "done"
-    await until(lambda: simulator.controller.joints[0] > 0.0)
-    await told(bench, f"{line} : {number}")
-    if line.startswith("reset"):
-        with pytest.raises(ConnectionResetError):
-            await driver.rest()
-    else:
-        assert await driver.rest() == b""
-    await other.until_stopped()
-    assert simulator.controller.joints[0] < 0.9
-    await driver.leaves()
-    await other.leaves()
-
-
-async def test_who_is_not_answered_is_answered_when_faults_are_cleared(
-    simulator: Simulator, bench: Client
-) -> None:
-    driver, number = await connect(simulator)
-    other, _ = await connect(simulator)
-    await told(bench, f"stop answering : {number}")
-    driver.send(PIPELINED + b"set override : 0.5\r\n")
-    await answers(other)
-    assert driver.unread == b""
-    assert simulator.controller.override == 1.0, "nor is it carried out"
-    driver.sends_no_more()
-    await answers(other)
-    await told(bench, "clear faults")
-    assert await driver.rest() == ANSWERED + b"done\r\n"
-    await driver.leaves()
-    await other.leaves()
-
-
-async def test_who_does_not_listen_while_unanswered_fills_its_own_buffers(
-    simulator: Simulator, bench: Client
-) -> None:
-    driver, number = await connect(simulator)
-    await told(bench, "stop answering : 0")
-    driver.send(b"hello\r\n" * 100_000)
-    assert await bench.ask("get clock") != ""
-    await told(bench, "clear faults")
-    driver.send(b"bye\r\n")
-    assert await driver.rest() == b"hello\r\n" * 100_000 + b"bye\r\n"
-    await driver.leaves()
-    assert number == 1
-
-
-async def test_refused_connections_and_accepted_ones(simulator: Simulator, bench: Client) -> None:
-    driver, _ = await connect(simulator)
-    port = simulator.port
-    for _ in range(2):
-        await told(bench, "refuse connections")
-        await told(bench, "refuse connections")
-        with pytest.raises(ConnectionRefusedError):
-            await Client.connect(port)
-        assert simulator.port == port
-        assert await driver.ask("hello") == "hello", "who is connected is served"
-        await told(bench, "accept connections")
-        again, _ = await connect(simulator)
-        assert await again.ask("hello") == "hello"
-        await again.leaves()
-        await until(lambda: len(simulator.backdoor.connections()) == 1)
-    simulator.backdoor.refuse_connections()
-    simulator.backdoor.accept_connections()
-    simulator.backdoor.refuse_connections()  # before anything of it was begun
-    with pytest.raises(ConnectionRefusedError):
-        await Client.connect(port)
-    await told(bench, "clear faults")
-    again, _ = await connect(simulator)
-    await again.leaves()
-    await driver.leaves()
-
-
 @pytest.mark.parametrize("accept", [True, False])
 async def test_a_simulator_that_ends_while_it_refuses(accept: bool) -> None:
     async with Simulator() as simulator:
@@ -267,51 +87,6 @@ async def test_a_simulator_that_ends_while_it_refuses(accept: bool) -> None:
         await Client.connect(port)
     with socket.create_server(("127.0.0.1", port)):
         pass  # the port is free
-
-
-async def test_a_fault_for_whoever_comes_next(simulator: Simulator, bench: Client) -> None:
-    driver, _ = await connect(simulator)
-    await told(bench, "close before replies : -1 0")
-    assert await driver.ask("hello") == "hello"
-    second, number = await connect(simulator)
-    third, _ = await connect(simulator)
-    names = json.loads(await bench.ask("get connections"))
-    assert list(names) == ["1", "2", "3"]
-    assert names[str(number)].startswith("127.0.0.1:")
-    second.send(b"hello\r\n")
-    assert await second.rest() == b""
-    assert await third.ask("hello") == "hello"
-    for each in (driver, second, third):
-        await each.leaves()
-
-
-async def test_a_bye_behind_a_late_reply(simulator: Simulator, bench: Client) -> None:
-    driver, number = await connect(simulator)
-    await told(bench, f"delay replies : {number} 1 0.05")
-    driver.send(b"hello\r\nbye\r\n")
-    assert await driver.rest() == b"hello\r\nbye\r\n"
-    await driver.leaves()
-    driver, _ = await connect(simulator)
-    simulator.backdoor.set_fault(Delay(0.05), number + 1, 2)
-    driver.send(b"hello\r\nget mode")
-    driver.sends_no_more()
-    assert await driver.rest() == b"hello\r\nunknown\r\n"
-    await driver.leaves()
-
-
-async def test_a_waiting_client_is_not_served_because_faults_are_cleared() -> None:
-    async with Simulator(exclusive=True) as simulator:
-        first, _ = await connect(simulator)
-        second, _ = await connect(simulator)
-        simulator.backdoor.stop_answering(NEXT)
-        second.send(b"hello\r\n")
-        await second.sent()
-        simulator.backdoor.clear_faults()
-        await answers(first)
-        assert second.unread == b""
-        await first.leaves()
-        assert await second.reply() == "hello"
-        await second.leaves()
 
 
 @pytest.mark.requirement("FRC021", "FRC026")
@@ -456,7 +231,7 @@ async def test_its_dialogue_is_answered_as_it_says(simulator: Simulator) -> None
 
 
 def test_every_command_is_in_the_dialogue_and_on_the_page() -> None:
-    commands = set(load_table("backdoor").commands)
+    commands = set(load_table("backdoor", 7).commands)
     assert commands - NOT_IN_IT <= DIALOGUE.commands
     assert {name for name in commands if f"`{name} :" in PAGE or f"`{name}`" in PAGE} == commands
 

@@ -216,6 +216,66 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
     result.assert_outcomes(passed=3)
 
 
+def test_a_project_for_krc4_says_so_once(project: Project, pytester: pytest.Pytester) -> None:
+    pytester.makeini(
+        """
+        [pytest]
+        asyncio_default_fixture_loop_scope = function
+        iiwa_robot = kr_6_r900_sixx
+        iiwa_dialect = krc4
+        """
+    )
+    code = """
+        def of(iiwa):
+            return (len(iiwa.joints), list(iiwa.ports), iiwa.port == next(iter(iiwa.ports.values())))
+
+        def test_ini(iiwa):
+            assert of(iiwa) == (6, ["krc4"], True)
+
+        @pytest.mark.iiwa(robot="lbr_iiwa_7_r800", dialects=["iiwa", "krc4"])
+        def test_marker_over_ini(iiwa):
+            assert of(iiwa) == (7, ["iiwa", "krc4"], True)
+        """
+    project.tests(code).assert_outcomes(passed=2)
+    options = ("--iiwa-robot", "lbr_iiwa_14_r820", "--iiwa-dialect", "krc4, iiwa")
+    result = project.tests(code.replace('(6, ["krc4"]', '(7, ["krc4", "iiwa"]'), *options)
+    result.assert_outcomes(passed=2)
+    result = project.tests("def test_wrong(iiwa):\n    pass\n", "--iiwa-dialect", "krc4,")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["fixture iiwa: dialect '', expected iiwa or krc4"])
+
+
+def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
+    result = project.tests(
+        """
+        from iiwa_sim.dialect.faults import Delay, Drop
+
+        @pytest.mark.iiwa(dialects=["iiwa", "krc4"])
+        def test_fails(iiwa, driver):
+            iiwa.backdoor.set_fault(Delay(0.01), replies=3)
+            iiwa.backdoor.set_fault(Drop(), replies=1)
+            for _ in range(3):
+                driver.ask("get mode")
+            with socket.create_connection((iiwa.host, iiwa.ports["krc4"]), timeout=60) as other:
+                other.sendall(b'<Cmd I0="1" I1="100"/><Cmd I0="2" I1="100"/>')
+                assert other.recv(4096) == b""
+        """
+    )
+    result.assert_outcomes(failed=1)
+    result.stdout.re_match_lines(
+        [
+            r".* > get mode",
+            r" +< unknown",
+            r" +~ 0.01 s of silence, the reply  \(3 times, last at .*\)",
+            r".* > Cmd I0=1 I1=100",
+            r" +< Res I0=1 I1=100 I2=1",
+            r" +~ nothing",
+            r".* > Cmd I0=2 I1=100",
+            r" +< Res I0=2 I1=100 I2=1",
+        ]
+    )
+
+
 def test_a_cell_lies_beside_the_test_and_stands_for_a_robot(
     project: Project, pytester: pytest.Pytester
 ) -> None:

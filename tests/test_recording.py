@@ -20,6 +20,9 @@ class Conversation:
         self._tick += 1
         self._dialogue.exchange(session, line, reply)
 
+    def on_wire(self, text: str, session: str = "client") -> None:
+        self._dialogue.on_wire(session, text)
+
     def event(self, text: str) -> None:
         self._dialogue.event("robot", text)
 
@@ -52,6 +55,29 @@ def test_who_polls_is_told_once() -> None:
     assert heard[3].startswith("       < moving  (1000 times, last at")
     assert "at    2.002 " in heard[3]
     assert heard[4:] == ["client > get status", "       < stopped"]
+
+
+def test_what_went_over_the_wire_stands_below_what_was_answered() -> None:
+    conversation = Conversation()
+    for _ in range(3):
+        conversation.exchange("get status", "moving")
+    for _ in range(200):  # the last of which is lost, too
+        conversation.exchange("get status", "moving")
+        conversation.on_wire("nothing")
+    conversation.on_wire("the end (RST)")
+    conversation.exchange("get status", "moving")
+    conversation.on_wire("no answer", "other")
+    heard = conversation.lines()
+    assert heard[0] == "client > get status"
+    assert heard[1].startswith("       < moving  (3 times, last at")
+    assert heard[2:4] == ["client > get status", "       < moving"]
+    assert heard[4].startswith("       ~ nothing  (200 times, last at")
+    assert heard[5:] == [
+        "client ~ the end (RST)",
+        "client > get status",
+        "       < moving",
+        "other ~ no answer",
+    ]
 
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.sampled_from("xy"), st.sampled_from("12")), max_size=60))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from math import degrees
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,8 @@ from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.dialect.dialogue import Said
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
+from tests.drivers import SCENES
+from tests.krc4_talking import Krc4Client
 
 THERE = [1, 1, 1, -1.5, 1, 1, 1]
 SLOWLY = [0.06] * 7  # some ten seconds
@@ -32,6 +35,22 @@ def test_ready_means_listening_and_the_end_leaves_nothing() -> None:
         ):
             robot.hello()
             robot.joint_move(THERE, SLOWLY)
+    assert left() == before
+
+
+@pytest.mark.parametrize("name", ["krc4", "krc4 beside iiwa"])
+def test_the_end_leaves_nothing_of_krc4_either(name: str) -> None:
+    scene = SCENES[name]
+    before = left()
+    for _ in range(10):
+        with scene.simulator(clock="fast", status_port=0) as simulator:
+            drivers = [Krc4Client(simulator.ports["krc4"]) for _ in range(2)]
+            assert drivers[0].ask("PTA", *map(degrees, scene.far)).error is None
+            drivers[0].until_idle()
+            assert drivers[0].ask("PTA", *map(degrees, simulator.cell.start)).error is None
+        for driver in drivers:
+            with driver:
+                driver.rest()
     assert left() == before
 
 
@@ -91,6 +110,22 @@ def test_in_fast_a_move_begins_only_when_the_driver_had_time_to_send_the_next(
             assert robot.get_status() == "moving"
             assert simulator.joints == home
         assert robot.get_queue() == 2, "behind the one that is about to run"
+
+
+@pytest.mark.parametrize("name", ["krc4", "krc4 beside iiwa"])
+def test_and_so_with_krc4(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    for constant in ("HOLD_NS", "LONGEST_HOLD_NS"):
+        monkeypatch.setattr(clock, constant, 10**12)
+    scene = SCENES[name]
+    with scene.simulator(clock="fast") as simulator, Krc4Client(simulator.ports["krc4"]) as driver:
+        home = simulator.joints
+        for joints in (scene.far, home, scene.far):
+            assert driver.ask("PTA", *map(degrees, joints)).error is None
+            assert driver.ask("FIN").integers[2] == 0
+            assert simulator.joints == home
+        assert simulator.run_until_stopped() > 1.0
+        assert simulator.joints == pytest.approx(scene.far)
+        assert driver.ask("FIN").integers[2] == 1
 
 
 def test_time_is_paused_and_its_pace_changed() -> None:

@@ -13,6 +13,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
+from tests.drivers import SCENES, Driver, Krc4Driver, Scene, connect
 from tests.processes import IIWA_SIM, running
 from tests.states import state
 from tests.talking import DEADLINE_S, Client, until
@@ -46,11 +47,30 @@ async def moving_state(reader: Client) -> dict[str, object]:
     return seen
 
 
+@pytest.fixture(params=SCENES)
+def scene(request: pytest.FixtureRequest) -> Scene:
+    return SCENES[request.param]
+
+
+@pytest.fixture
+async def of_the_scene(scene: Scene) -> AsyncIterator[tuple[Simulator, Driver, Client]]:
+    """A simulator, whose moves take their time, a driver, and a reader of its status port."""
+    async with scene.simulator(status_port=0) as simulator:
+        simulator.backdoor.set_override(0.2)
+        driver, _ = await connect(simulator, scene.spoken)
+        assert simulator.status_port is not None
+        reader = await Client.connect(simulator.status_port)
+        yield simulator, driver, reader
+        await driver.leaves()
+        await reader.leaves()
+
+
 @pytest.mark.requirement("FRA201", "FRA007")
 async def test_the_state_comes_50_times_a_second_while_the_robot_moves(
-    client: Client, reader: Client
+    scene: Scene, of_the_scene: tuple[Simulator, Driver, Client]
 ) -> None:
-    assert await client.ask(FAR) == "done"
+    simulator, driver, reader = of_the_scene
+    assert await driver.moves(scene.far) == 0
     states = [await moving_state(reader)] + [await next_state(reader) for _ in range(30)]
     ticks = [seen["tick"] for seen in states]
     assert all((tick - ticks[0]) % 10 == 0 for tick in ticks), "500 ticks per second, 50 lines"
@@ -61,26 +81,36 @@ async def test_the_state_comes_50_times_a_second_while_the_robot_moves(
     way = [seen["joint_position"][0] for seen in states]
     assert way == sorted(way)
     assert way[-1] > way[0]
-    assert states[-1]["joint_velocity"][0] > 0
+    last = states[-1]
+    assert last["joint_velocity"][0] > 0
+    assert last["goal_joint_position"] == pytest.approx(list(scene.far))
+    for key in ("joint_position", "joint_velocity", "joint_torque", "goal_joint_position"):
+        assert len(last[key]) == len(simulator.joints)
 
 
 @pytest.mark.requirement("FRA202", "FRC003")
-async def test_stop_stops_the_robot_and_its_queue(client: Client, reader: Client) -> None:
+async def test_stop_stops_the_robot_and_its_queue(
+    scene: Scene, of_the_scene: tuple[Simulator, Driver, Client]
+) -> None:
+    simulator, driver, reader = of_the_scene
     for _ in range(3):
-        assert await client.ask(FAR) == "done"
+        assert await driver.moves(scene.far) == 0
     seen = await moving_state(reader)
     reader.send(b"stop\n")
     while seen["status"] == "moving":
         seen = await next_state(reader)
     assert seen["mode"] == "unknown"
     assert seen["joint_position"][0] < 0.5
-    assert (await next_state(reader))["joint_velocity"] == [0.0] * 7
-    assert await client.ask("get status") == "stopped"
-    assert await client.ask("hello") == "hello", "the client itself is left alone"
+    assert (await next_state(reader))["joint_velocity"] == [0.0] * len(simulator.joints)
+    assert not await driver.moving()
+    await driver.asks(driver.QUESTIONS[0])  # the client itself is left alone
 
 
-async def test_what_is_no_stop_shows_as_an_error_and_nothing_stops(client: Client, reader: Client) -> None:
-    assert await client.ask(FAR) == "done"
+async def test_what_is_no_stop_shows_as_an_error_and_nothing_stops(
+    scene: Scene, of_the_scene: tuple[Simulator, Driver, Client]
+) -> None:
+    _, driver, reader = of_the_scene
+    assert await driver.moves(scene.far) == 0
     seen = await moving_state(reader)
     reader.send(b"get joint position\r\n")
     while not seen["error"]["code"]:
@@ -90,12 +120,30 @@ async def test_what_is_no_stop_shows_as_an_error_and_nothing_stops(client: Clien
     assert seen["mode"] == "normal"
 
 
-async def test_a_reader_that_goes_stops_nothing(simulator: Simulator, client: Client, reader: Client) -> None:
-    assert await client.ask(FAR) == "done"
+async def test_a_reader_that_goes_stops_nothing(
+    scene: Scene, of_the_scene: tuple[Simulator, Driver, Client]
+) -> None:
+    simulator, driver, reader = of_the_scene
+    assert await driver.moves(scene.far) == 0
     await next_state(reader)
     reader.vanishes()
     await until(lambda: not simulator._status.readers)
-    assert await client.ask("get status") == "moving"
+    assert await driver.moving()
+
+
+@pytest.mark.parametrize("scene", [SCENES["krc4"]])
+async def test_what_a_krc4_message_was_refused_for_and_has_switched_is_seen(
+    of_the_scene: tuple[Simulator, Driver, Client],
+) -> None:
+    _, driver, reader = of_the_scene
+    assert isinstance(driver, Krc4Driver)
+    assert (await driver.message("PTA", 171.0, -90.0, 90.0)).error == 3023
+    assert (await driver.message("SIO", I2=3, I3=1)).error is None
+    while not (seen := await next_state(reader))["outputs"][2]:
+        pass
+    assert seen["error"]["code"] == 3023
+    assert "A1 at 2.984513 rad" in seen["error"]["reason"]
+    assert seen["status"] == "stopped"
 
 
 async def test_a_robot_that_fails_is_still_seen(

@@ -98,9 +98,10 @@ def test_the_installed_program_answers(installed: Path) -> None:
         assert simulator.ends(signal.SIGTERM)[0] == 0
 
 
-def test_a_drivers_project_has_the_fixture(installed: Path, tmp_path: Path) -> None:
-    project = tmp_path / "driver_project"
-    shutil.copytree(EXAMPLES / "driver_project", project, ignore=shutil.ignore_patterns("__pycache__"))
+@pytest.mark.parametrize(("name", "tests"), [("driver_project", 3), ("krc4_driver_project", 5)])
+def test_a_drivers_project_has_the_fixture(installed: Path, tmp_path: Path, name: str, tests: int) -> None:
+    project = tmp_path / name
+    shutil.copytree(EXAMPLES / name, project, ignore=shutil.ignore_patterns("__pycache__"))
     done = subprocess.run(
         [installed / "python", "-m", "pytest", "-W", "error", "-p", "no:asyncio"],
         cwd=project,
@@ -109,11 +110,14 @@ def test_a_drivers_project_has_the_fixture(installed: Path, tmp_path: Path) -> N
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "3 passed" in done.stdout
+    assert f"{tests} passed" in done.stdout
 
 
-def test_the_readme_shows_its_tests() -> None:
-    assert (EXAMPLES / "driver_project" / "test_driver.py").read_text() in (SOURCE / "README.md").read_text()
+@pytest.mark.parametrize(
+    ("name", "page"), [("driver_project", "README.md"), ("krc4_driver_project", "docs/testing.md")]
+)
+def test_a_page_shows_its_tests(name: str, page: str) -> None:
+    assert (EXAMPLES / name / "test_driver.py").read_text() in (SOURCE / page).read_text()
 
 
 def pinocchio_paths() -> list[str]:

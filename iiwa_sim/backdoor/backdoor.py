@@ -84,6 +84,11 @@ class Backdoor:
         self._clock = clock
         self._states = States(controller)
 
+    @property
+    def joint_count(self) -> int:
+        """How many joints the robot has."""
+        return len(self._controller.description.joints)
+
     # Time
 
     async def advance(self, seconds: float) -> None:
@@ -142,16 +147,15 @@ class Backdoor:
     def push_joints(self, torques: Sequence[float]) -> None:
         """Push the joints (Nm each), in place of the push before."""
         _check_finite(torques)
-        count = len(self._controller.joints)
-        if len(torques) != count:
-            raise Refused(EXECUTION, f"{count} torques are needed")
+        if len(torques) != self.joint_count:
+            raise Refused(EXECUTION, f"{self.joint_count} torques are needed")
         self._controller.load.joint_push = tuple(torques)
 
     @_called
     def release(self) -> None:
         """End both kinds of push."""
         self._controller.load.wrench = NO_WRENCH
-        self._controller.load.joint_push = (0.0,) * len(self._controller.joints)
+        self._controller.load.joint_push = (0.0,) * self.joint_count
 
     @_called
     def add_surface(self, settings: AnySurface) -> None:
@@ -242,6 +246,21 @@ class Backdoor:
     def switch_drives(self, on: bool) -> None:
         """Off: the robot stops with an error, which can be reset when they are on again."""
         self._controller.switch_drives(on)
+
+    @_called
+    def reset_error(self) -> None:
+        """End the state of error. Refused while the emergency stop is pressed or the drives are off."""
+        self._controller.reset_error()
+
+    @_called
+    def set_override(self, override: float) -> None:
+        """Have all motion run at this part of its speed, 0 to 1, also what is under way."""
+        self._controller.set_override(override)
+
+    @_called
+    def override(self) -> float:
+        """The rate at which all motion runs, 0 to 1."""
+        return self._controller.override
 
     @_called
     def place(self, joints: Sequence[float]) -> None:

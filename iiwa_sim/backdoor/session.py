@@ -30,7 +30,7 @@ class BackdoorSession:
         self._backdoor = backdoor
         self._log = log
         self._name = name
-        self._table = load_table("backdoor")
+        self._table = load_table("backdoor", backdoor.joint_count)
         self._splitter = LineSplitter()
         self._lines: deque[bytes] = deque()
         self._taking_time: tuple[bytes, asyncio.Task[str]] | None = None

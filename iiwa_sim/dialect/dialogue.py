@@ -17,6 +17,8 @@ class Direction(Enum):
     TO_CLIENT = "<"
     EVENT = "#"
     """Nobody: something happens."""
+    ON_WIRE = "~"
+    """Nobody: what a fault makes of the reply before on its way."""
 
 
 class Said(NamedTuple):
@@ -55,6 +57,10 @@ class Dialogue:
     def event(self, session: str, text: str) -> None:
         """Something that is no line, such as a client that comes or goes."""
         self._tell(session, Direction.EVENT, text)
+
+    def on_wire(self, session: str, text: str) -> None:
+        """What goes over the wire in place of the reply before."""
+        self._tell(session, Direction.ON_WIRE, text)
 
     def _tell(self, session: str, direction: Direction, text: str) -> None:
         if self.listeners:

@@ -7,13 +7,14 @@ one after the other; so replies stay in their order whatever happens to them.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from random import Random
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.dialect.lines import WONT_TIMING_MARK
+from iiwa_sim.wording import shortened
 
 EVERY = 0
 """Stands for all connections, present and future."""
@@ -25,7 +26,10 @@ LONGEST_WAIT_S = 3600.0
 
 # Of the iiwa, where WONT_TIMING_MARK is no reply, and of KRC4.
 _REPLIES = re.compile(rb"\xff[^\n]{2}|<Res>.*?</Res>|[^\xff\n]*\n")
+# By which a driver tells where a reply begins and ends, and what is between.
+_FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)", re.DOTALL)
 _PRINTABLE = range(33, 127)
+_LONGEST_TOLD = 80  # characters of what was sent
 
 
 class Send(NamedTuple):
@@ -93,12 +97,19 @@ class Drop(NamedTuple):
 
 
 class Garble(NamedTuple):
-    r"""Each of its bytes but the line end is another printable one."""
+    """Each of its bytes is another printable one, but for its line end, or the tags round it."""
 
     def steps(self, reply: bytes, random: Random) -> list[Step]:
-        text = reply.rstrip(b"\r\n")
+        begin, text, end = _framed(reply)
         noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
-        return [Send(noise + reply[len(text) :])]
+        return [Send(begin + noise + end)]
+
+
+def _framed(reply: bytes) -> tuple[bytes, bytes, bytes]:
+    found = _FRAMED.fullmatch(reply)
+    assert found is not None  # anything matches
+    begin, text, end = found.groups()
+    return begin, text, end
 
 
 class CloseBefore(NamedTuple):
@@ -149,9 +160,12 @@ class _Rule:
 class WireFaults:
     """The faults of one robot's servers, and their connections, which are numbered from 1 as they come."""
 
-    def __init__(self) -> None:
+    def __init__(self, tell: Callable[[str, str], None] = lambda _name, _what: None) -> None:
+        """`tell` is told of whom something befalls, and what then goes over the wire in place of a reply."""
+        self._tell = tell
         self._rules: list[_Rule] = []  # as they were set
-        self._peers: dict[int, tuple[Peer, str]] = {}
+        self._peers: dict[int, tuple[Peer, str, str]] = {}
+        self._silent: set[int] = set()  # where lines wait, which has been told
         self._count = 0
         self._random = Random(0)
 
@@ -159,10 +173,10 @@ class WireFaults:
         """Garble from now on as every run with this seed does."""
         self._random = Random(seed)
 
-    def arrives(self, peer: Peer, name: str) -> int:
-        """The number of a new connection."""
+    def arrives(self, peer: Peer, name: str, dialect: str = "") -> int:
+        """The number of a new connection; `dialect` is what it speaks, where there are several."""
         self._count += 1
-        self._peers[self._count] = (peer, name)
+        self._peers[self._count] = (peer, name, dialect)
         for rule in self._rules:
             if rule.connection == NEXT:
                 rule.connection = self._count
@@ -171,11 +185,15 @@ class WireFaults:
     def leaves(self, connection: int) -> None:
         """A connection is gone, and so are its faults."""
         del self._peers[connection]
+        self._silent.discard(connection)
         self._rules = [rule for rule in self._rules if rule.connection != connection]
 
     def connections(self) -> dict[int, str]:
-        """Who is connected: numbers and names."""
-        return {number: name for number, (_, name) in self._peers.items()}
+        """Who is connected: numbers, and names with the dialect where there are several."""
+        return {
+            number: f"{name} ({dialect})" if dialect else name
+            for number, (_, name, dialect) in self._peers.items()
+        }
 
     def set(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Have a fault befall the next `replies` of a connection, in all where that stands for several.
@@ -188,23 +206,29 @@ class WireFaults:
 
     def end(self, step: Close | Reset, connection: int = EVERY) -> None:
         """End a connection now, behind replies that are late; raises `Refused` where there is none such."""
-        for peer in self._peers_of(connection):
+        for peer, name, _ in self._peers_of(connection):
+            self._tell(name, _text(step, b""))
             peer.take([step])
 
     def clear(self) -> None:
         """No faults any more. Replies that are late already come when they would have come."""
         self._rules.clear()
-        for peer, _ in list(self._peers.values()):
+        self._silent.clear()
+        for peer, _, _ in list(self._peers.values()):
             peer.go_on()
 
     def concerns(self, connection: int) -> bool:
         """Whether any fault is set for a connection."""
         return self._first(connection) is not None
 
-    def silences(self, connection: int) -> bool:
-        """Whether a connection's next line has to wait."""
+    def silences(self, connection: int, waiting: bool = True) -> bool:
+        """Whether a connection's next line has to wait; `waiting` if there is one."""
         rule = self._first(connection)
-        return rule is not None and isinstance(rule.fault, Silence)
+        silent = rule is not None and isinstance(rule.fault, Silence)
+        if silent and waiting and connection not in self._silent:
+            self._silent.add(connection)
+            self._tell(self._peers[connection][1], "no answer")
+        return silent
 
     def steps(self, connection: int, replies: bytes) -> Iterator[Step]:
         """What becomes of replies, up to where the connection ends."""
@@ -217,7 +241,11 @@ class WireFaults:
                 rule.left -= 1
                 if rule.left == 0:
                     self._rules.remove(rule)
-            for step in rule.fault.steps(reply, self._random):
+            made = rule.fault.steps(reply, self._random)
+            if made != [Send(reply)]:
+                told = ", ".join(_text(step, reply) for step in made) or "nothing"
+                self._tell(self._peers[connection][1], told)
+            for step in made:
                 yield step
                 if isinstance(step, Close | Reset):
                     return
@@ -228,10 +256,25 @@ class WireFaults:
                 return rule
         return None
 
-    def _peers_of(self, connection: int) -> list[Peer]:
+    def _peers_of(self, connection: int) -> list[tuple[Peer, str, str]]:
         if connection == EVERY:
-            return [peer for peer, _ in self._peers.values()]
+            return list(self._peers.values())
         if connection not in self._peers:
             there_are = f"there are {', '.join(map(str, self._peers))}" if self._peers else "there are none"
             raise Refused(EXECUTION, f"no connection {connection}: {there_are}")
-        return [self._peers[connection][0]]
+        return [self._peers[connection]]
+
+
+def _text(step: Step, reply: bytes) -> str:
+    """A step, for people."""
+    match step:
+        case Send(data):
+            text = data.decode("ascii", "backslashreplace")
+            text = text.replace("\r", "\\r").replace("\n", "\\n")
+            return "the reply" if data == reply else f"'{shortened(text, _LONGEST_TOLD)}'"
+        case Wait(seconds):
+            return f"{seconds:g} s of silence"
+        case Close():
+            return "the end (FIN)"
+        case Reset():
+            return "the end (RST)"

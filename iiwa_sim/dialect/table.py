@@ -259,6 +259,7 @@ class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
     requirements: list[str]
     reply: _ReplyRow
     parameters: str = ""
+    each_joint: str = ""
     optional: str = ""
     phrase: str = ""
     extension: bool = False
@@ -272,21 +273,27 @@ class _TableRows(msgspec.Struct, forbid_unknown_fields=True):
 
 
 @cache
-def load_table(name: str) -> Table:
-    """The table protocol/NAME.toml; raises TableError where it is wrong."""
-    return read_table(files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_bytes(), f"{name}.toml")
+def load_table(name: str, joints: int = 0) -> Table:
+    """The table protocol/NAME.toml, for a robot of so many joints where it counts them.
+
+    Raises TableError where it is wrong, or counts joints and was not told how many there are.
+    """
+    text = files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_bytes()
+    return read_table(text, f"{name}.toml", joints)
 
 
-def read_table(text: bytes, source: str) -> Table:
+def read_table(text: bytes, source: str, joints: int = 0) -> Table:
     """A table from its TOML text; `source` names it in the fault."""
     try:
         rows = msgspec.toml.decode(text, type=_TableRows)
     except msgspec.DecodeError as fault:
         raise TableError(f"{source}: {fault}") from None
-    return Table({name: _command(source, name, row, rows.value) for name, row in rows.command.items()})
+    return Table(
+        {name: _command(source, name, row, rows.value, joints) for name, row in rows.command.items()}
+    )
 
 
-def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueRow]) -> Command:
+def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueRow], joints: int) -> Command:
     def quantities(key: str, names: str) -> tuple[Quantity, ...]:
         for each in names.split():
             if each not in values:
@@ -295,6 +302,14 @@ def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueR
 
     if name != " ".join(name.lower().split()):
         raise TableError(f"{source}: command.{name}: expected a name in lower case with single blanks")
+    parameters = quantities("parameters", row.parameters)
+    if row.each_joint:
+        listed = quantities("each_joint", row.each_joint)
+        if len(listed) > 1 or parameters:
+            raise TableError(f"{source}: command.{name}.each_joint: expected one value, and no parameters")
+        if not joints:
+            raise TableError(f"{source}: command.{name}.each_joint: expected to be told how many there are")
+        parameters = tuple(listed[0]._replace(name=f"{listed[0].name}{place}") for place in range(joints))
     if row.optional and not row.parameters:
         raise TableError(f"{source}: command.{name}.optional: expected parameters, too")
     if row.optional and row.phrase:
@@ -311,7 +326,7 @@ def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueR
         mode=row.mode,
         requirements=tuple(row.requirements),
         extension=row.extension,
-        parameters=quantities("parameters", row.parameters),
+        parameters=parameters,
         phrase=row.phrase,
         reply_words=reply.words,
         reply_values=quantities("reply.values", reply.values),

@@ -50,14 +50,19 @@ class TcpServer:
         on_answered: Callable[[], None] | None = None,
         on_good_bye: Callable[[], None] | None = None,
         faults: WireFaults | None = None,
+        dialect: str = "",
     ) -> None:
-        """`turns` says who is served when; all clients at once, if it is not given."""
+        """`turns` says who is served when; all clients at once, if it is not given.
+
+        `dialect` is what is spoken here, where clients of others are among the same `faults`.
+        """
         self.open_session = open_session
         self.unread_s = unread_s
         self.turns = turns or Turns()
         self.on_answered = on_answered
         self.on_good_bye = on_good_bye
         self.faults = faults or WireFaults()
+        self.dialect = dialect
         self.connections: set[Connection] = set()
         self.listening = False
         self._door = Door(lambda: Connection(self), host, port)
@@ -132,7 +137,7 @@ class Connection(asyncio.BufferedProtocol):
         self._session = self._server.open_session(self._name)
         self._patient = self._session if isinstance(self._session, PatientSession) else None
         self._outgoing = InOrder(self._answer)
-        self._number = self._server.faults.arrives(self, self._name)
+        self._number = self._server.faults.arrives(self, self._name, self._server.dialect)
         self._server.connections.add(self)
         logger.info("%s connected", self._name, extra=self._mark)
         if not self._server.listening:  # accepted while the server closed
@@ -216,7 +221,7 @@ class Connection(asyncio.BufferedProtocol):
         if self._finished or self._ends:
             return
         faults, waiting = self._server.faults, self._session.waiting
-        if faults.silences(self._number) or len(self._outgoing) > MOST_LATE:
+        if faults.silences(self._number, waiting) or len(self._outgoing) > MOST_LATE:
             self._read(not waiting)
             return
         try:

@@ -76,6 +76,8 @@ class Recorder:
         if told.direction is Direction.EVENT:
             return self._event(told, times)
         name = self._name(told.session)
+        if told.direction is Direction.ON_WIRE:
+            return f"# {times} {name}: on the wire: {told.text}"
         text = told.text.replace("{", "\\x7b")
         if told.direction is Direction.FROM_CLIENT:
             self._last_said = told.text  # its reply comes next

@@ -1,4 +1,4 @@
-"""A stepped robot, its backdoor, and both of its lines: those of a driver and those of a test bench."""
+"""A stepped robot, its backdoor, and the lines of a test bench."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
 from iiwa_sim.dialect.faults import WireFaults
-from tests.dialect.fake_robot import Conversation, Journal
+from tests.dialect.fake_robot import Journal
 from tests.stepped import SteppedRobot
+
+IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"
 
 
 class OpenDoor:
@@ -27,10 +29,9 @@ class OpenDoor:
 class Bench:
     """All of it."""
 
-    def __init__(self) -> None:
-        self.robot = SteppedRobot()
+    def __init__(self, robot: str = IIWA) -> None:
+        self.robot = SteppedRobot(robot)
         self.controller = self.robot.controller
-        self.driver = Conversation(self.controller)
         self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
         self.backdoor = Backdoor(self.controller, self.wire, self.door, self.clock)
         self.journal = Journal()

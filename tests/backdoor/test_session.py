@@ -29,19 +29,19 @@ from iiwa_sim.dialect.faults import (
 )
 from iiwa_sim.dialect.table import load_table
 from iiwa_sim.frames import Frame
-from tests.backdoor.bench import Bench
+from tests.backdoor.bench import IIWA, KR_6, Bench
 
-TABLE = load_table("backdoor")
+TABLE = load_table("backdoor", 7)
 MATERIAL = {"stiffness_n_per_m": 5e4, "damping_s_per_m": 1.0, "friction": 0.3}
 POSE = {"x_mm": 600.0, "y_mm": 300.0, "z_mm": 50.0, "alpha": 0.1, "beta": 0.2, "gamma": 0.3}
-PLACE = (0.1, 0.2, 0.3, -1.0, 0.5, 1.0, 0.7)
+PLACES = {IIWA: (0.1, 0.2, 0.3, -1.0, 0.5, 1.0, 0.7), KR_6: (0.1, -1.5, 1.4, 0.5, 1.0, 0.7)}
+PLACE = PLACES[IIWA]
 
 PAIRS: dict[str, Callable[[Backdoor], object]] = {
     "pause": Backdoor.pause,
     "set clock : FAST": lambda b: b.set_clock("fast"),
     "push : 1 2 3 4 5 6": lambda b: b.push((1, 2, 3, 4, 5, 6)),
     "push : 0 0 0 0 0 0": lambda b: b.push((0, 0, 0, 0, 0, 0)),
-    "push joints : 1 2 3 4 5 6 7": lambda b: b.push_joints((1, 2, 3, 4, 5, 6, 7)),
     "release": Backdoor.release,
     "add plane : the floor 600 300 50 0.1 0.2 0.3 5e4 1 0.3": lambda b: b.add_surface(
         PlaneSettings(name="the floor", **POSE, **MATERIAL)
@@ -64,7 +64,8 @@ PAIRS: dict[str, Callable[[Backdoor], object]] = {
     "protective stop": Backdoor.protective_stop,
     "drives off": lambda b: b.switch_drives(on=False),
     "drives on": lambda b: b.switch_drives(on=True),
-    "place : 0.1 0.2 0.3 -1 0.5 1 0.7": lambda b: b.place(PLACE),
+    "reset error": Backdoor.reset_error,
+    "set override : 0.25": lambda b: b.set_override(0.25),
     "save state : Here  and now": lambda b: b.save_state("Here and now"),
     "restore state : start": lambda b: b.restore_state("start"),
     "seed : 7": lambda b: b.seed(7),
@@ -84,8 +85,18 @@ PAIRS: dict[str, Callable[[Backdoor], object]] = {
     "refuse connections": Backdoor.refuse_connections,
     "clear faults": Backdoor.clear_faults,
 }
+NOTHING_TO_UNDO = {
+    "push : 0 0 0 0 0 0",
+    "release",
+    "release emergency stop",
+    "drives on",
+    "close connections : 0",
+    "reset connections : 0",
+    "clear faults",
+}
 PREPARED = {
     "resume": "pause",
+    "reset error": "protective stop",
     "servo timeout": "smart",
     "fail move : 3000": "normal",
     "accept connections": "refuse connections",
@@ -98,30 +109,49 @@ PAIRS_WITH_MORE: dict[str, Callable[[Backdoor], object]] = {
 }
 
 
-def prepared(line: str) -> Bench:
-    bench = Bench()
+def pairs(robot: str) -> dict[str, Callable[[Backdoor], object]]:
+    """All of them, with those that have a number for each joint."""
+    place = PLACES[robot]
+    torques = tuple(range(1, len(place) + 1))
+    return (
+        PAIRS
+        | PAIRS_WITH_MORE
+        | {
+            f"place : {' '.join(map(str, place))}": lambda b: b.place(place),
+            f"push joints : {' '.join(map(str, torques))}": lambda b: b.push_joints(torques),
+        }
+    )
+
+
+def prepared(line: str, robot: str = IIWA) -> Bench:
+    bench, place = Bench(robot), PLACES[robot]
     assert bench.tell("add plane : table 0 0 -10 0 0 0 1e5 0 0") == "done"
     before = PREPARED.get(line, "")
     if before == "smart":
-        bench.controller.smart_joint_move(PLACE, [0.2] * 7)
+        bench.controller.smart_joint_move(place, [0.2] * len(place))
     elif before == "normal":
-        bench.controller.joint_move(PLACE, [0.2] * 7)
+        bench.controller.joint_move(place, [0.2] * len(place))
     elif before:
         assert bench.tell(before) == "done"
     bench.robot.step(5)
     return bench
 
 
-@pytest.mark.parametrize(("line", "method"), (PAIRS | PAIRS_WITH_MORE).items())
-def test_a_line_is_its_method(line: str, method: Callable[[Backdoor], object]) -> None:
-    by_line, by_method = prepared(line), prepared(line)
+@pytest.mark.parametrize(
+    ("robot", "line", "method"),
+    [(robot, line, method) for robot in PLACES for line, method in pairs(robot).items()],
+)
+def test_a_line_is_its_method(robot: str, line: str, method: Callable[[Backdoor], object]) -> None:
+    by_line, by_method = prepared(line, robot), prepared(line, robot)
+    before = by_line.seen()
     assert by_line.tell(line) == "done"
     method(by_method.backdoor)
     assert by_line.seen() == by_method.seen()
+    assert (by_line.seen() == before) == (line in NOTHING_TO_UNDO)
 
 
 def test_each_line_that_changes_something_is_compared_with_its_method() -> None:
-    compared = {line.partition(" :")[0] for line in PAIRS | PAIRS_WITH_MORE}
+    compared = {line.partition(" :")[0] for line in pairs(IIWA)}
     changing = {name for name, command in TABLE.commands.items() if command.reply_words == ("done",)} - set(
         TAKES_TIME
     )
@@ -137,6 +167,7 @@ def test_each_command_of_the_table_is_carried_out() -> None:
     [
         ("hello", "hello"),
         ("get clock", "stepped"),
+        ("get override", "1.0"),
         ("get surfaces", '["table"]'),
         ("get states", '["start"]'),
         ("get input : 1", "0"),
@@ -201,6 +232,8 @@ def test_the_state_is_that_of_the_status_port() -> None:
         ("set input : 1 0.5", "error 3040 value = 0.5: expected a whole number"),
         ("place : 0 0 0 3 0 0 0", "error 3023 A4 at 3 rad is outside"),
         ("place : 0 2 0 -1.5 0 0 0", "error 3000 the TCP would be "),
+        ("place : 0 0 0 -1.5 0 0", "error 3040 place takes 7 parameters, got 6"),
+        ("set override : 1.5", "error 3040 override = 1.5: expected at least 0 and up to 1"),
         ("save state : start", "error 3000 start is the state at the beginning: expected another name"),
         ("save state", "error 3000 expected a name of up to 100 characters that print"),
         ("restore state : away", "error 3000 no state 'away': there are 'start'"),
@@ -221,7 +254,43 @@ def test_what_is_wrong_is_answered_with_its_reason_and_changes_nothing(line: str
     assert bench.tell(line).startswith(reply)
     assert bench.seen() == before
     assert len(bench.journal.refusals) == 1
-    assert bench.driver.ask("get error") == "0 none", "a driver does not learn of it"
+    assert bench.controller.last_error is None, "a driver does not learn of it"
+
+
+@pytest.mark.parametrize(
+    ("line", "reply"),
+    [
+        ("place : 0 0.4 0 -1.2 0 1.5 0", "error 3040 place takes 6 parameters, got 7"),
+        ("place : 0 -90 90 0 90 0", "error 3023 A2 at -90 rad is outside -3.316126 to 0.7853982 rad"),
+        ("place : 0 0.7 0.2 0 0 0", "error 3000 the TCP would be "),
+        ("push joints : 0 0 0 0 0 0 1", "error 3040 push joints takes 6 parameters, got 7"),
+        ("following error : 7", "error 3000 no joint 7: there are 1 to 6"),
+    ],
+)
+def test_what_is_wrong_for_six_axes(line: str, reply: str) -> None:
+    bench = prepared("", KR_6)
+    before = bench.seen()
+    assert bench.tell(line).startswith(reply)
+    assert bench.seen() == before
+
+
+def test_help_counts_the_joints_of_the_robot() -> None:
+    assert Bench().tell("help : place").startswith("place : j0..j6[rad] -> done; ")
+    assert Bench(KR_6).tell("help : place").startswith("place : j0..j5[rad] -> done; ")
+
+
+@pytest.mark.parametrize("robot", PLACES)
+def test_an_error_is_reset_when_its_cause_is_gone(robot: str) -> None:
+    bench = prepared("", robot)
+    for line in ("emergency stop", "drives off"):
+        assert bench.tell(line) == "done"
+    assert bench.tell("reset error") == "error 3030 the emergency stop has to be released first"
+    assert bench.tell("release emergency stop") == "done"
+    assert bench.tell("reset error") == "error 3010 the drives have to be switched on first"
+    assert bench.tell("drives on") == "done"
+    assert bench.backdoor.state().robot_status.in_error == 1
+    assert bench.tell("reset error") == "done"
+    assert bench.backdoor.state().robot_status.in_error == 0
 
 
 @settings(max_examples=200)

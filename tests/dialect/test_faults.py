@@ -125,6 +125,45 @@ def test_faults_take_their_replies_one_fault_after_the_other_and_keep_their_orde
     assert steps.count(Wait(0.1)) == late
 
 
+KRC4 = b"<Res><I0>7</I0><I1>100</I1></Res>"
+
+
+@pytest.mark.parametrize(
+    ("fault", "steps", "told"),
+    [
+        (Pass(), [Send(KRC4)], []),
+        (Delay(0.5), [Wait(0.5), Send(KRC4)], ["0.5 s of silence, the reply"]),
+        (
+            Split(4, 0.1),
+            [Send(KRC4[:4]), Wait(0.1), Send(KRC4[4:])],
+            ["'<Res', 0.1 s of silence, '><I0>7</I0><I1>100</I1></Res>'"],
+        ),
+        (Split(len(KRC4), 0.1), [Send(KRC4)], []),
+        (Drop(), [], ["nothing"]),
+    ],
+)
+def test_a_message_of_the_krc4_is_one_reply(fault: Fault, steps: list[Step], told: list[str]) -> None:
+    heard: list[tuple[str, str]] = []
+    faults = WireFaults(lambda name, text: heard.append((name, text)))
+    faults.arrives(Somebody(), "somebody", "krc4")
+    assert faults.connections() == {1: "somebody (krc4)"}
+    faults.set(fault, replies=1)
+    assert list(faults.steps(1, KRC4 + KRC4)) == [*steps, Send(KRC4)]
+    assert heard == [("somebody", text) for text in told]
+
+
+@settings(max_examples=30)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_of_a_garbled_message_the_tags_round_it_stay(seed: int) -> None:
+    faults, _ = connected()
+    faults.seed(seed)
+    faults.set(Garble())
+    (sent,) = faults.steps(1, KRC4)
+    assert isinstance(sent, Send)
+    assert (sent.data[:5], sent.data[-6:], len(sent.data)) == (b"<Res>", b"</Res>", len(KRC4))
+    assert all(a != b and 33 <= b <= 126 for a, b in zip(KRC4[5:-6], sent.data[5:-6], strict=True))
+
+
 def test_a_fault_of_one_connection_is_not_that_of_another() -> None:
     faults, _ = connected(2)
     faults.set(Drop(), 2)

@@ -221,6 +221,16 @@ def test_optional_parameters_are_all_there_or_none_of_them():
     assert table.parse(b"nod : 1 2 5").reason == "n = 5: expected above 0 and up to 4"
 
 
+def test_a_number_for_each_joint():
+    small = SMALL.replace('parameters = "n"', 'each_joint = "n"').encode()
+    for joints in (6, 7):
+        table = read_table(small, "small.toml", joints)
+        assert [each.name for each in table.commands["nod"].parameters] == [f"n{i}" for i in range(joints)]
+        assert table.parse(b"nod : " + b"1 " * joints).values == (1.0,) * joints
+        assert table.parse(b"nod : " + b"1 " * 8).reason == f"nod takes {joints} parameters, got 8"
+    assert read_table(small, "small.toml", 6).commands["nod"].usage().startswith("nod : n0..n5[")
+
+
 def test_what_is_remembered_of_lines_is_bounded():
     table = read_table(SMALL.encode(), "small.toml")
     for number in range(5000):
@@ -267,6 +277,13 @@ reply.words = ["done"]
         ),
         ('parameters = "n"', 'optional = "n"', "command.nod.optional: expected parameters"),
         ('reply.values = "n"', 'reply.list = "n n"', "command.nod.reply.list: expected one value"),
+        ('parameters = "n"', 'each_joint = "n"', "command.nod.each_joint: expected to be told how many"),
+        (
+            'parameters = "n"',
+            'parameters = "n"\neach_joint = "n"',
+            "command.nod.each_joint: expected one value",
+        ),
+        ('parameters = "n"', 'each_joint = "m"', "command.nod.each_joint: m has no row"),
         ("[command.nod]", "[command.Nod]", "command.Nod: expected a name in lower case"),
         ('mode = "any"', "mode = 3", "Expected `str`, got `int`"),
         ('mode = "any"', 'mood = "any"', "unknown field `mood`"),

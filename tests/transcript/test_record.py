@@ -10,6 +10,7 @@ import pytest
 
 from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.dialogue import Said as Told
+from iiwa_sim.dialect.faults import Drop
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, Step, Wait, read_file
@@ -120,3 +121,19 @@ def test_a_disk_that_fills_up_ends_the_recording_only(
         f"{tmp_path / 'file'}: the transcript ends here: No space left on device"
     ]
     assert len(heard) == 6
+
+
+async def test_what_a_fault_made_of_a_reply_is_a_comment(tmp_path: Path) -> None:
+    path = tmp_path / "session.txt"
+    async with Simulator() as simulator:
+        with recorder(path, simulator):
+            client = await Client.connect(simulator.port)
+            assert await client.ask("hello") == "hello"
+            simulator.backdoor.set_fault(Drop(), replies=1)
+            client.send(b"get mode\r\nget override\r\n")
+            assert await client.reply() == "1.0"
+            await client.leaves()
+    (comment,) = [line for line in path.read_text().splitlines() if "on the wire" in line]
+    assert re.fullmatch(r"# \[[\d. ]+\] client1: on the wire: nothing", comment)
+    said = [step.text for step in read_file(path).steps if isinstance(step, Answered)]
+    assert said == ["hello", "unknown", "1.0"], "what was answered"

@@ -1,0 +1,291 @@
+"""What a test bench does to a robot, as a driver of each dialect sees it; the one whose turn it is; ends."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import signal
+import socket
+from collections.abc import AsyncIterator
+from math import degrees
+
+import pytest
+
+from iiwa_sim.simulator import Simulator
+from tests.drivers import SCENES, Driver, Krc4Driver, Scene, connect
+from tests.krc4_talking import Krc4Client
+from tests.processes import running
+from tests.states import state
+from tests.talking import DEADLINE_S, Client, until
+
+KRC4_SCENES = [name for name, scene in SCENES.items() if scene.spoken == "krc4"]
+
+
+@pytest.fixture(params=SCENES)
+def scene(request: pytest.FixtureRequest) -> Scene:
+    return SCENES[request.param]
+
+
+@pytest.fixture
+async def simulator(scene: Scene) -> AsyncIterator[Simulator]:
+    async with scene.simulator() as simulator:
+        yield simulator
+
+
+@pytest.fixture
+async def driver(scene: Scene, simulator: Simulator) -> AsyncIterator[Driver]:
+    driver, _ = await connect(simulator, scene.spoken)
+    yield driver
+    await driver.leaves()
+
+
+@pytest.fixture
+async def bench(simulator: Simulator) -> AsyncIterator[Client]:
+    assert simulator.backdoor_port is not None
+    bench = await Client.connect(simulator.backdoor_port)
+    yield bench
+    await bench.leaves()
+
+
+async def told(bench: Client, *lines: str) -> None:
+    for line in lines:
+        assert await bench.ask(line) == "done", line
+
+
+async def under_way(simulator: Simulator) -> None:
+    home = simulator.cell.start
+    await until(lambda: simulator.joints != home)
+
+
+def numbers(values: tuple[float, ...]) -> str:
+    return " ".join(map(repr, values))
+
+
+@pytest.mark.requirement("FRC021", "FRC026")
+@pytest.mark.parametrize(
+    ("line", "code", "undone"),
+    [
+        ("fail move : 2147483647", 2147483647, ""),
+        ("following error : 3", 3000, ""),
+        ("protective stop", 3060, ""),
+        ("emergency stop", 3030, "release emergency stop"),
+        ("drives off", 3010, "drives on"),
+    ],
+)
+async def test_a_fault_of_the_robot_stops_it_and_refuses_moves_until_the_bench_resets_it(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client, line: str, code: int, undone: str
+) -> None:
+    other, _ = await connect(simulator, scene.other)
+    await told(bench, "set override : 0.2")
+    for _ in range(2):
+        assert await driver.moves(scene.far) == 0
+    await under_way(simulator)
+    await told(bench, line)
+    await driver.until_at_rest()
+    assert not await other.moving()
+    assert simulator.joints != pytest.approx(scene.far, abs=0.1), "and what waited is forgotten"
+    home = simulator.cell.start
+    assert [await driver.moves(home), await other.moves(home)] == [code, code]
+    if undone:
+        assert (await bench.ask("reset error")).startswith(f"error {code} ")
+        await told(bench, undone)
+        assert await driver.moves(home) == code, "it has to be reset besides"
+    await told(bench, "reset error", "set override : 1")
+    assert await driver.moves(home) == 0
+    await driver.until_at_rest()
+    assert simulator.joints == pytest.approx(home)
+    await other.leaves()
+
+
+async def test_the_next_move_is_refused_whoever_sends_it_and_the_one_behind_it_not(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
+) -> None:
+    other, _ = await connect(simulator, scene.other)
+    await told(bench, "refuse next move : 4711")
+    await driver.is_served()
+    assert await other.moves(scene.far) == 4711
+    assert await driver.moves(scene.far) == 0
+    await told(bench, "refuse next move : 4711", "clear faults")
+    assert await driver.moves(scene.far) == 0
+    await other.leaves()
+
+
+async def test_pushes_are_felt_in_as_many_joints_as_there_are(simulator: Simulator, bench: Client) -> None:
+    count = len(simulator.joints)
+    torques = tuple(float(number) for number in range(1, count + 1))
+    await told(bench, f"push joints : {numbers(torques)}")
+    assert simulator.state().joint_torque == torques
+    await told(bench, "release", "push : 0 0 -20 0 0 0")
+    seen = json.loads(await bench.ask("get state"))
+    assert seen["cartesian_force"] == [0.0, 0.0, -20.0, 0.0, 0.0, 0.0]
+    assert len(seen["joint_torque"]) == count
+    assert abs(seen["joint_torque"][1]) > 1.0, "A2 carries it"
+    await told(bench, "restore state : start")
+    assert simulator.state().joint_torque == (0.0,) * count
+
+
+async def test_a_robot_is_placed_saved_and_restored(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
+) -> None:
+    await told(bench, f"place : {numbers(scene.far)}", "set tool : 0 0 120 0 0 0", "save state : far")
+    home_tcp = simulator.state().tool_frame
+    assert simulator.joints == scene.far
+    await told(bench, "restore state : start")
+    assert simulator.joints == simulator.cell.start
+    await told(bench, "restore state : far")
+    assert (simulator.joints, simulator.state().tool_frame) == (scene.far, home_tcp)
+    if isinstance(driver, Krc4Driver):
+        count = len(scene.far)
+        goal = await driver.message("GOA")
+        assert goal.reals[:count] == pytest.approx(list(map(degrees, scene.far)), abs=1e-6)
+        x_mm, y_mm, z_mm, *angles = home_tcp
+        there = (await driver.message("GOP")).reals[:6]
+        assert there == pytest.approx([x_mm, y_mm, z_mm, *map(degrees, angles)], abs=1e-6)
+
+
+@pytest.mark.parametrize("scene", [SCENES[name] for name in KRC4_SCENES])
+async def test_a_surface_is_touched_by_a_line_of_the_krc4(
+    simulator: Simulator, driver: Krc4Driver, bench: Client
+) -> None:
+    await told(bench, "set tool : 0 0 100 0 0 0", "set clock : fast")
+    start = await driver.message("GOP")
+    x_mm, y_mm, z_mm, *turned = start.reals[:6]
+    top_mm = z_mm - 30.0
+    await told(bench, f"add box : table {x_mm} {y_mm} {top_mm - 20} 0 0 0 400 400 40 20000 0 0")
+    assert (await driver.message("LIN", x_mm, y_mm, top_mm - 1.0, *turned)).error is None
+    await driver.until_at_rest()
+    seen = simulator.state()
+    assert max(map(abs, seen.cartesian_force)) == pytest.approx(20.0, rel=1e-3), "20 N/mm, 1 mm deep"
+    assert any(seen.joint_torque)
+    blocked = await bench.ask(f"move surface : table {x_mm} {y_mm} {z_mm - 30} 0 0 0")
+    assert blocked.startswith("error 3000 the TCP would be ")
+
+
+@pytest.mark.parametrize("scene", [SCENES["krc4 beside iiwa"]])
+async def test_a_servo_mode_of_one_dialect_and_its_timeout_concern_the_other(
+    scene: Scene, simulator: Simulator, driver: Krc4Driver, bench: Client
+) -> None:
+    other, _ = await connect(simulator, "iiwa")
+    refused = await bench.ask("servo timeout")
+    assert refused == "error 3000 the mode is unknown: expected smart or direct"
+    smart = f"smart joint move : {numbers(scene.far)} {'0.1 ' * 7}"
+    assert await other.ask(smart) == "done"
+    await under_way(simulator)
+    await told(bench, "servo timeout")
+    assert await driver.moves(scene.far) == 3040
+    await told(bench, "reset error")
+    assert await other.ask(smart) == "done"
+    assert await driver.moves(simulator.cell.start) == 0, "which stops what the servo did"
+    assert await other.ask("get mode") == "normal"
+    await driver.until_at_rest()
+    assert simulator.joints == pytest.approx(simulator.cell.start)
+    await other.leaves()
+
+
+@pytest.mark.parametrize("how", ["leaves", "vanishes", "sends no more"])
+async def test_who_goes_while_a_move_of_its_own_is_not_done_stops_the_robot(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client, how: str
+) -> None:
+    await told(bench, "set override : 0.2")
+    goes, _ = await connect(simulator, scene.spoken)
+    assert await goes.moves(scene.far) == 0
+    await under_way(simulator)
+    if how == "leaves":
+        await goes.leaves()
+    elif how == "vanishes":
+        goes.vanishes()
+    else:
+        goes.sends_no_more()
+        assert await goes.rest() == b""
+    await driver.until_at_rest()
+    assert simulator.joints != pytest.approx(scene.far, abs=0.1)
+    await driver.is_served()
+    await goes.leaves()
+
+
+async def test_who_only_looks_on_may_go(
+    scene: Scene, simulator: Simulator, driver: Driver, bench: Client
+) -> None:
+    await told(bench, "set override : 0.2")
+    looks_on, number = await connect(simulator, scene.other)
+    assert await driver.moves(scene.far) == 0
+    assert await looks_on.moving()
+    looks_on.vanishes()
+    await until(lambda: number not in simulator.backdoor.connections())
+    await told(bench, "set override : 1", "set clock : fast")
+    await driver.until_at_rest()
+    assert simulator.joints == pytest.approx(scene.far)
+
+
+@pytest.mark.parametrize("how", ["leaves", "vanishes"])
+async def test_exclusive_means_one_after_the_other_of_all_dialects(scene: Scene, how: str) -> None:
+    async with scene.simulator(exclusive=True) as simulator:
+        first, _ = await connect(simulator, scene.spoken)
+        second, _ = await connect(simulator, scene.other)
+        third, _ = await connect(simulator, scene.spoken)
+        for each in (second, third):
+            each.send(b"".join(each.QUESTIONS))
+            await each.sent()
+        simulator.backdoor.set_override(0.2)
+        assert await first.moves(scene.far) == 0
+        await under_way(simulator)
+        assert second.unread == third.unread == b""
+        if how == "leaves":
+            await first.leaves()
+        else:
+            first.vanishes()
+        await until(lambda: second.unread != b"")
+        await second.whole_reply()  # whether the robot still brakes is up to the machine
+        await second.whole_reply()
+        await second.whole_reply()
+        await second.until_at_rest()
+        assert third.unread == b"", "one at a time"
+        assert simulator.joints != pytest.approx(scene.far, abs=0.1)
+        await second.leaves()
+        assert [await third.whole_reply() for _ in range(3)] == list(third.ANSWERS)
+        await third.leaves()
+
+
+async def test_a_pause_before_the_next_client_of_any_dialect(scene: Scene) -> None:
+    pause_s, loop = 0.1, asyncio.get_running_loop()
+    async with scene.simulator(reconnect_pause_s=pause_s) as simulator:
+        first, number = await connect(simulator, scene.spoken)
+        await first.is_served()
+        over = loop.create_future()
+        loop.call_later(pause_s, over.set_result, None)
+        await first.leaves()
+        await until(lambda: number not in simulator.backdoor.connections())
+        following, _ = await connect(simulator, scene.other)
+        await following.is_served()
+        assert over.done()
+        await following.leaves()
+
+
+def test_all_of_it_as_a_process_with_six_axes() -> None:
+    options = ("--robot", "kr_6_r900_sixx", "--dialect", "krc4", "--clock", "fast", "--exclusive")
+    with running(*options, "--status-port", "0", "--backdoor-port", "0") as process:
+        assert process.process.stdout is not None
+        ports = {}
+        for _ in range(2):
+            said, _, port = process.process.stdout.readline().rpartition(":")
+            ports[said.split()[0]] = int(port)
+        with (
+            Krc4Client(process.port) as client,
+            socket.create_connection(("127.0.0.1", ports["status"]), DEADLINE_S) as reader,
+            reader.makefile("rb") as lines,
+            socket.create_connection(("127.0.0.1", ports["backdoor"]), DEADLINE_S) as bench,
+            bench.makefile("rb") as replies,
+        ):
+            assert client.ask("PTA", 90.0, -60.0, 60.0, 0.0, 90.0, 0.0).error is None
+            client.until_idle()
+            while abs((seen := state(lines.readline()))["joint_position"][0] - 1.5707963) > 1e-6:
+                pass
+            assert len(seen["joint_torque"]) == 6
+            bench.sendall(b"emergency stop\nrelease emergency stop\n")
+            assert [replies.readline(), replies.readline()] == [b"done\r\n"] * 2
+            assert client.ask("PTA", 0.0, -90.0, 90.0, 0.0, 90.0, 0.0).error == 3030
+            bench.sendall(b"reset error\nrun until stopped : 10\n")
+            assert [replies.readline(), replies.readline()] == [b"done\r\n", b"0.0\r\n"]
+            assert client.ask("PTA", 0.0, -90.0, 90.0, 0.0, 90.0, 0.0).error is None
+            client.until_idle()
+        assert process.ends(signal.SIGTERM)[0] == 0
