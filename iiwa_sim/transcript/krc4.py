@@ -69,7 +69,7 @@ def understood(text: str, root: str) -> Message:
 def tag(text: str) -> str:
     """The name of the message that is said, such as GOP; empty if it has none."""
     try:
-        said = understood(text, REQUEST).command
+        said = understood(_unfilled(text), REQUEST).command
     except ValueError:
         return ""
     return next((name for name, number in _TAGS.items() if number == said), "")

@@ -64,8 +64,9 @@ def replay(
     """
     ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.dialects):
-        dialects = ", ".join(transcript.dialects)
-        raise TranscriptFault(f"{transcript.name}: {len(ports)} ports, expected one for each of {dialects}")
+        given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
+        wanted = f"{len(transcript.dialects)}, one each for {', '.join(transcript.dialects)}"
+        raise TranscriptFault(f"{transcript.name}: {given}, expected {wanted}")
     player = _Player(transcript, host, ports, timeout_s, robot_time or RealTime())
     try:
         for step in transcript.steps:
