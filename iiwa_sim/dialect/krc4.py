@@ -119,7 +119,8 @@ class Krc4Session:
     def _look_ahead(self) -> None:
         if self._next is None:
             self._next = self._stream.next()
-            self._next_wire = self._stream.wire
+            if self._next is not None:
+                self._next_wire = self._stream.wire
 
     def _break_off(self, reason: str, wire: bytes) -> bytes:
         self._closing = True

@@ -67,9 +67,9 @@ class XmlStream:
 
     @property
     def unread(self) -> bytes:
-        """What has come and is in no message yet."""
+        """What has come and is in no message yet, but for blanks before one."""
         begun = self.wire if self._message is not None else b""
-        return begun + self._data[self._place :]
+        return begun + self._data[self._place :].lstrip(b"" if begun else _BLANKS)
 
     def next(self) -> Element | Broken | None:
         """The next message; None where it is not complete yet, and after the stream has broken."""
