@@ -203,7 +203,9 @@ def test_a_late_reply_is_not_taken_for_another_dialect() -> None:
         with connection:
             asked = b""
             while not asked.endswith(b"\r\n"):  # what is sent when patience is over
-                asked += connection.recv(100)
+                came = connection.recv(100)
+                assert came, "it left without having sent that"
+                asked += came
             connection.sendall(b"<Res/>")
             connection.recv(100)
 
