@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Coroutine, Sequence
 from contextlib import AsyncExitStack
+from importlib import metadata
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -31,6 +32,7 @@ from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.serve.turns import Turns
+from iiwa_sim.transcript.record import Recorder
 
 LOOPBACK = "127.0.0.1"
 """Where the backdoor listens: it is for tests on the same machine."""
@@ -71,12 +73,15 @@ class Simulator:
     `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
     can be reached as lines, too, from this machine only.
 
+    What is said in the dialects is written into the file `transcript`, for `iiwa-sim replay`
+    (docs/transcripts.md); a file that is there is overwritten when the context is entered.
+
     Raises CellFault or RobotFault for a cell or a robot that cannot be used, or has not the axes for a
     dialect, RosFault where the library for rosbridge or rospy is not installed, and ValueError for cell and
     robot together, for dialects that are none, are named twice, or do not go with the ports, for a clock that
     there is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a
     time outside 0 to a day; entering the context raises ListenFault if host and ports cannot be listened on,
-    and RosFault where there can be no node.
+    RosFault where there can be no node, and TranscriptFault for a transcript that cannot be written.
     """
 
     def __init__(
@@ -98,6 +103,7 @@ class Simulator:
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
         backdoor_port: int | None = None,
+        transcript: str | Path | None = None,
         on_bye: Callable[[], None] | None = None,
     ) -> None:
         if robot is not None and cell is not None:
@@ -137,6 +143,8 @@ class Simulator:
             )
             for dialect, own_port in zip(spoken, _one_each(dialects, port), strict=True)
         }
+        self._transcript = None if transcript is None else Path(transcript)
+        self._recorder: Recorder | None = None
         self._accepted = 0  # moves the clock knows of
         self._thread: LoopThread | None = None
         entrances = Entrances(list(self._servers.values()))
@@ -209,10 +217,14 @@ class Simulator:
 
     async def __aenter__(self) -> Self:
         async with AsyncExitStack() as listening:
+            recorder = None
+            if self._transcript is not None:
+                recorder = listening.enter_context(self._recording(self._transcript))
             for server in self._listeners:
                 await server.start()
                 listening.push_async_callback(server.close)
             listening.pop_all()
+            self._recorder = recorder
         if self._status is None and self._ros is None:
             self.clock.start(self.controller)
         else:
@@ -228,6 +240,9 @@ class Simulator:
                 await server.close()
         finally:
             self.clock.stop()
+            if self._recorder is not None:
+                self._recorder.close()
+                self._recorder = None
 
     def __enter__(self) -> Self:
         if self._thread is not None:
@@ -338,6 +353,10 @@ class Simulator:
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], DialectSession]:
         return lambda name: dialect.open_session(self.controller, self._log, name, self.dialogue)
+
+    def _recording(self, path: Path) -> Recorder:
+        title = f"{self.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
+        return Recorder(path, self.dialogue, self.clock.tick_s, title, list(self._servers))
 
     def _robot_fault(self, code: int, reason: str) -> None:
         robot_fault(code, reason)

@@ -11,8 +11,10 @@ import pytest
 
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa
+from iiwa_sim.simulator import Simulator
 from tests.check.original import Bare, Moving, serving
-from tests.processes import IIWA_SIM, running
+from tests.krc4_talking import Krc4Client
+from tests.processes import IIWA_SIM, Process, running
 from tests.talking import DEADLINE_S
 
 
@@ -73,6 +75,73 @@ def test_what_cannot_be_played_ends_with_one_line(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.requirement("FRA004")
+def test_a_session_in_both_dialects_is_recorded_and_played(tmp_path: Path) -> None:
+    path = tmp_path / "session.txt"
+
+    def ports(process: Process) -> str:
+        assert process.process.stdout is not None
+        return f"{process.port},{int(process.process.stdout.readline().rsplit(':', 1)[1])}"
+
+    with running("--dialect", "krc4,iiwa", "--transcript", str(path)) as simulator:
+        with Iiwa("127.0.0.1", int(ports(simulator).partition(",")[2])) as robot:
+            with Krc4Client(simulator.port) as krc4:
+                krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)
+                robot.wait_until_stopped(DEADLINE_S)
+                krc4.ask("GOA")
+                krc4.ask("PTP", 9999.0)
+            robot.bye()
+        assert simulator.ends(signal.SIGTERM)[0] == 0
+    text = path.read_text()
+    assert "\ndialect krc4,iiwa\n" in text
+    assert " client1 connects in iiwa\n" in text
+    lines = [line for line in text.splitlines() if not line.endswith(("< moving", "> get status"))]
+    path.write_text("\n".join("client2 wait stopped" if "< stopped" in line else line for line in lines))
+    with running("--dialect", "krc4,iiwa") as another:
+        server = f"127.0.0.1:{ports(another)}"
+        code, said, faults = run("replay", path, server)
+        assert (code, faults) == (0, "")
+        assert said.startswith("0 deviations in ")
+        path.write_text("dialect krc4,iiwa\n> Cmd I0=1 I1=200 I2=99\n< Res I0=1 I1=200\n")
+        deviation = "'Cmd I0=1 I1=200 I2=99': expected 'Res I0=1 I1=200', got 'Res I0=1 I1=-200 I2=1'"
+        assert run("replay", path, server) == (1, f"{path}:3: {deviation}\n1 deviation in 2 lines\n", "")
+        assert run("replay", path, f"127.0.0.1:{another.port}") == (
+            2,
+            "",
+            f"iiwa-sim: {path}: 1 port, expected 2, one each for krc4, iiwa\n",
+        )
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("dialect krc4\n> Cmd I0\n<?\n", ":2: '> Cmd I0': 'I0': expected NAME=VALUE, such as I1=100"),
+        ("dialect krc5\n", ":1: 'dialect krc5': expected iiwa or krc4, each at most once, a comma between"),
+        (
+            "> hello\n< hello\nplc connects in krc4\n",
+            ":3: 'plc connects in krc4': expected one of the dialects",
+        ),
+    ],
+)
+def test_lines_that_are_none_end_with_one_line(
+    text: str, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "session.txt"
+    path.write_text(text)
+    assert main(["replay", str(path), "127.0.0.1:1"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith(f"iiwa-sim: {path}{told}")
+    assert err.count("\n") == 1
+
+
+def test_a_server_of_krc4_messages_is_not_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    with Simulator(dialects=["krc4"]) as simulator:
+        assert main(["check", f"127.0.0.1:{simulator.port}"]) == 2
+        told = f"127.0.0.1:{simulator.port} answers with KRC4 messages, expected the iiwa's protocol"
+    assert capsys.readouterr() == ("", f"iiwa-sim: {told}\n")
+
+
 def test_a_transcript_that_cannot_be_written(tmp_path: Path) -> None:
     code, _, faults = run("--port", "0", "--transcript", tmp_path / "none" / "session.txt")
     assert code == 2
@@ -114,3 +183,13 @@ def test_an_address_that_is_none(command: list[str], server: str, capsys: pytest
         main([*command, server])
     assert caught.value.code == 2
     assert "is not HOST:PORT" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("command", "server"), [("check", "host:1,2"), ("replay", "host:1,"), ("replay", "host:1,65536")]
+)
+def test_ports_that_are_none(command: str, server: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main([command, *(["file"] if command == "replay" else []), server])
+    assert caught.value.code == 2
+    assert f"'{server}' is not HOST:PORT" in capsys.readouterr().err

@@ -1,29 +1,19 @@
-"""The dialogues of protocol/transcripts/krc4, played over a real socket."""
+"""The dialogues of protocol/transcripts/krc4, played over a real socket in simulated time."""
 
 from __future__ import annotations
 
+import re
 from importlib.resources import files
 
 import pytest
 
 from iiwa_sim.dialect.krc4_table import load_krc4_table
 from iiwa_sim.simulator import Simulator
-from iiwa_sim.transcript.compare import deviation
-from iiwa_sim.transcript.lines import (
-    Answered,
-    Compare,
-    Connects,
-    Leaves,
-    Said,
-    Transcript,
-    Wait,
-    read,
-    wire_bytes,
-)
-from tests.krc4_talking import Krc4Client, replies
+from iiwa_sim.transcript.lines import Answered, Compare, Transcript, read, shipped
+from iiwa_sim.transcript.replay import replay
+from tests.simulated_time import SimulatedTime
 
-FOLDER = files("iiwa_sim.protocol").joinpath("transcripts", "krc4")
-TRANSCRIPTS = {each.name: read(each.name, each.read_text("utf-8")) for each in FOLDER.iterdir()}
+TRANSCRIPTS = {transcript.name: transcript for transcript in shipped("krc4")}
 
 
 @pytest.mark.requirement(
@@ -31,79 +21,52 @@ TRANSCRIPTS = {each.name: read(each.name, each.read_text("utf-8")) for each in F
 )
 @pytest.mark.parametrize("name", TRANSCRIPTS)
 def test_a_transcript_is_answered_as_it_says(name: str) -> None:
-    transcript = TRANSCRIPTS[name]
-    with Simulator(transcript.robot, dialects=["krc4"], clock="stepped") as simulator:
-        assert deviations(transcript, simulator) == []
+    assert deviations(TRANSCRIPTS[name]) == []
+
+
+@pytest.mark.parametrize("robot", ["kr_6_r900_sixx", "lbr_iiwa_14_r820"])
+@pytest.mark.parametrize("name", [name for name, each in TRANSCRIPTS.items() if not each.robot])
+def test_one_that_names_no_robot_holds_for_any(name: str, robot: str) -> None:
+    assert deviations(TRANSCRIPTS[name]._replace(robot=robot)) == []
 
 
 @pytest.mark.parametrize(
-    ("reply", "other"),
+    ("reply", "other", "told"),
     [
-        ("< <Res><I0>4</I0><I1>100</I1><I2>0</I2>", "< <Res><I0>4</I0><I1>100</I1><I2>1</I2>"),
-        ("<R1>20.0</R1><R2>800.0</R2>", "<R1>20.0</R1><R2>800.002</R2>"),
+        (
+            "< Res I0=4 I1=100\n",
+            "< Res I0=4 I1=100 I2=1\n",
+            "'Cmd I0=4 I1=100': expected 'Res I0=4 I1=100 I2=1', got 'Res I0=4 I1=100'",
+        ),
+        ("R1=20.0 R2=800.0", "R1=20.0 R2=800.002", "'Cmd I0=6 I1=310': R2 is 800.0, expected 800.002 within"),
     ],
 )
-def test_one_that_says_otherwise_deviates_in_one_line(reply: str, other: str) -> None:
-    text = FOLDER.joinpath("moves.txt").read_text("utf-8")
+def test_one_that_says_otherwise_deviates_in_one_line(reply: str, other: str, told: str) -> None:
+    text = files("iiwa_sim.protocol").joinpath("transcripts", "krc4", "moves.txt").read_text("utf-8")
     assert reply in text
     changed = read("changed.txt", text.replace(reply, other, 1))
-    with Simulator(changed.robot, dialects=["krc4"], clock="stepped") as simulator:
-        (found,) = deviations(changed, simulator)
-    assert found.startswith("changed.txt:")
+    (found,) = deviations(changed)
+    line = text[: text.index(reply)].count("\n") + 1
+    assert found.startswith(f"changed.txt:{line}: {told}")
 
 
-def test_every_message_is_carried_out_in_one() -> None:
-    expected = [
-        replies(step.text.encode())[0].command
+def test_every_message_is_carried_out_in_one_and_refused_in_one() -> None:
+    answered = {
+        int(found[1])
         for transcript in TRANSCRIPTS.values()
         for step in transcript.steps
         if isinstance(step, Answered) and step.compare is not Compare.ANY
-    ]
-    assert set(load_krc4_table().commands) <= set(expected)
-    assert any(command < 0 for command in expected)
+        if (found := re.search(r"I1(?:=|>)(-?\d+)", step.text))
+    }
+    ids = set(load_krc4_table().commands)
+    assert ids <= answered
+    assert {-number for number in ids} <= answered
 
 
-def deviations(transcript: Transcript, simulator: Simulator) -> list[str]:
-    """What is answered otherwise, or without having been asked. Waits are in simulated time."""
-    clients: dict[str, Krc4Client] = {}
-    found: list[str] = []
-
-    def leaves(name: str) -> None:
-        with clients.pop(name) as client:
-            client.sends_no_more()
-            if rest := client.rest():
-                found.append(f"{transcript.name}: {name} got more than was asked for: {rest!r}")
-
-    for step in transcript.steps:
-        name = step.step.client
-        if name not in clients:
-            clients[name] = Krc4Client(simulator.port)
-        match step:
-            case Connects():
-                pass
-            case Said():
-                clients[name].send(wire_bytes(step.text))
-            case Answered():
-                if different := _difference(step, clients[name].reply_bytes().decode()):
-                    found.append(f"{transcript.name}:{step.step.line}: {different}")
-            case Wait(seconds=None):
-                simulator.run_until_stopped()
-            case Wait(seconds=float(seconds)):
-                simulator.advance(seconds)
-            case Leaves():
-                leaves(name)
-    for name in list(clients):
-        leaves(name)
-    return found
-
-
-def _difference(expected: Answered, reply: str) -> str:
-    if expected.compare is Compare.NUMBERS:
-        return deviation(expected._replace(text=_numbers(expected.text)), _numbers(reply), {})
-    return deviation(expected, reply, {})
-
-
-def _numbers(reply: str) -> str:
-    """The ten integers and ten reals, which is what the comparer knows as numbers."""
-    (parsed,) = replies(reply.encode())
-    return " ".join(map(repr, (*parsed.integers, *parsed.reals)))
+def deviations(transcript: Transcript) -> list[str]:
+    """What is answered otherwise, by a robot whose time stands still but for the waits."""
+    robot = transcript.robot or "kr_6_r900_sixx"
+    with Simulator(robot, dialects=transcript.dialects, clock="stepped") as simulator:
+        ports = list(simulator.ports.values())
+        played = replay(transcript, simulator.host, ports, timeout_s=30, robot_time=SimulatedTime(simulator))
+        return [f"{transcript.name}:{each.line}: {each}" for each in played]

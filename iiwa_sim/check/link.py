@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from iiwa_sim.dialect.table import load_table
-from iiwa_sim.transcript.lines import Said, Transcript, command_of, wire_bytes
+from iiwa_sim.transcript.escapes import wire_bytes
+from iiwa_sim.transcript.lines import Said, Transcript, command_of
 from iiwa_sim.transcript.wire import NoReply, Wire
 
 TIMEOUT_S = 3.0

@@ -43,12 +43,35 @@ def add_server(parser: Parser) -> None:
     parser.add_argument("server", type=_server, metavar="HOST:PORT", help="where it listens")
 
 
+def add_servers(parser: Parser) -> None:
+    parser.add_argument(
+        "server",
+        type=_servers,
+        metavar="HOST:PORT[,PORT]",
+        help="where it listens, a port for each dialect of the transcript",
+    )
+
+
 def _server(text: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
+    host, ports = _servers(text)
+    if len(ports) != 1:
+        raise _no_server(text)
+    return host, ports[0]
+
+
+def _servers(text: str) -> tuple[str, list[int]]:
+    host, _, ports = text.rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
-    if not host or not (port.isascii() and port.isdigit() and len(port) < 6 and 1 <= int(port) <= MAX_PORT):
-        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
-    return host, int(port)
+    words = ports.split(",")
+    if not host or not all(
+        port.isascii() and port.isdigit() and len(port) < 6 and 1 <= int(port) <= MAX_PORT for port in words
+    ):
+        raise _no_server(text)
+    return host, [int(port) for port in words]
+
+
+def _no_server(text: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not HOST:PORT")
 
 
 def add_robot(parser: Parser) -> None:

@@ -52,7 +52,7 @@ def _parser() -> Parser:
         "and accelerations of the joints, speed and way of the TCP, with targets and blending spheres, and "
         "the forces at the TCP with the thresholds of force moves, where there are any.",
         epilog="In the file: one command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; "
-        "what follows a # is a comment.",
+        "what follows a # is a comment. Below the line 'dialect krc4' they are KRC4 messages, as Cmd I1=100.",
         allow_abbrev=False,
     )
     parser.add_argument("commands", metavar="COMMANDS", help="the file")

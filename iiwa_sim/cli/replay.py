@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from iiwa_sim.cli.options import REPLAY, Parser, add_server
+from iiwa_sim.cli.options import REPLAY, Parser, add_servers
 from iiwa_sim.cli.output import say
 from iiwa_sim.wording import harmless
 
@@ -30,5 +30,5 @@ def _parser() -> Parser:
         allow_abbrev=False,
     )
     parser.add_argument("transcript", type=Path, metavar="FILE", help="as --transcript records it")
-    add_server(parser)
+    add_servers(parser)
     return parser

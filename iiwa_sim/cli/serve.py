@@ -2,7 +2,6 @@
 
 import argparse
 import asyncio
-import contextlib
 import gc
 import sys
 from collections.abc import Callable, Sequence
@@ -71,16 +70,11 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
         backdoor_port=options.backdoor_port,
+        transcript=options.transcript,
         on_bye=ending.asked.set if options.bye_shuts_down else None,
     )
     async with simulator:
         ending.watch()
-        recorder: contextlib.AbstractContextManager[object] = contextlib.nullcontext()
-        if options.transcript is not None:
-            from iiwa_sim.transcript.record import Recorder
-
-            title = f"{simulator.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
-            recorder = Recorder(options.transcript, simulator.dialogue, 1.0 / options.rate, title)
         for port in simulator.ports.values():
             say(f"listening on {host_and_port(simulator.host, port)}\n")
         if simulator.status_port is not None:
@@ -95,8 +89,7 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
             print(_banner(simulator.cell.description.name, simulator.host, simulator.ports), file=sys.stderr)
         gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
         gc.enable()
-        with recorder:
-            await ending.asked.wait()
+        await ending.asked.wait()
     gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
 
 
@@ -229,7 +222,7 @@ def _parser() -> Parser:
         "--transcript",
         type=Path,
         metavar="FILE",
-        help=f"write down there what is said on the main port; iiwa-sim {REPLAY} plays it",
+        help=f"write down there what is said in all dialects; iiwa-sim {REPLAY} plays it",
     )
     parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
     add_log(parser)

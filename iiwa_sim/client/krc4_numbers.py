@@ -19,7 +19,7 @@ COMMANDS = {
 
 ERRORS = {
     3000: "anything that has no number of its own",
-    3010: "a gravity hold of the iiwa's protocol is on, which only a stop ends; or the drives are off",
+    3010: "the drives are off",
     3020: "the target is not reachable",
     3021: "the target, or the line to it, is out of reach",
     3022: "reachable only with the arm bent another way",

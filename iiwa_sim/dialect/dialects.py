@@ -9,6 +9,7 @@ from iiwa_sim.dialect.iiwa import Session
 from iiwa_sim.dialect.krc4 import Krc4Session
 from iiwa_sim.dialect.krc4_table import REGISTERS
 from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.ports import IIWA, KRC4
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
 
@@ -40,8 +41,8 @@ class Dialect(NamedTuple):
 DIALECTS = {
     dialect.name: dialect
     for dialect in (
-        Dialect("iiwa", range(7, 8), True, Session),
-        Dialect("krc4", range(1, REGISTERS + 1), False, Krc4Session),
+        Dialect(IIWA, range(7, 8), True, Session),
+        Dialect(KRC4, range(1, REGISTERS + 1), False, Krc4Session),
     )
 }
 

@@ -28,11 +28,13 @@ class Said(NamedTuple):
     """HOST:PORT of the client, or the name of whatever else speaks or is met with."""
     direction: Direction
     text: str
-    """Without its line end; what is not printable ASCII is escaped."""
+    """Without its line end; what is not printable ASCII is escaped. KRC4 messages: see `krc4_short`."""
     tick: int
     """The robot's, of which there are 1 / tick_s in a simulated second."""
     instant_ns: int
     """Of `time.monotonic_ns`."""
+    dialect: str = ""
+    """Of a client that has just connected: what it speaks, one of `iiwa_sim.dialect.ports`."""
 
 
 Listener = Callable[[Said], None]
@@ -54,16 +56,16 @@ class Dialogue:
         self._tell(session, Direction.FROM_CLIENT, line)
         self._tell(session, Direction.TO_CLIENT, reply)
 
-    def event(self, session: str, text: str) -> None:
-        """Something that is no line, such as a client that comes or goes."""
-        self._tell(session, Direction.EVENT, text)
+    def event(self, session: str, text: str, dialect: str = "") -> None:
+        """Something that is no line, such as a client that comes, in its dialect, or goes."""
+        self._tell(session, Direction.EVENT, text, dialect)
 
     def on_wire(self, session: str, text: str) -> None:
         """What goes over the wire in place of the reply before."""
         self._tell(session, Direction.ON_WIRE, text)
 
-    def _tell(self, session: str, direction: Direction, text: str) -> None:
+    def _tell(self, session: str, direction: Direction, text: str, dialect: str = "") -> None:
         if self.listeners:
-            said = Said(session, direction, text, self._tick(), time.monotonic_ns())
+            said = Said(session, direction, text, self._tick(), time.monotonic_ns(), dialect)
             for listener in self.listeners:
                 listener(said)

@@ -17,6 +17,7 @@ from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.help import alternatives, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.ports import IIWA
 from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Refusal, Request, load_table
 from iiwa_sim.frames import Frame
 from iiwa_sim.wording import harmless
@@ -42,7 +43,7 @@ class Session:
         self._log = log
         self._name = name
         self._dialogue = dialogue or Dialogue(lambda: controller.tick)
-        self._dialogue.event(name, "connected")
+        self._dialogue.event(name, "connected", IIWA)
         self._table = load_table("iiwa")
         self._splitter = LineSplitter()
         self._lines: deque[bytes] = deque()

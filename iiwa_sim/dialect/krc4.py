@@ -17,9 +17,11 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.io import NUMBER_OUT_OF_RANGE, Io
 from iiwa_sim.dialect.dialogue import Dialogue
+from iiwa_sim.dialect.krc4_short import short_reply, word_for_word, written
 from iiwa_sim.dialect.krc4_stream import Broken, Element, XmlStream
-from iiwa_sim.dialect.krc4_table import REPLY, Command, Message, load_krc4_table, reply, understand
+from iiwa_sim.dialect.krc4_table import Command, Message, load_krc4_table, reply, understand
 from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.ports import KRC4
 from iiwa_sim.frames import Frame
 from iiwa_sim.wording import harmless, shortened
 
@@ -51,11 +53,12 @@ class Krc4Session:
         self._log = log
         self._name = name
         self._dialogue = dialogue or Dialogue(lambda: controller.tick)
-        self._dialogue.event(name, "connected")
+        self._dialogue.event(name, "connected", KRC4)
         self._table = load_krc4_table()
         self._axes = len(controller.description.joints)
         self._stream = XmlStream()
         self._next: Element | Broken | None = None
+        self._next_wire = b""
         self._moves: deque[int] = deque()  # accepted from this connection; those at the front are to be done
         self._planned = False  # a move, within the present answer()
         self._closing = False
@@ -91,13 +94,13 @@ class Krc4Session:
         replies: list[bytes] = []
         self._planned = False
         for _ in range(most):
-            request, self._next = self._next, None
+            request, wire, self._next = self._next, self._next_wire, None
             if request is None:
                 break
             if isinstance(request, Broken):
-                replies.append(self._break_off(request.reason))
+                replies.append(self._break_off(request.reason, wire))
                 break
-            replies.append(self._reply(request))
+            replies.append(self._reply(request, wire))
             self._look_ahead()
             if self._planned:
                 break
@@ -116,16 +119,17 @@ class Krc4Session:
     def _look_ahead(self) -> None:
         if self._next is None:
             self._next = self._stream.next()
+            if self._next is not None:
+                self._next_wire = self._stream.wire
 
-    def _break_off(self, reason: str) -> bytes:
+    def _break_off(self, reason: str, wire: bytes) -> bytes:
         self._closing = True
-        return self._refuse(
-            _NO_MESSAGE, "(no message)", COMMUNICATION_FAILURE, f"{reason}; the connection ends"
-        )
+        why = f"{reason}; the connection ends"
+        return self._refuse(_NO_MESSAGE, word_for_word(wire), COMMUNICATION_FAILURE, why)
 
-    def _reply(self, element: Element) -> bytes:
+    def _reply(self, element: Element, wire: bytes) -> bytes:
         message = understand(element)
-        log, text = self._log, _text(element)
+        log, text = self._log, written(element, wire)
         try:
             answer = self._carry_out(message)
             integers = (message.id, message.command, *answer.integers)
@@ -133,25 +137,25 @@ class Krc4Session:
         except Refused as refused:
             return self._refuse(message, text, refused.code, refused.reason)
         except Exception as fault:  # a fault of ours must not cost the client its connection
-            log.exception(self._name, text, fault)
-            self._controller.record_error(EXECUTION, f"internal fault at '{text}', told in the log")
+            log.exception(self._name, _in_log(text), fault)
+            self._controller.record_error(EXECUTION, f"internal fault at '{_in_log(text)}', told in the log")
             return self._refusal(message, text, EXECUTION)
         if log.commands or self._dialogue.listeners:
-            shown = _shown(integers, answer.reals)
+            shown = short_reply(integers, answer.reals)
             if log.commands:
-                log.command(self._name, text, shown)
+                log.command(self._name, _in_log(text), shown)
             self._dialogue.exchange(self._name, text, shown)
         return whole
 
     def _refuse(self, message: Message, text: str, code: int, reason: str) -> bytes:
         told = harmless(reason)
-        self._log.refused(self._name, text, code, told)
+        self._log.refused(self._name, _in_log(text), code, told)
         self._controller.record_error(code, told)
         return self._refusal(message, text, code)
 
     def _refusal(self, message: Message, text: str, code: int) -> bytes:
         integers = (message.id, -abs(message.command), code)
-        self._dialogue.exchange(self._name, text, _shown(integers, ()))
+        self._dialogue.exchange(self._name, text, short_reply(integers, ()))
         return reply(integers, ())
 
     def _carry_out(self, message: Message) -> _Answer:
@@ -177,18 +181,8 @@ class Krc4Session:
         return (x_mm, y_mm, z_mm, *map(radians, angles_deg))
 
 
-def _text(element: Element) -> str:
-    """A message in the log: `Cmd I0=7 I1=100`."""
-    values = "".join(f" {name}={value.strip()}" for name, value in element.values.items())
-    printable = harmless(element.name + values).encode("ascii", "backslashreplace").decode()
-    return shortened(printable, _LONGEST_TEXT)
-
-
-def _shown(integers: Sequence[int], reals: Sequence[float]) -> str:
-    """A reply in log and dialogue: the ids, and what else is not 0."""
-    values = [f" I{place}={value}" for place, value in enumerate(integers) if value or place < 2]
-    values += [f" R{place}={value:.9g}" for place, value in enumerate(reals) if value]
-    return REPLY + "".join(values)
+def _in_log(text: str) -> str:
+    return shortened(text, _LONGEST_TEXT)
 
 
 def _stop(controller: Controller, _: Message) -> _Answer:

@@ -44,6 +44,7 @@ class XmlStream:
         self._place = 0  # up to here it has been parsed
         self._size = 0  # of the message, so far
         self._message: _Message | None = None
+        self._pieces: list[bytes] = []  # of the message, so far
         self._ended = False
         self._broken = False
 
@@ -55,6 +56,20 @@ class XmlStream:
     def end(self) -> None:
         """The client sends no more."""
         self._ended = True
+
+    @property
+    def wire(self) -> bytes:
+        """The bytes of what `next` gave last.
+
+        Of what broke the stream, as many as break another one; none where that was its length or its end.
+        """
+        return b"".join(self._pieces)
+
+    @property
+    def unread(self) -> bytes:
+        """What has come and is in no message yet, but for blanks before one."""
+        begun = self.wire if self._message is not None else b""
+        return begun + self._data[self._place :].lstrip(b"" if begun else _BLANKS)
 
     def next(self) -> Element | Broken | None:
         """The next message; None where it is not complete yet, and after the stream has broken."""
@@ -73,18 +88,23 @@ class XmlStream:
                 self._skip_blanks()
                 if self._place == len(self._data):
                     return None
+                self._pieces = []
                 if self._data[self._place] != ord("<"):
+                    self._pieces.append(self._data[self._place :][:MAX_MESSAGE_BYTES])
                     raise _BrokenStream("a message begins with <")
                 self._message, self._size = _Message(), 0
             end = self._data.find(b">", self._place) + 1
             size = self._size + (end or len(self._data)) - self._place
             if size > MAX_MESSAGE_BYTES:
+                self._pieces = []
                 raise _BrokenStream(f"a message of more than {MAX_MESSAGE_BYTES} bytes")
             if not end:
                 if self._ended:
+                    self._pieces = []
                     raise _BrokenStream("the stream ends within a message")
                 return None
             piece = self._data[self._place : end]
+            self._pieces.append(piece)
             if b"\0" in piece:  # UTF-16, which Expat would guess
                 raise _BrokenStream("expected UTF-8")
             self._message.feed(piece)

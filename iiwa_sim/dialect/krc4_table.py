@@ -23,7 +23,7 @@ _DIGITS = len(str(LARGEST_INTEGER))
 
 
 class Message(NamedTuple):
-    """A request as it was understood."""
+    """A request, or a reply, as it was understood."""
 
     integers: tuple[int, ...]
     reals: tuple[float, ...]
@@ -107,11 +107,11 @@ def read_krc4_table(text: bytes) -> Krc4Table:
     return Krc4Table(commands, {int(number): meaning for number, meaning in rows.errors.items()})
 
 
-def understand(element: Element) -> Message:
-    """The numbers in a request."""
+def understand(element: Element, root: str = REQUEST) -> Message:
+    """The numbers in a request, or in a reply where the root is that of one."""
     fault = element.fault
-    if not fault and element.name != REQUEST:
-        fault = f"{_shown(element.name)}: expected {REQUEST}"
+    if not fault and element.name != root:
+        fault = f"{_shown(element.name)}: expected {root}"
     integers, reals = [0] * REGISTERS, [0.0] * REGISTERS
     for name, text in element.values.items():
         place = _PLACES.get(name)

@@ -1,7 +1,9 @@
 """The names of the dialects, and the ports on which they are usually spoken; loads nothing else."""
 
-DEFAULT_DIALECT = "iiwa"
+IIWA = "iiwa"
+KRC4 = "krc4"
+DEFAULT_DIALECT = IIWA
 DEFAULT_PORTS = {
-    "iiwa": 30000,
-    "krc4": 54600,  # EKI's
+    IIWA: 30000,
+    KRC4: 54600,  # EKI's
 }

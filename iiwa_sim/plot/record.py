@@ -1,7 +1,6 @@
 """Runs a script through the wire's own session on a stepped controller, and keeps what every tick gave."""
 
 from array import array
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,20 +8,17 @@ from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.force_guard import AXES, Contact, Thresholds
+from iiwa_sim.controller.force_guard import Contact, Thresholds
 from iiwa_sim.controller.io import Io
-from iiwa_sim.dialect.iiwa import Session
-from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Request, load_table
-from iiwa_sim.frames import Frame, Transform, Vector, compose
+from iiwa_sim.frames import Vector
+from iiwa_sim.plot.clients import CLIENTS, SERVO_MODES, Asked, Client
 from iiwa_sim.plot.script import LONGEST_S, Command, Script, Wait
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.model import Model
 
 Array = NDArray[np.float64]
 
 REST_TICKS = 3
 """Ticks recorded after the last motion, so that its end shows in the differences."""
-SERVO_MODES = ("smart", "direct")
 
 
 @dataclass(frozen=True)
@@ -139,9 +135,7 @@ class _Recorder:
             io=Io(cell.input_names, cell.output_names),
             on_contact=self._met,
         )
-        self._model = Model(cell.description)
-        self._refusal = _Refusal()
-        self._session = _Session(self._controller, self._refusal, script.path)
+        self._client: Client = CLIENTS[script.dialect](self._controller, cell, script.path)
         self._joints = array("d", self._controller.joints)
         self._tcp_mm = array("d", self._controller.tool_frame()[:3])
         self._force_n = array("d", self._controller.cartesian_force()[:3])
@@ -152,22 +146,13 @@ class _Recorder:
 
     def send(self, command: Command) -> None:
         """Send a line and take its answer."""
-        if self._session.closing:
-            raise self._script.fault(command, "nothing is heard after bye")
-        line = command.text.encode()
         offset_n = self._controller.cartesian_force()[:3]
-        self._session.receive(line + b"\n")
-        reply = self._session.answer().decode().rstrip()
-        if reply in (ERROR, UNKNOWN_COMMAND):
-            raise self._script.fault(command, f"{reply}: {self._refusal.reason}")
-        request = load_table("iiwa").parse(line)
-        if isinstance(request, Request):
-            named = {
-                parameter.name: value
-                for parameter, value in zip(request.command.parameters, request.values, strict=True)
-            }
-            self._add_target(command.line, request, named)
-            self._add_watch(named, offset_n)
+        try:
+            asked = self._client.say(command.text)
+        except ValueError as refusal:
+            raise self._script.fault(command, str(refusal)) from None
+        self._add_target(command.line, asked)
+        self._add_watch(asked, offset_n)
         self._forget_pending()
 
     def wait(self, wait: Wait) -> None:
@@ -218,11 +203,9 @@ class _Recorder:
         over = [number for number in self._pending if not self._controller.is_pending(number)]
         return [self._pending.pop(number) for number in over]
 
-    def _add_watch(self, named: Mapping[str, float], offset_n: Vector) -> None:
-        x, y, z = (named.get(f"threshold{axis.upper()}") for axis in AXES)
-        move = self._session.last_move
-        if move is not None and (x, y, z) != (None, None, None):
-            self._watches[move] = Watch((x, y, z), offset_n)
+    def _add_watch(self, asked: Asked, offset_n: Vector) -> None:
+        if asked.move is not None and asked.thresholds_n != (None, None, None):
+            self._watches[asked.move] = Watch(asked.thresholds_n, offset_n)
 
     def _watched(self, move: int) -> None:
         """A move was under way in this tick, at the end of which forces were compared."""
@@ -234,54 +217,11 @@ class _Recorder:
         self._watched(contact.move)
         self._watches[contact.move] = replace(self._watches[contact.move], contact=contact)
 
-    def _add_target(self, line: int, request: Request, named: Mapping[str, float]) -> None:
-        tcp = self._tcp(request)
-        if tcp is None:
+    def _add_target(self, line: int, asked: Asked) -> None:
+        if asked.tcp is None:
             return
-        x, y, z = tcp.translation
-        tcp_mm = (1e3 * x, 1e3 * y, 1e3 * z)
-        target = Target(line, tcp_mm, named.get("blending", 0.0), request.command.mode)
-        if self._session.last_move is not None and not target.servo:
-            self._pending[self._session.last_move] = len(self._targets)
+        x, y, z = asked.tcp.translation
+        target = Target(line, (1e3 * x, 1e3 * y, 1e3 * z), asked.blending_mm, asked.mode)
+        if asked.move is not None and not target.servo:
+            self._pending[asked.move] = len(self._targets)
         self._targets.append(target)
-
-    def _tcp(self, request: Request) -> Transform | None:
-        """The pose of the TCP that a command asks for, if it does."""
-        names = [each.name for each in request.command.parameters]
-        tool = self._cell.tool_in_flange
-        if names[:6] == ["x", "y", "z", "alpha", "beta", "gamma"]:
-            pose = Frame(*request.values[:6]).to_transform()
-            return compose(pose, tool) if request.command.mode in SERVO_MODES else pose
-        count = len(self._cell.description.joints)
-        if names[:count] == [f"j{index}" for index in range(count)]:
-            return compose(self._model.flange(request.values[:count]), tool)
-        return None
-
-
-class _Session(Session):
-    """One that tells which move it had accepted last."""
-
-    @property
-    def last_move(self) -> int | None:
-        return self._moves[-1] if self._moves else None
-
-
-class _Refusal:
-    """The `DialectLog` that keeps the last reason."""
-
-    commands = False
-    reason = ""
-
-    def command(self, session: str, line: str, reply: str) -> None:
-        pass
-
-    def refused(self, session: str, line: str, code: int, reason: str) -> None:
-        del session, line, code  # the file and the number of the line name the command
-        self.reason = reason
-
-    def stopped(self, session: str, vanished: bool) -> None:
-        pass
-
-    def exception(self, session: str, line: str, fault: Exception) -> None:
-        del session, line
-        self.reason = f"internal fault, {type(fault).__name__}: {fault}"

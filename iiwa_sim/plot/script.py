@@ -5,6 +5,7 @@ follow each other at once, within one tick, except where the file says
 
     wait SECONDS        the robot moves on for so long, in simulated time
     wait stopped        until `get status` would say stopped
+    dialect krc4        above all commands: these are KRC4 messages, in their short form or word for word
 
 Letter case and blanks count as little as on the wire.
 """
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from iiwa_sim.dialect.decimals import parse_decimal
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS
 from iiwa_sim.plot.fault import PlotFault
 
 LONGEST_S = 600.0
@@ -43,6 +45,7 @@ class Script(NamedTuple):
 
     path: str
     steps: tuple[Command | Wait, ...]
+    dialect: str = DEFAULT_DIALECT
 
     def fault(self, step: Command | Wait, reason: str) -> PlotFault:
         """The fault that names this file, the line, what it says and why that is wrong."""
@@ -68,13 +71,19 @@ def parse_script(path: str, data: bytes) -> Script:
     except UnicodeDecodeError as fault:
         raise PlotFault(f"{path}: expected text in UTF-8 ({fault})") from None
     steps: list[Command | Wait] = []
+    dialect = DEFAULT_DIALECT
     for number, line in enumerate(data.removeprefix(b"\xef\xbb\xbf").splitlines(), start=1):
         text = line.partition(b"#")[0].strip(b" \t").decode()
-        if text:
+        if text.split()[:1] == ["dialect"]:
+            dialect = text.removeprefix("dialect").strip()
+            if dialect not in DEFAULT_PORTS or steps:
+                known = " or ".join(DEFAULT_PORTS)
+                raise PlotFault(f"{path}: line {number}: '{text}': expected {known}, above all commands")
+        elif text:
             steps.append(_step(path, number, text))
     if not steps:
         raise PlotFault(f"{path}: expected commands, one per line, and found none")
-    return Script(path, tuple(steps))
+    return Script(path, tuple(steps), dialect)
 
 
 def _step(path: str, number: int, text: str) -> Command | Wait:

@@ -2,6 +2,8 @@ r"""Transcripts read: which client says what when, and what it is to be answered
 
     # a comment; blank lines count for nothing
     only lbr_iiwa_7_r800 at home    what follows holds for that robot, in that pose
+    dialect krc4                    what clients speak; without it: iiwa
+    dialect iiwa,krc4               each on a port of its own, the first where a client does not say it
     > get status                    said
     < stopped                       and answered so, word for word
     <~0.5 450 0 520 0 -1.57 0       numbers, as many, each within 0.5; `<~` alone: within 1e-6; `<~inf`: any
@@ -10,13 +12,15 @@ r"""Transcripts read: which client says what when, and what it is to be answered
     wait 0.5                        seconds
     driver> hello                   a client with a name, if there are several
     driver connects                 before its first line it does so anyway
+    driver connects in krc4         and speaks that, from then on
     driver leaves                   its connection is closed
     [12.5 0.514] driver> hello      with times, simulated and real, in s since the beginning
 
 Each line that is said has its reply further down, in the order of the lines of that client. In what is said
 and in a reply, `{get tool frame}` stands for the last reply to that command, `{get tool frame 3}` for its
-third number, and `{get tool frame + 0 0 9 0 0 0}` for its numbers with these added. Bytes that do not print
-are written as `\x09`, a backslash as `\\`, a brace that is one as `\x7b`.
+third number, and `{get tool frame + 0 0 9 0 0 0}` for its numbers with these added; for KRC4 messages see
+`iiwa_sim.transcript.krc4`. Bytes that do not print are written as `\x09`, a backslash as `\\`, a brace that
+is one as `\x7b`.
 """
 
 import math
@@ -27,6 +31,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS, KRC4
+from iiwa_sim.transcript import krc4
+from iiwa_sim.transcript.escapes import wire_bytes
 from iiwa_sim.transcript.fault import TranscriptFault
 
 MAX_BYTES = 100_000_000
@@ -38,9 +45,10 @@ WITHIN = 1e-6
 _LINE = re.compile(
     r"(?:\[\s*(?P<simulated>[0-9.]+)\s+(?P<real>[0-9.]+)\s*\]\s*)?"
     r"(?:(?P<only>only)\s+(?P<robot>\S+) at home"
+    r"|dialect\s+(?P<dialects>\S+)"
     r"|(?P<client>[A-Za-z]\w*(?=\s*[<>]|\s+[a-z]))?\s*"
     r"(?:(?P<mark>>|<~[^\s]*|<\?|<)(?: (?P<text>.*))?"
-    r"|(?P<event>connects|leaves)"
+    r"|(?P<event>connects|leaves)(?:(?<=connects)\s+in\s+(?P<dialect>\S+))?"
     r"|wait\s+(?P<wait>\S+)))\s*"
 )
 
@@ -62,6 +70,8 @@ class Step(NamedTuple):
     """Its name; empty where there is but one."""
     at_s: float | None
     """When, in simulated time since the beginning, if the transcript says it."""
+    dialect: str = DEFAULT_DIALECT
+    """What the client speaks, one of `iiwa_sim.dialect.ports`."""
 
 
 class Said(NamedTuple):
@@ -111,11 +121,17 @@ class Transcript(NamedTuple):
     steps: tuple[Steps, ...]
     robot: str
     """Which robot, at home, it holds for; empty for any."""
+    dialects: tuple[str, ...] = (DEFAULT_DIALECT,)
+    """What is spoken in it, each on a port of its own."""
 
     @property
     def commands(self) -> set[str]:
-        """The commands that are said, without their parameters."""
-        return {command_of(step.text) for step in self.steps if isinstance(step, Said)}
+        """The commands that are said, without their parameters; of KRC4 messages the tags, such as GOP."""
+        return {
+            krc4.tag(step.text) if step.step.dialect == KRC4 else command_of(step.text)
+            for step in self.steps
+            if isinstance(step, Said)
+        }
 
 
 def read_file(path: Path) -> Transcript:
@@ -133,6 +149,8 @@ def read_file(path: Path) -> Transcript:
 def read(name: str, text: str) -> Transcript:
     """A transcript from its text; `name` names it in faults. Raises TranscriptFault."""
     robot = ""
+    dialects: tuple[str, ...] = (DEFAULT_DIALECT,)
+    spoken: dict[str, str] = {}
     steps: list[Steps] = []
     unanswered: Counter[str] = Counter()
     last_said: dict[str, int] = {}
@@ -146,9 +164,21 @@ def read(name: str, text: str) -> Transcript:
         if found["only"]:
             robot = found["robot"]
             continue
-        step = _step(name, number, line, found)
+        try:
+            if found["dialects"]:
+                if steps:
+                    raise ValueError("expected above all that is said")
+                dialects = _dialects(found["dialects"])
+                continue
+            client = found["client"] or ""
+            dialect = found["dialect"] or spoken.get(client, dialects[0])
+            if dialect not in dialects:
+                raise ValueError(f"expected one of the dialects of this transcript, {', '.join(dialects)}")
+            spoken[client] = dialect
+            step = _step(number, found, dialect)
+        except ValueError as fault:
+            raise _fault(name, number, line, str(fault)) from None
         steps.append(step)
-        client = step.step.client
         if isinstance(step, Said):
             unanswered[client] += 1
             last_said[client] = number
@@ -156,15 +186,17 @@ def read(name: str, text: str) -> Transcript:
             unanswered[client] -= 1
             if unanswered[client] < 0:
                 raise _fault(name, number, line, "a reply to nothing")
+        elif isinstance(step, Wait) and step.seconds is None and unanswered[client]:
+            raise _fault(name, number, line, "expected the replies to the lines above it first")
     for client, number in last_said.items():
         if unanswered[client]:
             raise _fault(name, number, "", "expected a reply to each line, `<?` for any")
-    return Transcript(name, tuple(steps), robot)
+    return Transcript(name, tuple(steps), robot, dialects)
 
 
-def shipped() -> list[Transcript]:
-    """Those of protocol/transcripts, by name."""
-    folder = files("iiwa_sim.protocol").joinpath("transcripts")
+def shipped(*folders: str) -> list[Transcript]:
+    """Those of protocol/transcripts, or of a folder in it, by name."""
+    folder = files("iiwa_sim.protocol").joinpath("transcripts", *folders)
     found = sorted(folder.iterdir(), key=lambda each: each.name)
     return [read(each.name, each.read_text("utf-8")) for each in found if each.name.endswith(".txt")]
 
@@ -174,39 +206,34 @@ def command_of(text: str) -> str:
     return " ".join(text.partition(":")[0].lower().split())
 
 
-def wire_bytes(text: str) -> bytes:
-    """What is sent for a line, without its end. Raises ValueError for an escape that is none."""
-    return re.sub(rb"\\(x[0-9a-f]{2}|.|$)", _unescaped, text.encode())
-
-
-def _unescaped(found: re.Match[bytes]) -> bytes:
-    escape = found[1]
-    if escape.startswith(b"x") and len(escape) == 3:
-        return bytes([int(escape[1:], 16)])
-    plain = {b"\\": b"\\", b"'": b"'", b"t": b"\t", b"n": b"\n", b"r": b"\r"}
-    if escape not in plain:
-        raise ValueError(f"no escape: {found[0]!r}")
-    return plain[escape]
-
-
-def _step(name: str, number: int, line: str, found: re.Match[str]) -> Steps:
-    try:
-        at_s = None if found["simulated"] is None else _number(found["simulated"])
-        step = Step(number, found["client"] or "", at_s)
-        if found["event"]:
-            return Connects(step) if found["event"] == "connects" else Leaves(step)
-        if found["wait"]:
-            return Wait(step, None if found["wait"] == "stopped" else _number(found["wait"]))
-        text, mark = found["text"] or "", found["mark"]
-        if mark == ">":
+def _step(number: int, found: re.Match[str], dialect: str) -> Steps:
+    at_s = None if found["simulated"] is None else _number(found["simulated"])
+    step = Step(number, found["client"] or "", at_s, dialect)
+    if found["event"]:
+        return Connects(step) if found["event"] == "connects" else Leaves(step)
+    if found["wait"]:
+        return Wait(step, None if found["wait"] == "stopped" else _number(found["wait"]))
+    text, mark = found["text"] or "", found["mark"]
+    if mark == ">":
+        if dialect == KRC4:
+            krc4.check(text)
+        else:
             wire_bytes(text)
-            return Said(step, text)
-        if not mark.startswith("<~"):
-            return Answered(step, text, Compare(mark), 0.0)
+        return Said(step, text)
+    compare = Compare.NUMBERS if mark.startswith("<~") else Compare(mark)
+    if dialect == KRC4 and compare is not Compare.ANY:
+        krc4.check_reply(text, has_to_be_read=compare is Compare.NUMBERS)
+    within = 0.0
+    if compare is Compare.NUMBERS:
         within = WITHIN if mark == "<~" else _number(mark[2:])
-        return Answered(step, text, Compare.NUMBERS, within)
-    except ValueError as fault:
-        raise _fault(name, number, line, str(fault)) from None
+    return Answered(step, text, compare, within)
+
+
+def _dialects(text: str) -> tuple[str, ...]:
+    names = text.split(",")
+    if len(set(names)) < len(names) or not set(names) <= set(DEFAULT_PORTS):
+        raise ValueError(f"expected {' or '.join(DEFAULT_PORTS)}, each at most once, a comma between")
+    return tuple(names)
 
 
 def _number(word: str) -> float:

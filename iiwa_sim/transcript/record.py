@@ -3,17 +3,21 @@
 import contextlib
 import logging
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from iiwa_sim.dialect.dialogue import Dialogue, Direction
 from iiwa_sim.dialect.dialogue import Said as Told
+from iiwa_sim.dialect.krc4_short import NO_MESSAGE
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT, KRC4
 from iiwa_sim.dialect.table import load_table
 from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.transcript.krc4 import answers_reals
 
-TOO_LONG = "(too long)"
-"""What the dialogue tells of a line that was."""
+UNSPEAKABLE = ("(too long)", NO_MESSAGE)
+"""What the dialogue tells of what is not known, and so cannot be said again."""
 
 logger = logging.getLogger(__name__)
 
@@ -26,13 +30,25 @@ class Recorder:
     with a line in the log, and nothing else.
     """
 
-    def __init__(self, path: Path, dialogue: Dialogue, tick_s: float, title: str) -> None:
-        """`tick_s` is the robot's tick; `title` is the first line, a comment. Raises TranscriptFault."""
+    def __init__(
+        self,
+        path: Path,
+        dialogue: Dialogue,
+        tick_s: float,
+        title: str,
+        dialects: Sequence[str] = (DEFAULT_DIALECT,),
+    ) -> None:
+        """`tick_s` is the robot's tick; `title` is the first line, a comment; `dialects` are all there are.
+
+        Raises TranscriptFault.
+        """
         self._dialogue = dialogue
         self._tick_s = tick_s
         self._path = path
         self._began_ns = time.monotonic_ns()
         self._names: dict[str, str] = {}
+        self._usual_dialect = dialects[0]
+        self._dialects: dict[str, str] = {}  # of clients that are there
         self._clients = 0
         self._last_said = ""
         self._broken = False
@@ -41,6 +57,8 @@ class Recorder:
             self._file = path.open("w", encoding="ascii", errors="backslashreplace", buffering=1)
             try:
                 self._file.write(f"# {title}\n# [simulated real] time in s\n")
+                if tuple(dialects) != (DEFAULT_DIALECT,):
+                    self._file.write(f"dialect {','.join(dialects)}\n")
             except OSError:
                 self._close()
                 raise
@@ -54,6 +72,10 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Hears no more; what the context does at its end."""
         self._dialogue.listeners.remove(self._hear)
         self._close()
 
@@ -81,20 +103,25 @@ class Recorder:
         text = told.text.replace("{", "\\x7b")
         if told.direction is Direction.FROM_CLIENT:
             self._last_said = told.text  # its reply comes next
-        hidden = "# " if self._last_said == TOO_LONG else ""  # what is not known cannot be said again
-        mark = ">" if told.direction is Direction.FROM_CLIENT else self._mark(told.text)
+        hidden = "# " if self._last_said in UNSPEAKABLE else ""
+        mark = ">" if told.direction is Direction.FROM_CLIENT else self._mark(told.session, told.text)
         return f"{hidden}{times} {name}{mark} {text}"
 
     def _event(self, told: Told, times: str) -> str:
         if told.text == "connected":
-            return f"{times} {self._name(told.session)} connects"
+            self._dialects[told.session] = told.dialect
+            manner = "" if told.dialect == self._usual_dialect else f" in {told.dialect}"
+            return f"{times} {self._name(told.session)} connects{manner}"
         if told.text == "disconnected":
             name = self._name(told.session)
             del self._names[told.session]
+            self._dialects.pop(told.session, None)
             return f"{times} {name} leaves"
         return f"# {times} {told.session}: {told.text}"
 
-    def _mark(self, reply: str) -> str:
+    def _mark(self, session: str, reply: str) -> str:
+        if self._dialects.get(session, self._usual_dialect) == KRC4:
+            return "<~" if answers_reals(reply) else "<"
         command = self._table.find(self._last_said.partition(":")[0].encode())
         of_numbers = command is not None and command.reply_values and not command.reply_values[0].integer
         return "<~" if of_numbers and reply != "error" else "<"

@@ -6,22 +6,13 @@ soon as the line before is done with.
 
 import time
 from collections import deque
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
 
-from iiwa_sim.transcript.compare import deviation, filled
-from iiwa_sim.transcript.lines import (
-    Answered,
-    Connects,
-    Leaves,
-    Said,
-    Steps,
-    Transcript,
-    Wait,
-    command_of,
-    wire_bytes,
-)
-from iiwa_sim.transcript.wire import TIMEOUT_S, NoReply, Wire
+from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.transcript.lines import Answered, Connects, Leaves, Said, Steps, Transcript, Wait
+from iiwa_sim.transcript.speech import SPEECH, Speech
+from iiwa_sim.transcript.wire import TIMEOUT_S, MessageWire, NoReply, Wire
 
 STOPPED_WITHIN_S = 60.0
 """How long `wait stopped` waits."""
@@ -40,12 +31,43 @@ class Deviation(NamedTuple):
         return f"'{self.said}': {self.what}" if self.said else self.what
 
 
-def replay(transcript: Transcript, host: str, port: int, timeout_s: float = TIMEOUT_S) -> Iterator[Deviation]:
+class Time(Protocol):
+    """The robot's, in s."""
+
+    def now_s(self) -> float: ...
+    def wait(self, seconds: float) -> None: ...
+
+
+class RealTime:
+    """That of a robot which others let move."""
+
+    def now_s(self) -> float:
+        return time.monotonic()
+
+    def wait(self, seconds: float) -> None:
+        time.sleep(seconds)
+
+
+def replay(
+    transcript: Transcript,
+    host: str,
+    port: int | Sequence[int],
+    timeout_s: float = TIMEOUT_S,
+    robot_time: Time | None = None,
+) -> Iterator[Deviation]:
     """Plays it, telling each deviation when it is met. One that leaves a client out of step is the last.
 
-    Raises TranscriptFault if the server cannot be reached.
+    There is a port for each dialect of the transcript. All waits but those for replies, `timeout_s` each, are
+    in the robot's time: real time, if nothing else is given.
+
+    Raises TranscriptFault if the server cannot be reached, or if ports and dialects do not go together.
     """
-    player = _Player(host, port, timeout_s)
+    ports = [port] if isinstance(port, int) else port
+    if len(ports) != len(transcript.dialects):
+        given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"
+        wanted = f"{len(transcript.dialects)}, one each for {', '.join(transcript.dialects)}"
+        raise TranscriptFault(f"{transcript.name}: {given}, expected {wanted}")
+    player = _Player(transcript, host, ports, timeout_s, robot_time or RealTime())
     try:
         for step in transcript.steps:
             player.keep_time(step.step.at_s)
@@ -69,29 +91,36 @@ class _OutOfStep(Exception):
 class _Client:
     """One of those who talk."""
 
-    def __init__(self, wire: Wire) -> None:
+    def __init__(self, wire: Wire | MessageWire, speech: Speech) -> None:
         self.wire = wire
+        self.speech = speech
         self.said: deque[str] = deque()
         """And not answered yet."""
         self.last = ""
         """What the last reply was to."""
         self.heard: dict[str, str] = {}
-        """The last reply to each command."""
+        """The last reply to each command, by its topic."""
         self.line = 0
 
 
 class _Player:
     """All clients of a transcript."""
 
-    def __init__(self, host: str, port: int, timeout_s: float) -> None:
-        self._address = (host, port)
+    def __init__(
+        self, transcript: Transcript, host: str, ports: Sequence[int], timeout_s: float, robot_time: Time
+    ) -> None:
+        self._transcript = transcript
+        self._host = host
+        self._ports = dict(zip(transcript.dialects, ports, strict=True))
         self._timeout_s = timeout_s
+        self._time = robot_time
         self._clients: dict[str, _Client] = {}
-        self._began = time.monotonic()
+        self._status_questions: dict[str, str] = {}  # by dialect
+        self._began_s = robot_time.now_s()
 
     def keep_time(self, at_s: float | None) -> None:
         if at_s is not None:
-            time.sleep(max(0.0, self._began + at_s - time.monotonic()))
+            self._time.wait(max(0.0, self._began_s + at_s - self._time.now_s()))
 
     def asked(self, name: str) -> str:
         client = self._clients.get(name)
@@ -105,7 +134,7 @@ class _Player:
                 self._clients.pop(name).wire.close()
             return ""
         if name not in self._clients:
-            self._clients[name] = _Client(Wire(*self._address, self._timeout_s))
+            self._clients[name] = self._connected(step.step.dialect)
         client = self._clients[name]
         client.line = step.step.line
         match step:
@@ -117,7 +146,7 @@ class _Player:
             case Answered():
                 return self._hear(client, step)
             case Wait():
-                self._wait(client, step.seconds)
+                self._wait(client, step)
                 return ""
 
     def unread(self) -> Iterator[tuple[int, str, str]]:
@@ -130,10 +159,14 @@ class _Player:
         for client in self._clients.values():
             client.wire.close()
 
+    def _connected(self, dialect: str) -> _Client:
+        speech = SPEECH[dialect]
+        return _Client(speech.connect(self._host, self._ports[dialect], self._timeout_s), speech)
+
     def _say(self, client: _Client, text: str) -> None:
         try:
-            line = filled(text, client.heard)
-            client.wire.send(wire_bytes(line) + b"\r\n")
+            line = client.speech.filled(text, client.heard)
+            client.wire.send(client.speech.sent(line))
         except (NoReply, ValueError) as fault:
             client.last = text
             raise _OutOfStep(str(fault)) from None
@@ -142,26 +175,33 @@ class _Player:
     def _hear(self, client: _Client, expected: Answered) -> str:
         client.last = client.said.popleft()
         reply = self._reply(client)
-        found = deviation(expected, reply, client.heard)
-        client.heard[command_of(client.last)] = reply
+        found = client.speech.deviation(expected, reply, client.heard)
+        client.heard[client.speech.topic(client.last)] = reply
         return found
 
-    def _wait(self, client: _Client, seconds: float | None) -> None:
-        if seconds is not None:
-            time.sleep(seconds)
+    def _wait(self, client: _Client, wait: Wait) -> None:
+        if wait.seconds is not None:
+            self._time.wait(wait.seconds)
             return
-        deadline = time.monotonic() + STOPPED_WITHIN_S
-        while True:
-            self._say(client, "get status")
-            client.last = client.said.popleft()
-            reply = self._reply(client)
-            if reply == "stopped":
-                return
-            if reply != "moving":
-                raise _OutOfStep(f"expected 'moving' or 'stopped', got '{reply}'")
-            if time.monotonic() > deadline:
+        question = self._status_question(wait.step.dialect)
+        deadline_s = self._time.now_s() + STOPPED_WITHIN_S
+        while self._is_moving(client, question):
+            if self._time.now_s() > deadline_s:
                 raise _OutOfStep(f"still moving after {STOPPED_WITHIN_S:g} s")
-            time.sleep(POLL_PERIOD_S)
+            self._time.wait(POLL_PERIOD_S)
+
+    def _status_question(self, dialect: str) -> str:
+        if dialect not in self._status_questions:
+            self._status_questions[dialect] = SPEECH[dialect].ask_status(self._transcript)
+        return self._status_questions[dialect]
+
+    def _is_moving(self, client: _Client, question: str) -> bool:
+        self._say(client, question)
+        client.last = client.said.popleft()
+        try:
+            return client.speech.is_moving(question, self._reply(client))
+        except ValueError as fault:
+            raise _OutOfStep(str(fault)) from None
 
     def _reply(self, client: _Client) -> str:
         try:

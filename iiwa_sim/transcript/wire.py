@@ -1,4 +1,7 @@
-"""A client's end of a connection, in bytes: what it sends is sent as it is, and every wait has an end."""
+"""A client's end of a connection, in bytes: what it sends is sent as it is, and every wait has an end.
+
+Replies are lines in the iiwa's protocol, XML messages in that of KRC4.
+"""
 
 import contextlib
 import socket
@@ -6,30 +9,34 @@ import struct
 import time
 
 from iiwa_sim.client.lines import ReplyLines
+from iiwa_sim.dialect.decimals import readable
+from iiwa_sim.dialect.krc4_stream import Broken, XmlStream
+from iiwa_sim.dialect.krc4_table import REPLY
 from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.wording import harmless
 
 RECEIVE_BYTES = 65536
 TIMEOUT_S = 5.0
+_OPENING = f"<{REPLY}".encode()
 
 
 class NoReply(Exception):
     """None came; the message says for how long, or that the connection has ended."""
 
 
-class Wire:
-    """One connection."""
+class Connection:
+    """Bytes both ways."""
 
     def __init__(self, host: str, port: int, timeout_s: float = TIMEOUT_S) -> None:
         """Connects; `timeout_s` bounds that and the wait for each reply. Raises TranscriptFault."""
         self.timeout_s = timeout_s
-        self._replies = ReplyLines()
+        self.server = host_and_port(host, port)
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
         except (OSError, ValueError) as fault:  # ValueError for characters no host name has
             why = getattr(fault, "strerror", None) or fault
-            raise TranscriptFault(f"cannot connect to {host_and_port(host, port)}: {why}") from None
+            raise TranscriptFault(f"cannot connect to {self.server}: {why}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def send(self, data: bytes) -> None:
@@ -49,27 +56,6 @@ class Wire:
         """What comes next in one piece; b"" at the end of the stream. Raises NoReply."""
         return self._receive(self.timeout_s, time.monotonic() + self.timeout_s)
 
-    def reply(self, timeout_s: float | None = None) -> str:
-        """The next line without its end, what is not printable ASCII escaped. Raises NoReply."""
-        patience_s = self.timeout_s if timeout_s is None else timeout_s
-        deadline = time.monotonic() + patience_s
-        while (line := self._replies.take()) is None:
-            data = self._receive(patience_s, deadline)
-            if not data:
-                raise NoReply("the connection ended")
-            self._replies.feed(data)
-        return repr(line)[2:-1]
-
-    def ask(self, line: bytes) -> str:
-        """A line, ended as most drivers do, and its reply. Raises NoReply."""
-        self.send(line + b"\r\n")
-        return self.reply()
-
-    @property
-    def unread(self) -> str:
-        """What has come and is not taken yet, as far as it is known."""
-        return repr(self._replies.unread)[2:-1]
-
     def close(self) -> None:
         """In good order."""
         self._socket.close()
@@ -87,6 +73,98 @@ class Wire:
             raise NoReply(f"no reply within {patience_s:g} s") from None
         except OSError as fault:
             raise NoReply(_why(fault)) from None
+
+
+class Wire(Connection):
+    """One on which each reply is a line."""
+
+    def __init__(self, host: str, port: int, timeout_s: float = TIMEOUT_S) -> None:
+        """As of `Connection`."""
+        super().__init__(host, port, timeout_s)
+        self._replies = ReplyLines()
+
+    def reply(self, timeout_s: float | None = None) -> str:
+        """The next line without its end, what is not printable ASCII escaped.
+
+        Raises NoReply, and TranscriptFault for a server that speaks KRC4 messages.
+        """
+        patience_s = self.timeout_s if timeout_s is None else timeout_s
+        deadline = time.monotonic() + patience_s
+        while (line := self._replies.take()) is None:
+            try:
+                data = self._receive(patience_s, deadline)
+            except NoReply:
+                self._look_for_messages()
+                raise
+            if not data:
+                self._look_for_messages()
+                raise NoReply("the connection ended")
+            self._replies.feed(data)
+        return readable(line)
+
+    def ask(self, line: bytes) -> str:
+        """A line, ended as most drivers do, and its reply. Raises NoReply."""
+        self.send(line + b"\r\n")
+        return self.reply()
+
+    @property
+    def unread(self) -> str:
+        """What has come and is not taken yet, as far as it is known."""
+        return readable(self._replies.unread)
+
+    def _look_for_messages(self) -> None:
+        """A server of KRC4 messages answers a line with one that says so, without a line end."""
+        if self._replies.unread.startswith(_OPENING):
+            raise TranscriptFault(f"{self.server} answers with KRC4 messages, expected the iiwa's protocol")
+
+
+class MessageWire(Connection):
+    """One on which each reply is a KRC4 message."""
+
+    def __init__(self, host: str, port: int, timeout_s: float = TIMEOUT_S) -> None:
+        """As of `Connection`."""
+        super().__init__(host, port, timeout_s)
+        self._replies = XmlStream()
+        self._heard = False
+
+    def reply(self) -> str:
+        """The next message word for word, what is not printable ASCII escaped.
+
+        Raises NoReply, and TranscriptFault for a server that answers, but not with messages.
+        """
+        try:
+            return self._next()
+        except NoReply as fault:
+            if not self._heard and not self._replies.unread:
+                self._look_for_lines(fault)
+            raise
+
+    @property
+    def unread(self) -> str:
+        """What has come and is not taken yet, as far as it is known."""
+        return readable(self._replies.unread)
+
+    def _next(self) -> str:
+        deadline = time.monotonic() + self.timeout_s
+        while (found := self._replies.next()) is None:
+            data = self._receive(self.timeout_s, deadline)
+            if not data:
+                raise NoReply("the connection ended")
+            self._replies.receive(data)
+        wire = readable(self._replies.wire)
+        if isinstance(found, Broken):
+            if not self._heard:
+                raise TranscriptFault(f"{self.server} answers '{wire}', expected KRC4 messages")
+            raise NoReply(f"{found.reason}: '{wire}'")
+        self._heard = True
+        return wire
+
+    def _look_for_lines(self, fault: NoReply) -> None:
+        """A server of lines still waits for the end of one; between messages that means nothing."""
+        with contextlib.suppress(NoReply):
+            self.send(b"\r\n")
+            self._next()
+            raise fault  # a message, but late
 
 
 def _why(fault: OSError) -> str:

@@ -61,6 +61,26 @@ def test_messages_come_whole_however_they_are_cut(
 
 
 @settings(deadline=None)
+@given(st.lists(messages(), min_size=1, max_size=3), st.data())
+def test_the_bytes_of_a_message_and_those_of_the_next_are_told_apart(
+    sent: list[tuple[bytes, dict[str, str]]], data: st.DataObject
+) -> None:
+    stream = XmlStream()
+    wire = b"".join(one for one, _ in sent)
+    cut = data.draw(st.integers(0, len(wire)))
+    told = []
+    for packet in (wire[:cut], wire[cut:]):
+        stream.receive(packet)
+        while stream.next() is not None:
+            told.append(stream.wire)
+    assert told == [one.strip() for one, _ in sent]
+    assert stream.unread == b""
+    stream.receive(b"\r\n <Cmd><I0>1</I0> <")
+    assert stream.next() is None
+    assert stream.unread == b"<Cmd><I0>1</I0> <"
+
+
+@settings(deadline=None)
 @given(messages())
 def test_a_message_is_there_with_its_last_byte_and_not_before(sent: tuple[bytes, dict[str, str]]) -> None:
     wire = sent[0].rstrip()

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from iiwa_sim.transcript.escapes import wire_bytes
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import (
     Answered,
@@ -20,7 +21,6 @@ from iiwa_sim.transcript.lines import (
     command_of,
     read,
     read_file,
-    wire_bytes,
 )
 
 TEXT = """# a comment

@@ -82,11 +82,11 @@ def test_what_happens_besides_is_a_comment(tmp_path: Path) -> None:
     dialogue = Dialogue(lambda: 500)
     path = tmp_path / "session.txt"
     with Recorder(path, dialogue, 0.002, "a robot"):
-        dialogue.event("127.0.0.1:4000", "connected")
+        dialogue.event("127.0.0.1:4000", "connected", "iiwa")
         dialogue.exchange("127.0.0.1:4000", "(too long)", "error")
         dialogue.event("robot", "3040 no smart command for 0.2 s")
         dialogue.event("127.0.0.1:4000", "disconnected")
-        dialogue.event("127.0.0.1:4000", "connected")
+        dialogue.event("127.0.0.1:4000", "connected", "iiwa")
     dialogue.exchange("127.0.0.1:4000", "hello", "hello")
     assert dialogue.listeners == []
     text = path.read_text()

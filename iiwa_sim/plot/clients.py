@@ -1,0 +1,156 @@
+"""The one client of a recording, by dialect: it says the lines of a script, and tells what they ask for."""
+
+from typing import NamedTuple, Protocol
+
+from iiwa_sim.cell.cell import Cell
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.force_guard import AXES, Thresholds
+from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.krc4 import Krc4Session
+from iiwa_sim.dialect.krc4_short import from_short, is_short, to_xml
+from iiwa_sim.dialect.krc4_table import Command, Message
+from iiwa_sim.dialect.ports import IIWA, KRC4
+from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Request, load_table
+from iiwa_sim.frames import Frame, Transform, compose
+from iiwa_sim.robot.model import Model
+
+SERVO_MODES = ("smart", "direct")
+NORMAL = "normal"
+
+
+class Asked(NamedTuple):
+    """What an accepted line asks for."""
+
+    move: int | None
+    """Number of the newest move that was accepted, if there was any."""
+    tcp: Transform | None = None
+    """Where in the base it sends the TCP, if it does."""
+    blending_mm: float = 0.0
+    mode: str = NORMAL
+    """The controller's, that it needs."""
+    thresholds_n: Thresholds = (None, None, None)
+
+
+class Client(Protocol):
+    """What a recording has to know of it."""
+
+    def say(self, text: str) -> Asked:
+        """Say a line. Raises ValueError where it is refused, with the reason."""
+
+
+class IiwaClient:
+    """One that speaks the iiwa's protocol."""
+
+    def __init__(self, controller: Controller, cell: Cell, name: str) -> None:
+        self._cell = cell
+        self._model = Model(cell.description)
+        self._refusal = _Refusal()
+        self._session = _IiwaSession(controller, self._refusal, name)
+
+    def say(self, text: str) -> Asked:
+        if self._session.closing:
+            raise ValueError("nothing is heard after bye")
+        line = text.encode()
+        self._session.receive(line + b"\n")
+        reply = self._session.answer().decode().rstrip()
+        if reply in (ERROR, UNKNOWN_COMMAND):
+            raise ValueError(f"{reply}: {self._refusal.reason}")
+        move, request = self._session.last_move, load_table(IIWA).parse(line)
+        if not isinstance(request, Request):
+            return Asked(move)
+        named = {
+            parameter.name: value
+            for parameter, value in zip(request.command.parameters, request.values, strict=True)
+        }
+        x, y, z = (named.get(f"threshold{axis.upper()}") for axis in AXES)
+        blending_mm = named.get("blending", 0.0)
+        return Asked(move, self._tcp(request), blending_mm, request.command.mode, (x, y, z))
+
+    def _tcp(self, request: Request) -> Transform | None:
+        names = [each.name for each in request.command.parameters]
+        tool = self._cell.tool_in_flange
+        if names[:6] == ["x", "y", "z", "alpha", "beta", "gamma"]:
+            pose = Frame(*request.values[:6]).to_transform()
+            return compose(pose, tool) if request.command.mode in SERVO_MODES else pose
+        count = len(self._cell.description.joints)
+        if names[:count] == [f"j{index}" for index in range(count)]:
+            return compose(self._model.flange(request.values[:count]), tool)
+        return None
+
+
+class Krc4Client:
+    """One that speaks KRC4 messages, in their short form or word for word."""
+
+    def __init__(self, controller: Controller, cell: Cell, name: str) -> None:
+        self._cell = cell
+        self._model = Model(cell.description)
+        self._refusal = _Refusal()
+        self._session = _Krc4Session(controller, self._refusal, name)
+
+    def say(self, text: str) -> Asked:
+        session = self._session
+        session.target = None
+        session.receive(to_xml(from_short(text)) if is_short(text) else text.encode())
+        if not session.waiting:
+            raise ValueError("expected a whole message")
+        session.answer(1)
+        if self._refusal.reason:
+            raise ValueError(self._refusal.reason)
+        if session.waiting:
+            raise ValueError("expected one message")
+        return Asked(session.last_move, self._tcp())
+
+    def _tcp(self) -> Transform | None:
+        if self._session.target is None:
+            return None
+        command, values = self._session.target
+        if command.joints:
+            return compose(self._model.flange(values), self._cell.tool_in_flange)
+        return Frame(*values).to_transform()
+
+
+CLIENTS: dict[str, type[IiwaClient] | type[Krc4Client]] = {IIWA: IiwaClient, KRC4: Krc4Client}
+
+
+class _IiwaSession(Session):
+    """One that tells which move it had accepted last."""
+
+    @property
+    def last_move(self) -> int | None:
+        return self._moves[-1] if self._moves else None
+
+
+class _Krc4Session(Krc4Session):
+    """One that tells which move it had accepted last, and where the last message would move."""
+
+    target: tuple[Command, tuple[float, ...]] | None = None
+
+    @property
+    def last_move(self) -> int | None:
+        return self._moves[-1] if self._moves else None
+
+    def _target(self, command: Command, message: Message) -> tuple[float, ...]:
+        values = super()._target(command, message)
+        self.target = (command, values)
+        return values
+
+
+class _Refusal:
+    """The `DialectLog` that keeps the last reason."""
+
+    commands = False
+    reason = ""
+
+    def command(self, session: str, line: str, reply: str) -> None:
+        pass
+
+    def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        del session, line, code  # the file and the number of the line name the command
+        self.reason = reason
+
+    def stopped(self, session: str, vanished: bool) -> None:
+        pass
+
+    def exception(self, session: str, line: str, fault: Exception) -> None:
+        del session, line
+        self.reason = f"internal fault, {type(fault).__name__}: {fault}"

@@ -1,0 +1,143 @@
+r"""KRC4 messages in a transcript: in their short form (`iiwa_sim.dialect.krc4_short`), or word for word.
+
+In both, `{GOP}` stands for the reals of the last reply to that message, `R0=445.0 R2=810.0` with those left
+out that are 0, `{GOP + 0 0 10}` for them with these added, from R0 on, `{GOP R2}` for one of its registers,
+and `{GOP R2 + 10}` for that with 10 added.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+
+from iiwa_sim.dialect.decimals import format_decimals
+from iiwa_sim.dialect.krc4_short import from_short, is_short, short_reply, to_xml
+from iiwa_sim.dialect.krc4_stream import Broken, XmlStream
+from iiwa_sim.dialect.krc4_table import (
+    LARGEST_INTEGER,
+    REGISTERS,
+    REPLY,
+    REQUEST,
+    Message,
+    load_krc4_table,
+    understand,
+)
+from iiwa_sim.transcript.escapes import wire_bytes
+
+_HEARD = re.compile(r"\{(?P<tag>[A-Z]{3})(?: (?P<register>[IR][0-9]))?\s*(?:\+(?P<more>[^{}]*))?\}")
+_ID = re.compile(r"I0\W+([0-9]+)")
+_FIN = next(command.id for command in load_krc4_table().commands.values() if command.tag == "FIN")
+_TAGS = {command.tag: command.id for command in load_krc4_table().commands.values()}
+
+
+def check(text: str) -> None:
+    """Whether a text is a message, or can be sent at all. Raises ValueError."""
+    sent(_unfilled(text))
+
+
+def check_reply(text: str, has_to_be_read: bool) -> None:
+    """Whether a text can be a reply; one word for word need not be read where it is compared so.
+
+    Raises ValueError.
+    """
+    bare = _unfilled(text)
+    if is_short(bare) or has_to_be_read:
+        parsed = understood(bare, REPLY)
+        if parsed.fault:
+            raise ValueError(parsed.fault)
+
+
+def sent(text: str) -> bytes:
+    """The bytes of a text. Raises ValueError."""
+    return to_xml(from_short(text)) if is_short(text) else wire_bytes(text)
+
+
+def understood(text: str, root: str) -> Message:
+    """The numbers of a message. Raises ValueError where it is none."""
+    if is_short(text):
+        return understand(from_short(text), root)
+    stream = XmlStream()
+    stream.receive(wire_bytes(text))
+    stream.end()
+    found = stream.next()
+    if found is None:
+        raise ValueError("no message")
+    if isinstance(found, Broken):
+        raise ValueError(found.reason)
+    return understand(found, root)
+
+
+def tag(text: str) -> str:
+    """The name of the message that is said, such as GOP; empty if it has none."""
+    try:
+        said = understood(_unfilled(text), REQUEST).command
+    except ValueError:
+        return ""
+    return next((name for name, number in _TAGS.items() if number == said), "")
+
+
+def answers_reals(reply: str) -> bool:
+    """Whether a reply in short form is one to a message that asks for reals."""
+    command = load_krc4_table().commands.get(understood(reply, REPLY).command)
+    return command is not None and (
+        command.joints == "output" or any(register.startswith("R") for register in command.outputs)
+    )
+
+
+def filled(text: str, heard: Mapping[str, str]) -> str:
+    """Text with registers of the last replies, by tag, in place of `{GOP ...}`. Raises ValueError."""
+    return _HEARD.sub(lambda found: _filled(found, heard), text)
+
+
+def ask_idle(texts: list[str]) -> str:
+    """A FIN with an id that none of these has: the largest there is."""
+    taken = {int(found) for text in texts for found in _ID.findall(text)}
+    number = next(each for each in range(LARGEST_INTEGER, 0, -1) if each not in taken)
+    return f"Cmd I0={number} I1={_FIN}"
+
+
+def is_moving(asked: str, reply: str) -> bool:
+    """What the reply to `ask_idle` says. Raises ValueError if it says something else."""
+    expected = understood(asked, REQUEST).integers[:2]
+    got = understood(reply, REPLY)
+    if got.fault or got.integers[:2] != expected or got.integers[2] not in (0, 1):
+        raise ValueError(f"expected I2 to be 0 or 1, got '{reply}'")
+    return got.integers[2] == 0
+
+
+def _unfilled(text: str) -> str:
+    """Text in which numbers of no meaning stand for those that are not heard yet. Raises ValueError."""
+
+    def without(found: re.Match[str]) -> str:
+        if found["tag"] not in _TAGS:
+            raise ValueError(f"{found[0]}: expected one of {', '.join(_TAGS)}")
+        _summands(found)
+        return "0" if found["register"] else ""
+
+    return _HEARD.sub(without, text)
+
+
+def _filled(found: re.Match[str], heard: Mapping[str, str]) -> str:
+    reply = heard.get(found["tag"])
+    if reply is None:
+        raise ValueError(f"'{found['tag']}' has not been asked yet")
+    last = understood(reply, REPLY)
+    if last.fault or last.command != _TAGS[found["tag"]]:
+        raise ValueError(f"expected '{found['tag']}' to have been answered, got '{reply}'")
+    more, register = _summands(found), found["register"]
+    if register is None:
+        reals = [real + other for real, other in zip(last.reals, more, strict=True)]
+        return " ".join(short_reply((), reals).split()[1:])
+    place = int(register[1:])
+    if register.startswith("I"):
+        return str(last.integers[place])
+    return format_decimals([last.reals[place] + more[0]]).decode()
+
+
+def _summands(found: re.Match[str]) -> list[float]:
+    numbers = [float(word) for word in (found["more"] or "").split()]
+    most = REGISTERS if found["register"] is None else int(found["register"].startswith("R"))
+    if not all(map(math.isfinite, numbers)):
+        raise ValueError(f"{found[0]}: expected finite numbers")
+    if found["more"] is not None and not 1 <= len(numbers) <= most:
+        raise ValueError(f"{found[0]}: expected at most {most} numbers behind the +, and one at least")
+    return numbers + [0.0] * (REGISTERS - len(numbers))

@@ -1,0 +1,47 @@
+"""A KRC4 reply beside the one expected."""
+
+from collections.abc import Mapping
+
+from iiwa_sim.dialect.krc4_short import is_short, short_reply
+from iiwa_sim.dialect.krc4_table import REPLY, Message
+from iiwa_sim.transcript.krc4 import filled, understood
+from iiwa_sim.transcript.lines import Answered, Compare
+
+
+def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
+    """What is different, in words; empty where nothing is. `heard` is what `filled` takes.
+
+    Integers, the ids among them, have to be the same; reals within the tolerance. A reply that is expected
+    word for word has to be so.
+    """
+    if expected.compare is Compare.ANY:
+        return ""
+    try:
+        wanted = filled(expected.text, heard)
+    except ValueError as fault:
+        return str(fault)
+    if expected.compare is Compare.EXACT and not is_short(wanted):
+        wanted = wanted.replace("\\x7b", "{")
+        return "" if reply == wanted else f"expected '{wanted}', got '{reply}'"
+    other = understood(wanted, REPLY)
+    try:
+        found = understood(reply, REPLY)
+    except ValueError as broken:
+        return f"expected '{_shown(other)}', got '{reply}': {broken}"
+    if found.fault:
+        return f"expected '{_shown(other)}', got '{reply}': {found.fault}"
+    return _difference(other, found, expected.within if expected.compare is Compare.NUMBERS else None)
+
+
+def _difference(expected: Message, found: Message, within: float | None) -> str:
+    """`within` is None for numbers that have to be the same."""
+    if found.integers != expected.integers or (within is None and found.reals != expected.reals):
+        return f"expected '{_shown(expected)}', got '{_shown(found)}'"
+    for place, (real, other) in enumerate(zip(found.reals, expected.reals, strict=True)):
+        if within is not None and not abs(real - other) <= within:
+            return f"R{place} is {real}, expected {other} within {within:g}: '{_shown(found)}'"
+    return ""
+
+
+def _shown(message: Message) -> str:
+    return short_reply(message.integers, message.reals)
