@@ -24,8 +24,8 @@ logger = logging.getLogger(__name__)
 class Bridge:
     """The robot at `server` is on ROS while the context is open.
 
-    Where the connection fails later it is opened again, every second until that succeeds; what was asked for
-    has failed. Raises RosFault where the library for rosbridge or ROS is not installed; entering the context
+    Where the connection fails later it is opened again, every second until that succeeds; what was asked for,
+    and what is asked for meanwhile, has failed. Raises RosFault where the library for rosbridge or ROS is not installed; entering the context
     raises BridgeFault if there is no robot, ListenFault, and RosFault if there can be no node.
     """
 
@@ -97,7 +97,8 @@ class Bridge:
                     await self._robot.look()
             except (OSError, ReplyError) as fault:
                 logger.warning("the connection to the robot failed: %s", why(fault))
-                await self._reconnect(f"no connection to the robot: {why(fault)}")
+                await self._reconnect(fault)
+                logger.warning("there is a connection to the robot again")
             if loop.time() >= due_s:
                 self._ros.step()
                 due_s = max(due_s + 1.0 / RATE_HZ, loop.time())
@@ -106,13 +107,31 @@ class Bridge:
                 async with asyncio.timeout_at(due_s):
                     await self._wake.wait()
 
-    async def _reconnect(self, reason: str) -> None:
+    async def _reconnect(self, fault: Exception) -> None:
+        """Return when the robot answers again; what is asked for meanwhile fails at once."""
+        self._robot.give_up(_no_connection(fault))
+        connecting = asyncio.create_task(self._connect())
+        connecting.add_done_callback(lambda _: self._wake.set())
+        try:
+            while not connecting.done():
+                self._ros.step()
+                self._wake.clear()
+                await self._wake.wait()
+        finally:
+            connecting.cancel()
+            await asyncio.wait([connecting])
+
+    async def _connect(self) -> None:
         while True:
-            self._robot.give_up(reason)
-            self._ros.step()
+            # Before the first attempt, too: who accepts connections and ends them is not asked all the time.
+            await asyncio.sleep(RECONNECT_S)
             try:
                 await self._client.reconnect()
+                await self._robot.look()
                 return
-            except OSError as fault:
-                reason = f"no connection to the robot: {why(fault)}"
-            await asyncio.sleep(RECONNECT_S)
+            except (OSError, ReplyError) as fault:
+                self._robot.give_up(_no_connection(fault))
+
+
+def _no_connection(fault: Exception) -> str:
+    return f"no connection to the robot: {why(fault)}"

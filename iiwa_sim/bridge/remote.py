@@ -11,7 +11,7 @@ from collections.abc import Awaitable, Callable
 from typing import NamedTuple, TypeVar
 
 from iiwa_sim.bridge.moves import as_frame, is_there, sending
-from iiwa_sim.client import AsyncIiwa, CommandError, UnknownCommandError
+from iiwa_sim.client import AsyncIiwa, CommandError, ReplyError, UnknownCommandError
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.dialect.rmi.pins import UNKNOWN
@@ -62,6 +62,7 @@ class RemoteRobot:
         self._short = 0  # how often in a row the robot stood short of its target
         self._absent: set[str] = set()
         self._rounds = 0
+        self._gone: Failure | None = None  # why there is no connection, until the robot answers again
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -69,6 +70,8 @@ class RemoteRobot:
 
     @property
     def ready(self) -> bool:
+        if self._gone is not None:
+            return True  # to be refused: nobody expects a robot to move when the connection is there again
         state = self._state
         waits = self._moves_asked > 0 or (self._rests and bool(self._sent))
         return state is not None and state.override != 0.0 and not waits
@@ -83,7 +86,7 @@ class RemoteRobot:
             ended(failure.code, failure.reason)
 
         self._moves_asked += 1
-        self._asked.append(_Asked(lambda: self._send(move, ended), fail))
+        self._ask(lambda: self._send(move, ended), fail)
 
     def stop(self, done: Done) -> None:
         async def stop() -> None:
@@ -92,13 +95,13 @@ class RemoteRobot:
                 self._end_all(STOP_TRIGGERED, "stopped")
             done(failure)
 
-        self._asked.append(_Asked(stop, done))
+        self._ask(stop, done)
 
     def set_override(self, override: float, done: Done) -> None:
         async def set_override() -> None:
             done(await self._do(self._client.set_override(override)))
 
-        self._asked.append(_Asked(set_override, done))
+        self._ask(set_override, done)
 
     def set_output(self, number: int, on: bool, done: Done) -> None:
         async def set_output() -> None:
@@ -106,7 +109,7 @@ class RemoteRobot:
             await self._look_at_io()
             done(None if failure is None else Failure(UNKNOWN, failure.reason))
 
-        self._asked.append(_Asked(set_output, done))
+        self._ask(set_output, done)
 
     async def do_asked(self) -> None:
         """Do what was asked for."""
@@ -115,13 +118,20 @@ class RemoteRobot:
             self._asked.popleft()
 
     def give_up(self, reason: str) -> None:
-        """There is no connection, and so nothing that was asked for will be done."""
+        """There is no connection: nothing that was asked for will be done, nor what is asked for before the
+        next `look` that succeeds."""
         self._state, self._rounds = None, 0
         self._absent.clear()  # the next one may be another server
-        failure = Failure(COMMUNICATION_FAILURE, reason)
-        self._end_all(*failure)
+        self._gone = Failure(COMMUNICATION_FAILURE, reason)
+        self._end_all(*self._gone)
         while self._asked:
-            self._asked.popleft().fail(failure)
+            self._asked.popleft().fail(self._gone)
+
+    def _ask(self, do: Callable[[], Awaitable[None]], fail: Callable[[Failure], None]) -> None:
+        if self._gone is None:
+            self._asked.append(_Asked(do, fail))
+        else:
+            fail(self._gone)
 
     async def _send(self, move: Move, ended: Ended) -> None:
         rests = False
@@ -145,6 +155,9 @@ class RemoteRobot:
         behind = None if len(self._sent) < 2 else await self._if_there("get queue", client.get_queue)
         moving = await client.get_status() == "moving"
         joints = tuple(await client.get_joint_position())
+        if len(joints) != len(self.joint_names):
+            expected = f"{self._description.name}, as which it is bridged, has {len(self.joint_names)}"
+            raise ReplyError(f"it has {len(joints)} joints, {expected}")
         tool_frame = as_frame(await client.get_tool_frame())
         told = await self._if_there("get robot status", client.get_robot_status)
         self._state = State(
@@ -158,6 +171,7 @@ class RemoteRobot:
         )
         if self._rounds % IO_EVERY == 0:
             await self._look_at_io()
+        self._gone = None
         self._rounds += 1
         if moving:
             self._short = 0

@@ -11,9 +11,10 @@ from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
+from websockets.asyncio.client import connect as async_connect
 from websockets.sync.client import connect
 
-from iiwa_sim.bridge.bridge import Bridge
+from iiwa_sim.bridge.bridge import RECONNECT_S, Bridge
 from iiwa_sim.bridge.fault import BridgeFault
 from iiwa_sim.bridge.remote import RemoteRobot
 from iiwa_sim.client import AsyncIiwa
@@ -245,10 +246,75 @@ async def test_a_connection_that_fails_is_told_and_opened_again(caplog: pytest.L
             await until(lambda: bool(failed))
             assert failed[0]["success"] is False
             async with Simulator(port=port) as second:
+                await until(lambda: bridge._robot.state is not None)
                 bridge._ros._node.receive("/command_list", {"commands": [ptp(2, A)]})
                 await until(lambda: len(results) == 2)
                 assert results[1]["result_code"] == 0
                 assert second.controller.joints == pytest.approx(A)
+                assert "there is a connection to the robot again" in caplog.text
+
+
+async def test_what_comes_while_there_is_no_connection_fails_and_is_not_made_up_for() -> None:
+    first = Simulator()
+    await first.__aenter__()
+    port = first.port
+    async with Bridge(("127.0.0.1", port), load_robot(), host="127.0.0.1", rosbridge_port=0) as bridge:
+        results: list[dict[str, Any]] = []
+        bridge._ros._node.listen("/command_result", results.append)
+        await first.__aexit__(None, None, None)
+        await until(lambda: bridge._robot.state is None)
+        url = f"ws://127.0.0.1:{bridge.rosbridge_address[1]}" if bridge.rosbridge_address else ""
+        async with async_connect(url, open_timeout=DEADLINE_S) as ros:
+            lists = {"commands": [ptp(1, A), ptp(2, B)]}
+            await ros.send(json.dumps({"op": "publish", "topic": "/command_list", "msg": lists}))
+            await until(lambda: len(results) == 2)
+        assert [(result["command_id"], result["result_code"]) for result in results] == [(1, 3040), (2, 3040)]
+        assert results[0]["additional_information"].startswith("no connection to the robot: ")
+        async with Simulator(port=port) as second:
+            await until(lambda: bridge._robot.state is not None)
+            bridge._ros._node.receive("/command_list", {"commands": [ptp(3, A)]})
+            await until(lambda: len(results) == 3)
+            assert results[2]["result_code"] == 0
+            assert second.controller.joints == pytest.approx(A), "the newest, and nothing from before"
+
+
+async def test_who_accepts_connections_and_ends_them_is_asked_once_a_second(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As a forwarded port does whose server is down."""
+    waits: list[float] = []
+    sleep = asyncio.sleep
+
+    async def counted(delay: float) -> None:
+        waits.append(delay)
+        await sleep(0)
+
+    monkeypatch.setattr("iiwa_sim.bridge.bridge.asyncio.sleep", counted)
+    connections = 0
+
+    async def serve(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        nonlocal connections
+        connections += 1
+        writer.close()
+
+    async with Simulator() as simulator:
+        port = simulator.port
+        bridge = Bridge(("127.0.0.1", port), load_robot(), host="127.0.0.1", rosbridge_port=0)
+        await bridge.__aenter__()
+    server = await asyncio.start_server(serve, "127.0.0.1", port)
+    await until(lambda: connections >= 20)
+    await bridge.__aexit__(None, None, None)
+    server.close()
+    assert waits.count(RECONNECT_S) >= connections - 1
+    assert caplog.text.count("the connection to the robot failed") == 1
+
+
+async def test_a_robot_with_other_joints_is_not_taken_for_this_one(simulator: Simulator) -> None:
+    bridge = Bridge(
+        ("127.0.0.1", simulator.port), load_robot("kr_6_r900_sixx"), host="127.0.0.1", rosbridge_port=0
+    )
+    with pytest.raises(BridgeFault, match="it has 7 joints, KR 6 R900 sixx, as which it is bridged, has 6"):
+        await bridge.__aenter__()
 
 
 async def test_without_a_robot_one_line_says_so() -> None:
