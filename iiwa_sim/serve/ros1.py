@@ -19,6 +19,7 @@ from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.definitions import message, service
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
+from iiwa_sim.serve.allowance import Allowance
 from iiwa_sim.serve.ros1_types import Types, told
 from iiwa_sim.wording import harmless, shortened
 
@@ -30,10 +31,6 @@ MASTER_S = 5.0
 """For the master to answer."""
 STARTING_S = 30.0
 ENDING_S = 5.0
-LONG_S = 0.001
-RESTS = 19
-"""After a message that took longer than this, its publisher is not listened to for so many times as long: so
-one that floods takes a twentieth of the time."""
 
 logger = logging.getLogger(__name__)
 
@@ -42,6 +39,13 @@ T = TypeVar("T")
 
 class NodeFault(Exception):
     """There can be no node. The message is one line."""
+
+
+class _Publisher(threading.local):
+    """Who publishes: rospy hears each in a thread of its own."""
+
+    def __init__(self) -> None:
+        self.allowance = Allowance()
 
 
 class Ros1Node:
@@ -61,6 +65,7 @@ class Ros1Node:
         self._listeners: dict[str, Callable[[Message], None]] = {}
         self._handles: list[Any] = []  # of rospy: publishers, services, subscribers
         self._waiting: set[Future[Any]] = set()  # of rospy's threads for the loop, which alone uses this
+        self._publisher = _Publisher()
         self._ended = threading.Event()
         self._own = False
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -161,21 +166,21 @@ class Ros1Node:
         took_s = time.thread_time() - begun_s
 
         def receive(done: Future[float]) -> None:
-            begun_s = time.perf_counter()
+            begun_s = time.thread_time()
             try:
                 if content is None:
                     raise BadMessage(received.fault)
                 self._node.receive(topic, content)
             except BadMessage as fault:
                 self._log.refused(f"{sender} (ROS)", topic, EXECUTION, str(fault))
-            done.set_result(took_s + time.perf_counter() - begun_s)
+            done.set_result(took_s + time.thread_time() - begun_s)
 
         try:
             took_s = self._in_loop(topic, receive)
         except rospy.ServiceException:  # the node ends
             return
-        if took_s > LONG_S:
-            self._ended.wait(RESTS * took_s)
+        if (rest_s := self._publisher.allowance.rest_s(took_s, time.monotonic())) > 0.0:
+            self._ended.wait(rest_s)
 
     def _called(self, name: str, kind: str, request: Any) -> Any:
         """A service is called, in a thread of its own. rospy.ServiceException tells the caller."""

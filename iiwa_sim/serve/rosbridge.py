@@ -5,19 +5,17 @@ import contextlib
 import logging
 import socket
 from collections.abc import Callable
+from time import thread_time
 from typing import Protocol
 
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
+from iiwa_sim.serve.allowance import Allowance
 from iiwa_sim.serve.listening import host_and_port, open_listener
 
 LONGEST_FRAME_BYTES = 262_144
 """A longer message closes its connection: some hundred commands fit in, and are read in some milliseconds."""
-LONG_S = 0.001
-RESTS = 19
-"""After a message that took longer than this, its client is not listened to for so many times as long: so a
-client that floods takes a twentieth of the time, and the robot's ticks are not late for long."""
 FRAMES_AHEAD = 16
 """Taken from a client before it is made to wait."""
 SYSTEM_BYTES = 16_384
@@ -109,18 +107,17 @@ class RosbridgeServer:
         mark = {"fields": {"session": name}}
         logger.info("%s connected", name, extra=mark)
         loop = asyncio.get_running_loop()
+        allowance = Allowance()
         there_is_more = asyncio.Event()
         session, waiting = self._open_session(name, there_is_more.set)
         sending = asyncio.create_task(_send(connection, waiting, there_is_more))
         try:
             while not (session.closing or waiting.overflown):
                 message = await connection.recv(decode=False)
-                begun_s = loop.time()
+                begun_s = thread_time()
                 session.receive(message)
                 self._on_heard()
-                took_s = loop.time() - begun_s
-                # Without a pause frames that are there already would be taken one after the other.
-                await asyncio.sleep(RESTS * took_s if took_s > LONG_S else 0.0)
+                await _rest(connection, allowance.rest_s(thread_time() - begun_s, loop.time()))
         except ConnectionClosed:
             pass
         finally:
@@ -133,6 +130,16 @@ class RosbridgeServer:
         elif session.closing:
             await _send_last(connection, waiting)
         logger.info("%s disconnected", name, extra=mark)
+
+
+async def _rest(connection: ServerConnection, rest_s: float) -> None:
+    """Listen to others for so long, or until the connection is closed."""
+    # Also where it is 0: frames that are there already would be taken one after the other.
+    await asyncio.sleep(0)
+    if rest_s > 0.0:
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(rest_s):
+                await connection.wait_closed()
 
 
 async def _send(connection: ServerConnection, waiting: Waiting, there_is_more: asyncio.Event) -> None:
