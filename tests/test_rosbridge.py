@@ -24,7 +24,7 @@ from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.serve.rosbridge import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.simulator import Simulator
 from tests.processes import IIWA_SIM, Process, running
-from tests.ros_robot import ptp
+from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
@@ -146,6 +146,51 @@ def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
         '/stop_robot_right_now {"success":true,"message":""}',
         "/nothing failed: there is no /nothing",
     ]
+
+
+async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, roslibjs: Path) -> None:
+    script = roslibjs / "cbor.mjs"
+    script.write_text("""
+        import { Param, Ros, Topic } from "roslib";
+        const ros = new Ros({ url: process.argv[2] });
+        const told = (ask) => new Promise((done, failed) => ask(done, failed));
+        const topic = (name, compression) => new Topic({ ros, name, compression });
+        const heard = (...of) => told((done) => topic(...of).subscribe(done));
+        await told((done) => ros.on("connection", done));
+        const { position } = await heard("/joint_states", "cbor");
+        console.log(position.constructor.name, position.length);
+        console.log((await heard("/current_speed_scale", "cbor-raw")).bytes.join());
+        const { topics, typedefs_full_text } = await told((...then) => ros.getTopicsAndRawTypes(...then));
+        console.log(typedefs_full_text[topics.indexOf("/current_speed_scale")].trim());
+        console.log((await told((...then) => ros.getActionServers(...then))).length);
+        console.log(await told((...then) => new Param({ ros, name: "robot_description" }).get(...then)));
+        ros.close();
+    """)
+    url = f"ws://127.0.0.1:{simulator.rosbridge_port}"
+    node = await asyncio.create_subprocess_exec(
+        "node", str(script), url, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    async with asyncio.timeout(DEADLINE_S):
+        said, faults = await node.communicate()
+    assert node.returncode == 0, faults
+    assert said.decode().splitlines() == ["Float64Array 7", "0,0,128,63", "float32 data", "0", "null"]
+
+
+async def test_a_robot_of_six_joints_whose_own_messages_are_krc4() -> None:
+    six = Simulator(robot="kr_6_r900_sixx", dialects=["krc4"], clock="fast", rosbridge_port=0)
+    async with six as simulator, client_of(simulator) as ros:
+        await ros.says("subscribe", topic="/command_result")
+        joints = [0.3, -1.3, 1.2, 0.0, 1.0, 0.0]
+        frame = [0.5, 0.1, 0.6, 0.0, 1.5, 0.0]
+        commands = [ptp(1, joints), command(2, "LIN", "EULER_INTRINSIC_ZYX", frame), ptp(3, A)]
+        await ros.says("publish", topic="/command_list", msg={"commands": commands})
+        results = [(await ros.hears())["msg"] for _ in range(3)]
+        assert [(result["command_id"], result["result_code"]) for result in results] == [
+            (1, 0),
+            (2, 0),
+            (3, 3000),
+        ]
+        assert results[2]["additional_information"] == "pose: expected 6 values (JOINTS), got 7"
 
 
 @pytest.mark.requirement("FRA007", "FRA104", "FRA201")
@@ -304,10 +349,21 @@ async def test_a_port_in_use_is_told_and_nothing_is_left_listening(simulator: Si
         _ = second.port
 
 
-def test_without_websockets_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "websockets.asyncio.server", None)
-    monkeypatch.delitem(sys.modules, "iiwa_sim.serve.rosbridge", raising=False)
-    with pytest.raises(RosFault, match=r"pip install 'iiwa-sim\[rosbridge\]'"):
+@pytest.mark.parametrize(
+    ("library", "used_by"),
+    [
+        ("websockets.asyncio.server", "iiwa_sim.serve.rosbridge"),
+        ("cbor2", "iiwa_sim.dialect.rmi.encodings"),
+    ],
+)
+def test_without_a_library_one_line_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, library: str, used_by: str
+) -> None:
+    monkeypatch.setitem(sys.modules, library, None)
+    for module in (used_by, "iiwa_sim.dialect.rmi.rosbridge"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
+    name = library.partition(".")[0]
+    with pytest.raises(RosFault, match=rf"rosbridge needs {name}: pip install 'iiwa-sim\[rosbridge\]'"):
         Simulator(rosbridge_port=0)
 
 

@@ -26,8 +26,8 @@ class Bridge:
 
     Where the connection fails later it is opened again, every second until that succeeds; what was asked for,
     and what is asked for meanwhile, has failed. Raises RosFault where the library for rosbridge or ROS is not
-    installed; entering the context raises BridgeFault if there is no robot, ListenFault, and RosFault if there
-    can be no node.
+    installed; entering the context raises BridgeFault if there is no robot, ListenFault, and RosFault if
+    there can be no node.
     """
 
     def __init__(

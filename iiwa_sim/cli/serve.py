@@ -11,6 +11,7 @@ from pathlib import Path
 from iiwa_sim import log
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.options import (
+    BRIDGE,
     CHECK,
     CHECK_CELL,
     PLOT,
@@ -138,7 +139,7 @@ def _parser() -> Parser:
         description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, "
         "and the messages of a KUKA KRC4. "
         f"To draw a motion instead: iiwa-sim {PLOT} --help. To check a cell: iiwa-sim {CHECK_CELL}. "
-        f"Against a server: iiwa-sim {REPLAY}, iiwa-sim {CHECK}",
+        f"Against a server: iiwa-sim {REPLAY}, iiwa-sim {CHECK}. To put a robot on ROS: iiwa-sim {BRIDGE}",
         epilog="To talk to it: telnet HOST PORT, then help",
         allow_abbrev=False,
     )

@@ -12,13 +12,14 @@ from iiwa_sim.dialect.rmi.node import Node
 from iiwa_sim.dialect.rmi.outbox import Outbox
 from iiwa_sim.dialect.rmi.robot import Robot
 from iiwa_sim.dialect.rmi.rosapi import RosApi
-from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
 from iiwa_sim.ros.fault import RosFault
 
 if TYPE_CHECKING:
+    from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
     from iiwa_sim.serve.ros1 import Ros1Node
     from iiwa_sim.serve.rosbridge import RosbridgeServer
 
+ROSBRIDGE_LIBRARIES = ("websockets", "cbor2")
 SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 """Where Debian's and Ubuntu's packages are, which a virtual environment does not see."""
 
@@ -97,14 +98,16 @@ def _rosbridge(
     node: Node, log: DialectLog, address: tuple[str, int], secret: Secret | None, on_heard: Callable[[], None]
 ) -> "RosbridgeServer":
     try:
+        from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
         from iiwa_sim.serve.rosbridge import RosbridgeServer
     except ModuleNotFoundError as fault:
-        if (fault.name or "").partition(".")[0] != "websockets":
+        missing = (fault.name or "").partition(".")[0]
+        if missing not in ROSBRIDGE_LIBRARIES:
             raise
-        raise RosFault("rosbridge needs websockets: pip install 'iiwa-sim[rosbridge]'") from None
-    api = RosApi(node, time.time_ns)
+        raise RosFault(f"rosbridge needs {missing}: pip install 'iiwa-sim[rosbridge]'") from None
+    api = RosApi(node)
 
-    def open_session(name: str, wake: Callable[[], None]) -> tuple[RosbridgeSession, Outbox]:
+    def open_session(name: str, wake: Callable[[], None]) -> "tuple[RosbridgeSession, Outbox]":
         outbox = Outbox(wake)
         return RosbridgeSession(node, api, outbox, log, name, secret=secret), outbox
 

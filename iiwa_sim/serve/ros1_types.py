@@ -3,19 +3,17 @@
 Needs genpy, which comes with rospy.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from genpy import DeserializationError, Time
 from genpy.dynamic import generate_dynamic
 from numpy import float32
 
-from iiwa_sim.dialect.rmi.definitions import Definition, Field, message, parts, service, service_md5
+from iiwa_sim.dialect.rmi.definitions import Definition, Field, full_text, message, service, service_md5
 
 LONGEST_MESSAGE_BYTES = 262_144
 """Longer ones are not taken apart: some hundred commands fit in."""
-
-_BETWEEN = "\n" + 80 * "=" + "\n"
 
 
 class Types:
@@ -97,10 +95,7 @@ def _told(field: Field, value: Any) -> Any:
     return value
 
 
-def _generated(definitions: Iterable[Definition]) -> dict[str, Any]:
+def _generated(definitions: Sequence[Definition]) -> dict[str, Any]:
     """A class for each of them and for what is in them."""
-    all_of_them = {part.name: part for each in definitions for part in parts(each)}
-    first, *others = all_of_them.values()
-    text = _BETWEEN.join([first.text, *(f"MSG: {each.name}\n{each.text}" for each in others)])
-    made: dict[str, Any] = generate_dynamic(first.name, text)
+    made: dict[str, Any] = generate_dynamic(definitions[0].name, full_text(*definitions))
     return made

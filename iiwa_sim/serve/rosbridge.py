@@ -36,8 +36,9 @@ class Waiting(Protocol):
 
     overflown: bool
 
-    def next(self, now_s: float) -> tuple[bytes | None, float | None]:
-        """What to send now, or how long until something is due, None if nothing is."""
+    def next(self, now_s: float) -> tuple[str | bytes | None, float | None]:
+        """What to send now, str as text and bytes as a binary frame, or how long until something is due, None
+        if nothing is."""
 
 
 class ClientSession(Protocol):
@@ -150,7 +151,7 @@ async def _send(connection: ServerConnection, waiting: Waiting, there_is_more: a
             there_is_more.clear()
             message, wait_s = waiting.next(loop.time())
             if message is not None:
-                await connection.send(message, text=True)
+                await connection.send(message)
                 continue
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(wait_s):
@@ -164,5 +165,5 @@ async def _send_last(connection: ServerConnection, waiting: Waiting) -> None:
     with contextlib.suppress(ConnectionClosed, TimeoutError):
         async with asyncio.timeout(CLOSING_S):
             while (message := waiting.next(0.0)[0]) is not None:
-                await connection.send(message, text=True)
+                await connection.send(message)
     await connection.close(POLICY_VIOLATION)

@@ -11,36 +11,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from iiwa_sim.dialect.rmi.definitions import Definition, Field, message, message_md5, parts, service, type_of
-from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED
+from iiwa_sim.dialect.rmi.definitions import Definition, Field, message, message_md5, service, type_of
 from tests.ros1_tools import see_system_packages, skip_without_ros
+from tests.ros_messages import MESSAGES, VALUES, Rosbags, contents
 
 if TYPE_CHECKING:
     from iiwa_sim.serve.ros1_types import Types
 
-MESSAGES = sorted({kind for kind, _ in PUBLISHED.values()} | set(SUBSCRIBED.values()))
 SERVICE = "iiwa_sim_msgs/GetDigitalIOs"
-VALUES: dict[str, st.SearchStrategy[Any]] = {
-    "bool": st.booleans(),
-    "string": st.text(max_size=10),
-    "float32": st.floats(width=32, allow_nan=False, allow_infinity=False),
-    "float64": st.floats(allow_nan=False),
-    "int8": st.integers(-(2**7), 2**7 - 1),
-    "int32": st.integers(-(2**31), 2**31 - 1),
-    "uint32": st.integers(0, 2**32 - 1),
-    "time": st.fixed_dictionaries({"secs": st.integers(0, 2**32 - 1), "nsecs": st.integers(0, 999_999_999)}),
-}
-
-
-def contents(definition: Definition) -> st.SearchStrategy[dict[str, Any]]:
-    return st.fixed_dictionaries({field.name: _values(field) for field in definition.fields})
-
-
-def _values(field: Field) -> st.SearchStrategy[Any]:
-    one = VALUES[field.type] if field.type in VALUES else contents(message(field.type))
-    return st.lists(one, max_size=3) if field.is_list else one
 
 
 @pytest.fixture(scope="module")
@@ -58,36 +37,19 @@ def types(module: Any) -> Types:
 
 
 @pytest.fixture(scope="module")
-def store() -> Any:
-    store = get_typestore(Stores.EMPTY)
-    every = {part.name: part.text for name in MESSAGES for part in parts(message(name))}
-    for name, text in every.items():
-        store.register(get_types_from_msg(text, name.replace("/", "/msg/")))
-    return store
-
-
-def read_by_rosbags(definition: Definition, read: Any) -> dict[str, Any]:
-    def value(field: Field, told: Any) -> Any:
-        if field.is_list:
-            one = field._replace(is_list=False)
-            return [value(one, each) for each in told]
-        if field.type == "time":
-            return {"secs": told.sec % 2**32, "nsecs": told.nanosec}  # rosbags takes seconds as signed
-        return told if field.type in VALUES else read_by_rosbags(message(field.type), told)
-
-    return {field.name: value(field, getattr(read, field.name)) for field in definition.fields}
+def rosbags() -> Rosbags:
+    return Rosbags()
 
 
 @pytest.mark.requirement("FRA002")
 @pytest.mark.parametrize("name", MESSAGES)
 @settings(max_examples=20)
 @given(data=st.data())
-def test_rosbags_reads_what_we_serialise(types: Types, store: Any, name: str, data: st.DataObject) -> None:
+def test_rosbags_reads_what_we_serialise(
+    types: Types, rosbags: Rosbags, name: str, data: st.DataObject
+) -> None:
     content = data.draw(contents(message(name)))
-    read = store.deserialize_ros1(
-        _serialised(types.filled(message(name), content)), name.replace("/", "/msg/")
-    )
-    assert read_by_rosbags(message(name), read) == content
+    assert rosbags.reads(name, _serialised(types.filled(message(name), content))) == content
 
 
 @pytest.mark.parametrize("name", MESSAGES)

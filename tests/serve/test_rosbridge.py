@@ -12,7 +12,7 @@ from iiwa_sim.dialect.rmi.outbox import Outbox
 from iiwa_sim.serve.rosbridge import RosbridgeServer
 from tests.talking import DEADLINE_S
 
-COSTLY, CHEAP = b"costly", b"cheap"
+COSTLY, CHEAP = "costly", "cheap"
 
 
 class Time:
@@ -30,15 +30,16 @@ class Session:
 
     closing = False
 
-    def __init__(self, heard: list[bytes], outbox: Outbox, time: Time) -> None:
+    def __init__(self, heard: list[str], outbox: Outbox, time: Time) -> None:
         self._heard = heard
         self._outbox = outbox
         self._time = time
 
     def receive(self, text: bytes) -> None:
-        self._heard.append(text)
-        self._time.spent_s += 200.0 if text == COSTLY else 0.0
-        self._outbox.reply(text)
+        said = text.decode()
+        self._heard.append(said)
+        self._time.spent_s += 200.0 if said == COSTLY else 0.0
+        self._outbox.reply(said)
 
     def end(self) -> None: ...
 
@@ -46,7 +47,7 @@ class Session:
 async def test_while_a_flooder_has_used_up_its_share_all_others_are_answered(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    time, heard = Time(), []
+    time, heard = Time(), list[str]()
     monkeypatch.setattr("iiwa_sim.serve.rosbridge.thread_time", time)
 
     def open_session(_: str, wake: Callable[[], None]) -> tuple[Session, Outbox]:
@@ -58,10 +59,10 @@ async def test_while_a_flooder_has_used_up_its_share_all_others_are_answered(
     url = f"ws://127.0.0.1:{server.address[1]}"
     async with connect(url, close_timeout=0.1) as flooder, connect(url) as other, asyncio.timeout(DEADLINE_S):
         for _ in range(10):
-            await flooder.send(COSTLY.decode())
+            await flooder.send(COSTLY)
         for k in range(300):
-            await other.send(CHEAP.decode())
-            assert await other.recv() == CHEAP.decode()
+            await other.send(CHEAP)
+            assert await other.recv() == CHEAP
             assert heard.count(CHEAP) == k + 1
         assert heard.count(COSTLY) == 1, "the others wait until it has rested for 4,000 s"
     await server.close()

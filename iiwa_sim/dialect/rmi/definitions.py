@@ -38,6 +38,7 @@ PRIMITIVES: dict[str, tuple[Any, Any]] = {
 }
 """Of what occurs in our definitions: type and default."""
 
+_BETWEEN = "\n" + 80 * "=" + "\n"
 _NAME = re.compile(r"\w+/\w+")
 _CONSTANT = re.compile(r"(\S+)\s+(\w+)\s*=\s*(\S+)")
 
@@ -126,6 +127,13 @@ def parts(definition: Definition) -> Iterator[Definition]:
             if part.type not in PRIMITIVES and part.type not in seen:
                 seen[part.type] = message(part.type)
                 waiting.append(seen[part.type])
+
+
+def full_text(*definitions: Definition) -> str:
+    """The definitions and those of all messages in them in one text, as the tools of ROS write it."""
+    all_of_them = {part.name: part for each in definitions for part in parts(each)}
+    first, *others = all_of_them.values()
+    return _BETWEEN.join([first.text, *(f"MSG: {each.name}\n{each.text}" for each in others)])
 
 
 def _split(name: str) -> tuple[str, str]:

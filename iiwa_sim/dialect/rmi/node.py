@@ -59,6 +59,11 @@ class Node:
         """Whether the next ticks will send a command to the robot or publish a result."""
         return self._queue.is_active
 
+    def time(self) -> dict[str, int]:
+        """The time that goes into headers, as ROS 1 has it."""
+        secs, nsecs = divmod(self._now_ns(), 1_000_000_000)
+        return {"secs": secs, "nsecs": nsecs}
+
     def listen(self, topic: str, listener: Listener) -> None:
         """Hear the messages of a topic of `PUBLISHED`."""
         self._listeners[topic].append(listener)
@@ -138,10 +143,9 @@ class Node:
         return {"inputs": inputs, "outputs": outputs}
 
     def _header(self, topic: str) -> Message:
-        secs, nsecs = divmod(self._now_ns(), 1_000_000_000)
         sequence = self._sequence[topic]
         self._sequence[topic] = (sequence + 1) % 2**32
-        return {"seq": sequence, "stamp": {"secs": secs, "nsecs": nsecs}, "frame_id": ""}
+        return {"seq": sequence, "stamp": self.time(), "frame_id": ""}
 
 
 def _converted(content: Any, kind: type[msgspec.Struct]) -> Any:

@@ -5,14 +5,18 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 MOST_REPLIES = 1000
-MOST_REPLY_BYTES = 4_194_304
+MOST_REPLY_LETTERS = 4_194_304
 LONGEST_FEED = 1000
+
+
+Frame = str | bytes
+"""Text, or what goes into a binary frame."""
 
 
 class Next(NamedTuple):
     """What to do next."""
 
-    message: bytes | None
+    message: Frame | None
     """To be sent now."""
     wait_s: float | None
     """If there is none: until one is due, None if nothing waits."""
@@ -23,7 +27,7 @@ class _Feed:
 
     def __init__(self) -> None:
         self.throttle_s = 0.0
-        self.waiting: deque[bytes] = deque(maxlen=1)
+        self.waiting: deque[Frame] = deque(maxlen=1)
         self.due_s = 0.0
 
 
@@ -35,17 +39,17 @@ class Outbox:
         self.overflown = False
         """A client that asks and does not read the answers: nothing more is kept for it."""
         self._wake = wake
-        self._replies: deque[bytes] = deque()
-        self._reply_bytes = 0
+        self._replies: deque[Frame] = deque()
+        self._reply_letters = 0
         self._feeds: dict[str, _Feed] = {}
 
-    def reply(self, message: bytes) -> None:
+    def reply(self, message: Frame) -> None:
         """What must not be lost."""
         if self.overflown:
             return
         self._replies.append(message)
-        self._reply_bytes += len(message)
-        if len(self._replies) > MOST_REPLIES or self._reply_bytes > MOST_REPLY_BYTES:
+        self._reply_letters += len(message)
+        if len(self._replies) > MOST_REPLIES or self._reply_letters > MOST_REPLY_LETTERS:
             self.overflown = True
             self._replies.clear()
             self._feeds.clear()
@@ -62,7 +66,7 @@ class Outbox:
         """What waits of a topic is not wanted any more."""
         self._feeds.pop(topic, None)
 
-    def feed(self, topic: str, message: bytes) -> None:
+    def feed(self, topic: str, message: Frame) -> None:
         """A message of a topic; where too many wait the oldest is lost."""
         feed = self._feeds.get(topic)
         if feed is not None:
@@ -73,7 +77,7 @@ class Outbox:
         """What is to be sent, taken out."""
         if self._replies:
             message = self._replies.popleft()
-            self._reply_bytes -= len(message)
+            self._reply_letters -= len(message)
             return Next(message, None)
         waiting = [feed for feed in self._feeds.values() if feed.waiting]
         if not waiting:

@@ -3,7 +3,9 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from iiwa_sim.dialect.rmi.definitions import PRIMITIVES, Definition, message, parts, service
+import msgspec
+
+from iiwa_sim.dialect.rmi.definitions import PRIMITIVES, Definition, full_text, message, parts, service
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED, Node
 
 Values = dict[str, Any]
@@ -15,38 +17,67 @@ _LIST, _SINGLE = 0, -1  # of fieldarraylen
 class RosApi:
     """What is asked of one node. A call takes arguments as they come; KeyError names what there is not."""
 
-    def __init__(self, node: Node, now_ns: Callable[[], int]) -> None:
-        self._now_ns = now_ns
+    def __init__(self, node: Node) -> None:
         self._topics = {name: kind for name, (kind, _) in PUBLISHED.items()} | dict(SUBSCRIBED)
-        calls: dict[str, tuple[str, Callable[[Values], Values]]] = {
-            "topics": ("Topics", lambda _: _names_and_types("topics", self._topics)),
-            "topic_type": ("TopicType", lambda v: {"type": self._topics.get(_named(v, "topic"), "")}),
-            "topics_for_type": ("TopicsForType", lambda v: {"topics": _of_type(self._topics, v)}),
-            "services": ("Services", lambda _: {"services": list(self._services)}),
-            "service_type": ("ServiceType", lambda v: {"type": self._services.get(_named(v, "service"), "")}),
-            "services_for_type": ("ServicesForType", lambda v: {"services": _of_type(self._services, v)}),
-            "nodes": ("Nodes", lambda _: {"nodes": [NODE]}),
-            "node_details": ("NodeDetails", self._node_details),
-            "publishers": ("Publishers", lambda v: {"publishers": _if(_named(v, "topic") in PUBLISHED)}),
-            "subscribers": ("Subscribers", lambda v: {"subscribers": _if(_named(v, "topic") in SUBSCRIBED)}),
-            "message_details": ("MessageDetails", lambda v: _details(message(_kind(v)))),
+        topic, service_name, kind = ("topic",), ("service",), ("type",)
+        calls: dict[str, tuple[str, tuple[str, ...], Callable[[Values], Values]]] = {
+            "topics": ("Topics", (), lambda _: self._topics_and_types()),
+            "topics_and_raw_types": ("TopicsAndRawTypes", (), lambda _: self._topics_and_raw_types()),
+            "topic_type": ("TopicType", topic, lambda v: {"type": self._topics.get(_named(v, "topic"), "")}),
+            "topics_for_type": ("TopicsForType", kind, lambda v: {"topics": _of_type(self._topics, v)}),
+            "services": ("Services", (), lambda _: {"services": list(self._services)}),
+            "service_type": (
+                "ServiceType",
+                service_name,
+                lambda v: {"type": self._services.get(_named(v, "service"), "")},
+            ),
+            "services_for_type": (
+                "ServicesForType",
+                kind,
+                lambda v: {"services": _of_type(self._services, v)},
+            ),
+            "nodes": ("Nodes", (), lambda _: {"nodes": [NODE]}),
+            "node_details": ("NodeDetails", ("node",), self._node_details),
+            "publishers": (
+                "Publishers",
+                topic,
+                lambda v: {"publishers": _if(_named(v, "topic") in PUBLISHED)},
+            ),
+            "subscribers": (
+                "Subscribers",
+                topic,
+                lambda v: {"subscribers": _if(_named(v, "topic") in SUBSCRIBED)},
+            ),
+            "action_servers": ("GetActionServers", (), lambda _: {"action_servers": []}),
+            "message_details": ("MessageDetails", kind, lambda v: _details(message(_kind(v)))),
             "service_request_details": (
                 "ServiceRequestDetails",
+                kind,
                 lambda v: _details(service(_kind(v)).request),
             ),
             "service_response_details": (
                 "ServiceResponseDetails",
+                kind,
                 lambda v: _details(service(_kind(v)).response),
             ),
-            "get_time": ("GetTime", self._time),
-            "get_param_names": ("GetParamNames", lambda _: {"names": []}),
+            "get_time": ("GetTime", (), lambda _: {"time": node.time()}),
+            "get_param_names": ("GetParamNames", (), lambda _: {"names": []}),
+            "has_param": ("HasParam", ("name",), lambda _: {"exists": False}),
+            "get_param": ("GetParam", ("name", "default"), _param),
         }
-        self.calls = {f"/rosapi/{name}": call for name, (_, call) in calls.items()}
-        """By name of the service."""
+        self.calls = {f"/rosapi/{name}": (names, call) for name, (_, names, call) in calls.items()}
+        """By name of the service: the names of its arguments, and the call."""
         self._services = {
             **node.services,
-            **{f"/rosapi/{name}": f"rosapi/{kind}" for name, (kind, _) in calls.items()},
+            **{f"/rosapi/{name}": f"rosapi/{kind}" for name, (kind, _, _) in calls.items()},
         }
+
+    def _topics_and_types(self) -> Values:
+        return {"topics": list(self._topics), "types": list(self._topics.values())}
+
+    def _topics_and_raw_types(self) -> Values:
+        texts = [full_text(message(kind)) for kind in self._topics.values()]
+        return {**self._topics_and_types(), "typedefs_full_text": texts}
 
     def _node_details(self, values: Values) -> Values:
         here = _named(values, "node") == NODE
@@ -55,10 +86,6 @@ class RosApi:
             "subscribing": list(SUBSCRIBED) if here else [],
             "services": list(self._services) if here else [],
         }
-
-    def _time(self, _: Values) -> Values:
-        secs, nsecs = divmod(self._now_ns(), 1_000_000_000)
-        return {"time": {"secs": secs, "nsecs": nsecs}}
 
 
 def rooted(name: str) -> str:
@@ -78,8 +105,14 @@ def _if(there: bool) -> list[str]:
     return [NODE] if there else []
 
 
-def _names_and_types(names: str, all_of_them: dict[str, str]) -> Values:
-    return {names: list(all_of_them), "types": list(all_of_them.values())}
+def _param(values: Values) -> Values:
+    """There are no parameters: the default, which is JSON as the answer is, or null."""
+    default = str(values.get("default", ""))
+    try:
+        msgspec.json.decode(default)
+    except (msgspec.DecodeError, RecursionError):
+        default = "null" if default == "" else msgspec.json.encode(default).decode()
+    return {"value": default}
 
 
 def _of_type(all_of_them: dict[str, str], values: Values) -> list[str]:

@@ -5,14 +5,15 @@ or cannot do is told by a `status` of level `error` that echoes its `id`, and ch
 goes stops nothing: it is one of many publishers, as everywhere in ROS.
 """
 
-from collections.abc import Callable
-from typing import Any, NoReturn
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, NoReturn
 
 import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.definitions import service
+from iiwa_sim.dialect.rmi.encodings import COMPRESSIONS, encoded
 from iiwa_sim.dialect.rmi.mac import Secret
 from iiwa_sim.dialect.rmi.node import COMMAND_RESULT, PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.dialect.rmi.outbox import LONGEST_FEED, Outbox
@@ -33,6 +34,11 @@ NOT_OURS = (
 )
 """Operations of the protocol for which there is no use here: they are refused by name."""
 
+MOST_SUBSCRIPTIONS = 1000
+"""Of one topic by one client, which tells them apart by their ids."""
+LONGEST_ID = 200
+"""Of a subscription, in letters."""
+
 _encode = msgspec.json.Encoder().encode
 _decoder = msgspec.json.Decoder(dict[str, Any])
 _LONGEST_SHOWN = 200
@@ -40,6 +46,22 @@ _LONGEST_SHOWN = 200
 
 class _Misuse(Exception):
     """What an operation cannot do, in words for the client."""
+
+
+class _Wish(NamedTuple):
+    """What one subscription asks for."""
+
+    throttle_s: float
+    queue_length: int
+    compression: str
+
+
+class _Subscribed(NamedTuple):
+    """A topic that the client hears."""
+
+    hear: Callable[[Message], None]
+    wishes: dict[Any, _Wish]
+    """By the ids of the subscriptions."""
 
 
 class RosbridgeSession:
@@ -66,7 +88,7 @@ class RosbridgeSession:
         self._secret = secret
         self._level = LEVELS.index("error")
         self._known = secret is None
-        self._feeds: dict[str, tuple[str, Callable[[Message], None], dict[Any, tuple[float, int]]]] = {}
+        self._subscribed: dict[str, _Subscribed] = {}
         self._operations: dict[str, Callable[[Message], None]] = {
             "advertise": self._advertise,
             "unadvertise": self._unadvertise,
@@ -108,7 +130,7 @@ class RosbridgeSession:
 
     def end(self) -> None:
         """The client has gone."""
-        for topic in list(self._feeds):
+        for topic in list(self._subscribed):
             self._end_feed(topic)
 
     def _refuse(self, text: bytes, identifier: Any, reason: str) -> None:
@@ -121,7 +143,7 @@ class RosbridgeSession:
             self._reply(status if identifier is None else {**status, "id": identifier})
 
     def _reply(self, message: Message) -> None:
-        self._outbox.reply(_encode(message))
+        self._outbox.reply(_encode(message).decode())
 
     def _advertise(self, message: Message) -> None:
         topic, kind = self._topic_of(message), message.get("type")
@@ -143,44 +165,51 @@ class RosbridgeSession:
         if topic not in PUBLISHED:
             raise _Misuse(f"nobody publishes {topic}: expected one of {', '.join(PUBLISHED)}")
         _check_type(topic, PUBLISHED[topic][0], message.get("type"))
-        if message.get("compression", "none") not in ("none", None):
-            raise _Misuse(f"compression {_shown(message['compression'])}: expected none")
-        throttle_s = 1e-3 * _number(message, "throttle_rate")
-        queue_length = int(_number(message, "queue_length"))
-        if topic not in self._feeds:
-            name = _encode(message["topic"])  # as the client writes it: by that it tells topics apart
+        wish = _Wish(
+            throttle_s=1e-3 * _number(message, "throttle_rate"),
+            queue_length=int(_number(message, "queue_length")),
+            compression=_compression(message, COMPRESSIONS),
+        )
+        _check_whole(message)
+        key = _key(message)
+        if topic not in self._subscribed:
+            name = message["topic"]  # as the client writes it: by that it tells topics apart
+            kind, wishes = PUBLISHED[topic][0], dict[Any, _Wish]()
 
             def hear(content: Message) -> None:
-                body = b'{"op":"publish","topic":' + name + b',"msg":' + _encode(content) + b"}"
-                self._outbox.feed(topic, body)
+                compression = max((each.compression for each in wishes.values()), key=COMPRESSIONS.index)
+                self._outbox.feed(topic, encoded(compression, name, kind, content, self._node.time()))
 
-            self._feeds[topic] = (topic, hear, {})
+            self._subscribed[topic] = _Subscribed(hear, wishes)
             self._node.listen(topic, hear)
-        self._feeds[topic][2][_key(message)] = (throttle_s, queue_length)
+        wishes = self._subscribed[topic].wishes
+        if key not in wishes and len(wishes) >= MOST_SUBSCRIPTIONS:
+            raise _Misuse(f"{topic} is subscribed to {MOST_SUBSCRIPTIONS} times: expected no more")
+        wishes[key] = wish
         self._set_feed(topic)
 
     def _unsubscribe(self, message: Message) -> None:
         topic = self._topic_of(message)
-        if topic not in self._feeds:
+        if topic not in self._subscribed:
             raise _Misuse(f"{topic} is not subscribed to")
-        subscriptions = self._feeds[topic][2]
+        wishes = self._subscribed[topic].wishes
         if "id" in message:
-            subscriptions.pop(_key(message), None)
+            wishes.pop(_key(message), None)
         else:
-            subscriptions.clear()
-        if subscriptions:
+            wishes.clear()
+        if wishes:
             self._set_feed(topic)
         else:
             self._end_feed(topic)
 
     def _set_feed(self, topic: str) -> None:
         """Of several subscriptions the most demanding counts. Results wait until they are sent."""
-        wishes = self._feeds[topic][2].values()
-        queue_length = LONGEST_FEED if topic == COMMAND_RESULT else max(length for _, length in wishes)
-        self._outbox.set_feed(topic, min(throttle_s for throttle_s, _ in wishes), queue_length)
+        wishes = self._subscribed[topic].wishes.values()
+        queue_length = LONGEST_FEED if topic == COMMAND_RESULT else max(each.queue_length for each in wishes)
+        self._outbox.set_feed(topic, min(each.throttle_s for each in wishes), queue_length)
 
     def _end_feed(self, topic: str) -> None:
-        self._node.unlisten(topic, self._feeds.pop(topic)[1])
+        self._node.unlisten(topic, self._subscribed.pop(topic).hear)
         self._outbox.end_feed(topic)
 
     def _call_service(self, message: Message) -> None:
@@ -197,15 +226,19 @@ class RosbridgeSession:
             respond(reason, result=False)
 
         service_name, arguments = rooted(name), message.get("args", {})
-        if service_name in self._node.services:
-            try:
-                request = _request(self._node.services[service_name], arguments)
-                self._node.call(service_name, request, respond, fail)
-            except BadMessage as fault:
-                fail(str(fault))
-            return
         try:
-            values = self._api.calls[service_name](arguments if isinstance(arguments, dict) else {})
+            _compression(message, ("none",))
+            _check_whole(message)
+            if service_name in self._node.services:
+                fields = service(self._node.services[service_name]).request.fields
+                request = _request([field.name for field in fields], arguments)
+                self._node.call(service_name, request, respond, fail)
+                return
+            names, call = self._api.calls[service_name]
+            request = _request(names, arguments)
+            values = call(request if isinstance(request, dict) else {})
+        except (_Misuse, BadMessage) as fault:
+            fail(str(fault))
         except KeyError as missing:
             fail(f"there is no {_shown(missing.args[0])}")
         else:
@@ -250,20 +283,35 @@ def _expected_number(field: str) -> NoReturn:
     raise _Misuse(f"{field}: expected a number from 0 on")
 
 
+def _compression(message: Message, offered: tuple[str, ...]) -> str:
+    wanted = message.get("compression")
+    if wanted is None:
+        return offered[0]
+    if wanted not in offered:
+        raise _Misuse(f"compression {_shown(wanted)}: expected {', '.join(offered)}")
+    return str(wanted)
+
+
+def _check_whole(message: Message) -> None:
+    if message.get("fragment_size") is not None:
+        raise _Misuse("fragment_size: expected none, messages are sent whole")
+
+
 def _key(message: Message) -> Any:
     """What tells one subscription of a topic from another."""
     identifier = message.get("id")
+    if isinstance(identifier, str) and len(identifier) > LONGEST_ID:
+        raise _Misuse(f"id: expected up to {LONGEST_ID} letters, got {len(identifier)}")
     return identifier if isinstance(identifier, str | int | float) else None
 
 
-def _request(kind: str, arguments: Any) -> Any:
+def _request(names: Sequence[str], arguments: Any) -> Any:
     """Arguments by name, or in the order of the fields."""
     if not isinstance(arguments, list):
         return {} if arguments is None else arguments
-    fields = service(kind).request.fields
-    if len(arguments) > len(fields):
-        raise BadMessage(f"expected up to {len(fields)} arguments, got {len(arguments)}")
-    return {field.name: value for field, value in zip(fields, arguments, strict=False)}
+    if len(arguments) > len(names):
+        raise BadMessage(f"expected up to {len(names)} arguments, got {len(arguments)}")
+    return dict(zip(names, arguments, strict=False))
 
 
 def _shown(what: Any) -> str:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.rmi.outbox import LONGEST_FEED, MOST_REPLIES, MOST_REPLY_BYTES, Outbox
+from iiwa_sim.dialect.rmi.outbox import LONGEST_FEED, MOST_REPLIES, MOST_REPLY_LETTERS, Outbox
 
 
 class Client:
@@ -92,7 +92,7 @@ def test_a_client_that_does_not_take_its_replies_overflows(client: Client) -> No
 
 
 def test_few_long_replies_overflow_too(client: Client) -> None:
-    client.outbox.reply(b"x" * MOST_REPLY_BYTES)
+    client.outbox.reply(b"x" * MOST_REPLY_LETTERS)
     assert not client.outbox.overflown
     client.outbox.reply(b"x")
     assert client.outbox.overflown
@@ -100,7 +100,7 @@ def test_few_long_replies_overflow_too(client: Client) -> None:
 
 def test_replies_that_are_taken_do_not_count(client: Client) -> None:
     for _ in range(10):
-        client.outbox.reply(b"x" * (MOST_REPLY_BYTES // 2))
+        client.outbox.reply(b"x" * (MOST_REPLY_LETTERS // 2))
         client.takes()
     assert not client.outbox.overflown
 

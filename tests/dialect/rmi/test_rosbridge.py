@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+import struct
 from hashlib import sha512
 from typing import Any
 
+import cbor2
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.dialect.rmi.definitions import message
 from iiwa_sim.dialect.rmi.mac import Secret
+from iiwa_sim.dialect.rmi.node import PUBLISHED
 from iiwa_sim.dialect.rmi.outbox import Outbox
 from iiwa_sim.dialect.rmi.rosapi import RosApi
-from iiwa_sim.dialect.rmi.rosbridge import NOT_OURS, RosbridgeSession
+from iiwa_sim.dialect.rmi.rosbridge import MOST_SUBSCRIPTIONS, NOT_OURS, RosbridgeSession
+from iiwa_sim.dialect.rmi.serialized import serialized
 from tests.ros_robot import NOW_NS, RosRobot, ptp
 
 A = (0.3, 0.3, 0.0, -1.2, 0.0, 1.0, 0.0)
@@ -32,7 +37,7 @@ class Client:
         self.outbox = Outbox(lambda: None)
         self.session = RosbridgeSession(
             robot.node,
-            RosApi(robot.node, now_ns),
+            RosApi(robot.node),
             self.outbox,
             robot.log,
             "test",
@@ -50,7 +55,7 @@ class Client:
     def hears(self) -> list[dict[str, Any]]:
         heard = []
         while (message := self.outbox.next(self.robot.controller.tick * 0.002).message) is not None:
-            heard.append(json.loads(message))
+            heard.append(json.loads(message) if isinstance(message, str) else cbor2.loads(message))
         return heard
 
     def is_told(self, operation: str, **fields: Any) -> str:
@@ -153,6 +158,7 @@ def test_services_by_name_and_by_place(client: Client, robot: RosRobot) -> None:
         ("/scale_speed", [1, 2], "up to 1 arguments, got 2"),
         ("/scale_speed", 7, "Expected `object`"),
         ("/rosapi/message_details", {"type": "a/B"}, "there is no a/B"),
+        ("/rosapi/topic_type", ["/joint_states", 2], "expected up to 1 arguments, got 2"),
     ],
 )
 def test_a_call_that_fails_answers_false_and_a_string(
@@ -163,6 +169,82 @@ def test_a_call_that_fails_answers_false_and_a_string(
     assert words in response["values"]
     assert response["id"] == 7
     assert robot.controller.override == 1.0
+
+
+@pytest.mark.parametrize(
+    ("field", "words"),
+    [
+        ({"fragment_size": 100}, "messages are sent whole"),
+        ({"compression": "png"}, "compression png: expected none"),
+    ],
+)
+def test_a_call_whose_answer_is_wanted_otherwise_fails(
+    client: Client, field: dict[str, Any], words: str
+) -> None:
+    response = client.calls("/get_io", {"number": 1}, **field)
+    assert response["result"] is False
+    assert words in response["values"]
+    assert client.calls("/get_io", {"number": 1}, **dict.fromkeys(field))["result"] is True
+
+
+def test_cbor_has_numbers_as_typed_arrays(client: Client, robot: RosRobot) -> None:
+    client.says("subscribe", topic="joint_states", compression="cbor")
+    robot.step(5)
+    (heard,) = client.hears()
+    assert (heard["op"], heard["topic"]) == ("publish", "joint_states")
+    assert heard["msg"]["name"] == list(robot.controller.description.joints)
+    position = heard["msg"]["position"]
+    assert position.tag == 86  # float64, little-endian
+    assert struct.unpack("<7d", position.value) == robot.controller.joints
+
+
+@pytest.mark.parametrize("topic", PUBLISHED)
+def test_raw_cbor_has_the_bytes_of_ros_1(client: Client, robot: RosRobot, topic: str) -> None:
+    client.says("subscribe", topic=topic)
+    plain = Client(robot)
+    plain.says("subscribe", topic=topic)
+    client.says("subscribe", topic=topic, id="2", compression="cbor")
+    client.says("subscribe", topic=topic, id="3", compression="cbor-raw")
+    robot.gets(ptp(1, robot.controller.joints))
+    robot.step(50)
+    (*_, raw), (*_, told) = client.hears(), plain.hears()
+    assert (raw["op"], raw["topic"]) == ("publish", topic)
+    assert divmod(NOW_NS, 10**9) == (raw["msg"]["secs"], raw["msg"]["nsecs"])
+    definition = message(PUBLISHED[topic][0])
+    assert raw["msg"]["bytes"] == serialized(definition, told["msg"])
+    client.says("unsubscribe", topic=topic, id="3")
+    client.says("unsubscribe", topic=topic, id="2")
+    robot.gets(ptp(1, robot.controller.joints))
+    robot.step(50)
+    assert [*client.hears()][-1] == [*plain.hears()][-1], "the subscription without an encoding is left"
+
+
+def test_subscriptions_of_a_topic_are_bounded(client: Client, robot: RosRobot) -> None:
+    for k in range(MOST_SUBSCRIPTIONS):
+        assert client.says("subscribe", topic="/joint_states", id=str(k)) == []
+    assert "times: expected no more" in client.is_told("subscribe", topic="/joint_states", id="more")
+    assert "up to 200 letters" in client.is_told("subscribe", topic="/joint_states", id=201 * "x")
+    assert client.says("subscribe", topic="/joint_states", id="0", throttle_rate=1) == []
+    robot.step(5)
+    assert len(client.hears()) == 1
+
+
+def test_what_tools_ask_when_they_connect(client: Client) -> None:
+    """Foxglove asks for the texts of all types, roslibjs for the rest where a program does."""
+    raw = client.calls("/rosapi/topics_and_raw_types")["values"]
+    assert set(raw) == {"topics", "types", "typedefs_full_text"}
+    texts = dict(zip(raw["types"], raw["typedefs_full_text"], strict=True))
+    own, *parts = texts["sensor_msgs/JointState"].split("\n" + 80 * "=" + "\n")
+    assert "float64[] position" in own
+    assert [part.splitlines()[0] for part in parts] == ["MSG: std_msgs/Header"]
+    assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": []}
+    assert client.calls("/rosapi/has_param", {"name": "/x"})["values"] == {"exists": False}
+    assert client.calls("/rosapi/get_param", {"name": "/x"})["values"] == {"value": "null"}
+    assert client.calls("/rosapi/get_param", ["/x", "[1]"])["values"] == {"value": "[1]"}
+    assert client.calls("/rosapi/get_param", ["/x", "word"])["values"] == {"value": '"word"'}
+    assert client.calls("/rosapi/topic_type", ["/joint_states"])["values"] == {
+        "type": "sensor_msgs/JointState"
+    }
 
 
 def test_rosapi(client: Client) -> None:
@@ -199,7 +281,9 @@ def test_rosapi(client: Client) -> None:
         ("advertise", {"topic": "/command_list", "type": "std_msgs/String"}, "not std_msgs/String"),
         ("subscribe", {"topic": "/chatter"}, "nobody publishes /chatter"),
         ("subscribe", {"topic": "/joint_states", "type": "a/B"}, "is of type sensor_msgs/JointState"),
-        ("subscribe", {"topic": "/joint_states", "compression": "png"}, "expected none"),
+        ("subscribe", {"topic": "/joint_states", "compression": "png"}, "expected none, cbor, cbor-raw"),
+        ("subscribe", {"topic": "/joint_states", "compression": []}, "expected none, cbor, cbor-raw"),
+        ("subscribe", {"topic": "/joint_states", "fragment_size": 1000}, "messages are sent whole"),
         ("subscribe", {"topic": "/joint_states", "throttle_rate": -1}, "throttle_rate: expected a number"),
         ("subscribe", {"topic": "/joint_states", "queue_length": "x"}, "queue_length: expected a number"),
         ("subscribe", {"topic": "/joint_states", "throttle_rate": 1e300}, "throttle_rate: expected a number"),
