@@ -5,10 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.world import NOTHING, World
+from iiwa_sim.contact.world import NOTHING, Touch, World
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
-from iiwa_sim.frames import Transform, Vector, apply, compose, rotate, transpose
+from iiwa_sim.frames import Rotation, Transform, Vector, rotate
 from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.tcp import Tcp
 
 
 class ExternalLoad:
@@ -33,8 +34,7 @@ class ExternalLoad:
         """Pushed: torque (Nm) on each joint."""
         self._touch: Wrench = NO_WRENCH
         self._model = model
-        self._tool_in_flange = tool_in_flange
-        self._flange_to_tcp = transpose(tool_in_flange.rotation)
+        self._tcp = model.tcp(tool_in_flange)
         self.world = World((), 0.0) if world is None else world
         """What the TCP can touch; what changes there is felt from the next tick on."""
         self._noise = noise
@@ -52,8 +52,7 @@ class ExternalLoad:
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, and has not been anywhere before."""
-        self._tool_in_flange = tool_in_flange
-        self._flange_to_tcp = transpose(tool_in_flange.rotation)
+        self._tcp = self._model.tcp(tool_in_flange)
         self.world.forget()
         self._place = None
         self._feel(joints, 0.0)
@@ -76,7 +75,7 @@ class ExternalLoad:
         torques = self.joint_push
         wrench = self._acting()
         if any(wrench):
-            made = torques_of(wrench, self._model, joints, self._tool_in_flange)
+            made = torques_of(wrench, self._tcp, joints)
             torques = tuple(a + b for a, b in zip(torques, made, strict=True))
         if self._noise is not None:
             torques = tuple(a + b for a, b in zip(torques, self._noise.joint_torques, strict=True))
@@ -88,32 +87,32 @@ class ExternalLoad:
         return self._touch if self.wrench is NO_WRENCH else add(self._touch, self.wrench)
 
     def _feel(self, joints: Sequence[float], tick_s: float) -> None:
-        flange, tool = self._model.flange(joints), self._tool_in_flange
-        x, y, z = place = apply(flange, tool.translation)
+        rotation, place = self._tcp.pose(joints)
         velocity = (0.0, 0.0, 0.0)
         if self._place is not None:
-            was_x, was_y, was_z = self._place
+            (x, y, z), (was_x, was_y, was_z) = place, self._place
             velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
         self._place = place
         touch = self.world.feel(place, velocity, tick_s)
-        if touch is NOTHING:
-            self._touch = NO_WRENCH
-        else:
-            to_flange, to_tcp = transpose(flange.rotation), self._flange_to_tcp
-            fx, fy, fz = rotate(to_tcp, rotate(to_flange, touch.force))
-            tx, ty, tz = rotate(to_tcp, rotate(to_flange, touch.torque))
-            self._touch = (fx, fy, fz, tx, ty, tz)
+        self._touch = NO_WRENCH if touch is NOTHING else _seen_from(rotation, touch)
 
 
-def torques_of(
-    wrench: Wrench, model: Model, joints: Sequence[float], tool_in_flange: Transform
-) -> tuple[float, ...]:
+def torques_of(wrench: Wrench, tcp: Tcp, joints: Sequence[float]) -> tuple[float, ...]:
     """What a wrench at the TCP, along its axes, is to the joints (Nm): by the TCP's transposed Jacobian."""
-    flange = model.flange(joints)
-    tcp = compose(flange, tool_in_flange)
-    fx, fy, fz = rotate(tcp.rotation, wrench[:3])
-    tx, ty, tz = rotate(tcp.rotation, wrench[3:])
-    # Moved from the TCP to the flange's origin, of which we have the Jacobian, the force adds a torque.
-    px, py, pz = (a - b for a, b in zip(tcp.translation, flange.translation, strict=True))
-    at_flange = (fx, fy, fz, tx + py * fz - pz * fy, ty + pz * fx - px * fz, tz + px * fy - py * fx)
-    return tuple((model.jacobian(joints).T @ np.array(at_flange)).tolist())
+    rotation = tcp.pose(joints).rotation
+    in_base = (*rotate(rotation, wrench[:3]), *rotate(rotation, wrench[3:]))
+    return tuple((tcp.jacobian(joints).T @ np.array(in_base)).tolist())
+
+
+def _seen_from(rotation: Rotation, touch: Touch) -> Wrench:
+    """What acts in the axes of the base, along those of a TCP turned like that."""
+    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
+    (fx, fy, fz), (tx, ty, tz) = touch
+    return (
+        r0 * fx + r3 * fy + r6 * fz,
+        r1 * fx + r4 * fy + r7 * fz,
+        r2 * fx + r5 * fy + r8 * fz,
+        r0 * tx + r3 * ty + r6 * tz,
+        r1 * tx + r4 * ty + r7 * tz,
+        r2 * tx + r5 * ty + r8 * tz,
+    )

@@ -12,12 +12,11 @@ off is lost, nothing is gained. The anchor depends on where the TCP has been, no
 """
 
 from collections.abc import Iterable
-from math import inf, sqrt
+from math import sqrt
 from typing import NamedTuple
 
-from iiwa_sim.contact.shapes import Nearest
+from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.wrench import Wrench, add
 from iiwa_sim.frames import Vector
 
 SLIP_M = 1e-12
@@ -33,8 +32,6 @@ class Touch(NamedTuple):
 
 
 NOTHING = Touch((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-
-_FAR: Nearest = (inf, 0.0, 0.0, 0.0)
 
 
 class World:
@@ -78,12 +75,13 @@ class World:
         Friction remembers that the TCP has been here; with a time `dt_s` of 0 it does not. In free space all
         is exactly 0.
         """
-        wrench: Wrench | None = None
+        remember = dt_s > 0.0
+        felt: Touch | None = None
         for contact in self._contacts.values():
-            found = contact.press(position, velocity, dt_s > 0.0)
+            found = contact.press(position, velocity, remember)
             if found is not None:
-                wrench = found if wrench is None else add(wrench, found)
-        return NOTHING if wrench is None else Touch(wrench[:3], wrench[3:])
+                felt = found if felt is None else _sum(felt, found)
+        return NOTHING if felt is None else felt
 
 
 class _Contact:
@@ -94,58 +92,77 @@ class _Contact:
         self._radius = radius
         self._reach_squared = (surface.shape.extent + radius) ** 2
         self._anchor: Vector | None = None
+        # What every tick needs, taken out once.
+        self._flat = isinstance(surface.shape, Plane)  # its direction is the same everywhere
+        self._nearest = surface.shape.nearest
+        self._place = (*surface.pose.rotation, *surface.pose.translation)
+        self._material = surface.stiffness, surface.damping, surface.friction
 
-    def press(self, position: Vector, velocity: Vector, remember: bool) -> Wrench | None:
-        """What this surface does to the robot, along the axes of the base; None if it is not touched."""
-        surface, radius = self.surface, self._radius
+    def press(self, position: Vector, velocity: Vector, remember: bool) -> Touch | None:
+        """What this surface does to the robot; None if it is not touched."""
         px, py, pz = position
-        ox, oy, oz = surface.pose.translation
-        near = (px - ox) ** 2 + (py - oy) ** 2 + (pz - oz) ** 2 < self._reach_squared
-        distance, nx, ny, nz = surface.nearest(px, py, pz) if near else _FAR
-        depth = radius - distance
+        r0, r1, r2, r3, r4, r5, r6, r7, r8, ox, oy, oz = self._place
+        x, y, z = px - ox, py - oy, pz - oz
+        radius = self._radius
+        if self._flat:
+            depth, nx, ny, nz = radius - (r2 * x + r5 * y + r8 * z), r2, r5, r8
+        elif x * x + y * y + z * z < self._reach_squared:
+            distance, nx, ny, nz = self._nearest(
+                r0 * x + r3 * y + r6 * z, r1 * x + r4 * y + r7 * z, r2 * x + r5 * y + r8 * z
+            )
+            depth = radius - distance
+        else:
+            depth = 0.0
         if depth <= 0.0:
             if remember:
                 self._anchor = None
             return None
+        if not self._flat:
+            nx, ny, nz = (
+                r0 * nx + r1 * ny + r2 * nz,
+                r3 * nx + r4 * ny + r5 * nz,
+                r6 * nx + r7 * ny + r8 * nz,
+            )
         vx, vy, vz = velocity
-        damped = 1.0 - surface.damping * (vx * nx + vy * ny + vz * nz)
-        normal = surface.stiffness * depth * damped if damped > 0.0 else 0.0
-        if surface.friction == 0.0:
-            return (normal * nx, normal * ny, normal * nz, 0.0, 0.0, 0.0)
-        sx, sy, sz = self._hold(position, (nx, ny, nz), surface.friction * normal, remember)
-        return (
-            normal * nx + sx,
-            normal * ny + sy,
-            normal * nz + sz,
-            radius * (nz * sy - ny * sz),
-            radius * (nx * sz - nz * sx),
-            radius * (ny * sx - nx * sy),
-        )
-
-    def _hold(self, position: Vector, normal: Vector, limit: float, remember: bool) -> Vector:
-        """The friction (N) in the base, along the surface and at most `limit`."""
-        if self._anchor is None:
+        stiffness, damping, friction = self._material
+        damped = 1.0 - damping * (vx * nx + vy * ny + vz * nz)
+        normal = stiffness * depth * damped if damped > 0.0 else 0.0
+        if friction == 0.0:
+            return Touch((normal * nx, normal * ny, normal * nz), (0.0, 0.0, 0.0))
+        anchor = self._anchor
+        if anchor is None:
             if remember:
                 self._anchor = position
-            return (0.0, 0.0, 0.0)
-        stiffness = self.surface.stiffness
+            return Touch((normal * nx, normal * ny, normal * nz), (0.0, 0.0, 0.0))
+        # Friction: along the surface, and at most so much.
+        limit = friction * normal
         longest = limit / stiffness
-        x, y, z, length = _along(normal, position, self._anchor)
+        x, y, z, length = _along(nx, ny, nz, position, anchor)
         if remember and length > longest + SLIP_M:
             # What follows is found from the new anchor, as it will be when the TCP is still here.
             share = longest / length
-            px, py, pz = position
-            self._anchor = (px + share * x, py + share * y, pz + share * z)
-            x, y, z, length = _along(normal, position, self._anchor)
+            self._anchor = anchor = (px + share * x, py + share * y, pz + share * z)
+            x, y, z, length = _along(nx, ny, nz, position, anchor)
         held = stiffness if length <= longest else limit / length
-        return (held * x, held * y, held * z)
+        x, y, z = held * x, held * y, held * z
+        return Touch(
+            (normal * nx + x, normal * ny + y, normal * nz + z),
+            (radius * (nz * y - ny * z), radius * (nx * z - nz * x), radius * (ny * x - nx * y)),
+        )
 
 
-def _along(normal: Vector, start: Vector, end: Vector) -> tuple[float, float, float, float]:
-    """The part of a way that is along the surface, and its length."""
-    nx, ny, nz = normal
+def _along(
+    nx: float, ny: float, nz: float, start: Vector, end: Vector
+) -> tuple[float, float, float, float]:
+    """The part of a way that is along the surface of this normal, and its length."""
     (ax, ay, az), (bx, by, bz) = start, end
     x, y, z = bx - ax, by - ay, bz - az
     out = x * nx + y * ny + z * nz
     x, y, z = x - out * nx, y - out * ny, z - out * nz
     return (x, y, z, sqrt(x * x + y * y + z * z))
+
+
+def _sum(a: Touch, b: Touch) -> Touch:
+    (ax, ay, az), (bx, by, bz) = a.force, b.force
+    (tx, ty, tz), (ux, uy, uz) = a.torque, b.torque
+    return Touch((ax + bx, ay + by, az + bz), (tx + ux, ty + uy, tz + uz))

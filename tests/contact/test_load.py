@@ -28,7 +28,7 @@ def test_joint_torques_do_the_work_of_the_wrench(tool: Transform) -> None:
     rng = np.random.default_rng(5)
     for joints in rng.uniform(d.position_min, d.position_max, (500, 7)).tolist():
         fx, fy, fz, tx, ty, tz = rng.uniform(-100.0, 100.0, 6).tolist()
-        torques = torques_of((fx, fy, fz, tx, ty, tz), ROBOT.model, joints, tool)
+        torques = torques_of((fx, fy, fz, tx, ty, tz), ROBOT.model.tcp(tool), joints)
         tcp = ROBOT.tcp(joints, tool)
         force, torque = rotate(tcp.rotation, (fx, fy, fz)), rotate(tcp.rotation, (tx, ty, tz))
         for joint in range(7):
@@ -74,7 +74,7 @@ def test_a_surface_is_felt_from_the_start_and_along_the_axes_of_the_tcp() -> Non
     for _ in range(3):
         assert controller.cartesian_force()[:3] == pytest.approx(rotation.T @ up, abs=1e-9)
         assert controller.cartesian_force()[3:] == (0.0, 0.0, 0.0)
-        lifting = torques_of(controller.cartesian_force(), ROBOT.model, controller.joints, TOOLS[0])
+        lifting = torques_of(controller.cartesian_force(), ROBOT.model.tcp(TOOLS[0]), controller.joints)
         assert controller.joint_torque() == lifting
         assert lifting[1] < -1.0, "what lifts the hand turns A2 backwards"
         controller.step()
