@@ -5,11 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.world import NOTHING, Touch, World
+from iiwa_sim.contact.world import NOTHING, World
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
 from iiwa_sim.frames import Rotation, Transform, Vector, rotate
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.tcp import Tcp
+
+Felt = tuple[Transform, tuple[Vector, Vector] | None]
+"""Where a motion has brought the TCP to, in the base, and what surfaces do to it there, in base axes: force (N)
+and torque (Nm); None where they have yet to be felt."""
 
 
 class ExternalLoad:
@@ -39,23 +43,31 @@ class ExternalLoad:
         """What the TCP can touch; what changes there is felt from the next tick on."""
         self._noise = noise
         self._place: Vector | None = None  # of the TCP, when the world was felt last
-        self._feel(joints, 0.0)
+        self._feel(self._tcp.pose(joints), 0.0)
 
-    def step(self, joints: Sequence[float], tick_s: float) -> None:
-        """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise."""
+    def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
+        """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise.
+
+        What a motion has `felt` there is not felt again: one owner of the contact in every tick.
+        """
         if self._noise is not None:
             self._noise.next()
         if self.world.empty:
             self._touch, self._place = NO_WRENCH, None
+        elif felt is None:
+            self._feel(self._tcp.pose(joints), tick_s)
+        elif felt[1] is None:
+            self._feel(felt[0], tick_s)
         else:
-            self._feel(joints, tick_s)
+            (rotation, self._place), touch = felt
+            self._touch = _seen_from(rotation, touch)
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, and has not been anywhere before."""
         self._tcp = self._model.tcp(tool_in_flange)
         self.world.forget()
         self._place = None
-        self._feel(joints, 0.0)
+        self._feel(self._tcp.pose(joints), 0.0)
 
     def seed(self, seed: int) -> None:
         """Begin the noise anew with this seed, if there is any."""
@@ -86,15 +98,15 @@ class ExternalLoad:
             return self.wrench
         return self._touch if self.wrench is NO_WRENCH else add(self._touch, self.wrench)
 
-    def _feel(self, joints: Sequence[float], tick_s: float) -> None:
-        rotation, place = self._tcp.pose(joints)
+    def _feel(self, tcp: Transform, tick_s: float) -> None:
+        rotation, place = tcp
         velocity = (0.0, 0.0, 0.0)
         if self._place is not None:
             (x, y, z), (was_x, was_y, was_z) = place, self._place
             velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
         self._place = place
         touch = self.world.feel(place, velocity, tick_s)
-        self._touch = NO_WRENCH if touch is NOTHING else _seen_from(rotation, touch)
+        self._touch = _seen_from(rotation, touch)
 
 
 def torques_of(wrench: Wrench, tcp: Tcp, joints: Sequence[float]) -> tuple[float, ...]:
@@ -104,8 +116,10 @@ def torques_of(wrench: Wrench, tcp: Tcp, joints: Sequence[float]) -> tuple[float
     return tuple((tcp.jacobian(joints).T @ np.array(in_base)).tolist())
 
 
-def _seen_from(rotation: Rotation, touch: Touch) -> Wrench:
+def _seen_from(rotation: Rotation, touch: tuple[Vector, Vector]) -> Wrench:
     """What acts in the axes of the base, along those of a TCP turned like that."""
+    if touch == NOTHING:
+        return NO_WRENCH
     r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
     (fx, fy, fz), (tx, ty, tz) = touch
     return (

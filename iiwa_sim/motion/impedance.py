@@ -9,6 +9,7 @@ from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.joint_springs import JointSprings
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.surroundings import Felt
 
 STILL_RAD_PER_S = 2e-4
 """A robot off its plan is at rest when no joint has been faster than this ..."""
@@ -44,6 +45,8 @@ class Impedance:
     ) -> None:
         """At rest, and stiff, at `joints` (rad). `nominal` makes a drive that rests at joint positions."""
         self.joints = joints
+        self.felt: Felt | None = None
+        """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
         self._tick_s = tick_s
         self._new_nominal = nominal
         self._compliance = compliance
@@ -181,6 +184,7 @@ class Impedance:
 
     def step(self) -> None:
         """One tick. Where the nominal motion fails, the robot stops, and what it raised is raised."""
+        self.felt = None
         if self._stopping:
             self._stop_on()
             return
@@ -228,7 +232,9 @@ class Impedance:
             number, manner = self._manners.popleft()
             if not self._nominal.has_forgotten(number):
                 self._manner = manner
-        return self._compliance.step(self._nominal.joints, self._manner)
+        joints = self._compliance.step(self._nominal.joints, self._manner)
+        self.felt = self._compliance.felt
+        return joints
 
     def _has_begun(self, number: int) -> bool:
         return number == self._nominal.under_way or not self._nominal.is_pending(number)
