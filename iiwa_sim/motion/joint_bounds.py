@@ -27,6 +27,7 @@ class JointBounds:
     ) -> None:
         """Limits of each joint, in rad and s."""
         self._tick_s = tick_s
+        self._low, self._high = tuple(position_min), tuple(position_max)
         self._joints = [
             (low, high, v * tick_s, braking_way(v, a, j) + v * tick_s, a, j)
             for low, high, v, a, j in zip(
@@ -55,6 +56,11 @@ class JointBounds:
 
     def within(self, joints: Joints) -> Joints:
         """The nearest joint positions within the limits: takes rounding away."""
+        for q, low, high in zip(joints, self._low, self._high, strict=True):
+            if not low <= q <= high:
+                break
+        else:
+            return joints
         return tuple(
             [min(max(q, low), high) for q, (low, high, *_) in zip(joints, self._joints, strict=True)]
         )
