@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from math import sqrt
 from typing import NamedTuple
 
-from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.shapes import Nearest, Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Vector
 
@@ -30,6 +30,9 @@ class Touch(NamedTuple):
     force: Vector
     torque: Vector
 
+
+_new = tuple.__new__  # calling the class costs twice as much
+_FAR: Nearest = (0.0, 0.0, 0.0, 0.0)
 
 NOTHING = Touch((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
@@ -93,7 +96,7 @@ class _Contact:
         self._reach_squared = (surface.shape.extent + radius) ** 2
         self._anchor: Vector | None = None
         # What every tick needs, taken out once.
-        self._flat = isinstance(surface.shape, Plane)  # its direction is the same everywhere
+        self._plane = _plane(surface, radius) if isinstance(surface.shape, Plane) else None
         self._nearest = surface.shape.nearest
         self._place = (*surface.pose.rotation, *surface.pose.translation)
         self._material = surface.stiffness, surface.damping, surface.friction
@@ -101,28 +104,15 @@ class _Contact:
     def press(self, position: Vector, velocity: Vector, remember: bool) -> Touch | None:
         """What this surface does to the robot; None if it is not touched."""
         px, py, pz = position
-        r0, r1, r2, r3, r4, r5, r6, r7, r8, ox, oy, oz = self._place
-        x, y, z = px - ox, py - oy, pz - oz
-        radius = self._radius
-        if self._flat:
-            depth, nx, ny, nz = radius - (r2 * x + r5 * y + r8 * z), r2, r5, r8
-        elif x * x + y * y + z * z < self._reach_squared:
-            distance, nx, ny, nz = self._nearest(
-                r0 * x + r3 * y + r6 * z, r1 * x + r4 * y + r7 * z, r2 * x + r5 * y + r8 * z
-            )
-            depth = radius - distance
+        if self._plane is not None:
+            nx, ny, nz, height = self._plane
+            depth = height - (nx * px + ny * py + nz * pz)
         else:
-            depth = 0.0
+            depth, nx, ny, nz = self._depth(px, py, pz)
         if depth <= 0.0:
             if remember:
                 self._anchor = None
             return None
-        if not self._flat:
-            nx, ny, nz = (
-                r0 * nx + r1 * ny + r2 * nz,
-                r3 * nx + r4 * ny + r5 * nz,
-                r6 * nx + r7 * ny + r8 * nz,
-            )
         vx, vy, vz = velocity
         stiffness, damping, friction = self._material
         damped = 1.0 - damping * (vx * nx + vy * ny + vz * nz)
@@ -145,9 +135,28 @@ class _Contact:
             x, y, z, length = _along(nx, ny, nz, position, anchor)
         held = stiffness if length <= longest else limit / length
         x, y, z = held * x, held * y, held * z
-        return Touch(
-            (normal * nx + x, normal * ny + y, normal * nz + z),
-            (radius * (nz * y - ny * z), radius * (nx * z - nz * x), radius * (ny * x - nx * y)),
+        radius = self._radius
+        force = (normal * nx + x, normal * ny + y, normal * nz + z)
+        torque = (radius * (nz * y - ny * z), radius * (nx * z - nz * x), radius * (ny * x - nx * y))
+        return _new(Touch, (force, torque))
+
+    def _depth(self, x: float, y: float, z: float) -> Nearest:
+        """How deep (m) the sphere is in the surface, 0 or less where it is not, and the direction out of it."""
+        r0, r1, r2, r3, r4, r5, r6, r7, r8, ox, oy, oz = self._place
+        x, y, z = x - ox, y - oy, z - oz
+        if x * x + y * y + z * z >= self._reach_squared:
+            return _FAR
+        distance, nx, ny, nz = self._nearest(
+            r0 * x + r3 * y + r6 * z, r1 * x + r4 * y + r7 * z, r2 * x + r5 * y + r8 * z
+        )
+        depth = self._radius - distance
+        if depth <= 0.0:
+            return _FAR
+        return (
+            depth,
+            r0 * nx + r1 * ny + r2 * nz,
+            r3 * nx + r4 * ny + r5 * nz,
+            r6 * nx + r7 * ny + r8 * nz,
         )
 
 
@@ -160,6 +169,12 @@ def _along(
     out = x * nx + y * ny + z * nz
     x, y, z = x - out * nx, y - out * ny, z - out * nz
     return (x, y, z, sqrt(x * x + y * y + z * z))
+
+
+def _plane(surface: Surface, radius: float) -> tuple[float, float, float, float]:
+    """Which way is out of a plane, and how far from the base's origin (m) a sphere lies on it."""
+    (_, _, nx, _, _, ny, _, _, nz), (x, y, z) = surface.pose
+    return (nx, ny, nz, nx * x + ny * y + nz * z + radius)
 
 
 def _sum(a: Touch, b: Touch) -> Touch:

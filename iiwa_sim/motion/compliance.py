@@ -133,15 +133,17 @@ class Compliance:
         self._swing(manner.stiffness_n_per_m, forces, was, moved)
         self._follow(before, start)
         if self._is_home(forces):
-            self._joints, self._x, self._v = nominal, NONE, NONE
+            self._joints, self._x, self._v, self.felt = nominal, NONE, NONE, None
         return self._joints
 
     def _forces(self, manner: Manner) -> Deflection:
         """What acts besides springs and contact, in base axes; the last is the torque on the redundancy."""
         wrench, control, joint_push = self._pushes.wrench, manner.control, self._pushes.joint_push
         forces = NONE
-        if any(wrench) or any(control):
-            fx, fy, fz, tx, ty, tz = [a + b for a, b in zip(wrench, control, strict=True)]
+        pushed = any(wrench)
+        if pushed or any(control):
+            acting = [a + b for a, b in zip(wrench, control, strict=True)] if pushed else control
+            fx, fy, fz, tx, ty, tz = acting
             force, torque = rotate(self._rotation, (fx, fy, fz)), rotate(self._rotation, (tx, ty, tz))
             forces = (*force, *torque, 0.0)
         if any(joint_push):
@@ -153,7 +155,9 @@ class Compliance:
             forces = _seven([a + b for a, b in zip(forces, made.tolist(), strict=False)])
         elif forces is NONE:
             return NONE
-        return _seven([min(max(f, -LARGEST_FORCE), LARGEST_FORCE) for f in forces])
+        if max(forces) > LARGEST_FORCE or min(forces) < -LARGEST_FORCE:
+            return _seven([min(max(f, -LARGEST_FORCE), LARGEST_FORCE) for f in forces])
+        return forces
 
     def _on_plan_without(self, forces: Deflection, moved: Vector) -> bool:
         """Whether the robot is on the plan and nothing takes it off."""
@@ -173,12 +177,12 @@ class Compliance:
         if torque is not None:
             ux, uy, uz = torque
             tx, ty, tz = tx + ux, ty + uy, tz + uz
-        a, va = self._turning.step(a, va, tx)
-        b, vb = self._turning.step(b, vb, ty)
-        c, vc = self._turning.step(c, vc, tz)
-        angle = hypot(a, b, c)
-        if angle > LARGEST_TURN_RAD:
-            share = LARGEST_TURN_RAD / angle
+        xx, xv, xf, v_x, vv, vf = self._turning.coefficients
+        a, va = xx * a + xv * va + xf * tx, v_x * a + vv * va + vf * tx
+        b, vb = xx * b + xv * vb + xf * ty, v_x * b + vv * vb + vf * ty
+        c, vc = xx * c + xv * vc + xf * tz, v_x * c + vv * vc + vf * tz
+        if a * a + b * b + c * c > LARGEST_TURN_RAD * LARGEST_TURN_RAD:
+            share = LARGEST_TURN_RAD / hypot(a, b, c)
             a, b, c, va, vb, vc = share * a, share * b, share * c, 0.0, 0.0, 0.0
         if r or vr or t:
             r, vr = self._swivelling.step(r, vr, t)
@@ -198,7 +202,7 @@ class Compliance:
         joints = self._kinematics.joints(wanted, redundancy, self._joints)
         if joints is not None and self._bounds.allow(self._joints, joints):
             self._joints = joints
-            self.felt = Felt(wanted, self._shift.touch if self._in_contact else None)
+            self.felt = (wanted, self._shift.touch if self._in_contact else None)
             return
         self._follow_within_bounds(before, wanted, redundancy)
         self._x = self._off_plan()

@@ -78,6 +78,8 @@ class JointSprings:
                     self._x[k], self._v[k] = start[k] + way, way / self._tick_s
             after = tuple(map(add, self.centre, self._x))
         self._joints = self._bounds.within(after)
+        if self._touch != NOTHING:
+            self._kinematics.tcp_and_its_jacobian(self._joints)  # finds also the pose, which is asked for first
         return self._joints
 
     def _torques(self) -> list[float] | None:

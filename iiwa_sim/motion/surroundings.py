@@ -1,7 +1,7 @@
 """What acts from outside on a robot that yields, as the motions see it."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 from iiwa_sim.frames import Transform, Vector
 
@@ -16,14 +16,9 @@ LONGEST_SUBSTEP_S = 0.001
 """In contact a tick is cut into parts no longer than this: with a surface of 1e5 N/m an apparent mass of 5 kg
 swings at 141 rad/s, which makes 0.14 rad in such a part."""
 
-
-class Felt(NamedTuple):
-    """What a motion knows of the TCP at the end of a tick, so that nobody has to find it again."""
-
-    tcp: Transform
-    """In the base."""
-    touch: tuple[Vector, Vector] | None
-    """What surfaces do to it, as `Feel` gives it, if it was felt there for the time it was; else None."""
+Felt = tuple[Transform, tuple[Vector, Vector] | None]
+"""What a motion knows of the TCP at the end of a tick, so that nobody has to find it again: its pose in the
+base, and what surfaces do to it there, as `Feel` gives it; None where that has yet to be felt."""
 
 
 class Pushes(Protocol):
