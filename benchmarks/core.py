@@ -55,9 +55,7 @@ def measure() -> list[Figure]:
     def slide_softly() -> None:
         x_mm = centre.x_mm + chance.uniform(-150, 50)
         y_mm = centre.y_mm + chance.uniform(-200, 200)
-        yielding.lin_stiff_move(
-            centre._replace(x_mm=x_mm, y_mm=y_mm), 0.5, STIFFNESS_N_PER_M, WEIGHED_DOWN_N
-        )
+        yielding.lin_stiff_move(centre._replace(x_mm=x_mm, y_mm=y_mm), 0.5, STIFFNESS_N_PER_M, WEIGHED_DOWN_N)
 
     def hold() -> None:
         """Hold the joints against a push that changes, down and to the sides."""
@@ -99,9 +97,7 @@ def measure() -> list[Figure]:
     ]
 
 
-def _rate(
-    robot: Controller, command: Callable[[], None], ticks_at_once: int = TICKS_PER_BLOCK
-) -> float:
+def _rate(robot: Controller, command: Callable[[], None], ticks_at_once: int = TICKS_PER_BLOCK) -> float:
     """Simulated seconds per second of computing, every tick of it in motion.
 
     A command comes when the robot has stopped, or after so many ticks.

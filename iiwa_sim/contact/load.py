@@ -1,6 +1,7 @@
 """The external load on the arm: what pushes it and what it touches, and what its joints feel of it."""
 
 from collections.abc import Sequence
+from math import isfinite
 
 import numpy as np
 
@@ -12,8 +13,8 @@ from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.tcp import Tcp
 
 Felt = tuple[Transform, tuple[Vector, Vector] | None]
-"""Where a motion has brought the TCP to, in the base, and what surfaces do to it there, in base axes: force (N)
-and torque (Nm); None where they have yet to be felt."""
+"""Where a motion has brought the TCP to, in the base, and what surfaces do to it there, in base axes: force
+(N) and torque (Nm); None where they have yet to be felt."""
 
 
 class ExternalLoad:
@@ -32,10 +33,8 @@ class ExternalLoad:
         noise: Noise | None = None,
     ) -> None:
         """With the robot at rest at `joints` (rad), and the TCP at `tool_in_flange`."""
-        self.wrench: Wrench = NO_WRENCH
-        """Pushed: at the TCP, along its axes."""
-        self.joint_push: tuple[float, ...] = (0.0,) * model.joint_count
-        """Pushed: torque (Nm) on each joint."""
+        self._wrench: Wrench = NO_WRENCH
+        self._joint_push: tuple[float, ...] = (0.0,) * model.joint_count
         self._touch: Wrench = NO_WRENCH
         self._model = model
         self._tcp = model.tcp(tool_in_flange)
@@ -44,6 +43,32 @@ class ExternalLoad:
         self._noise = noise
         self._place: Vector | None = None  # of the TCP, when the world was felt last
         self._feel(self._tcp.pose(joints), 0.0)
+
+    @property
+    def wrench(self) -> Wrench:
+        """Pushed: at the TCP, along its axes.
+
+        Raises `ValueError` where it is set to anything but six finite numbers.
+        """
+        return self._wrench
+
+    @wrench.setter
+    def wrench(self, wrench: Wrench) -> None:
+        _check("wrench", wrench, len(NO_WRENCH))
+        self._wrench = wrench
+
+    @property
+    def joint_push(self) -> tuple[float, ...]:
+        """Pushed: torque (Nm) on each joint.
+
+        Raises `ValueError` where it is set to anything but a finite number for each of them.
+        """
+        return self._joint_push
+
+    @joint_push.setter
+    def joint_push(self, torques: tuple[float, ...]) -> None:
+        _check("joint_push", torques, len(self._joint_push))
+        self._joint_push = torques
 
     def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
         """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise.
@@ -54,13 +79,13 @@ class ExternalLoad:
             self._noise.next()
         if self.world.empty:
             self._touch, self._place = NO_WRENCH, None
-        elif felt is None:
-            self._feel(self._tcp.pose(joints), tick_s)
-        elif felt[1] is None:
-            self._feel(felt[0], tick_s)
         else:
-            (rotation, self._place), touch = felt
-            self._touch = _seen_from(rotation, touch)
+            tcp, touch = (self._tcp.pose(joints), None) if felt is None else felt
+            if touch is None:
+                self._feel(tcp, tick_s)
+            else:
+                self._place = tcp.translation
+                self._touch = _seen_from(tcp.rotation, touch)
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, and has not been anywhere before."""
@@ -84,7 +109,7 @@ class ExternalLoad:
 
         Pushes, and the wrench at the TCP by its transposed Jacobian.
         """
-        torques = self.joint_push
+        torques = self._joint_push
         wrench = self._acting()
         if any(wrench):
             made = torques_of(wrench, self._tcp, joints)
@@ -95,8 +120,8 @@ class ExternalLoad:
 
     def _acting(self) -> Wrench:
         if self._touch is NO_WRENCH:
-            return self.wrench
-        return self._touch if self.wrench is NO_WRENCH else add(self._touch, self.wrench)
+            return self._wrench
+        return self._touch if self._wrench is NO_WRENCH else add(self._touch, self._wrench)
 
     def _feel(self, tcp: Transform, tick_s: float) -> None:
         rotation, place = tcp
@@ -107,6 +132,11 @@ class ExternalLoad:
         self._place = place
         touch = self.world.feel(place, velocity, tick_s)
         self._touch = _seen_from(rotation, touch)
+
+
+def _check(name: str, values: Sequence[float], count: int) -> None:
+    if len(values) != count or not all(map(isfinite, values)):
+        raise ValueError(f"{name} is {values}, expected {count} finite numbers")
 
 
 def torques_of(wrench: Wrench, tcp: Tcp, joints: Sequence[float]) -> tuple[float, ...]:

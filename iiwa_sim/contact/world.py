@@ -9,13 +9,18 @@ and they would pull at the end. Here the power lost is k b d d'^2, so no motion 
 down. Its force is at most mu times the normal force: beyond that the anchor is dragged along. So a TCP that
 stands still keeps the friction it has, and one that turns back unloads the spring first. What the limit cuts
 off is lost, nothing is gained. The anchor depends on where the TCP has been, not on how often it was asked.
+
+**Faces.** A TCP that has come into a box, or a cylinder's end, through a face is pushed back through it,
+however deep it is pressed, until it is out again, or beside the face's outline. So a force does not turn
+round within a thin plate, nor behind it. What is stored in the spring then is lost beside the outline:
+nothing is gained here either.
 """
 
 from collections.abc import Iterable
 from math import sqrt
 from typing import NamedTuple
 
-from iiwa_sim.contact.shapes import Nearest, Plane
+from iiwa_sim.contact.shapes import Face, Nearest, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Vector
 
@@ -88,16 +93,17 @@ class World:
 
 
 class _Contact:
-    """A surface, and where friction holds the TCP on it."""
+    """A surface, what holds the TCP on it, and through which face the TCP has come in."""
 
     def __init__(self, surface: Surface, radius: float) -> None:
         self.surface = surface
         self._radius = radius
         self._reach_squared = (surface.shape.extent + radius) ** 2
         self._anchor: Vector | None = None
+        self._was: Vector | None = None  # the TCP in the shape's frame, when it was near last
+        self._face: Face | None = None  # through which the TCP has come in
         # What every tick needs, taken out once.
         self._plane = _plane(surface, radius) if isinstance(surface.shape, Plane) else None
-        self._nearest = surface.shape.nearest
         self._place = (*surface.pose.rotation, *surface.pose.translation)
         self._material = surface.stiffness, surface.damping, surface.friction
 
@@ -108,7 +114,7 @@ class _Contact:
             nx, ny, nz, height = self._plane
             depth = height - (nx * px + ny * py + nz * pz)
         else:
-            depth, nx, ny, nz = self._depth(px, py, pz)
+            depth, nx, ny, nz = self._depth(px, py, pz, remember)
         if depth <= 0.0:
             if remember:
                 self._anchor = None
@@ -140,15 +146,19 @@ class _Contact:
         torque = (radius * (nz * y - ny * z), radius * (nx * z - nz * x), radius * (ny * x - nx * y))
         return _new(Touch, (force, torque))
 
-    def _depth(self, x: float, y: float, z: float) -> Nearest:
-        """How deep (m) the sphere is in the surface, 0 or less where it is not, and the direction out of it."""
+    def _depth(self, x: float, y: float, z: float, remember: bool) -> Nearest:
+        """How deep (m) the sphere is in the surface, 0 where it is not, and the direction out of it."""
         r0, r1, r2, r3, r4, r5, r6, r7, r8, ox, oy, oz = self._place
         x, y, z = x - ox, y - oy, z - oz
-        if x * x + y * y + z * z >= self._reach_squared:
+        if self._face is None and x * x + y * y + z * z >= self._reach_squared:
+            if remember:
+                self._was = None
             return _FAR
-        distance, nx, ny, nz = self._nearest(
-            r0 * x + r3 * y + r6 * z, r1 * x + r4 * y + r7 * z, r2 * x + r5 * y + r8 * z
-        )
+        x, y, z = r0 * x + r3 * y + r6 * z, r1 * x + r4 * y + r7 * z, r2 * x + r5 * y + r8 * z
+        found, face = self._seen(x, y, z)
+        if remember:
+            self._was, self._face = (x, y, z), face
+        distance, nx, ny, nz = found
         depth = self._radius - distance
         if depth <= 0.0:
             return _FAR
@@ -159,10 +169,28 @@ class _Contact:
             r6 * nx + r7 * ny + r8 * nz,
         )
 
+    def _seen(self, x: float, y: float, z: float) -> tuple[Nearest, Face | None]:
+        """The distance to the surface and the way out of it, and the face through which the TCP is in it."""
+        shape, face = self.surface.shape, self._face
+        if isinstance(shape, Plane | Sphere):
+            return shape.nearest(x, y, z), None
+        if face is not None:
+            through = shape.behind(face, x, y, z)
+            return (shape.nearest(x, y, z), None) if through is None else (through, face)
+        nearest = shape.nearest(x, y, z)
+        if self._was is not None:
+            was_x, was_y, was_z = self._was
+            dx, dy, dz, distance = x - was_x, y - was_y, z - was_z, nearest[0]
+            # It has come in, or through, since then: not where it is farther away than it has gone.
+            if distance <= 0.0 or distance * distance < dx * dx + dy * dy + dz * dz:
+                face = shape.entered(self._was, (x, y, z))
+                through = None if face is None else shape.behind(face, x, y, z)
+                if through is not None:
+                    return through, face
+        return nearest, None
 
-def _along(
-    nx: float, ny: float, nz: float, start: Vector, end: Vector
-) -> tuple[float, float, float, float]:
+
+def _along(nx: float, ny: float, nz: float, start: Vector, end: Vector) -> tuple[float, float, float, float]:
     """The part of a way that is along the surface of this normal, and its length."""
     (ax, ay, az), (bx, by, bz) = start, end
     x, y, z = bx - ax, by - ay, bz - az

@@ -79,7 +79,7 @@ class JointSprings:
             after = tuple(map(add, self.centre, self._x))
         self._joints = self._bounds.within(after)
         if self._touch != NOTHING:
-            self._kinematics.tcp_and_its_jacobian(self._joints)  # finds also the pose, which is asked for first
+            self._kinematics.tcp_and_its_jacobian(self._joints)  # for the pose, which is asked for before
         return self._joints
 
     def _torques(self) -> list[float] | None:
