@@ -108,7 +108,7 @@ def test_the_face_that_was_entered_is_the_one_where_the_way_comes_in(
     solid: Box | Cylinder, start: tuple[float, float, float], end: tuple[float, float, float]
 ) -> None:
     assume(not within(solid, start))
-    way = np.linspace(start, end, 2000)
+    way = np.linspace(start, end, 300)
     inside = [point for point in way.tolist() if within(solid, (point[0], point[1], point[2]))]
     face = solid.entered(start, end)
     if face is None:
