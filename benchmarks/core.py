@@ -18,6 +18,10 @@ SEED = 3
 TICK_S = 0.002
 BLOCKS = 20
 TICKS_PER_BLOCK = 20_000
+HOLD_TICKS = 500  # with the same push
+STIFFNESS_N_PER_M = 2000.0
+STIFFNESS_NM_PER_RAD = 300.0
+WEIGHED_DOWN_N = (0.0, 0.0, -10.0, 0.0, 0.0, 0.0)  # balanced, so that the TCP presses with 10 N
 RADIUS_M = 0.005  # of the sphere that touches the table, which its middle then does
 
 
@@ -29,8 +33,10 @@ def measure() -> list[Figure]:
     home = robot.joints
     centre = robot.tool_frame()
     top = Transform(IDENTITY.rotation, (0.0, 0.0, 1e-3 * centre.z_mm))
-    table = World([Surface("table", Plane(), top, 20e3, 0.5, 0.3)], RADIUS_M)
-    pressing = Controller(description, tick_s=TICK_S, world=table)
+    table = Surface("table", Plane(), top, 20e3, 0.5, 0.3)
+    pressing, yielding, held = (
+        Controller(description, tick_s=TICK_S, world=World([table], RADIUS_M)) for _ in range(3)
+    )
 
     def joint() -> None:
         robot.joint_move([q + chance.uniform(-0.4, 0.4) for q in home], [0.5] * 7)
@@ -46,6 +52,18 @@ def measure() -> list[Figure]:
         y_mm = centre.y_mm + chance.uniform(-200, 200)
         pressing.lin_move(centre._replace(x_mm=x_mm, y_mm=y_mm), 0.5, 0.0)
 
+    def slide_softly() -> None:
+        x_mm = centre.x_mm + chance.uniform(-150, 50)
+        y_mm = centre.y_mm + chance.uniform(-200, 200)
+        yielding.lin_stiff_move(centre._replace(x_mm=x_mm, y_mm=y_mm), 0.5, STIFFNESS_N_PER_M, WEIGHED_DOWN_N)
+
+    def hold() -> None:
+        """Hold the joints against a push that changes, down and to the sides."""
+        if not held.moving:
+            held.start_gravity(STIFFNESS_NM_PER_RAD)
+        sideways_n, down_n = chance.uniform(-5, 5), chance.uniform(10, 30)
+        held.load.wrench = (0.0, sideways_n, down_n, 0.0, 0.0, 0.0)  # the TCP's z axis points down
+
     def back_home() -> None:
         robot.stop()
         robot.joint_move(home, [1.0] * 7)
@@ -57,18 +75,33 @@ def measure() -> list[Figure]:
         for name, command in (("joint moves", joint), ("LIN moves", lin)):
             rates[name].append(_rate(robot, command))
             back_home()
-    slides = median(_rate(pressing, slide) for _ in range(BLOCKS // 2))
+    touching = [
+        ("LIN moves pressed on a table", pressing, slide, TICKS_PER_BLOCK),
+        ("stiffness moves pressed on a table", yielding, slide_softly, TICKS_PER_BLOCK),
+        ("gravity hold pressed on a table", held, hold, HOLD_TICKS),
+    ]
     return [
         *(
             Figure(f"stepped core, {name}", median(found), "x real time", at_least=200)
             for name, found in rates.items()
         ),
-        Figure("stepped core, LIN moves pressed on a table", slides, "x real time", at_least=100),
+        *(
+            Figure(
+                f"stepped core, {name}",
+                median(_rate(controller, command, at_once) for _ in range(BLOCKS // 2)),
+                "x real time",
+                at_least=100,
+            )
+            for name, controller, command, at_once in touching
+        ),
     ]
 
 
-def _rate(robot: Controller, command: Callable[[], None]) -> float:
-    """Simulated seconds per second of computing, every tick of it in motion."""
+def _rate(robot: Controller, command: Callable[[], None], ticks_at_once: int = TICKS_PER_BLOCK) -> float:
+    """Simulated seconds per second of computing, every tick of it in motion.
+
+    A command comes when the robot has stopped, or after so many ticks.
+    """
     spent = 0.0
     ticks = 0
     gc.disable()
@@ -77,7 +110,7 @@ def _rate(robot: Controller, command: Callable[[], None]) -> float:
             command()
             first = robot.tick
             start = thread_time()
-            while robot.moving:
+            while robot.moving and robot.tick - first < ticks_at_once:
                 robot.step()
             spent += thread_time() - start
             ticks += robot.tick - first

@@ -1,14 +1,20 @@
 """The external load on the arm: what pushes it and what it touches, and what its joints feel of it."""
 
 from collections.abc import Sequence
+from math import isfinite
 
 import numpy as np
 
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world import NOTHING, World
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
-from iiwa_sim.frames import Transform, Vector, apply, compose, rotate, transpose
+from iiwa_sim.frames import Rotation, Transform, Vector, rotate
 from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.tcp import Tcp
+
+Felt = tuple[Transform, tuple[Vector, Vector] | None]
+"""Where a motion has brought the TCP to, in the base, and what surfaces do to it there, in base axes: force
+(N) and torque (Nm); None where they have yet to be felt."""
 
 
 class ExternalLoad:
@@ -27,36 +33,66 @@ class ExternalLoad:
         noise: Noise | None = None,
     ) -> None:
         """With the robot at rest at `joints` (rad), and the TCP at `tool_in_flange`."""
-        self.wrench: Wrench = NO_WRENCH
-        """Pushed: at the TCP, along its axes."""
-        self.joint_push: tuple[float, ...] = (0.0,) * model.joint_count
-        """Pushed: torque (Nm) on each joint."""
+        self._wrench: Wrench = NO_WRENCH
+        self._joint_push: tuple[float, ...] = (0.0,) * model.joint_count
         self._touch: Wrench = NO_WRENCH
         self._model = model
-        self._tool_in_flange = tool_in_flange
-        self._flange_to_tcp = transpose(tool_in_flange.rotation)
+        self._tcp = model.tcp(tool_in_flange)
         self.world = World((), 0.0) if world is None else world
         """What the TCP can touch; what changes there is felt from the next tick on."""
         self._noise = noise
         self._place: Vector | None = None  # of the TCP, when the world was felt last
-        self._feel(joints, 0.0)
+        self._feel(self._tcp.pose(joints), 0.0)
 
-    def step(self, joints: Sequence[float], tick_s: float) -> None:
-        """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise."""
+    @property
+    def wrench(self) -> Wrench:
+        """Pushed: at the TCP, along its axes.
+
+        Raises `ValueError` where it is set to anything but six finite numbers.
+        """
+        return self._wrench
+
+    @wrench.setter
+    def wrench(self, wrench: Wrench) -> None:
+        _check("wrench", wrench, len(NO_WRENCH))
+        self._wrench = wrench
+
+    @property
+    def joint_push(self) -> tuple[float, ...]:
+        """Pushed: torque (Nm) on each joint.
+
+        Raises `ValueError` where it is set to anything but a finite number for each of them.
+        """
+        return self._joint_push
+
+    @joint_push.setter
+    def joint_push(self, torques: tuple[float, ...]) -> None:
+        _check("joint_push", torques, len(self._joint_push))
+        self._joint_push = torques
+
+    def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
+        """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise.
+
+        What a motion has `felt` there is not felt again: one owner of the contact in every tick.
+        """
         if self._noise is not None:
             self._noise.next()
         if self.world.empty:
             self._touch, self._place = NO_WRENCH, None
         else:
-            self._feel(joints, tick_s)
+            tcp, touch = (self._tcp.pose(joints), None) if felt is None else felt
+            if touch is None:
+                self._feel(tcp, tick_s)
+            else:
+                self._place = tcp.translation
+                self._touch = _seen_from(tcp.rotation, touch)
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, and has not been anywhere before."""
-        self._tool_in_flange = tool_in_flange
-        self._flange_to_tcp = transpose(tool_in_flange.rotation)
+        self._tcp = self._model.tcp(tool_in_flange)
         self.world.forget()
         self._place = None
-        self._feel(joints, 0.0)
+        self._feel(self._tcp.pose(joints), 0.0)
 
     def seed(self, seed: int) -> None:
         """Begin the noise anew with this seed, if there is any."""
@@ -73,10 +109,10 @@ class ExternalLoad:
 
         Pushes, and the wrench at the TCP by its transposed Jacobian.
         """
-        torques = self.joint_push
+        torques = self._joint_push
         wrench = self._acting()
         if any(wrench):
-            made = torques_of(wrench, self._model, joints, self._tool_in_flange)
+            made = torques_of(wrench, self._tcp, joints)
             torques = tuple(a + b for a, b in zip(torques, made, strict=True))
         if self._noise is not None:
             torques = tuple(a + b for a, b in zip(torques, self._noise.joint_torques, strict=True))
@@ -84,36 +120,43 @@ class ExternalLoad:
 
     def _acting(self) -> Wrench:
         if self._touch is NO_WRENCH:
-            return self.wrench
-        return self._touch if self.wrench is NO_WRENCH else add(self._touch, self.wrench)
+            return self._wrench
+        return self._touch if self._wrench is NO_WRENCH else add(self._touch, self._wrench)
 
-    def _feel(self, joints: Sequence[float], tick_s: float) -> None:
-        flange, tool = self._model.flange(joints), self._tool_in_flange
-        x, y, z = place = apply(flange, tool.translation)
+    def _feel(self, tcp: Transform, tick_s: float) -> None:
+        rotation, place = tcp
         velocity = (0.0, 0.0, 0.0)
         if self._place is not None:
-            was_x, was_y, was_z = self._place
+            (x, y, z), (was_x, was_y, was_z) = place, self._place
             velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
         self._place = place
         touch = self.world.feel(place, velocity, tick_s)
-        if touch is NOTHING:
-            self._touch = NO_WRENCH
-        else:
-            to_flange, to_tcp = transpose(flange.rotation), self._flange_to_tcp
-            fx, fy, fz = rotate(to_tcp, rotate(to_flange, touch.force))
-            tx, ty, tz = rotate(to_tcp, rotate(to_flange, touch.torque))
-            self._touch = (fx, fy, fz, tx, ty, tz)
+        self._touch = _seen_from(rotation, touch)
 
 
-def torques_of(
-    wrench: Wrench, model: Model, joints: Sequence[float], tool_in_flange: Transform
-) -> tuple[float, ...]:
+def _check(name: str, values: Sequence[float], count: int) -> None:
+    if len(values) != count or not all(map(isfinite, values)):
+        raise ValueError(f"{name} is {values}, expected {count} finite numbers")
+
+
+def torques_of(wrench: Wrench, tcp: Tcp, joints: Sequence[float]) -> tuple[float, ...]:
     """What a wrench at the TCP, along its axes, is to the joints (Nm): by the TCP's transposed Jacobian."""
-    flange = model.flange(joints)
-    tcp = compose(flange, tool_in_flange)
-    fx, fy, fz = rotate(tcp.rotation, wrench[:3])
-    tx, ty, tz = rotate(tcp.rotation, wrench[3:])
-    # Moved from the TCP to the flange's origin, of which we have the Jacobian, the force adds a torque.
-    px, py, pz = (a - b for a, b in zip(tcp.translation, flange.translation, strict=True))
-    at_flange = (fx, fy, fz, tx + py * fz - pz * fy, ty + pz * fx - px * fz, tz + px * fy - py * fx)
-    return tuple((model.jacobian(joints).T @ np.array(at_flange)).tolist())
+    rotation = tcp.pose(joints).rotation
+    in_base = (*rotate(rotation, wrench[:3]), *rotate(rotation, wrench[3:]))
+    return tuple((tcp.jacobian(joints).T @ np.array(in_base)).tolist())
+
+
+def _seen_from(rotation: Rotation, touch: tuple[Vector, Vector]) -> Wrench:
+    """What acts in the axes of the base, along those of a TCP turned like that."""
+    if touch == NOTHING:
+        return NO_WRENCH
+    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
+    (fx, fy, fz), (tx, ty, tz) = touch
+    return (
+        r0 * fx + r3 * fy + r6 * fz,
+        r1 * fx + r4 * fy + r7 * fz,
+        r2 * fx + r5 * fy + r8 * fz,
+        r0 * tx + r3 * ty + r6 * tz,
+        r1 * tx + r4 * ty + r7 * tz,
+        r2 * tx + r5 * ty + r8 * tz,
+    )

@@ -3,6 +3,10 @@
 Lengths are metres, in the shape's own frame. The signed distance is that to the nearest point of the surface,
 negative within the material. The direction is the unit vector along which the distance grows; where several
 are equally good, as in the middle of a sphere, it is always the same one of them.
+
+Flat faces of a body that ends behind them can be told apart by the way a point has come. Seen through such
+a face, the body has the outline of the face and no end: so a point pressed deep into it, or through it, is
+as far within as it is behind the face.
 """
 
 from math import copysign, hypot, inf
@@ -10,6 +14,10 @@ from typing import NamedTuple
 
 Nearest = tuple[float, float, float, float]
 """The signed distance (m), and the three components of the direction."""
+
+Point = tuple[float, float, float]
+Face = tuple[int, float]
+"""A flat face across an axis of the shape, 0 to 2, on the side of this sign."""
 
 
 class Plane(NamedTuple):
@@ -53,6 +61,31 @@ class Box(NamedTuple):
         distance = hypot(out_x, out_y, out_z)
         return (distance, out_x / distance, out_y / distance, out_z / distance)
 
+    def entered(self, start: Point, end: Point) -> Face | None:
+        """The face through which a straight way from outside comes in, if it does."""
+        entry, leaving, face = -1.0, inf, None
+        for axis, (a, b, half) in enumerate(zip(start, end, self, strict=True)):
+            way = b - a
+            if way == 0.0:
+                if abs(a) > half:
+                    return None
+                continue
+            side = -copysign(1.0, way)
+            comes, goes = (side * half - a) / way, (-side * half - a) / way
+            leaving = min(leaving, goes)
+            if comes > entry:
+                entry, face = comes, (axis, side)
+        return face if 0.0 <= entry <= min(leaving, 1.0) else None
+
+    def behind(self, face: Face, x: float, y: float, z: float) -> Nearest | None:
+        """Of a point behind a face and within its outline: that of the face. None elsewhere."""
+        axis, side = face
+        place = (x, y, z)
+        distance = side * place[axis] - self[axis]
+        if distance > 0.0 or any(abs(place[k]) > self[k] for k in range(3) if k != axis):
+            return None
+        return (distance, side * (axis == 0), side * (axis == 1), side * (axis == 2))
+
 
 class Sphere(NamedTuple):
     """A ball round the origin."""
@@ -95,6 +128,24 @@ class Cylinder(NamedTuple):
         distance = hypot(beyond_mantle, beyond_end)
         share = beyond_mantle / distance
         return (distance, share * along_x, share * along_y, copysign(beyond_end / distance, z))
+
+    def entered(self, start: Point, end: Point) -> Face | None:
+        """The end through which a straight way from outside comes in, if it does so through one."""
+        (ax, ay, az), (bx, by, bz) = start, end
+        side = copysign(1.0, az)
+        if abs(az) < self.half_z or side * bz > self.half_z or az == bz:
+            return None
+        share = (side * self.half_z - az) / (bz - az)
+        if hypot(ax + share * (bx - ax), ay + share * (by - ay)) > self.radius:
+            return None
+        return (2, side)
+
+    def behind(self, face: Face, x: float, y: float, z: float) -> Nearest | None:
+        """Of a point behind an end and within its outline: that of the end. None elsewhere."""
+        distance = face[1] * z - self.half_z
+        if distance > 0.0 or hypot(x, y) > self.radius:
+            return None
+        return (distance, 0.0, 0.0, face[1])
 
 
 Shape = Plane | Box | Sphere | Cylinder

@@ -109,7 +109,7 @@ class Core:
             self._halt(STOP_TRIGGERED, "stopped")
             raise
         self.endings.after_tick()
-        self.load.step(self._motions.joints, self.tick_s)
+        self.load.step(self._motions.joints, self.tick_s, self._motions.felt)
         if self._guards:
             self._watch_forces()
 

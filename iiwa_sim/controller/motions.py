@@ -10,6 +10,7 @@ from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.servo import Servo
+from iiwa_sim.motion.surroundings import Felt
 
 
 class Target(NamedTuple):
@@ -43,6 +44,11 @@ class Motions:
     def joints(self) -> Joints:
         """Joint positions (rad)."""
         return self._active.joints
+
+    @property
+    def felt(self) -> Felt | None:
+        """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
+        return self._impedance.felt if self._active is self._impedance else None
 
     @property
     def moving(self) -> bool:

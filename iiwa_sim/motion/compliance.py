@@ -6,9 +6,8 @@ redundancy (rad). Each is a mass on a spring and a damper of its own, whose equi
 so without force the robot is where the plan says, exactly. Forces are pushes, the control wrench and what
 surfaces do.
 
-**Steps.** Spring and damper are moved on exactly (`spring.py`) at any tick rate. Contact comes in by half
-kicks before and after each of its substeps (velocity Verlet), which keeps energy from growing on stiff
-surfaces.
+**Steps.** Springs and dampers are moved on exactly (`spring.py`) at any tick rate, with contact in parts of a
+tick (`shift.py`).
 
 **Joints.** The closed-form inverse gives them, on the branch they are on. Where it does not reach what the
 springs want, or a joint would pass its `JointBounds`, they do of all motions within these the one with the
@@ -19,7 +18,7 @@ infinite speeds.
 """
 
 from collections.abc import Sequence
-from math import ceil, hypot
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -38,12 +37,11 @@ from iiwa_sim.frames import (
 from iiwa_sim.motion.joint_bounds import JointBounds
 from iiwa_sim.motion.least_constraint import least_deviation
 from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.shift import MASS_KG, Shift
 from iiwa_sim.motion.spring import Spring, damping
-from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, NOTHING, Feel, Pushes
+from iiwa_sim.motion.surroundings import Feel, Felt, Pushes
 from iiwa_sim.robot.kinematics import Kinematics
 
-MASS_KG = 5.0
-"""Apparent mass of the TCP. Our decision: about what an iiwa's TCP weighs in the middle of its work space."""
 INERTIA_KGM2 = 0.2
 """Apparent moment of inertia of the TCP about any axis. Our decision: its stiffest swing is as fast as that
 of the mass on the stiffest spring, 31.6 rad/s."""
@@ -55,8 +53,6 @@ ROTATIONAL_STIFFNESS_NM_PER_RAD = 200.0
 """Published: the original's."""
 REDUNDANCY_STIFFNESS_NM_PER_RAD = 100.0
 """Published: the original's, of the null space."""
-LEAST_DAMPING_NS_PER_M = 20.0
-"""Our decision: without a spring, 10 N move the TCP at 0.5 m/s. Below 40.8 N/m the ratio is above 0.7."""
 LARGEST_FORCE = 1e6
 """N or Nm: anything more is felt as this."""
 LARGEST_TURN_RAD = 2.5
@@ -68,15 +64,6 @@ HOME = 1e-9
 Deflection = tuple[float, float, float, float, float, float, float]
 """Translation (m) and rotation vector (rad) in base axes, redundancy (rad); also its velocity, and forces."""
 NONE: Deflection = (0.0,) * 7
-
-
-class Place(NamedTuple):
-    """How far the TCP is off the plan, and with which velocity."""
-
-    offset: Vector
-    """m, base"""
-    velocity: Vector
-    """m/s"""
 
 
 class Manner(NamedTuple):
@@ -104,8 +91,10 @@ class Compliance:
         self._bounds = bounds
         self._tick_s = tick_s
         self._pushes = pushes
-        self._feel = feel
-        self._substeps = ceil(tick_s / LONGEST_SUBSTEP_S - 1e-9)
+        self.felt: Felt | None = None
+        """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
+        self._in_contact = False
+        self._shift = Shift(tick_s, feel)
         masses = [MASS_KG] * 3 + [INERTIA_KGM2] * 3 + [REDUNDANCY_INERTIA_KGM2]
         self._weights = np.sqrt(np.array(masses[: kinematics.coordinates]))
         turn, swivel = ROTATIONAL_STIFFNESS_NM_PER_RAD, REDUNDANCY_STIFFNESS_NM_PER_RAD
@@ -113,8 +102,6 @@ class Compliance:
         self._swivelling = Spring(
             REDUNDANCY_INERTIA_KGM2, swivel, damping(REDUNDANCY_INERTIA_KGM2, swivel), tick_s
         )
-        self._stiffness = -1.0  # N/m, of the springs of translation: for a tick, and for a substep
-        self._shifting = self._shifting_in_contact = self._turning
 
     def start(self, joints: Joints) -> None:
         """At rest on the plan at joint positions (rad)."""
@@ -122,17 +109,17 @@ class Compliance:
         self._nominal_tcp = self._kinematics.tcp(joints)
         self._rotation = self._nominal_tcp.rotation
         self._x, self._v = NONE, NONE
-        self._touch = NOTHING
-        if self._feel is not None:
-            self._touch = self._feel(self._nominal_tcp.translation, NOTHING[0], 0.0)
+        self._shift.start(self._nominal_tcp.translation)
+        self.felt = None
 
     @property
     def on_plan(self) -> bool:
         """Whether the robot is exactly where the plan says."""
-        return not any(self._x) and not any(self._v)
+        return self._x == NONE == self._v
 
     def step(self, nominal: Joints, manner: Manner) -> Joints:
         """A tick, in which the plan has come to `nominal` (rad)."""
+        self.felt = None
         before, was = self._nominal, self._nominal_tcp.translation
         if nominal != before:
             self._nominal, self._nominal_tcp = nominal, self._kinematics.tcp(nominal)
@@ -146,15 +133,17 @@ class Compliance:
         self._swing(manner.stiffness_n_per_m, forces, was, moved)
         self._follow(before, start)
         if self._is_home(forces):
-            self._joints, self._x, self._v = nominal, NONE, NONE
+            self._joints, self._x, self._v, self.felt = nominal, NONE, NONE, None
         return self._joints
 
     def _forces(self, manner: Manner) -> Deflection:
         """What acts besides springs and contact, in base axes; the last is the torque on the redundancy."""
         wrench, control, joint_push = self._pushes.wrench, manner.control, self._pushes.joint_push
         forces = NONE
-        if any(wrench) or any(control):
-            fx, fy, fz, tx, ty, tz = [a + b for a, b in zip(wrench, control, strict=True)]
+        pushed = any(wrench)
+        if pushed or any(control):
+            acting = [a + b for a, b in zip(wrench, control, strict=True)] if pushed else control
+            fx, fy, fz, tx, ty, tz = acting
             force, torque = rotate(self._rotation, (fx, fy, fz)), rotate(self._rotation, (tx, ty, tz))
             forces = (*force, *torque, 0.0)
         if any(joint_push):
@@ -166,92 +155,38 @@ class Compliance:
             forces = _seven([a + b for a, b in zip(forces, made.tolist(), strict=False)])
         elif forces is NONE:
             return NONE
-        return _seven([min(max(f, -LARGEST_FORCE), LARGEST_FORCE) for f in forces])
+        if max(forces) > LARGEST_FORCE or min(forces) < -LARGEST_FORCE:
+            return _seven([min(max(f, -LARGEST_FORCE), LARGEST_FORCE) for f in forces])
+        return forces
 
     def _on_plan_without(self, forces: Deflection, moved: Vector) -> bool:
         """Whether the robot is on the plan and nothing takes it off."""
-        if any(forces) or not self.on_plan or self._touches():
+        if forces != NONE or not self.on_plan or self._shift.touches:
             return False
-        if self._feel is None:
-            return True
-        velocity = (moved[0] / self._tick_s, moved[1] / self._tick_s, moved[2] / self._tick_s)
-        force, torque = self._feel(self._nominal_tcp.translation, velocity, 0.0)
-        return not any(force) and not any(torque)
-
-    def _touches(self) -> bool:
-        return any(self._touch[0]) or any(self._touch[1])
+        return not self._shift.meets(self._nominal_tcp.translation, moved)
 
     def _swing(self, stiffness: float, forces: Deflection, was: Vector, moved: Vector) -> None:
         """Move the deflection on by a tick, for the time being without regard to joints."""
-        if stiffness != self._stiffness:
-            self._stiffness = stiffness
-            damped = damping(MASS_KG, stiffness, LEAST_DAMPING_NS_PER_M)
-            self._shifting = Spring(MASS_KG, stiffness, damped, self._tick_s)
-            self._shifting_in_contact = Spring(MASS_KG, stiffness, damped, self._tick_s / self._substeps)
         fx, fy, fz, tx, ty, tz, t = forces
         x, y, z, a, b, c, r = self._x
         vx, vy, vz, va, vb, vc, vr = self._v
-        place = Place((x, y, z), (vx, vy, vz))
-        after = self._alone(place, (fx, fy, fz), was, moved)
-        if after is None:
-            after, (ux, uy, uz) = self._in_contact(place, (fx, fy, fz), was, moved)
+        shift, velocity, torque = self._shift.step(
+            stiffness, (x, y, z), (vx, vy, vz), (fx, fy, fz), was, moved
+        )
+        self._in_contact = torque is not None
+        if torque is not None:
+            ux, uy, uz = torque
             tx, ty, tz = tx + ux, ty + uy, tz + uz
-        a, va = self._turning.step(a, va, tx)
-        b, vb = self._turning.step(b, vb, ty)
-        c, vc = self._turning.step(c, vc, tz)
-        angle = hypot(a, b, c)
-        if angle > LARGEST_TURN_RAD:
-            share = LARGEST_TURN_RAD / angle
+        xx, xv, xf, v_x, vv, vf = self._turning.coefficients
+        a, va = xx * a + xv * va + xf * tx, v_x * a + vv * va + vf * tx
+        b, vb = xx * b + xv * vb + xf * ty, v_x * b + vv * vb + vf * ty
+        c, vc = xx * c + xv * vc + xf * tz, v_x * c + vv * vc + vf * tz
+        if a * a + b * b + c * c > LARGEST_TURN_RAD * LARGEST_TURN_RAD:
+            share = LARGEST_TURN_RAD / hypot(a, b, c)
             a, b, c, va, vb, vc = share * a, share * b, share * c, 0.0, 0.0, 0.0
         if r or vr or t:
             r, vr = self._swivelling.step(r, vr, t)
-        self._x, self._v = (*after.offset, a, b, c, r), (*after.velocity, va, vb, vc, vr)
-
-    def _alone(self, place: Place, force: Vector, was: Vector, moved: Vector) -> Place | None:
-        """Where the TCP is after a tick, None where it touches something before or then."""
-        if self._feel is not None and self._touches():
-            return None
-        step = self._shifting.step
-        (x, y, z), (vx, vy, vz) = place
-        x, vx = step(x, vx, force[0])
-        y, vy = step(y, vy, force[1])
-        z, vz = step(z, vz, force[2])
-        if self._feel is not None:
-            (wx, wy, wz), (mx, my, mz), tick = was, moved, self._tick_s
-            position = (wx + mx + x, wy + my + y, wz + mz + z)
-            touch = self._feel(position, (mx / tick + vx, my / tick + vy, mz / tick + vz), 0.0)
-            if any(touch[0]) or any(touch[1]):
-                return None
-        return Place((x, y, z), (vx, vy, vz))
-
-    def _in_contact(self, place: Place, force: Vector, was: Vector, moved: Vector) -> tuple[Place, Vector]:
-        """Where the TCP is after a tick, and the torque (Nm) it has felt on average."""
-        feel, step, count = self._feel, self._shifting_in_contact.step, self._substeps
-        assert feel is not None
-        part_s = self._tick_s / count
-        half = 0.5 * part_s / MASS_KG
-        (x, y, z), (vx, vy, vz), (wx, wy, wz) = *place, was
-        mx, my, mz = moved[0] / count, moved[1] / count, moved[2] / count
-        nx, ny, nz = mx / part_s, my / part_s, mz / part_s
-        ux = uy = uz = 0.0
-        (gx, gy, gz), (px, py, pz) = self._touch
-        for _ in range(count):
-            ux, uy, uz = ux + px, uy + py, uz + pz
-            x, vx = step(x, vx + half * gx, force[0])
-            y, vy = step(y, vy + half * gy, force[1])
-            z, vz = step(z, vz + half * gz, force[2])
-            # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
-            wx, wy, wz = wx + mx, wy + my, wz + mz
-            (gx, gy, gz), (px, py, pz) = feel(
-                (wx + x, wy + y, wz + z),
-                (nx + vx + half * gx, ny + vy + half * gy, nz + vz + half * gz),
-                part_s,
-            )
-            vx, vy, vz = vx + half * gx, vy + half * gy, vz + half * gz
-            ux, uy, uz = ux + px, uy + py, uz + pz
-        self._touch = ((gx, gy, gz), (px, py, pz))
-        share = 0.5 / count
-        return Place((x, y, z), (vx, vy, vz)), (share * ux, share * uy, share * uz)
+        self._x, self._v = (*shift, a, b, c, r), (*velocity, va, vb, vc, vr)
 
     def _follow(self, before: Joints, start: Deflection) -> None:
         """Move the joints after the deflection, and keep of it what they can do.
@@ -267,6 +202,7 @@ class Compliance:
         joints = self._kinematics.joints(wanted, redundancy, self._joints)
         if joints is not None and self._bounds.allow(self._joints, joints):
             self._joints = joints
+            self.felt = (wanted, self._shift.touch if self._in_contact else None)
             return
         self._follow_within_bounds(before, wanted, redundancy)
         self._x = self._off_plan()
@@ -304,8 +240,8 @@ class Compliance:
     def _is_home(self, forces: Deflection) -> bool:
         """Whether the robot is as good as on the plan, at rest relative to it, and nothing takes it off."""
         return (
-            not any(forces)
-            and not self._touches()
+            forces == NONE
+            and not self._shift.touches
             and max(map(abs, self._x)) < HOME
             and max(map(abs, self._v)) < HOME
             and all(abs(q - n) < HOME for q, n in zip(self._joints, self._nominal, strict=True))

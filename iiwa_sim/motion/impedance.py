@@ -9,6 +9,7 @@ from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.joint_springs import JointSprings
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.surroundings import Felt
 
 STILL_RAD_PER_S = 2e-4
 """A robot off its plan is at rest when no joint has been faster than this ..."""
@@ -44,12 +45,14 @@ class Impedance:
     ) -> None:
         """At rest, and stiff, at `joints` (rad). `nominal` makes a drive that rests at joint positions."""
         self.joints = joints
+        self.felt: Felt | None = None
+        """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
         self._tick_s = tick_s
         self._new_nominal = nominal
         self._compliance = compliance
         self._springs = springs
         self._braking = braking
-        self._velocity = [0.0] * len(joints)
+        self._before = joints  # in the tick before
         self._still_ticks = 0
         self._nominal = nominal(joints)
         self._ending: Drive | None = None  # the nominal motion before, while it is being stopped on its path
@@ -76,7 +79,8 @@ class Impedance:
     @property
     def moving(self) -> bool:
         """Whether the robot moves, brakes or holds, or a move waits."""
-        if self._stopping or self.holding or self._nominal.moving:
+        # Asked for in every tick: the likeliest first.
+        if self._hold is not None or self._nominal.moving or self._stopping:
             return True
         return self._yielding and not self._at_rest
 
@@ -170,17 +174,17 @@ class Impedance:
             self._braking.start(self.joints, self._velocity)
         if not self._stopping:
             # The plan may have come to rest within the last tick, which leaves a velocity that has ended.
-            self._velocity = [0.0] * len(self.joints)
+            self._before = self.joints
         self._forget(rest)
 
     def start_from(self, joints: Joints) -> None:
         """Be at rest, and stiff, elsewhere (rad): something else has moved the robot, or will have."""
-        self.joints = joints
-        self._velocity = [0.0] * len(joints)
+        self.joints = self._before = joints
         self._forget(joints)
 
     def step(self) -> None:
         """One tick. Where the nominal motion fails, the robot stops, and what it raised is raised."""
+        self.felt = None
         if self._stopping:
             self._stop_on()
             return
@@ -214,7 +218,7 @@ class Impedance:
             if not self._ending.moving:
                 self._ending = None
         if not self._stopping:
-            self._velocity = [0.0] * len(self.joints)
+            self._before = self.joints
 
     def _next(self) -> Joints:
         """Where the robot yields to in this tick."""
@@ -228,7 +232,9 @@ class Impedance:
             number, manner = self._manners.popleft()
             if not self._nominal.has_forgotten(number):
                 self._manner = manner
-        return self._compliance.step(self._nominal.joints, self._manner)
+        joints = self._compliance.step(self._nominal.joints, self._manner)
+        self.felt = self._compliance.felt
+        return joints
 
     def _has_begun(self, number: int) -> bool:
         return number == self._nominal.under_way or not self._nominal.is_pending(number)
@@ -240,10 +246,17 @@ class Impedance:
         self._manners.extend(pending)
 
     def _go_to(self, joints: Joints) -> None:
-        before, self.joints = self.joints, joints
-        self._velocity = [(a - b) / self._tick_s for a, b in zip(joints, before, strict=True)]
-        still = max(self._velocity) <= STILL_RAD_PER_S and min(self._velocity) >= -STILL_RAD_PER_S
-        self._still_ticks = self._still_ticks + 1 if still else 0
+        self._before, self.joints = self.joints, joints
+        for after, before in zip(joints, self._before, strict=True):
+            if not -STILL_RAD_PER_S <= (after - before) / self._tick_s <= STILL_RAD_PER_S:
+                self._still_ticks = 0
+                return
+        self._still_ticks += 1
+
+    @property
+    def _velocity(self) -> list[float]:
+        """In the last tick (rad/s)."""
+        return [(a - b) / self._tick_s for a, b in zip(self.joints, self._before, strict=True)]
 
     @property
     def _fast(self) -> bool:

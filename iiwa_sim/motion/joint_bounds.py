@@ -7,6 +7,8 @@ from iiwa_sim.motion.path import Joints
 
 NEWTON_STEPS = 60
 """Newton's method on a convex function, from above: it gets there long before."""
+ROUNDING_RAD = 1e-9
+"""Nearer to where there is just ample room a joint counts as having less."""
 
 
 class JointBounds:
@@ -27,11 +29,17 @@ class JointBounds:
     ) -> None:
         """Limits of each joint, in rad and s."""
         self._tick_s = tick_s
+        self._low, self._high = tuple(position_min), tuple(position_max)
         self._joints = [
             (low, high, v * tick_s, braking_way(v, a, j) + v * tick_s, a, j)
             for low, high, v, a, j in zip(
                 position_min, position_max, velocity, stop_acceleration, stop_jerk, strict=True
             )
+        ]
+        # Where a joint has ample room, and how far it may go there: nearly always that is all to be asked.
+        self._plain = [
+            (low + ample + ROUNDING_RAD, high - ample - ROUNDING_RAD, -full, full)
+            for low, high, full, ample, _, _ in self._joints
         ]
 
     def ways(self, joints: Joints) -> tuple[list[float], list[float]]:
@@ -44,6 +52,11 @@ class JointBounds:
 
     def allow(self, joints: Joints, after: Joints) -> bool:
         """Whether joints may go from one place to another (rad) in the next tick."""
+        for q, p, (near_low, near_high, least, most) in zip(joints, after, self._plain, strict=True):
+            if not (near_low < q < near_high and least <= p - q <= most):
+                break
+        else:
+            return True
         for q, p, (low, high, full, ample, a, j) in zip(joints, after, self._joints, strict=True):
             way = p - q
             if way > 0.0:
@@ -55,6 +68,11 @@ class JointBounds:
 
     def within(self, joints: Joints) -> Joints:
         """The nearest joint positions within the limits: takes rounding away."""
+        for q, low, high in zip(joints, self._low, self._high, strict=True):
+            if not low <= q <= high:
+                break
+        else:
+            return joints
         return tuple(
             [min(max(q, low), high) for q, (low, high, *_) in zip(joints, self._joints, strict=True)]
         )

@@ -30,6 +30,9 @@ class Spring:
         rates = np.array([[0.0, 1.0, 0.0], [-stiffness / mass, -damping / mass, 1.0 / mass], [0.0, 0.0, 0.0]])
         matrix = _exponential(rates * step_s).tolist()
         (self._xx, self._xv, self._xf), (self._vx, self._vv, self._vf), _ = matrix
+        self.coefficients: tuple[float, float, float, float, float, float]
+        """Of x, v and f in the new x, then in the new v."""
+        self.coefficients = (self._xx, self._xv, self._xf, self._vx, self._vv, self._vf)
 
     def step(self, x: Quantity, v: Quantity, f: Quantity) -> tuple[Quantity, Quantity]:
         """Position and velocity after a step; also of many at once, as arrays."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from iiwa_sim.frames import Vector
+from iiwa_sim.frames import Transform, Vector
 
 Feel = Callable[[Vector, Vector, float], tuple[Vector, Vector]]
 """What surfaces do to a TCP at a position (m) with a velocity (m/s) in the base: force (N) and torque (Nm)
@@ -15,6 +15,10 @@ NOTHING: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 LONGEST_SUBSTEP_S = 0.001
 """In contact a tick is cut into parts no longer than this: with a surface of 1e5 N/m an apparent mass of 5 kg
 swings at 141 rad/s, which makes 0.14 rad in such a part."""
+
+Felt = tuple[Transform, tuple[Vector, Vector] | None]
+"""What a motion knows of the TCP at the end of a tick, so that nobody has to find it again: its pose in the
+base, and what surfaces do to it there, as `Feel` gives it; None where that has yet to be felt."""
 
 
 class Pushes(Protocol):

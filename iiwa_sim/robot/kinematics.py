@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform, compose, inverse, rotate
+from iiwa_sim.frames import Transform, compose, inverse
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.turns import continued
@@ -16,9 +16,8 @@ class Kinematics:
     """Of one robot with one tool. Joint positions and redundancy are rad; poses are in the base, in m."""
 
     def __init__(self, model: Model, inverse_kinematics: Inverse, tool_in_flange: Transform) -> None:
-        self._model = model
+        self._tcp = model.tcp(tool_in_flange)
         self._inverse = inverse_kinematics
-        self._tool_in_flange = tool_in_flange
         self._flange_in_tool = inverse(tool_in_flange)
         d = model.description
         self._beyond_half_turn = min(d.position_min) < -pi or max(d.position_max) > pi
@@ -35,7 +34,7 @@ class Kinematics:
 
     def tcp(self, q: Sequence[float]) -> Transform:
         """Where the TCP is."""
-        return compose(self._model.flange(q), self._tool_in_flange)
+        return self._tcp.pose(q)
 
     def redundancy(self, q: Sequence[float]) -> float:
         """The redundancy of joint positions."""
@@ -56,11 +55,12 @@ class Kinematics:
 
         Transposed it makes joint torques (Nm) of a force (N), a torque (Nm), and one on the redundancy.
         """
-        flange = self._model.flange(q)
-        jacobian = self._model.jacobian(q)
-        x, y, z = rotate(flange.rotation, self._tool_in_flange.translation)
-        # v + w x p: the TCP is beside the flange's origin by p.
-        jacobian[:3] += np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]) @ jacobian[3:]
+        jacobian = self._tcp.jacobian(q)
         if self._redundancy_row is not None:
             jacobian = np.concatenate([jacobian, self._redundancy_row])
-        return compose(flange, self._tool_in_flange), jacobian
+        return self._tcp.pose(q), jacobian
+
+    def tcp_and_its_jacobian(self, q: Sequence[float]) -> tuple[Transform, NDArray[np.float64]]:
+        """The same without the redundancy's row; the Jacobian (6, n) is not to be changed."""
+        jacobian = self._tcp.jacobian(q)
+        return self._tcp.pose(q), jacobian

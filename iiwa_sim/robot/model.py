@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.robot.tcp import Tcp
 from iiwa_sim.robot.urdf import check_urdf
 
 
@@ -36,6 +37,7 @@ class Model:
         self._flange_pose = self._data.oMf[self._flange]
         self._flange_rotation = self._flange_pose.rotation
         self._flange_translation = self._flange_pose.translation
+        self._tcp: Tcp | None = None
 
     def flange(self, q: Sequence[float]) -> Transform:
         """Pose of the flange."""
@@ -44,6 +46,12 @@ class Model:
         (r0, r1, r2), (r3, r4, r5), (r6, r7, r8) = self._flange_rotation.tolist()
         x, y, z = self._flange_translation.tolist()
         return Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z))
+
+    def tcp(self, tool_in_flange: Transform) -> Tcp:
+        """The TCP of a tool: for all who ask for that of the same tool, one after the other, the same one."""
+        if self._tcp is None or self._tcp.tool_in_flange != tool_in_flange:
+            self._tcp = Tcp(self._model, self._flange, tool_in_flange)
+        return self._tcp
 
     def jacobian(self, q: Sequence[float]) -> NDArray[np.float64]:
         """Jacobian (6, n) of the flange: velocity of its origin (m/s), then angular (rad/s), in base axes."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from math import inf, nan
+
 import numpy as np
 import pytest
 
 from iiwa_sim.contact.load import torques_of
 from iiwa_sim.contact.noise import Noise, NoiseLevels
-from iiwa_sim.contact.world import World
+from iiwa_sim.contact.world import Touch, World
+from iiwa_sim.contact.wrench import NO_WRENCH
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import Frame, Transform, rotate
+from iiwa_sim.frames import Frame, Transform, Vector, rotate
 from iiwa_sim.robot.description import load_robot
 from tests.contact.materials import PLANE, RADIUS, STIFFNESS, at, surface
 from tests.stepped import SteppedRobot, rotation_log
@@ -28,7 +31,7 @@ def test_joint_torques_do_the_work_of_the_wrench(tool: Transform) -> None:
     rng = np.random.default_rng(5)
     for joints in rng.uniform(d.position_min, d.position_max, (500, 7)).tolist():
         fx, fy, fz, tx, ty, tz = rng.uniform(-100.0, 100.0, 6).tolist()
-        torques = torques_of((fx, fy, fz, tx, ty, tz), ROBOT.model, joints, tool)
+        torques = torques_of((fx, fy, fz, tx, ty, tz), ROBOT.model.tcp(tool), joints)
         tcp = ROBOT.tcp(joints, tool)
         force, torque = rotate(tcp.rotation, (fx, fy, fz)), rotate(tcp.rotation, (tx, ty, tz))
         for joint in range(7):
@@ -61,6 +64,17 @@ def test_pushes_on_joints_add_up_with_the_wrench() -> None:
     assert controller.cartesian_force()[2] == 10.0
 
 
+@pytest.mark.parametrize(("name", "count"), [("wrench", 6), ("joint_push", 7)])
+@pytest.mark.parametrize("wrong", [nan, inf, -inf])
+def test_a_push_that_is_no_number_is_refused_and_changes_nothing(name: str, count: int, wrong: float) -> None:
+    load = SteppedRobot().controller.load
+    setattr(load, name, (1.0,) * count)
+    for values in ((0.0,) * (count - 1) + (wrong,), (0.0,) * (count - 1)):
+        with pytest.raises(ValueError, match=f"^{name} is .*, expected {count} finite numbers"):
+            setattr(load, name, values)
+    assert getattr(load, name) == (1.0,) * count
+
+
 def pressed(depth: float, friction: float = 0.0, damping: float = 0.0) -> Controller:
     """At home, the contact sphere so deep (m) in a level surface."""
     table = surface(PLANE, at(0.0, 0.0, TCP_HEIGHT - RADIUS + depth), friction=friction, damping=damping)
@@ -74,7 +88,7 @@ def test_a_surface_is_felt_from_the_start_and_along_the_axes_of_the_tcp() -> Non
     for _ in range(3):
         assert controller.cartesian_force()[:3] == pytest.approx(rotation.T @ up, abs=1e-9)
         assert controller.cartesian_force()[3:] == (0.0, 0.0, 0.0)
-        lifting = torques_of(controller.cartesian_force(), ROBOT.model, controller.joints, TOOLS[0])
+        lifting = torques_of(controller.cartesian_force(), ROBOT.model.tcp(TOOLS[0]), controller.joints)
         assert controller.joint_torque() == lifting
         assert lifting[1] < -1.0, "what lifts the hand turns A2 backwards"
         controller.step()
@@ -143,3 +157,36 @@ def test_noise_comes_on_top_and_stays_within_a_tick() -> None:
         quiet.step()
         noise.next()
         assert loud.cartesian_force() != wrench
+
+
+class CountingWorld(World):
+    """A world that knows what was felt last, and how often."""
+
+    def __init__(self) -> None:
+        table = surface(PLANE, at(0.0, 0.0, TCP_HEIGHT - RADIUS + 0.001), friction=0.3, damping=0.5)
+        super().__init__([table], RADIUS)
+        self.count = 0
+
+    def feel(self, position: Vector, velocity: Vector, dt_s: float) -> Touch:
+        self.count += 1
+        self.last = super().feel(position, velocity, dt_s)
+        return self.last
+
+
+def test_what_is_told_in_a_stiffness_move_is_what_acted_and_is_felt_once_in_each_part_of_a_tick() -> None:
+    world = CountingWorld()
+    controller = Controller(ROBOT.description, TICK_S, world=world)
+    there = controller.tool_frame()
+    controller.lin_stiff_move(there._replace(y_mm=there.y_mm + 20.0), 0.5, 1000.0, NO_WRENCH)
+    controller.step()
+    ticks = 0
+    while controller.moving:
+        world.count, touched = 0, any(controller.cartesian_force())
+        controller.step()
+        assert world.count == 2 or not touched, "parts of 1 ms in a tick of 2 ms"
+        rotation = controller.tcp().rotation
+        told = controller.cartesian_force()
+        assert rotate(rotation, told[:3]) == pytest.approx(world.last.force, abs=1e-9)
+        assert rotate(rotation, told[3:]) == pytest.approx(world.last.torque, abs=1e-9)
+        ticks += touched
+    assert ticks > 50

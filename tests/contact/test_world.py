@@ -11,10 +11,10 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.shapes import Shape
+from iiwa_sim.contact.shapes import Box, Cylinder, Shape
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world import NOTHING, Touch, World
-from iiwa_sim.frames import Transform, Vector, transform_from_euler
+from iiwa_sim.frames import Transform, Vector, apply, rotate, transform_from_euler
 from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, at, surface
 
 Array = NDArray[np.float64]
@@ -173,6 +173,57 @@ def test_forces_of_several_surfaces_add_up() -> None:
     ):
         assert touch.force == pytest.approx(np.add(one.force, other.force))
         assert touch.torque == pytest.approx(np.add(one.torque, other.torque))
+
+
+PLATES: list[Shape] = [Box(0.1, 0.1, 0.001), Cylinder(0.1, 0.001)]
+
+
+@given(
+    st.sampled_from(PLATES),
+    poses,
+    st.sampled_from([0.0, RADIUS]),
+    st.floats(0.001, 0.05),
+    st.integers(1, 40),
+)
+def test_the_force_does_not_turn_round_in_a_thin_plate_nor_behind_it(
+    plate: Shape, pose: Transform, radius: float, deep: float, ticks: int
+) -> None:
+    """Down through it and up again, also where one tick leads from above it to below."""
+    world = World([surface(plate, pose)], radius)
+    down = line((0.02, 0.01, 0.007), (0.02, 0.01, 0.001 - deep), ticks)
+    up = z_axis(pose)
+    for (_, _, z), touch in zip(
+        [*down, *down[::-1]], felt(world, [apply(pose, point) for point in [*down, *down[::-1]]]), strict=True
+    ):
+        expected = np.multiply(STIFFNESS * max(0.0, radius + 0.001 - z), up)
+        assert touch.force == pytest.approx(expected, abs=1e-6)
+
+
+def z_axis(pose: Transform) -> Vector:
+    """The z axis of a pose, in the base."""
+    return rotate(pose.rotation, (0.0, 0.0, 1.0))
+
+
+@pytest.mark.parametrize("plate", PLATES)
+def test_beside_a_plate_it_is_forgotten_how_the_tcp_came_into_it(plate: Shape) -> None:
+    world = World([surface(plate)], RADIUS)
+    through = line((0.09, 0.0, 0.02), (0.09, 0.0, -0.03))
+    assert felt(world, through)[-1].force[2] == pytest.approx(STIFFNESS * (0.001 + 0.03 + RADIUS))
+    assert felt(world, line((0.09, 0.0, -0.03), (0.12, 0.0, -0.03)))[-1] is NOTHING
+    back = felt(world, line((0.12, 0.0, -0.03), (0.09, 0.0, -0.03)))
+    assert back[-1] is NOTHING, "below it, and not through it"
+    from_below = felt(world, line((0.09, 0.0, -0.03), (0.09, 0.0, -0.003)))[-1]
+    assert from_below.force[2] == pytest.approx(-STIFFNESS * (RADIUS - 0.002))
+
+
+@pytest.mark.parametrize("plate", PLATES)
+def test_to_ask_does_not_change_through_which_face_the_tcp_has_come(plate: Shape) -> None:
+    way = line((0.0, 0.0, 0.02), (0.0, 0.0, -0.03))
+    asked, other = (World([surface(plate)], RADIUS) for _ in range(2))
+    for position in way:
+        assert asked.feel(position, REST, TICK_S) == other.feel(position, REST, TICK_S)
+        for elsewhere in ((0.0, 0.0, -0.02), (0.0, 0.0, 0.01), (0.2, 0.0, 0.0)):
+            asked.feel(elsewhere, REST, 0.0)
 
 
 @settings(max_examples=40, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])

@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.frames import multiply, rotate, rotation_vector, transpose
 from iiwa_sim.motion.compliance import (
-    LEAST_DAMPING_NS_PER_M,
-    MASS_KG,
     ROTATIONAL_STIFFNESS_NM_PER_RAD,
     Compliance,
     Manner,
 )
 from iiwa_sim.motion.joint_bounds import JointBounds
+from iiwa_sim.motion.shift import LEAST_DAMPING_NS_PER_M, MASS_KG
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics import Kinematics
