@@ -87,16 +87,20 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
 
 
 @pytest.hookimpl(hookwrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     outcome: Any = yield  # pluggy's own type has no public name in older releases
     running = item.stash.get(_RUNNING, None)
+    if running is None:
+        return
     report = outcome.get_result()
-    if running is not None and report.failed:
+    if report.failed:
         from iiwa_sim.recording import told
 
         simulator, recording = running
         report.sections.append(("iiwa dialogue", simulator.call(recording.text)))
         report.sections.append(("iiwa state", told(simulator.state())))
+    if call.when == "teardown":
+        del item.stash[_RUNNING]  # pytest keeps all items to its end, and would keep every robot
 
 
 def _started(options: dict[str, Any]) -> _Running:

@@ -59,12 +59,16 @@ def project(pytester: pytest.Pytester) -> Project:
 def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Project) -> None:
     result = project.tests(
         """
+        import gc, weakref
+
         def left():
             return threading.active_count(), sorted(os.listdir("/proc/self/fd"))
 
         seen = []
+        robots = weakref.WeakSet()
 
-        def test_first(driver):
+        def test_first(iiwa, driver):
+            robots.add(iiwa)
             driver.move(FAR)
             assert driver.ask("get joint position").startswith("1.0 1.0 1.0")
 
@@ -76,6 +80,7 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
 
         @pytest.mark.parametrize("number", range(200))
         def test_many(iiwa, number):
+            robots.add(iiwa)
             if number % 10 == 0:  # some driver that is not closed, and its robot still moves
                 driver = Driver(iiwa.host, iiwa.port)
                 assert driver.ask(FAR) == "done"
@@ -83,6 +88,8 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
 
         def test_nothing_is_left():
             assert left() == seen[0]
+            gc.collect()
+            assert not robots
         """,
         "-p",
         "no:xdist",
