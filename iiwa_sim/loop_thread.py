@@ -83,11 +83,11 @@ class _Awaited(Generic[T]):
     def __init__(self, function: Callable[[], Coroutine[Any, Any, T]], answer: Future[T]) -> None:
         self._function = function
         self._answer = answer
-        self._task: asyncio.Task[T] | None = None
+        self._task: asyncio.Task[None] | None = None
 
     def begin(self) -> None:
-        self._task = asyncio.get_running_loop().create_task(self._function())
-        self._task.add_done_callback(self._done)
+        self._task = asyncio.get_running_loop().create_task(self._run())
+        self._task.add_done_callback(lambda _: self.give_up())  # where it has been cancelled
 
     def cancel(self) -> None:
         if self._task is not None:
@@ -97,10 +97,10 @@ class _Awaited(Generic[T]):
         if not self._answer.done():
             self._answer.set_exception(RuntimeError(CLOSED))
 
-    def _done(self, task: asyncio.Task[T]) -> None:
-        if task.cancelled():
-            self.give_up()
-        elif (fault := task.exception()) is not None:
+    async def _run(self) -> None:
+        try:
+            self._answer.set_result(await self._function())
+        except asyncio.CancelledError:
+            raise
+        except BaseException as fault:  # also SystemExit, with which a task would end the loop
             self._answer.set_exception(fault)
-        else:
-            self._answer.set_result(task.result())

@@ -211,6 +211,21 @@ async def test_inside_a_loop_time_is_awaited() -> None:
         assert simulator.joints == tuple(map(float, THERE))
 
 
+async def test_inside_a_loop_it_runs_once_at_a_time() -> None:
+    async with Simulator() as simulator:
+        with pytest.raises(RuntimeError, match="runs already"):
+            simulator.__enter__()
+        with pytest.raises(RuntimeError, match="runs already"):
+            await simulator.__aenter__()
+        reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
+        writer.write(b"hello\r\n")
+        assert await reader.readline() == b"hello\r\n"
+        writer.close()
+        await writer.wait_closed()
+    async with simulator:
+        assert simulator.port
+
+
 async def test_in_a_thread_it_serves_whoever_has_a_loop() -> None:
     with Simulator(clock="fast") as simulator:
         reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
