@@ -87,7 +87,7 @@ class _Awaited(Generic[T]):
 
     def begin(self) -> None:
         self._task = asyncio.get_running_loop().create_task(self._run())
-        self._task.add_done_callback(lambda _: self.give_up())  # where it has been cancelled
+        self._task.add_done_callback(self._done)
 
     def cancel(self) -> None:
         if self._task is not None:
@@ -100,7 +100,11 @@ class _Awaited(Generic[T]):
     async def _run(self) -> None:
         try:
             self._answer.set_result(await self._function())
-        except asyncio.CancelledError:
-            raise
-        except BaseException as fault:  # also SystemExit, with which a task would end the loop
+        except (SystemExit, KeyboardInterrupt) as fault:  # with which a task would end the loop
+            self._answer.set_exception(fault)
+
+    def _done(self, task: asyncio.Task[None]) -> None:
+        if task.cancelled():
+            self.give_up()
+        elif (fault := task.exception()) is not None:
             self._answer.set_exception(fault)

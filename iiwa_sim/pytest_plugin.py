@@ -7,6 +7,7 @@ Nothing of the simulator is imported before a test asks for the fixture. Options
 import os
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -148,8 +149,10 @@ def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
         options.pop("cell", None)
     if "cell" in given:
         given["cell"] = folder / given["cell"]
-    if "robot" in given and os.path.isdir(folder / given["robot"]):  # pathlib's raises for a long name
-        given["robot"] = folder / given["robot"]
+    if "robot" in given:
+        with suppress(OSError):  # no name of a folder, to be told by who loads it
+            if (folder / given["robot"]).is_dir():
+                given["robot"] = folder / given["robot"]
     if isinstance(given.get("dialects"), str):
         given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
     if isinstance(given.get("rate_hz"), str):
