@@ -334,7 +334,8 @@ class Simulator:
             await self.__aexit__(None, None, None)
 
         try:
-            thread.wait_for(leave)
+            if not thread.elsewhere:  # or a child that leaves would end its parent's robot
+                thread.wait_for(leave)
         finally:
             thread.close()
             self._thread = None

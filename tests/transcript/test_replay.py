@@ -61,7 +61,7 @@ async def test_a_server_that_says_nothing_ends_the_play() -> None:
 
 
 async def test_a_server_that_never_ends_a_line_ends_the_play() -> None:
-    async def endless(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def endless(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         with contextlib.suppress(ConnectionError):
             while True:
                 writer.write(b"x" * 10_000)
