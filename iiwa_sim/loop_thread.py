@@ -9,7 +9,7 @@ from concurrent.futures import Future
 from typing import Any, Generic, TypeVar
 
 CLOSED = "the loop is closed"
-ELSEWHERE = "the loop runs in the process that was forked, not in this one"
+ELSEWHERE = "the loop runs in the process that this one was forked from"
 
 T = TypeVar("T")
 

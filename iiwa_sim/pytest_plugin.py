@@ -6,7 +6,7 @@ Nothing of the simulator is imported before a test asks for the fixture. Options
 
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import pytest
 
 if TYPE_CHECKING:
+    from iiwa_sim.controller.snapshot import Snapshot
     from iiwa_sim.recording import Recording
     from iiwa_sim.simulator import Simulator
 
@@ -52,12 +53,14 @@ _INI = {
 _NAMES = {"rate": "rate_hz", "dialect": "dialects"}
 
 
-class _Running(NamedTuple):
-    simulator: "Simulator"
-    recording: "Recording"
+class _Watched(NamedTuple):
+    """What a report shows of a robot."""
+
+    dialogue: Callable[[], str]
+    state: "Callable[[], Snapshot]"
 
 
-_RUNNING = pytest.StashKey[_Running]()
+_WATCHED = pytest.StashKey[_Watched]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -79,32 +82,34 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
 
     It has the methods of `iiwa_sim.simulator.Simulator`. What the marker `iiwa` gives is handed on to it.
     """
-    running = _started(_options(request))
+    simulator, recording = _started(_options(request))
+    stash = request.node.stash
     try:
-        request.node.stash[_RUNNING] = running
-        yield running.simulator
+        stash[_WATCHED] = _Watched(lambda: simulator.call(recording.text), simulator.state)
+        yield simulator
     finally:
-        running.simulator.__exit__(None, None, None)
+        simulator.__exit__(None, None, None)
+        end = simulator.state()
+        stash[_WATCHED] = _Watched(recording.text, lambda: end)  # pytest keeps it: the robot need not stay
 
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     outcome: Any = yield  # pluggy's own type has no public name in older releases
-    running = item.stash.get(_RUNNING, None)
-    if running is None:
+    watched = item.stash.get(_WATCHED, None)
+    if watched is None:
         return
     report = outcome.get_result()
     if report.failed:
         from iiwa_sim.recording import told
 
-        simulator, recording = running
-        report.sections.append(("iiwa dialogue", simulator.call(recording.text)))
-        report.sections.append(("iiwa state", told(simulator.state())))
+        report.sections.append(("iiwa dialogue", watched.dialogue()))
+        report.sections.append(("iiwa state", told(watched.state())))
     if call.when == "teardown":
-        del item.stash[_RUNNING]  # pytest keeps all items to its end, and would keep every robot
+        del item.stash[_WATCHED]
 
 
-def _started(options: dict[str, Any]) -> _Running:
+def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
     from iiwa_sim.recording import Recording
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.settings import SettingsFault
@@ -115,7 +120,7 @@ def _started(options: dict[str, Any]) -> _Running:
         simulator = Simulator(**options)
         recording = Recording(simulator.clock.tick_s, start_ns)
         simulator.dialogue.listeners.append(recording)
-        return _Running(simulator.__enter__(), recording)
+        return simulator.__enter__(), recording
     except (ValueError, SettingsFault, ListenFault) as fault:
         raise _fault(str(fault)) from None
 

@@ -368,6 +368,36 @@ def test_a_wrong_marker_is_told_in_one_line(project: Project) -> None:
     result.stdout.no_fnmatch_line("*During handling*")
 
 
+def test_an_interrupted_run_keeps_no_robot_either(project: Project, pytester: pytest.Pytester) -> None:
+    """Objects of nanobind that outlive the interpreter are told on 40 lines, in some environments."""
+    pytester.makeconftest(
+        """
+        import atexit, gc, weakref
+
+        robots = weakref.WeakSet()
+
+        @atexit.register
+        def tell():
+            gc.collect()
+            print("robots:", len(robots))
+        """
+    )
+    result = project.tests(
+        """
+        import signal
+        from conftest import robots
+
+        def test_interrupted(iiwa):
+            robots.add(iiwa)
+            os.kill(os.getpid(), signal.SIGINT)
+            iiwa.advance(1.0)
+        """,
+        "-s",
+    )
+    assert result.ret == pytest.ExitCode.INTERRUPTED
+    result.stdout.fnmatch_lines(["robots: 0"])
+
+
 def test_a_test_may_end_the_robot_itself(project: Project) -> None:
     result = project.tests(
         """

@@ -247,7 +247,7 @@ def test_a_forked_process_has_no_robot_and_leaves_that_of_its_parent_alone() -> 
         if child == 0:
             code = 1
             try:
-                with pytest.raises(RuntimeError, match="not in this one"):
+                with pytest.raises(RuntimeError, match="was forked from"):
                     simulator.advance(1.0)
                 simulator.__exit__(None, None, None)
                 code = 0
