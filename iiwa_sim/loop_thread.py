@@ -2,12 +2,14 @@
 
 import asyncio
 import contextlib
+import os
 import threading
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future
 from typing import Any, Generic, TypeVar
 
 CLOSED = "the loop is closed"
+ELSEWHERE = "the loop runs in the process that this one was forked from"
 
 T = TypeVar("T")
 
@@ -25,6 +27,7 @@ class LoopThread:
         self._lock = threading.Lock()
         self._awaited: set[_Awaited[Any]] = set()
         self._closed = False
+        self._process = os.getpid()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -33,12 +36,20 @@ class LoopThread:
         """Whether the caller is in this thread."""
         return threading.current_thread() is self._thread
 
+    @property
+    def elsewhere(self) -> bool:
+        """Whether this process was forked from the one of this thread: there it goes on, here it is none."""
+        return os.getpid() != self._process
+
     def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]]) -> T:
         """Run a coroutine in the loop and wait for its end; what it raises is raised here.
 
         If the wait is interrupted, the coroutine is cancelled. Raises RuntimeError in this thread itself,
-        where that would wait for ever, and where the loop is closed, also if that happens meanwhile.
+        where that would wait for ever, and where the loop is closed, also if that happens meanwhile, or is
+        that of another process.
         """
+        if self.elsewhere:
+            raise RuntimeError(ELSEWHERE)
         if self.current:
             raise RuntimeError("the loop cannot wait for itself")
         answer: Future[T] = Future()
@@ -59,7 +70,9 @@ class LoopThread:
                 self._awaited.discard(waited_for)
 
     def close(self) -> None:
-        """Cancel what still runs in the loop, end the thread and wait for that."""
+        """Cancel what still runs in the loop, end the thread and wait for that; in a fork nothing."""
+        if self.elsewhere:
+            return
         with self._lock:
             if not self._closed:
                 self._closed = True  # before the stop: what is asked for until then begins, and is cancelled
@@ -83,10 +96,10 @@ class _Awaited(Generic[T]):
     def __init__(self, function: Callable[[], Coroutine[Any, Any, T]], answer: Future[T]) -> None:
         self._function = function
         self._answer = answer
-        self._task: asyncio.Task[T] | None = None
+        self._task: asyncio.Task[None] | None = None
 
     def begin(self) -> None:
-        self._task = asyncio.get_running_loop().create_task(self._function())
+        self._task = asyncio.get_running_loop().create_task(self._run())
         self._task.add_done_callback(self._done)
 
     def cancel(self) -> None:
@@ -97,10 +110,14 @@ class _Awaited(Generic[T]):
         if not self._answer.done():
             self._answer.set_exception(RuntimeError(CLOSED))
 
-    def _done(self, task: asyncio.Task[T]) -> None:
+    async def _run(self) -> None:
+        try:
+            self._answer.set_result(await self._function())
+        except (SystemExit, KeyboardInterrupt) as fault:  # with which a task would end the loop
+            self._answer.set_exception(fault)
+
+    def _done(self, task: asyncio.Task[None]) -> None:
         if task.cancelled():
             self.give_up()
         elif (fault := task.exception()) is not None:
             self._answer.set_exception(fault)
-        else:
-            self._answer.set_result(task.result())

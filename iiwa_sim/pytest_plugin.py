@@ -6,13 +6,15 @@ Nothing of the simulator is imported before a test asks for the fixture. Options
 
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
 if TYPE_CHECKING:
+    from iiwa_sim.controller.snapshot import Snapshot
     from iiwa_sim.recording import Recording
     from iiwa_sim.simulator import Simulator
 
@@ -51,12 +53,14 @@ _INI = {
 _NAMES = {"rate": "rate_hz", "dialect": "dialects"}
 
 
-class _Running(NamedTuple):
-    simulator: "Simulator"
-    recording: "Recording"
+class _Watched(NamedTuple):
+    """What a report shows of a robot."""
+
+    dialogue: Callable[[], str]
+    state: "Callable[[], Snapshot]"
 
 
-_RUNNING = pytest.StashKey[_Running]()
+_WATCHED = pytest.StashKey[_Watched]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -78,28 +82,34 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
 
     It has the methods of `iiwa_sim.simulator.Simulator`. What the marker `iiwa` gives is handed on to it.
     """
-    running = _started(_options(request))
+    simulator, recording = _started(_options(request))
+    stash = request.node.stash
     try:
-        request.node.stash[_RUNNING] = running
-        yield running.simulator
+        stash[_WATCHED] = _Watched(lambda: simulator.call(recording.text), simulator.state)
+        yield simulator
     finally:
-        running.simulator.__exit__(None, None, None)
+        simulator.__exit__(None, None, None)
+        end = simulator.state()
+        stash[_WATCHED] = _Watched(recording.text, lambda: end)  # pytest keeps it: the robot need not stay
 
 
 @pytest.hookimpl(hookwrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Iterator[None]:
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     outcome: Any = yield  # pluggy's own type has no public name in older releases
-    running = item.stash.get(_RUNNING, None)
+    watched = item.stash.get(_WATCHED, None)
+    if watched is None:
+        return
     report = outcome.get_result()
-    if running is not None and report.failed:
+    if report.failed:
         from iiwa_sim.recording import told
 
-        simulator, recording = running
-        report.sections.append(("iiwa dialogue", simulator.call(recording.text)))
-        report.sections.append(("iiwa state", told(simulator.state())))
+        report.sections.append(("iiwa dialogue", watched.dialogue()))
+        report.sections.append(("iiwa state", told(watched.state())))
+    if call.when == "teardown":
+        del item.stash[_WATCHED]
 
 
-def _started(options: dict[str, Any]) -> _Running:
+def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
     from iiwa_sim.recording import Recording
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.settings import SettingsFault
@@ -110,7 +120,7 @@ def _started(options: dict[str, Any]) -> _Running:
         simulator = Simulator(**options)
         recording = Recording(simulator.clock.tick_s, start_ns)
         simulator.dialogue.listeners.append(recording)
-        return _Running(simulator.__enter__(), recording)
+        return simulator.__enter__(), recording
     except (ValueError, SettingsFault, ListenFault) as fault:
         raise _fault(str(fault)) from None
 
@@ -129,7 +139,8 @@ def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
         for name, value in marker.kwargs.items():
             if name not in _OPTIONS:
                 raise _fault(f"{name}: expected one of {', '.join(_OPTIONS)}")
-            if not isinstance(value, _OPTIONS[name].kind):
+            kind = _OPTIONS[name].kind
+            if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
                 raise _fault(f"{name}={value!r}: expected {_OPTIONS[name].expected}")
         _take(options, marker.kwargs, request.path.parent)
     return options
@@ -143,8 +154,10 @@ def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
         options.pop("cell", None)
     if "cell" in given:
         given["cell"] = folder / given["cell"]
-    if "robot" in given and (folder / given["robot"]).is_dir():
-        given["robot"] = folder / given["robot"]
+    if "robot" in given:
+        with suppress(OSError):  # no name of a folder, to be told by who loads it
+            if (folder / given["robot"]).is_dir():
+                given["robot"] = folder / given["robot"]
     if isinstance(given.get("dialects"), str):
         given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
     if isinstance(given.get("rate_hz"), str):

@@ -37,6 +37,8 @@ from iiwa_sim.transcript.record import Recorder
 LOOPBACK = "127.0.0.1"
 """Where the backdoor listens: it is for tests on the same machine."""
 
+RUNNING = "the simulator runs already"
+
 T = TypeVar("T")
 
 
@@ -216,6 +218,8 @@ class Simulator:
         return None if self._backdoor_server is None else self._backdoor_server.address[1]
 
     async def __aenter__(self) -> Self:
+        if self._runs:
+            raise RuntimeError(RUNNING)
         async with AsyncExitStack() as listening:
             recorder = None
             if self._transcript is not None:
@@ -245,8 +249,8 @@ class Simulator:
                 self._recorder = None
 
     def __enter__(self) -> Self:
-        if self._thread is not None:
-            raise RuntimeError("the simulator runs already")
+        if self._thread is not None or self._runs:
+            raise RuntimeError(RUNNING)
         self._thread = LoopThread("iiwa-sim")
         try:
             return self._thread.wait_for(self.__aenter__)
@@ -310,6 +314,10 @@ class Simulator:
         """The whole state of the robot, of one tick; the last one after the context has ended."""
         return self.call(lambda: snapshot(self.controller))
 
+    @property
+    def _runs(self) -> bool:
+        return any(server.listening for server in self._servers.values())
+
     def _called(self, function: Callable[[], T]) -> T:
         try:
             return function()
@@ -326,7 +334,8 @@ class Simulator:
             await self.__aexit__(None, None, None)
 
         try:
-            thread.wait_for(leave)
+            if not thread.elsewhere:  # or a child that leaves would end its parent's robot
+                thread.wait_for(leave)
         finally:
             thread.close()
             self._thread = None

@@ -59,12 +59,16 @@ def project(pytester: pytest.Pytester) -> Project:
 def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Project) -> None:
     result = project.tests(
         """
+        import gc, weakref
+
         def left():
             return threading.active_count(), sorted(os.listdir("/proc/self/fd"))
 
         seen = []
+        robots = weakref.WeakSet()
 
-        def test_first(driver):
+        def test_first(iiwa, driver):
+            robots.add(iiwa)
             driver.move(FAR)
             assert driver.ask("get joint position").startswith("1.0 1.0 1.0")
 
@@ -76,6 +80,7 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
 
         @pytest.mark.parametrize("number", range(200))
         def test_many(iiwa, number):
+            robots.add(iiwa)
             if number % 10 == 0:  # some driver that is not closed, and its robot still moves
                 driver = Driver(iiwa.host, iiwa.port)
                 assert driver.ask(FAR) == "done"
@@ -83,6 +88,8 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
 
         def test_nothing_is_left():
             assert left() == seen[0]
+            gc.collect()
+            assert not robots
         """,
         "-p",
         "no:xdist",
@@ -338,6 +345,9 @@ WRONG = {
     "clock='fats'": "fixture iiwa: clock 'fats': expected real, a multiple *",
     "clock=10": "fixture iiwa: clock=10: expected real, 10x, fast or stepped",
     "rate_hz=5": "fixture iiwa: rate_hz is 5, expected 100 to 1000",
+    "rate_hz=True": "fixture iiwa: rate_hz=True: expected a whole number",
+    "port=False": "fixture iiwa: port=False: expected a port",
+    "robot='n' * 999": "fixture iiwa: robot: folder = nnn*: expected a folder, or one of *",
     "robot='nobody'": "fixture iiwa: robot: folder = nobody: expected a folder, or one of *",
     "cell='no.toml'": "fixture iiwa: *no.toml*expected*",
     "cell='no.toml', robot='lbr_iiwa_7_r800'": "fixture iiwa: robot and cell are both given*",
@@ -356,6 +366,36 @@ def test_a_wrong_marker_is_told_in_one_line(project: Project) -> None:
     result.stdout.fnmatch_lines(list(WRONG.values()))
     result.stdout.no_fnmatch_line("*Traceback*")
     result.stdout.no_fnmatch_line("*During handling*")
+
+
+def test_an_interrupted_run_keeps_no_robot_either(project: Project, pytester: pytest.Pytester) -> None:
+    """Objects of nanobind that outlive the interpreter are told on 40 lines, in some environments."""
+    pytester.makeconftest(
+        """
+        import atexit, gc, weakref
+
+        robots = weakref.WeakSet()
+
+        @atexit.register
+        def tell():
+            gc.collect()
+            print("robots:", len(robots))
+        """
+    )
+    result = project.tests(
+        """
+        import signal
+        from conftest import robots
+
+        def test_interrupted(iiwa):
+            robots.add(iiwa)
+            os.kill(os.getpid(), signal.SIGINT)
+            iiwa.advance(1.0)
+        """,
+        "-s",
+    )
+    assert result.ret == pytest.ExitCode.INTERRUPTED
+    result.stdout.fnmatch_lines(["robots: 0"])
 
 
 def test_a_test_may_end_the_robot_itself(project: Project) -> None:

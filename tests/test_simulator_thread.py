@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import signal
 import threading
+import time
 from math import degrees
 from pathlib import Path
 
@@ -17,6 +20,7 @@ from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.drivers import SCENES
 from tests.krc4_talking import Krc4Client
+from tests.talking import DEADLINE_S
 
 THERE = [1, 1, 1, -1.5, 1, 1, 1]
 SLOWLY = [0.06] * 7  # some ten seconds
@@ -211,6 +215,21 @@ async def test_inside_a_loop_time_is_awaited() -> None:
         assert simulator.joints == tuple(map(float, THERE))
 
 
+async def test_inside_a_loop_it_runs_once_at_a_time() -> None:
+    async with Simulator() as simulator:
+        with pytest.raises(RuntimeError, match="runs already"):
+            simulator.__enter__()
+        with pytest.raises(RuntimeError, match="runs already"):
+            await simulator.__aenter__()
+        reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
+        writer.write(b"hello\r\n")
+        assert await reader.readline() == b"hello\r\n"
+        writer.close()
+        await writer.wait_closed()
+    async with simulator:
+        assert simulator.port
+
+
 async def test_in_a_thread_it_serves_whoever_has_a_loop() -> None:
     with Simulator(clock="fast") as simulator:
         reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
@@ -218,3 +237,27 @@ async def test_in_a_thread_it_serves_whoever_has_a_loop() -> None:
         assert await reader.readline() == b"hello\r\n"
         writer.close()
         await writer.wait_closed()
+
+
+@pytest.mark.filterwarnings("ignore:.* is multi-threaded, use of fork:DeprecationWarning")  # from 3.12 on
+def test_a_forked_process_has_no_robot_and_leaves_that_of_its_parent_alone() -> None:
+    simulator = Simulator()
+    with simulator, Iiwa(simulator.host, simulator.port) as robot:
+        child = os.fork()
+        if child == 0:
+            code = 1
+            try:
+                with pytest.raises(RuntimeError, match="was forked from"):
+                    simulator.advance(1.0)
+                simulator.__exit__(None, None, None)
+                code = 0
+            finally:
+                os._exit(code)
+        deadline = time.monotonic() + DEADLINE_S
+        while (ended := os.waitpid(child, os.WNOHANG)) == (0, 0):
+            if time.monotonic() > deadline:
+                os.kill(child, signal.SIGKILL)
+            time.sleep(0.01)
+        assert ended == (child, 0)
+        robot.hello()
+        simulator.advance(1.0)

@@ -53,6 +53,7 @@ class Controller(Moves):
         """
         with self.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
             self._motions.clear()
+        self._guards.keep(self.is_pending)
 
     def set_override(self, override: float) -> None:
         """Run all motions at this part of their planned speed, from 0, a pause, to 1.

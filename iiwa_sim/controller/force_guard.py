@@ -72,6 +72,10 @@ class ForceGuards:
         """Guard a move, the newest."""
         self._guards.append(guard)
 
+    def keep(self, is_pending: Callable[[int], bool]) -> None:
+        """Guard only those of the moves that are pending."""
+        self._guards = deque(guard for guard in self._guards if is_pending(guard.move))
+
     def forget_all(self) -> None:
         """There is nothing to guard."""
         self._guards.clear()

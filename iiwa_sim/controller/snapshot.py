@@ -58,7 +58,7 @@ def snapshot(controller: Controller) -> Snapshot:
     """The present state of `controller`'s robot."""
     error = controller.last_error or NO_ERROR
     return Snapshot(
-        time_s=controller.tick * controller.tick_s,
+        time_s=round(controller.tick * controller.tick_s, 9),  # 1.4, not 1.4000000000000001
         tick=controller.tick,
         mode=controller.mode.value,
         status="moving" if controller.moving else "stopped",

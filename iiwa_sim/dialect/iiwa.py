@@ -17,6 +17,7 @@ from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.help import alternatives, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.own_moves import OwnMoves
 from iiwa_sim.dialect.ports import IIWA
 from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Refusal, Request, load_table
 from iiwa_sim.frames import Frame
@@ -47,7 +48,7 @@ class Session:
         self._table = load_table("iiwa")
         self._splitter = LineSplitter()
         self._lines: deque[bytes] = deque()
-        self._moves: deque[int] = deque()  # accepted from this connection; those at the front are to be done
+        self._moves = OwnMoves(controller.is_pending)
         self._planned = False  # a move, within the present answer()
         self._closing = False
         self._written: dict[str, tuple[Values, bytes]] = {}
@@ -100,7 +101,7 @@ class Session:
         self._dialogue.event(self._name, "disconnected")
         self._lines.clear()
         self._closing = True
-        if any(map(self._controller.is_pending, self._moves)):
+        if self._moves.any_pending():
             self._controller.stop()
             self._log.stopped(self._name, vanished=True)
         self._moves.clear()
@@ -139,7 +140,7 @@ class Session:
         plan = _MOVES.get(name)
         if plan is not None:
             self._planned = True  # refused or not, it has cost a plan
-            self._remember(plan(self._controller, request.values))
+            self._moves.add(plan(self._controller, request.values))
             return _DONE
         check = _CHECKS.get(name)
         if check is not None:
@@ -157,12 +158,6 @@ class Session:
         except Refused as refused:
             return _line(f"unreachable {refused.code} {harmless(refused.reason)}")
         return _line("reachable")
-
-    def _remember(self, move: int) -> None:
-        """A move of this session; those that are done are forgotten."""
-        while self._moves and not self._controller.is_pending(self._moves[0]):
-            self._moves.popleft()
-        self._moves.append(move)
 
     def _write(self, name: str, values: Sequence[float]) -> bytes:
         # Within a tick, and while the robot rests, the same values are asked for again and again.

@@ -8,7 +8,6 @@ it bytes and asks for answers while there are messages waiting. More in docs/krc
 Frames on the wire are in mm and degrees, joint positions in degrees.
 """
 
-from collections import deque
 from collections.abc import Callable, Sequence
 from math import degrees, radians
 from typing import NamedTuple
@@ -21,6 +20,7 @@ from iiwa_sim.dialect.krc4_short import short_reply, word_for_word, written
 from iiwa_sim.dialect.krc4_stream import Broken, Element, XmlStream
 from iiwa_sim.dialect.krc4_table import Command, Message, load_krc4_table, reply, understand
 from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.own_moves import OwnMoves
 from iiwa_sim.dialect.ports import KRC4
 from iiwa_sim.frames import Frame
 from iiwa_sim.wording import harmless, shortened
@@ -59,7 +59,7 @@ class Krc4Session:
         self._stream = XmlStream()
         self._next: Element | Broken | None = None
         self._next_wire = b""
-        self._moves: deque[int] = deque()  # accepted from this connection; those at the front are to be done
+        self._moves = OwnMoves(controller.is_pending)
         self._planned = False  # a move, within the present answer()
         self._closing = False
 
@@ -111,7 +111,7 @@ class Krc4Session:
         self._dialogue.event(self._name, "disconnected")
         self._next = None
         self._closing = True
-        if any(map(self._controller.is_pending, self._moves)):
+        if self._moves.any_pending():
             self._controller.stop()
             self._log.stopped(self._name, vanished=True)
         self._moves.clear()
@@ -166,10 +166,7 @@ class Krc4Session:
         move = _MOVES.get(command.tag)
         if move is not None:
             self._planned = True  # refused or not, it has cost a plan
-            number = move(self._controller, self._target(command, message))
-            while self._moves and not self._controller.is_pending(self._moves[0]):
-                self._moves.popleft()
-            self._moves.append(number)
+            self._moves.add(move(self._controller, self._target(command, message)))
             return _Answer()
         return _OTHERS[command.tag](self._controller, message)
 

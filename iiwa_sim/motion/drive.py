@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.look_ahead import LookAhead, Taken
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.numbers import Numbers
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.run import Run
@@ -36,7 +37,7 @@ class Drive:
         self._waiting: deque[Move] = deque()
         self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
         self._newest = 0
-        self._forgotten: set[int] = set()  # numbers, between those of moves that run or wait and the newest
+        self._forgotten = Numbers()  # of moves, between those of moves that run or wait and the newest
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
@@ -89,8 +90,7 @@ class Drive:
 
     def forget(self, numbers: Iterable[int]) -> None:
         """Note that moves of these numbers are not pending, though earlier and later ones may be."""
-        first = self.under_way
-        self._forgotten = {number for number in self._forgotten if number > first}
+        self._forgotten.drop_up_to(self.under_way)
         self._forgotten.update(numbers)
 
     def append(self, move: Move) -> None:

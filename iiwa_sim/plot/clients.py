@@ -117,7 +117,7 @@ class _IiwaSession(Session):
 
     @property
     def last_move(self) -> int | None:
-        return self._moves[-1] if self._moves else None
+        return self._moves.last
 
 
 class _Krc4Session(Krc4Session):
@@ -127,7 +127,7 @@ class _Krc4Session(Krc4Session):
 
     @property
     def last_move(self) -> int | None:
-        return self._moves[-1] if self._moves else None
+        return self._moves.last
 
     def _target(self, command: Command, message: Message) -> tuple[float, ...]:
         values = super()._target(command, message)

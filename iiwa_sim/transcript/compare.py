@@ -55,7 +55,10 @@ def filled(text: str, heard: Mapping[str, str]) -> str:
 
 
 def _numbers(text: str) -> list[float]:
-    numbers = [float(word) for word in text.split()]
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        raise ValueError(f"expected numbers, got '{text}'") from None
     if not all(map(math.isfinite, numbers)):
         raise ValueError(f"expected finite numbers, got '{text}'")
     return numbers

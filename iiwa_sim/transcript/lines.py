@@ -186,7 +186,9 @@ def read(name: str, text: str) -> Transcript:
             unanswered[client] -= 1
             if unanswered[client] < 0:
                 raise _fault(name, number, line, "a reply to nothing")
-        elif isinstance(step, Wait) and step.seconds is None and unanswered[client]:
+        elif unanswered[client] and (
+            isinstance(step, Leaves) or (isinstance(step, Wait) and step.seconds is None)
+        ):
             raise _fault(name, number, line, "expected the replies to the lines above it first")
     for client, number in last_said.items():
         if unanswered[client]:
@@ -237,7 +239,10 @@ def _dialects(text: str) -> tuple[str, ...]:
 
 
 def _number(word: str) -> float:
-    value = float(word)
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
     if math.isnan(value) or value < 0.0:
         raise ValueError(f"expected a number, at least 0, got {word!r}")
     return value

@@ -8,6 +8,7 @@ import socket
 import struct
 import time
 
+from iiwa_sim.client.exchange import MAX_REPLY_BYTES
 from iiwa_sim.client.lines import ReplyLines
 from iiwa_sim.dialect.decimals import readable
 from iiwa_sim.dialect.krc4_stream import Broken, XmlStream
@@ -100,6 +101,8 @@ class Wire(Connection):
                 self._look_for_messages()
                 raise NoReply("the connection ended")
             self._replies.feed(data)
+            if len(self._replies.unread) > MAX_REPLY_BYTES:
+                raise NoReply(f"no line end within {MAX_REPLY_BYTES} bytes")
         return readable(line)
 
     def ask(self, line: bytes) -> str:

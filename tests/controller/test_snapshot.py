@@ -74,3 +74,9 @@ def test_taking_it_changes_nothing() -> None:
         watched.step()
         left_alone.step()
     assert watched.joints == left_alone.joints
+
+
+def test_time_is_told_as_one_writes_it() -> None:
+    robot = SteppedRobot()
+    robot.step(51)
+    assert snapshot(robot.controller).time_s == 0.102

@@ -40,7 +40,7 @@ def test_word_for_word(text: str, reply: str, told: str) -> None:
         ("1 2", "1.0 2.6", "number 2 is 2.6, expected 2.0 within 0.5: '1.0 2.6'"),
         ("1 2", "1.0", "expected 2 numbers, got 1: '1.0'"),
         ("1 2", "1 2 3", "expected 2 numbers, got 3: '1 2 3'"),
-        ("1 2", "error", "expected '1 2', got 'error': could not convert"),
+        ("1 2", "error", "expected '1 2', got 'error': expected numbers"),
         ("1 2", "1 nan", "expected finite numbers"),
         ("{get tool frame}", "450 0.2 520.1", ""),
         ("{get tool frame + 0 0 10}", "450 0.2 530.1", ""),

@@ -146,7 +146,7 @@ def test_any_reals_will_do_but_not_any_ids() -> None:
         ("> Cmd\n< Cmd I0=1", "Cmd: expected Res"),
         ("> Cmd\n<~ 1 2 3", "a message begins with <"),
         ("> Cmd\n<~ <Res>", "the stream ends within a message"),
-        ("> Cmd\n<~x Res", "could not convert"),
+        ("> Cmd\n<~x Res", "expected a number, at least 0, got 'x'"),
         ("> Cmd\nwait stopped\n<?", "one.txt:3: 'wait stopped': expected the replies to the lines above"),
         ("a connects in iiwa", "expected one of the dialects of this transcript, krc4"),
         ("dialect iiwa,klingon", "expected iiwa or krc4, each at most once"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
 
 import pytest
@@ -57,6 +58,18 @@ async def test_a_server_that_says_nothing_ends_the_play() -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         found = await played("> hello\n< hello\n> hello\n< hello\n", silent.getsockname()[1], 0.05)
     assert found == [(2, "'hello': no reply within 0.05 s")]
+
+
+async def test_a_server_that_never_ends_a_line_ends_the_play() -> None:
+    async def endless(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        with contextlib.suppress(ConnectionError):
+            while True:
+                writer.write(b"x" * 10_000)
+                await writer.drain()
+
+    async with await asyncio.start_server(endless, "127.0.0.1", 0) as server:
+        found = await played("> hello\n< hello\n", server.sockets[0].getsockname()[1])
+    assert found == [(2, "'hello': no line end within 65536 bytes")]
 
 
 async def test_more_replies_than_lines_are_told() -> None:
