@@ -6,6 +6,8 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import Joints, PathSamples
 
 SAMPLES = 6
+EVENLY = np.linspace(0.0, 1.0, SAMPLES)
+EVENLY.flags.writeable = False  # all paths share it
 
 
 class JointLine:
@@ -33,6 +35,6 @@ class JointLine:
 
 
 def _samples(start: Joints, way: Joints) -> PathSamples:
-    s = np.linspace(0.0, 1.0, SAMPLES)
     none = np.zeros((SAMPLES, len(way)))
-    return PathSamples(s, np.array(start) + s[:, None] * np.array(way), none + np.array(way), none, none)
+    q = np.array(start) + EVENLY[:, None] * np.array(way)
+    return PathSamples(EVENLY, q, none + np.array(way), none, none)
