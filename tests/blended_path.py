@@ -139,7 +139,9 @@ class Places:
             inside = offset <= radius * (1.0 + 1e-6) + ROUNDING
             # A move may be blended only once the next one is known.
             allowed[:, 2 * i + 1] = inside & (number > moves[i + 1].tick)
-            ahead = radius + SLACK_TICKS * steps + ROUNDING
+            # Where it turns back at the corner the step over it is short, and those beside it tell its speed.
+            around = np.max([steps, np.append(steps[1:], 0.0), np.append(0.0, steps[:-1])], axis=0)
+            ahead = radius + SLACK_TICKS * around + ROUNDING
             leave[:-1, 2 * i] &= offset[:-1] <= ahead
             enter[1:, 2 * i + 2] &= offset[1:] <= ahead
         self.allowed = allowed
