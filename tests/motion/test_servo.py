@@ -151,7 +151,9 @@ def ramp(name: str, velocity: Array, duration_s: float) -> Curve:
 def circle(name: str, speed: Array, frequency_hz: float, phases: Array) -> Curve:
     """All joints swinging round home, with these highest speeds."""
     turn = 2.0 * np.pi * frequency_hz
-    return lambda t: np.array(DESCRIPTIONS[name].home) + speed / turn * (np.sin(turn * t + phases) - np.sin(phases))
+    return lambda t: (
+        np.array(DESCRIPTIONS[name].home) + speed / turn * (np.sin(turn * t + phases) - np.sin(phases))
+    )
 
 
 # Where it is sent: every target is made from the state, to find what is worst.
