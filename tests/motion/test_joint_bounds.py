@@ -58,7 +58,7 @@ def test_who_keeps_the_bounds_keeps_the_limits_also_when_braking(
         assert (np.abs(place - last) <= np.abs(way) + 1e-12).all(), "never faster"
         last, ticks = place, ticks + 1
     assert tuple(last.tolist()) == rest
-    # From full speed with full jerk and full acceleration: 72 ms on an iiwa, 95 ms on the KR 6.
+    # From full speed with full jerk and full acceleration: 72 ms on an iiwa, 85 ms on the KR 6.
     longest_s = np.divide(robot.velocity, stop[0]) + np.divide(*stop)
     assert ticks * tick_s <= float(longest_s.max()) + tick_s <= 0.1 + tick_s
 
