@@ -62,7 +62,7 @@ def test_and_at_other_tick_rates(data: st.DataObject, name: str, rate_hz: int) -
 
 
 @pytest.mark.requirement("FRC012", "FRC015")
-@settings(SETTINGS, max_examples=80)
+@settings(SETTINGS, max_examples=60)
 @given(data=st.data(), name=names, at_once=st.booleans())
 def test_a_chain_with_blending_is_never_slower_than_without(
     data: st.DataObject, name: str, at_once: bool
