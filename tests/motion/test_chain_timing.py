@@ -57,3 +57,13 @@ def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     controller.ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0)
     robot.runs_until_stopped()
     assert worst_loads(robot)["jerk"] <= 1.0
+
+
+def test_a_slow_line_keeps_its_speed_also_where_a_joint_is_fastest_between_two_samples() -> None:
+    """A5 beside the stretched wrist, which was once 0.7 % too fast."""
+    robot = SteppedRobot("lbr_iiwa_14_r820")
+    robot.goes_to((-1.1439, 0.0708, -2.1269, 0.0425, -0.9482, -0.0904, 1.6161))
+    end = robot.tcp_frame((-1.0493, 0.1581, -2.015, 0.2452, -1.1388, -0.2814, 1.6804))
+    robot.controller.lin_move(end, 0.05, 0.0, -2.015)
+    robot.runs_until_stopped()
+    assert worst_loads(robot)["velocity"] <= 0.05
