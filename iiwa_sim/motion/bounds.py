@@ -169,7 +169,7 @@ class Loads:
 
 
 def _hidden(s: Array, dq: Array, dddq: Array) -> Array:
-    """By how much a joint may be faster beside a sample (n, m) than what goes straight between samples says."""
+    """By how much a joint may be faster beside a sample (n, m) than what goes straight between them says."""
     steps = np.diff(s)
     widest = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))
     hidden: Array = np.maximum(-dddq * np.sign(dq), 0.0) * (widest * widest / 8.0)
@@ -177,8 +177,8 @@ def _hidden(s: Array, dq: Array, dddq: Array) -> Array:
 
 
 def _straight_below(speed: Array) -> Array:
-    """Squares (m,) of speeds at samples, smaller where that is needed: what goes straight from one to the next
-    is then no more than what the inverse of the speed allows that goes straight."""
+    """Squares (m,) of speeds at samples, smaller where that is needed: what goes straight from one to the
+    next is then no more than what the inverse of the speed allows that goes straight."""
     square, slowness = speed * speed, 1.0 / speed
     between = 8.0 / ((slowness[1:] + slowness[:-1]) ** 2 * (square[1:] + square[:-1]))
     below: Array = square * np.minimum(np.append(between, 1.0), np.append(1.0, between))
