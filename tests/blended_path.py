@@ -139,7 +139,9 @@ class Places:
             inside = offset <= radius * (1.0 + 1e-6) + ROUNDING
             # A move may be blended only once the next one is known.
             allowed[:, 2 * i + 1] = inside & (number > moves[i + 1].tick)
-            ahead = radius + SLACK_TICKS * steps + ROUNDING
+            # Where it turns back at the corner the step over it is short, and those beside it tell its speed.
+            around = np.max([steps, np.append(steps[1:], 0.0), np.append(0.0, steps[:-1])], axis=0)
+            ahead = radius + SLACK_TICKS * around + ROUNDING
             leave[:-1, 2 * i] &= offset[:-1] <= ahead
             enter[1:, 2 * i + 2] &= offset[1:] <= ahead
         self.allowed = allowed
@@ -269,9 +271,16 @@ def _half_m(robot: SteppedRobot, move: Sent, at_end: bool) -> float:
         other = robot.tcp(start if at_end else end).translation
         length = float(np.linalg.norm(np.subtract(corner, other)))
         return HALF * length if length > SHORTEST_WAY_M else np.inf
-    parts = np.linspace(HALF, 1.0, 21) if at_end else np.linspace(0.0, HALF, 21)
-    on_half = [robot.tcp(tuple(start + part * (end - start))).translation for part in parts]
-    farthest = float(np.linalg.norm(np.subtract(on_half, corner), axis=1).max())
+
+    def offsets(parts: Array) -> Array:
+        places = [robot.tcp(tuple(start + part * (end - start))).translation for part in parts]
+        return np.linalg.norm(np.subtract(places, corner), axis=1)
+
+    low, high = (HALF, 1.0) if at_end else (0.0, HALF)
+    parts = np.linspace(low, high, 21)
+    at, step = parts[offsets(parts).argmax()], parts[1] - parts[0]
+    # It may be farthest between two of these: a path of joints may turn back within its half.
+    farthest = float(offsets(np.linspace(max(at - step, low), min(at + step, high), 81)).max())
     return farthest if farthest > SHORTEST_WAY_M else np.inf
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
+from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.table import Command, load_table
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from tests.dialect.fake_robot import Conversation, Journal
-from tests.stepped import SteppedRobot
+from tests.stepped import ARMS, SteppedRobot
 
 TABLE = load_table("iiwa")
 MIXED = [command for name, command in TABLE.commands.items() if name not in ("bye", "help")]
@@ -19,19 +21,37 @@ LOYALTY = 0.9  # a mode goes on for some commands
 STEERING = ("stop", "set override", "clear queue", "cancel move")
 HOLD = "start gravity"
 EMERGENCY = "emergency stop"  # nothing on the wire presses it
+SEVEN = 7  # joints on a line
 RUBBISH = ("1e308", "-1e308", "1e400", "5e-324", "-0", "nan", "1_0", "0x10", "0.5.5", "")
+
+
+class AsSeven:
+    """A controller as the iiwa's lines need it: of their seven joints it takes as many as it has."""
+
+    def __init__(self, controller: Controller) -> None:
+        self._controller = controller
+        self._count = len(controller.joints)
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._controller, name)
+        if not name.endswith("joint_move"):
+            return found
+        return lambda joints, *others: found(joints[: self._count], *map(self._as_many, others))
+
+    def _as_many(self, value: Any) -> Any:
+        return value[: self._count] if isinstance(value, tuple) else value
 
 
 class Mix:
     """A robot, what was said to it, and which moves it has accepted."""
 
-    def __init__(self, seed: int, tick_s: float, *, forces: bool) -> None:
+    def __init__(self, seed: int, tick_s: float, robot: str = ARMS[0], *, forces: bool) -> None:
         """With `forces`, stiffness moves have some that push the robot off its plan."""
         self._random = random.Random(seed)
         self._forces = forces
-        self.robot = SteppedRobot(tick_s=tick_s)
+        self.robot = SteppedRobot(robot, tick_s)
         self.journal = Journal()
-        self._conversation = Conversation(self.robot.controller, self.journal)
+        self._conversation = Conversation(AsSeven(self.robot.controller), self.journal)
         self.said: list[tuple[int, str, str]] = []
         self._mode = "normal"
         self._pending: set[int] = set()
@@ -135,7 +155,7 @@ class Mix:
         values = dict(zip(("x", "y", "z", "alpha", "beta", "gamma"), frame, strict=True))
         quaternion = quaternion_from_rotation(pose.rotation)
         values |= dict(zip(("qx", "qy", "qz", "qw"), quaternion, strict=True))
-        for k, joint in enumerate(joints.tolist()):
+        for k, joint in enumerate([*joints.tolist(), 0.0][:SEVEN]):
             values |= {f"j{k}": joint, f"v{k}": self._speed()}
         for axis in "xyz":
             values |= {f"d{axis}": way * picks.uniform(-1.0, 1.0), f"threshold{axis.upper()}": 5.0}

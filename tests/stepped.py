@@ -19,6 +19,8 @@ from iiwa_sim.robot.model import Model
 Array = NDArray[np.float64]
 
 ROBOTS = built_in_robots()
+ARMS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
+"""One of each kind of arm: what holds of any robot is tested on both."""
 TOLERANCE = 1.01  # of planned acceleration and jerk
 ROUNDING = 1e-9
 

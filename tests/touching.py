@@ -14,27 +14,27 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from iiwa_sim.cell.cell import Cell, robot_alone
+from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame, Transform
-from tests.stepped import SteppedRobot, assert_within_limits
+from iiwa_sim.robot.description import load_robot
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 Array = NDArray[np.float64]
 Law = Callable[[Array, Array], Array]
 """Forces (n, 3) in the base on a probe that has been at positions (n, 3), m, with velocities (n, 3), m/s."""
 
 RADIUS = 0.003
-START = (0.0, 0.5235987755982988, 0.0, -1.0471975511965976, 0.0, 1.5707963267948966, 0.0)
-START_MM = (600.0, 0.0, 410.410161514)
-"""Where that is for a tool of 150 mm that points down: its x and z are against those of the base."""
+START_MM = {ARMS[0]: (600.0, 0.0, 410.410161514), ARMS[1]: (445.0, 0.0, 660.0)}
+"""Where home is for a tool of 150 mm, which then points down: its x and z are against those of the base."""
 CLOSE = 0.01
 
 
-def probe(*surfaces: Surface) -> SteppedRobot:
+def probe(name: str, *surfaces: Surface) -> SteppedRobot:
     """A robot with a probe that points down at START_MM, among surfaces."""
     tool = Frame(0.0, 0.0, 150.0, 0.0, 0.0, 0.0).to_transform()
-    cell = Cell(robot_alone().description, START, tool, RADIUS, surfaces)
-    return SteppedRobot(cell=cell)
+    description = load_robot(name)
+    return SteppedRobot(cell=Cell(description, description.home, tool, RADIUS, surfaces))
 
 
 def beside(robot: SteppedRobot, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> Frame:
@@ -94,8 +94,8 @@ class Touched(NamedTuple):
 class Way:
     """What a robot does in free space, at all times."""
 
-    def __init__(self, moves: Callable[[SteppedRobot], object], override: float = 1.0) -> None:
-        self._robot = probe()
+    def __init__(self, name: str, moves: Callable[[SteppedRobot], object], override: float = 1.0) -> None:
+        self._robot = probe(name)
         self._robot.controller.set_override(override)
         self._override = override
         moves(self._robot)

@@ -56,12 +56,15 @@ class Bounds(NamedTuple):
         curve_cap = ((room[None] + room[:, None]) / closing).min(axis=(0, 1))
         jerk = np.maximum((np.abs(dddq) / j).max(axis=0), 1e-300)
         curve_cap = np.minimum(curve_cap, (CURVE_JERK / jerk) ** (2 / 3))
-        loads = np.concatenate([dq / v, dq / a, ddq / a, dq / j, 3.0 * ddq / j, dddq / j])
+        fastest = rate + _hidden(samples.s, dq, dddq)
+        loads = np.concatenate(
+            [np.copysign(fastest, dq) / v, dq / a, ddq / a, dq / j, 3.0 * ddq / j, dddq / j]
+        )
         return cls(
             samples.s,
             room,
             bend,
-            SPEED_AIM * (v / rate).min(axis=0) ** 2,
+            SPEED_AIM * _straight_below((v / fastest).min(axis=0)),
             curve_cap,
             np.full(len(samples.s), AIM),
             loads[:, :-1],
@@ -163,3 +166,20 @@ class Loads:
         before = np.concatenate([ddds[:1], ddds[:-1]])
         jerk = np.maximum(np.abs(j1 * ddds + curving), np.abs(j1 * before + curving)).max(axis=0)
         return velocity, np.maximum(acceleration, jerk ** (2 / 3))
+
+
+def _hidden(s: Array, dq: Array, dddq: Array) -> Array:
+    """By how much a joint may be faster beside a sample (n, m) than what goes straight between them says."""
+    steps = np.diff(s)
+    widest = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))
+    hidden: Array = np.maximum(-dddq * np.sign(dq), 0.0) * (widest * widest / 8.0)
+    return hidden
+
+
+def _straight_below(speed: Array) -> Array:
+    """Squares (m,) of speeds at samples, smaller where that is needed: what goes straight from one to the
+    next is then no more than what the inverse of the speed allows that goes straight."""
+    square, slowness = speed * speed, 1.0 / speed
+    between = 8.0 / ((slowness[1:] + slowness[:-1]) ** 2 * (square[1:] + square[:-1]))
+    below: Array = square * np.minimum(np.append(between, 1.0), np.append(1.0, between))
+    return below

@@ -15,7 +15,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Transform, Vector, rotate
 from iiwa_sim.robot.description import load_robot
 from tests.contact.materials import PLANE, RADIUS, STIFFNESS, at, surface
-from tests.stepped import SteppedRobot, rotation_log
+from tests.stepped import ARMS, SteppedRobot, rotation_log
 
 ROBOT = SteppedRobot()
 TOOLS = [ROBOT.description.tool_in_flange, Frame(30.0, -20.0, 170.0, 0.4, -0.8, 1.2).to_transform()]
@@ -25,20 +25,22 @@ TCP_HEIGHT = ROBOT.tcp(ROBOT.controller.joints).translation[2]
 
 
 @pytest.mark.parametrize("tool", TOOLS)
-def test_joint_torques_do_the_work_of_the_wrench(tool: Transform) -> None:
-    """Against differences of Pinocchio's kinematics, at 500 poses with each tool."""
-    d = ROBOT.description
+@pytest.mark.parametrize("name", ARMS)
+def test_joint_torques_do_the_work_of_the_wrench(name: str, tool: Transform) -> None:
+    """Against differences of Pinocchio's kinematics, at 250 poses with each tool."""
+    robot = SteppedRobot(name)
+    d, count = robot.description, len(robot.description.joints)
     rng = np.random.default_rng(5)
-    for joints in rng.uniform(d.position_min, d.position_max, (500, 7)).tolist():
+    for joints in rng.uniform(d.position_min, d.position_max, (250, count)).tolist():
         fx, fy, fz, tx, ty, tz = rng.uniform(-100.0, 100.0, 6).tolist()
-        torques = torques_of((fx, fy, fz, tx, ty, tz), ROBOT.model.tcp(tool), joints)
-        tcp = ROBOT.tcp(joints, tool)
+        torques = torques_of((fx, fy, fz, tx, ty, tz), robot.model.tcp(tool), joints)
+        tcp = robot.tcp(joints, tool)
         force, torque = rotate(tcp.rotation, (fx, fy, fz)), rotate(tcp.rotation, (tx, ty, tz))
-        for joint in range(7):
+        for joint in range(count):
             ahead, behind = list(joints), list(joints)
             ahead[joint] += STEP
             behind[joint] -= STEP
-            a, b = ROBOT.tcp(ahead, tool), ROBOT.tcp(behind, tool)
+            a, b = robot.tcp(ahead, tool), robot.tcp(behind, tool)
             moved = np.subtract(a.translation, b.translation)
             turned = rotation_log(np.reshape(a.rotation, (3, 3)) @ np.reshape(b.rotation, (3, 3)).T)
             work = (moved @ force + turned @ torque) / (2 * STEP)

@@ -19,7 +19,7 @@ from iiwa_sim.controller.errors import (
     Refused,
 )
 from tests.programs import programs, run
-from tests.stepped import SteppedRobot
+from tests.stepped import ARMS, SteppedRobot
 
 HOME = SteppedRobot().controller.joints
 NEAR = tuple(np.add(HOME, 0.05).tolist())
@@ -154,9 +154,9 @@ def test_without_listeners_nothing_is_kept(robot: SteppedRobot) -> None:
 
 
 @settings(max_examples=15, deadline=None)
-@given(st.data())
-def test_every_move_of_a_program_ends_once(data: st.DataObject) -> None:
-    robot = SteppedRobot()
+@given(st.data(), st.sampled_from(ARMS))
+def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> None:
+    robot = SteppedRobot(name)
     told: list[Ending] = []
     robot.controller.endings.listeners.append(told.append)
     run(robot, data.draw(programs(robot.description)))

@@ -21,11 +21,12 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from tests.contact.materials import RADIUS, at, surface
-from tests.stepped import SteppedRobot, assert_within_limits, line_errors
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
 
 STOP_S = 0.1
 LIMITS = JointLimits(np.ones(1), np.array([5.0]), np.array([125.0]))
 START = [0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0]
+STARTS = {ARMS[0]: START, ARMS[1]: [0.0, -1.5, 1.6, 0.0, 1.4, 0.0]}
 NOTHING: Wrench = (0.0,) * 6
 DEEPER = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, -1.0)}
 """Directions in the base in which a wall is pressed."""
@@ -51,9 +52,9 @@ class Wall:
         return tuple(np.add(self.offset, (*force, 0.0, 0.0, 0.0)).tolist())
 
 
-def at_start() -> SteppedRobot:
-    robot = SteppedRobot()
-    robot.goes_to(START)
+def at_start(name: str = ARMS[0]) -> SteppedRobot:
+    robot = SteppedRobot(name)
+    robot.goes_to(STARTS[name])
     return robot
 
 
@@ -74,8 +75,9 @@ def changed(wall: Wall, axis: int, threshold: float, at_command: Wrench) -> int:
 @pytest.mark.requirement("FRC005", "FRC008", "FRC009")
 @pytest.mark.parametrize("kind", ["lin", "ptp"])
 @pytest.mark.parametrize("way", DEEPER)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
+    name=st.sampled_from(ARMS),
     speed=st.floats(0.05, 1.0),
     threshold=st.floats(0.5, 60.0),
     stiffness=st.sampled_from([1e3, 1e4, 1e5]),
@@ -86,6 +88,7 @@ def changed(wall: Wall, axis: int, threshold: float, at_command: Wrench) -> int:
 def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
     kind: str,
     way: str,
+    name: str,
     speed: float,
     threshold: float,
     stiffness: float,
@@ -93,13 +96,14 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
     after_m: float,
     only_one: bool,
 ) -> None:
-    robot, free, cancelled = at_start(), at_start(), at_start()
+    robot, free, cancelled = at_start(name), at_start(name), at_start(name)
     wall = Wall(robot, way, after_m, stiffness, (0.5 * pressing, -pressing, pressing, 1.0, 2.0, 3.0))
     start = robot.controller.tool_frame()
     target = Frame(*np.add(start, [*(120.0 * wall.way), 0.0, 0.0, 0.0]).tolist())
     at_command = wall.wrench()
-    # At the start x, y, z of the TCP are -z, y, x of the base, or nearly so.
-    axis = {"x": 2, "y": 1, "z": 0}[way]
+    # At the start x, y, z of the TCP are -z, y, x of the base for the iiwa's tool, and -x, y, -z for a flange
+    # that points down, or nearly so.
+    axis = ({"x": 2, "y": 1, "z": 0} if name == ARMS[0] else {"x": 0, "y": 1, "z": 2})[way]
     thresholds = [None if only_one else 1e9] * 3
     thresholds[axis] = threshold
     number = force_move(robot, kind)(target, speed, 0.0, tuple(thresholds))
@@ -198,6 +202,7 @@ targets = st.tuples(*[st.floats(-80.0, 80.0)] * 3)
 @pytest.mark.requirement("FRC012", "FRC014", "FRC015")
 @settings(max_examples=25, deadline=None)
 @given(
+    name=st.sampled_from(ARMS),
     moves=st.lists(
         st.tuples(
             st.sampled_from(["lin", "ptp"]), targets, st.floats(0.1, 1.0), st.floats(0.0, 50.0), thresholds
@@ -208,9 +213,9 @@ targets = st.tuples(*[st.floats(-80.0, 80.0)] * 3)
     pressing=st.floats(-100.0, 100.0),
 )
 def test_in_free_space_force_moves_are_moves_like_others(
-    moves: list[tuple[Any, ...]], pressing: float
+    name: str, moves: list[tuple[Any, ...]], pressing: float
 ) -> None:
-    guarded, plain = at_start(), at_start()
+    guarded, plain = at_start(name), at_start(name)
     guarded.controller.load.wrench = (pressing, 0.0, -pressing, 0.0, 0.0, 0.0)  # the same all the time
     start = guarded.controller.tool_frame()
     end = start
@@ -364,10 +369,11 @@ def rest_of(robot: SteppedRobot) -> Joints:
 
 
 @pytest.mark.requirement("FRC013")
+@pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("servo", ["smart", "direct"])
-def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str) -> None:
-    robot, stopped = at_start(), at_start()
-    near = np.add(START, 0.06).tolist()
+def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str, name: str) -> None:
+    robot, stopped = at_start(name), at_start(name)
+    near = np.add(STARTS[name], 0.06).tolist()
     for each in (robot, stopped):
         head_for(each, servo, near)
         each.step(20)
@@ -383,16 +389,16 @@ def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str) -> 
     robot.controller.cancel_move()
     robot.step(3)
     assert not robot.controller.moving
-    number = head_for(robot, servo, START)
+    number = head_for(robot, servo, STARTS[name])
     robot.controller.clear_queue()
     assert robot.controller.queue == 0
     assert robot.controller.is_pending(number)
-    assert rest_of(robot) == tuple(START)
+    assert rest_of(robot) == tuple(STARTS[name])
     assert_within_limits(robot)
 
 
 def head_for(robot: SteppedRobot, servo: str, joints: list[float]) -> int:
-    return getattr(robot.controller, f"{servo}_joint_move")(joints, [1.0] * 7)
+    return getattr(robot.controller, f"{servo}_joint_move")(joints, [1.0] * len(joints))
 
 
 def test_moves_that_wait_for_a_servo_to_stop_are_the_queue() -> None:

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
 from tests import programs
-from tests.stepped import SteppedRobot
+from tests.stepped import ARMS, SteppedRobot
 
 FULL = [1.0] * 7
 AWAY = (0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6)
@@ -31,12 +32,13 @@ def told(robot: SteppedRobot) -> tuple[float, ...]:
 
 @pytest.mark.requirement("FRC019")
 @settings(max_examples=25, deadline=None)
-@given(program=programs.programs(load_robot(), stops=False))
-def test_in_a_chain_it_is_the_end_of_the_first_move_that_is_not_done(program: list[Any]) -> None:
-    robot = SteppedRobot()
+@given(data=st.data(), name=st.sampled_from(ARMS))
+def test_in_a_chain_it_is_the_end_of_the_first_move_that_is_not_done(data: st.DataObject, name: str) -> None:
+    program: list[Any] = data.draw(programs.programs(load_robot(name), stops=False))
+    robot = SteppedRobot(name)
     controller = robot.controller
     assert told(robot) == controller.joints
-    scout = SteppedRobot(tick_s=0.05)  # runs each move alone, so that it rests at each target
+    scout = SteppedRobot(name, tick_s=0.05)  # runs each move alone, so that it rests at each target
     ends: list[tuple[int, tuple[float, ...]]] = []
     for item in program:
         joints = np.multiply(0.2, item.joints).tolist()

@@ -18,36 +18,47 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, transform_from_euler
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import OUT_OF_REACH
-from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
 AWAY = [0.6, 0.7, 0.1, -1.0, 0.5, 0.8, -0.2]
+PLACES = {
+    ARMS[0]: (START, AWAY),
+    ARMS[1]: ([0.2, -1.4, 1.4, 0.3, 1.2, -0.5], [0.6, -1.2, 1.3, 0.5, 1.1, -0.2]),
+}
+both = pytest.mark.parametrize("name", ARMS)
 FULL = [1.0] * 7
 NO_FORCE = [0.0] * 6
-LONGEST_STOP_S = 0.072
+LONGEST_STOP_S = 0.085  # of the KR 6; 0.072 of an iiwa
 
 
 def touching(
-    stiffness: float, height_m: float, tick_s: float, *, tilt_rad: float = 0.0, friction: float = 0.0
+    stiffness: float,
+    height_m: float,
+    tick_s: float,
+    *,
+    tilt_rad: float = 0.0,
+    friction: float = 0.0,
+    name: str = ARMS[0],
 ) -> SteppedRobot:
     """A robot at home whose TCP can touch a plane, which is at that height where x and y are 0."""
-    robot = SteppedRobot(tick_s=tick_s)
+    robot = SteppedRobot(name, tick_s=tick_s)
     pose = transform_from_euler(0.0, 0.0, height_m, 0.0, tilt_rad, 0.0)
     world = World([Surface("plane", Plane(), pose, stiffness, 1.0, friction)], 0.005)
     robot.controller = Controller(robot.description, tick_s, world=world)
     return robot
 
 
-def at_start() -> SteppedRobot:
-    robot = SteppedRobot()
-    robot.goes_to(START)
+def at_start(name: str = ARMS[0]) -> SteppedRobot:
+    robot = SteppedRobot(name)
+    robot.goes_to(PLACES[name][0])
     return robot
 
 
-def deflected() -> SteppedRobot:
+def deflected(name: str = ARMS[0]) -> SteppedRobot:
     """In the middle of a stiffness move, pushed off it, and swinging."""
-    robot = at_start()
-    robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 800.0, NO_FORCE)
+    robot = at_start(name)
+    robot.controller.lin_stiff_move(robot.tcp_frame(PLACES[name][1]), 0.5, 800.0, NO_FORCE)
     robot.step(100)
     robot.controller.load.wrench = (30.0, -20.0, 10.0, 0.0, 1.0, 0.0)
     robot.step(30)
@@ -70,9 +81,10 @@ def assert_positions_and_velocities_within_limits(robot: SteppedRobot) -> None:
 
 @pytest.mark.requirement("FRC002", "FRC005", "FRC008", "FRC009")
 @pytest.mark.parametrize("kind", ["lin", "ptp"])
-def test_without_forces_a_stiffness_move_is_the_move_itself(kind: str) -> None:
-    soft, stiff = at_start(), at_start()
-    target = soft.tcp_frame(AWAY)
+@both
+def test_without_forces_a_stiffness_move_is_the_move_itself(name: str, kind: str) -> None:
+    soft, stiff = at_start(name), at_start(name)
+    target = soft.tcp_frame(PLACES[name][1])
     getattr(soft.controller, f"{kind}_stiff_move")(target, 0.5, 100.0, NO_FORCE)
     getattr(stiff.controller, f"{kind}_move")(target, 0.5, 0.0)
     assert soft.controller.mode is Mode.IMPEDANCE
@@ -84,11 +96,12 @@ def test_without_forces_a_stiffness_move_is_the_move_itself(kind: str) -> None:
 
 
 @pytest.mark.parametrize("stiffness", [200.0, 2000.0, 5000.0])
+@both
 def test_a_push_moves_the_robot_off_its_line_and_it_comes_to_rest_beside_the_target(
-    stiffness: float,
+    name: str, stiffness: float
 ) -> None:
-    robot = at_start()
-    target = robot.tcp_frame(AWAY)
+    robot = at_start(name)
+    target = robot.tcp_frame(PLACES[name][1])
     robot.controller.lin_stiff_move(target, 0.5, stiffness, NO_FORCE)
     robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
     robot.runs_until_stopped()
@@ -98,7 +111,7 @@ def test_a_push_moves_the_robot_off_its_line_and_it_comes_to_rest_beside_the_tar
     robot.step()
     assert robot.controller.moving, "when it swings back it moves"
     robot.runs_until_stopped()
-    np.testing.assert_allclose(robot.controller.tool_frame(), target, atol=0.05)
+    np.testing.assert_allclose(robot.controller.tool_frame(), target, atol=0.1)
     robot.step(2000)
     np.testing.assert_allclose(robot.controller.tool_frame(), target, atol=1e-6)
     assert_positions_and_velocities_within_limits(robot)
@@ -168,21 +181,23 @@ def test_a_change_of_stiffness_takes_effect_with_its_move_and_without_a_jump() -
 
 @pytest.mark.requirement("FRC001")
 @pytest.mark.parametrize("stiffness", [50.0, 500.0, 5000.0])
-def test_a_hold_deflects_by_torque_over_stiffness(stiffness: float) -> None:
-    robot = at_start()
+@both
+def test_a_hold_deflects_by_torque_over_stiffness(name: str, stiffness: float) -> None:
+    robot = at_start(name)
+    start = PLACES[name][0]
     robot.controller.start_gravity(stiffness)
-    torques = tuple(0.01 * stiffness * k for k in (1.0, -2.0, 0.5, 1.5, -0.5, 1.0, 2.0))
+    torques = tuple(0.01 * stiffness * k for k in (1.0, -2.0, 0.5, 1.5, -0.5, 1.0, 2.0)[: len(start)])
     robot.controller.load.joint_push = torques
     robot.step(3000)
     np.testing.assert_allclose(
-        np.subtract(robot.controller.joints, START), np.array(torques) / stiffness, rtol=0.01
+        np.subtract(robot.controller.joints, start), np.array(torques) / stiffness, rtol=0.01
     )
-    robot.controller.load.joint_push = (0.0,) * 7
+    robot.controller.load.joint_push = (0.0,) * len(start)
     robot.step(3000)
-    np.testing.assert_allclose(robot.controller.joints, START, atol=1e-6)
+    np.testing.assert_allclose(robot.controller.joints, start, atol=1e-6)
     robot.controller.load.wrench = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0)
     robot.step(3000)
-    off = np.subtract(robot.controller.joints, START)
+    off = np.subtract(robot.controller.joints, start)
     np.testing.assert_allclose(
         off, np.array(robot.controller.joint_torque()) / stiffness, rtol=0.01, atol=1e-6
     )
@@ -267,13 +282,14 @@ def test_moves_that_come_during_a_stop_queue_one_behind_the_other() -> None:
 
 @pytest.mark.requirement("FRC013")
 @pytest.mark.parametrize("force", [0.0, 15.0])
-def test_a_cancelled_stiffness_move_ends_and_the_next_begins_there(force: float) -> None:
-    robot = at_start()
-    there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
+@both
+def test_a_cancelled_stiffness_move_ends_and_the_next_begins_there(name: str, force: float) -> None:
+    robot = at_start(name)
+    there, here = (robot.tcp_frame(place) for place in reversed(PLACES[name]))
     robot.controller.load.wrench = (0.0, 0.0, force, 0.0, 0.0, 0.0)
     first = robot.controller.lin_stiff_move(there, 0.3, 4000.0, NO_FORCE)
     second = robot.controller.lin_stiff_move(here, 0.3, 1000.0, NO_FORCE)
-    robot.step(150)
+    robot.step(100)
     robot.controller.cancel_move()
     assert not robot.controller.is_pending(first)
     assert robot.controller.is_pending(second)
@@ -351,8 +367,9 @@ def test_a_hold_begins_when_the_moves_before_it_are_done_and_where_the_robot_the
 
 
 @pytest.mark.requirement("FRC003", "FRC013")
-def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new_start() -> None:
-    robot = deflected()
+@both
+def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new_start(name: str) -> None:
+    robot = deflected(name)
     before = speeds(robot, 2)[-1]
     assert before > 0.1
     rest = robot.controller._motions.rest_after_stop()
@@ -506,8 +523,9 @@ def test_what_is_refused_changes_nothing(state: str) -> None:
 ROBOT = load_robot()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
+    name=st.sampled_from(ARMS),
     sequence=st.lists(
         st.tuples(
             st.sampled_from(["lin", "ptp", "gravity", "stop", "joint", "smart", "push", "push", "wait"]),
@@ -520,10 +538,13 @@ ROBOT = load_robot()
     tick_s=st.sampled_from([0.001, 0.002, 0.01]),
 )
 def test_whatever_comes_positions_and_velocities_keep_their_limits_and_it_is_the_same_again(
-    sequence: list[tuple[str, float, int]], tick_s: float
+    name: str, sequence: list[tuple[str, float, int]], tick_s: float
 ) -> None:
+    start = PLACES[name][0]
+    full = [1.0] * len(start)
+
     def run() -> SteppedRobot:
-        robot = touching(1e5, 0.6, tick_s, tilt_rad=0.3, friction=0.4)
+        robot = touching(1e5, 0.6, tick_s, tilt_rad=0.3, friction=0.4, name=name)
         robot.joints = [robot.controller.joints]
         target = robot.controller.tool_frame()
         for command, x, ticks in sequence:
@@ -537,12 +558,13 @@ def test_whatever_comes_positions_and_velocities_keep_their_limits_and_it_is_the
                 elif command == "stop":
                     c.stop()
                 elif command == "joint":
-                    c.joint_move([x * q for q in START], FULL)
+                    c.joint_move([x * q for q in start], full)
                 elif command == "smart":
-                    c.smart_joint_move([x * q for q in START], FULL)
+                    c.smart_joint_move([x * q for q in start], full)
                 elif command == "push":
                     c.load.wrench = (800.0 * x, -600.0 * x, 700.0 * x, 50.0 * x, 30.0, -60.0 * x)
-                    c.load.joint_push = (0.0, 100.0 * x, 0.0, -50.0 * x, 20.0, 0.0, 30.0 * x)
+                    torques = (0.0, 100.0 * x, 0.0, -50.0 * x, 20.0, 0.0, 30.0 * x)
+                    c.load.joint_push = torques[: len(start)]
             except Refused:
                 pass
             robot.step(ticks)

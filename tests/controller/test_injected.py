@@ -21,9 +21,13 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.nearest import JOINT_LIMIT
-from tests.stepped import SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
+WAYS = {
+    ARMS[0]: (AWAY, [0.0, 0.6, 0.0, -1.2, 0.0, 1.4, 0.0]),
+    ARMS[1]: ([0.5, -1.2, 1.3, 0.4, 1.3, -0.6], [0.0, -1.5, 1.6, 0.0, 1.4, 0.0]),
+}
 FULL = [1.0] * 7
 REASON = "made to fail"
 CODE = 4711
@@ -40,12 +44,13 @@ STOPPERS: dict[str, tuple[Callable[[Controller], None], ErrorRecord]] = {
 
 @pytest.mark.requirement("FRC021", "FRC026")
 @settings(max_examples=25)
-@given(how=st.sampled_from(sorted(STOPPERS)), ticks=st.integers(0, 400))
-def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(how: str, ticks: int) -> None:
-    robot, undisturbed = SteppedRobot(), SteppedRobot()
+@given(name=st.sampled_from(ARMS), how=st.sampled_from(sorted(STOPPERS)), ticks=st.integers(0, 400))
+def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how: str, ticks: int) -> None:
+    robot, undisturbed = SteppedRobot(name), SteppedRobot(name)
+    away, back = WAYS[name]
     for each in (robot, undisturbed):
-        each.controller.joint_move(AWAY, FULL)
-        each.controller.lin_joint_move([0.0, 0.6, 0.0, -1.2, 0.0, 1.4, 0.0], 1.0, 0.0)
+        each.controller.joint_move(away, [1.0] * len(away))
+        each.controller.lin_joint_move(back, 1.0, 0.0)
         each.step(ticks)
     undisturbed.runs_until_stopped()
     stops, cause = STOPPERS[how]
@@ -64,7 +69,7 @@ def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(how: str, ticks
     assert status.drives_powered == (how == "fault")
     assert status.e_stopped == (how == "emergency stop")
     with pytest.raises(Refused, match="no move before reset error"):
-        robot.controller.joint_move(AWAY, FULL)
+        robot.controller.joint_move(away, [1.0] * len(away))
 
 
 def test_drives_have_to_be_on_again_before_a_reset() -> None:

@@ -6,25 +6,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.mixes import Mix
-from tests.stepped import ROUNDING, assert_within_limits
+from tests.stepped import ARMS, ROUNDING, assert_within_limits
 
 COMMANDS = 30
 seeds = st.integers(0, 2**32 - 1)
 
 
 @pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")
-@settings(max_examples=12, deadline=None)
-@given(seeds, st.sampled_from([0.001, 0.002, 0.01]))
-def test_planned_motion_keeps_its_limits_and_each_line_has_its_reply(seed: int, tick_s: float) -> None:
-    mix = Mix(seed, tick_s, forces=False)
+@settings(max_examples=16, deadline=None)
+@given(seeds, st.sampled_from([0.001, 0.002, 0.01]), st.sampled_from(ARMS))
+def test_planned_motion_keeps_its_limits_and_each_line_has_its_reply(
+    seed: int, tick_s: float, robot: str
+) -> None:
+    mix = Mix(seed, tick_s, robot, forces=False)
     mix.run(COMMANDS)
     assert_within_limits(mix.robot)
 
 
-@settings(max_examples=6, deadline=None)
-@given(seeds)
-def test_the_same_again_is_the_same_motion_bit_for_bit_also_where_the_robot_yields(seed: int) -> None:
-    mix, again = (Mix(seed, 0.002, forces=True) for _ in range(2))
+@settings(max_examples=8, deadline=None)
+@given(seeds, st.sampled_from(ARMS))
+def test_the_same_again_is_the_same_motion_bit_for_bit_also_where_the_robot_yields(
+    seed: int, robot: str
+) -> None:
+    mix, again = (Mix(seed, 0.002, robot, forces=True) for _ in range(2))
     for each in (mix, again):
         each.run(COMMANDS)
     assert mix.robot.joints == again.robot.joints

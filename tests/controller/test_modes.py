@@ -20,12 +20,18 @@ from iiwa_sim.controller.targets import DIRECT_REACH_RAD
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
-from tests.stepped import SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 FULL = [1.0] * 7
 START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
 AWAY = [1.2, 0.9, 0.5, -0.6, 1.3, 0.2, 1.5]
 ELSEWHERE = [-0.4, 0.2, 0.3, -1.5, -0.3, 1.3, 0.4]
+SIX = {
+    "start": [0.2, -1.4, 1.4, 0.3, 1.2, -0.5],
+    "away": [1.2, -1.0, 1.0, 1.3, 0.6, 1.5],
+    "elsewhere": [-0.4, -1.6, 1.7, -0.3, 1.5, 0.4],
+}
+PLACES = {ARMS[0]: (START, AWAY, ELSEWHERE), ARMS[1]: tuple(SIX.values())}
 FOUR = (Mode.NORMAL, Mode.IMPEDANCE, Mode.SMART, Mode.DIRECT)
 OWN = {
     Mode.NORMAL: Event.NORMAL_MOVE,
@@ -68,7 +74,7 @@ def flange_at(robot: SteppedRobot, joints: list[float]) -> Frame:
 
 
 GOES: dict[str, tuple[Mode, Go]] = {
-    "joint": (Mode.NORMAL, lambda robot, to: robot.controller.joint_move(to, FULL)),
+    "joint": (Mode.NORMAL, lambda robot, to: robot.controller.joint_move(to, [1.0] * len(to))),
     "lin": (Mode.NORMAL, lambda robot, to: robot.controller.lin_move(robot.tcp_frame(to), 1.0, 0.0)),
     "linstiff": (
         Mode.IMPEDANCE,
@@ -78,14 +84,14 @@ GOES: dict[str, tuple[Mode, Go]] = {
         Mode.IMPEDANCE,
         lambda robot, to: robot.controller.ptp_stiff_move(robot.tcp_frame(to), 1.0, 2000.0, [0.0] * 6),
     ),
-    "smart joint": (Mode.SMART, lambda robot, to: robot.controller.smart_joint_move(to, FULL)),
+    "smart joint": (Mode.SMART, lambda robot, to: robot.controller.smart_joint_move(to, [1.0] * len(to))),
     "smart cartesian": (
         Mode.SMART,
         lambda robot, to: robot.controller.smart_cartesian_move(flange_at(robot, to), 1.0),
     ),
     "direct joint": (
         Mode.DIRECT,
-        lambda robot, to: robot.controller.direct_joint_move(near(robot, to), FULL),
+        lambda robot, to: robot.controller.direct_joint_move(near(robot, to), [1.0] * len(to)),
     ),
     "direct cartesian": (
         Mode.DIRECT,
@@ -104,15 +110,16 @@ def sends(robot: SteppedRobot, command: str, to: list[float]) -> int:
     return number
 
 
-def in_mid_motion(command: str) -> SteppedRobot:
+def in_mid_motion(command: str, name: str = ARMS[0]) -> SteppedRobot:
     """A robot that moves fast, by a command, from START towards AWAY."""
-    robot = SteppedRobot()
-    robot.goes_to(START)
-    sends(robot, command, AWAY)
+    robot = SteppedRobot(name)
+    start, away, _ = PLACES[name]
+    robot.goes_to(start)
+    sends(robot, command, away)
     if GOES[command][0] is Mode.DIRECT:
         for _ in range(20):
             robot.step(5)
-            sends(robot, command, AWAY)
+            sends(robot, command, away)
         robot.step(5)
     else:
         robot.step(120)
@@ -190,11 +197,15 @@ def test_a_robot_at_rest_changes_its_mode_without_delay(command: str, other: str
 
 @pytest.mark.requirement("FRA103")
 @pytest.mark.parametrize(("command", "other"), CHANGES)
-def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(command: str, other: str) -> None:
-    changed, stopped = in_mid_motion(command), in_mid_motion(command)
+@pytest.mark.parametrize("name", ARMS)
+def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(
+    name: str, command: str, other: str
+) -> None:
+    changed, stopped = in_mid_motion(command, name), in_mid_motion(command, name)
     assert changed.joints == stopped.joints
     before = len(changed.joints)
-    number = sends(changed, other, ELSEWHERE)
+    elsewhere = PLACES[name][2]
+    number = sends(changed, other, elsewhere)
     assert changed.controller.mode is GOES[other][0]
     stopped.stop()
     ticks = stopped.runs_until_stopped(0.1)
@@ -211,7 +222,7 @@ def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(command: str, 
     if GOES[other][0] is Mode.DIRECT:
         assert np.abs(np.subtract(changed.joints[-1], stopped.joints[-1])).max() == pytest.approx(0.08)
     else:
-        goal, reached = changed.tcp(ELSEWHERE), changed.tcp(changed.joints[-1])
+        goal, reached = changed.tcp(elsewhere), changed.tcp(changed.joints[-1])
         assert np.allclose(goal.translation, reached.translation, atol=1e-9)
         assert np.allclose(goal.rotation, reached.rotation, atol=1e-9)
     assert len(changed.joints) > before
@@ -233,9 +244,10 @@ def test_a_command_of_the_same_mode_stops_nothing(command: str) -> None:
 
 @pytest.mark.requirement("FRC003")
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_stop_ends_every_mode_on_the_path(command: str) -> None:
-    robot = in_mid_motion(command)
-    number = sends(robot, command, AWAY)
+@pytest.mark.parametrize("name", ARMS)
+def test_a_stop_ends_every_mode_on_the_path(name: str, command: str) -> None:
+    robot = in_mid_motion(command, name)
+    number = sends(robot, command, PLACES[name][1])
     rest = rest_after_stop(robot.controller)
     robot.stop()
     assert robot.controller.mode is Mode.UNKNOWN

@@ -15,14 +15,24 @@ from tests import chains
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder
 from tests.dialect.fake_robot import Conversation
-from tests.stepped import ROBOTS, SteppedRobot, assert_straight, assert_within_limits
+from tests.stepped import ARMS, ROBOTS, SteppedRobot, assert_straight, assert_within_limits
 
 FULL = [1.0] * 7
 START = (0.2, 0.4, 0.0, -1.2, 0.1, 1.0, 0.0)
 AWAY = (0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6)
 ELSEWHERE = (-0.5, 0.6, 0.3, -1.4, 0.1, 1.2, 0.2)
+PLACES = {
+    ARMS[0]: (START, AWAY, ELSEWHERE),
+    ARMS[1]: (
+        (0.2, -1.4, 1.5, 0.1, 1.3, 0.0),
+        (0.5, -1.2, 1.3, 0.4, 1.3, -0.6),
+        (-0.5, -1.7, 1.8, 0.1, 1.5, 0.2),
+    ),
+}
+names = st.sampled_from(ARMS)
 values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.5, 1.0]))
 SETTLED_TICKS = 450  # after which a change of the override is over
+LONGEST_CHANGE_S = {ARMS[0]: 0.8, ARMS[1]: 2.7}  # as the documents say
 
 
 @pytest.mark.requirement("FRC025")
@@ -41,13 +51,14 @@ def test_chains_keep_all_their_promises_whenever_the_override_changes(
 @pytest.mark.requirement("FRC025")
 @settings(max_examples=25, deadline=None)
 @given(
+    names,
     st.sampled_from([0.001, 0.002, 0.01]),
     st.lists(st.tuples(values, st.floats(0.0, 0.6)), min_size=1, max_size=8),
 )
 def test_a_line_stays_a_line_and_ends_at_its_target(
-    tick_s: float, changes: list[tuple[float, float]]
+    name: str, tick_s: float, changes: list[tuple[float, float]]
 ) -> None:
-    robot = SteppedRobot(tick_s=tick_s)
+    robot = SteppedRobot(name, tick_s=tick_s)
     frame = robot.controller.tool_frame()
     target = frame._replace(y_mm=frame.y_mm + 300.0, gamma=frame.gamma + 0.4)
     robot.controller.lin_move(target, 1.0, 0.0)
@@ -64,22 +75,23 @@ def test_a_line_stays_a_line_and_ends_at_its_target(
 @pytest.mark.requirement("FRC025")
 @pytest.mark.parametrize("direct", [False, True])
 @settings(max_examples=20, deadline=None)
-@given(st.lists(st.tuples(values, st.integers(0, 2), st.integers(0, 150)), min_size=2, max_size=12))
+@given(names, st.lists(st.tuples(values, st.integers(0, 2), st.integers(0, 150)), min_size=2, max_size=12))
 def test_servo_targets_are_followed_within_the_limits(
-    direct: bool, told: list[tuple[float, int, int]]
+    direct: bool, name: str, told: list[tuple[float, int, int]]
 ) -> None:
-    robot = SteppedRobot()
-    robot.goes_to(START)
+    robot = SteppedRobot(name)
+    target = PLACES[name][0]
+    full = [1.0] * len(target)
+    robot.goes_to(target)
     controller = robot.controller
-    target = START
     for value, k, ticks in told:
         controller.set_override(value)
         if direct:
             target = tuple(np.add(controller.joints, (0.08, -0.04, 0.0)[k]).tolist())
-            controller.direct_joint_move(target, FULL)
+            controller.direct_joint_move(target, full)
         else:
-            target = (START, AWAY, ELSEWHERE)[k]
-            controller.smart_joint_move(target, FULL)
+            target = PLACES[name][k]
+            controller.smart_joint_move(target, full)
         robot.step(ticks)
     controller.set_override(0.7)
     robot.runs_until_stopped()
@@ -89,12 +101,14 @@ def test_servo_targets_are_followed_within_the_limits(
 
 @pytest.mark.requirement("FRC025")
 @settings(max_examples=30, deadline=None)
-@given(values, values, st.integers(0, 300), st.integers(0, 300))
+@given(names, values, values, st.integers(0, 300), st.integers(0, 300))
 def test_a_stop_at_any_time_takes_100_ms_at_most_and_the_stop_limits(
-    first: float, second: float, ticks: int, more: int
+    name: str, first: float, second: float, ticks: int, more: int
 ) -> None:
-    robot = SteppedRobot()
-    robot.controller.joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], FULL)
+    robot = SteppedRobot(name)
+    home = robot.controller.joints
+    way = (1.0, -0.1, -0.5, -0.2, 0.4, -0.5, -1.0)[: len(home)]
+    robot.controller.joint_move(np.add(home, way).tolist(), [1.0] * len(home))
     robot.step(100)
     robot.controller.set_override(first)
     robot.step(ticks)
@@ -109,11 +123,31 @@ def test_a_stop_at_any_time_takes_100_ms_at_most_and_the_stop_limits(
 
 
 @pytest.mark.requirement("FRC025")
-def test_set_at_rest_it_holds_from_the_first_tick_on() -> None:
-    full, half = SteppedRobot(), SteppedRobot()
+@pytest.mark.parametrize("name", ARMS)
+def test_a_pause_begins_and_ends_as_soon_as_the_documents_say(name: str) -> None:
+    robot = SteppedRobot(name)
+    controller = robot.controller
+    controller.joint_move([0.0] * len(controller.joints), [0.05] * len(controller.joints))
+    robot.step(50)
+    controller.set_override(0.0)
+    ticks = 0
+    while controller.under_way:
+        robot.step()
+        ticks += 1
+    assert ticks * robot.tick_s == pytest.approx(LONGEST_CHANGE_S[name], abs=0.05)
+    controller.set_override(1.0)
+    robot.runs_until_stopped()
+    assert controller.joints == (0.0,) * len(controller.joints)
+    assert_within_limits(robot)
+
+
+@pytest.mark.requirement("FRC025")
+@pytest.mark.parametrize("name", ARMS)
+def test_set_at_rest_it_holds_from_the_first_tick_on(name: str) -> None:
+    full, half = SteppedRobot(name), SteppedRobot(name)
     half.controller.set_override(0.5)
     for robot in (full, half):
-        robot.controller.joint_move(AWAY, FULL)
+        robot.controller.joint_move(PLACES[name][1], [1.0] * len(robot.controller.joints))
         robot.runs_until_stopped()
     np.testing.assert_allclose(half.joints[::2], full.joints[: len(half.joints[::2])], atol=1e-12)
     assert half.controller.override == 0.5

@@ -20,12 +20,13 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
-from tests.stepped import SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 from tests.touching import START_MM, Array, Law, Way, assert_touched, ball, beside, flat, probe
 
 DEPTH_MM = 150.0
 UP = np.array([0.0, 0.0, 1.0])
 KINDS = ["lin", "ptp"]
+names = st.sampled_from(ARMS)
 
 speeds = st.floats(0.02, 1.0)
 stiffnesses = st.sampled_from([1e3, 5e3, 2e4, 1e5])
@@ -46,10 +47,10 @@ def watching(axis: str, threshold: float) -> Thresholds:
 
 
 def table(
-    below_mm: float, stiffness: float, *, damping: float = 0.0, friction: float = 0.0
+    name: str, below_mm: float, stiffness: float, *, damping: float = 0.0, friction: float = 0.0
 ) -> tuple[Surface, Law]:
     """Its top so far below the probe's start, counted from the TCP."""
-    top = np.multiply(START_MM, 1e-3) - 1e-3 * below_mm * UP
+    top = np.multiply(START_MM[name], 1e-3) - 1e-3 * below_mm * UP
     pose = Transform(IDENTITY.rotation, (0.0, 0.0, float(top[2])))
     surface = Surface("table", Plane(), pose, stiffness, damping, friction)
     return surface, flat(top, UP, stiffness, damping=damping, friction=friction)
@@ -59,6 +60,7 @@ def table(
 @pytest.mark.parametrize("kind", KINDS)
 @settings(max_examples=15, deadline=None)
 @given(
+    name=names,
     speed=speeds,
     stiffness=stiffnesses,
     threshold=thresholds,
@@ -66,69 +68,77 @@ def table(
     override=st.sampled_from([1.0, 1.0, 0.5, 0.1]),
 )
 def test_down_onto_a_table(
-    kind: str, speed: float, stiffness: float, threshold: float, damping: float, override: float
+    name: str, kind: str, speed: float, stiffness: float, threshold: float, damping: float, override: float
 ) -> None:
-    surface, law = table(20.0, stiffness, damping=damping)
-    robot = probe(surface)
+    surface, law = table(name, 20.0, stiffness, damping=damping)
+    robot = probe(name, surface)
     robot.controller.set_override(override)
     target = beside(robot, z_mm=-DEPTH_MM)
     force_move(kind, target, speed, watching("z", threshold))(robot)
-    way = Way(move(kind, target, speed), override)
+    way = Way(name, move(kind, target, speed), override)
     assert_touched(robot, way, way.touch(law, 2, threshold))
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @settings(max_examples=8, deadline=None)
-@given(speed=speeds, stiffness=stiffnesses, threshold=thresholds)
-def test_into_a_wall_from_the_side(kind: str, speed: float, stiffness: float, threshold: float) -> None:
-    wall = 1e-3 * np.array(START_MM) + [0.0, 0.02, 0.0]
+@given(name=names, speed=speeds, stiffness=stiffnesses, threshold=thresholds)
+def test_into_a_wall_from_the_side(
+    name: str, kind: str, speed: float, stiffness: float, threshold: float
+) -> None:
+    wall = 1e-3 * np.array(START_MM[name]) + [0.0, 0.02, 0.0]
     face = Frame(*(1e3 * wall), 0.0, 0.0, pi / 2).to_transform()  # its z is against y
-    robot = probe(Surface("wall", Plane(), face, stiffness, 0.0, 0.0))
+    robot = probe(name, Surface("wall", Plane(), face, stiffness, 0.0, 0.0))
     target = beside(robot, y_mm=DEPTH_MM)
     force_move(kind, target, speed, watching("y", threshold))(robot)
-    way = Way(move(kind, target, speed))
+    way = Way(name, move(kind, target, speed))
     assert_touched(robot, way, way.touch(flat(wall, np.array([0.0, -1.0, 0.0]), stiffness), 1, threshold))
 
 
 @settings(max_examples=10, deadline=None)
 @given(
+    name=names,
     speed=speeds,
     stiffness=st.sampled_from([5e3, 2e4, 1e5]),
     threshold=thresholds,
     aside_mm=st.tuples(st.floats(-60.0, 60.0), st.floats(-60.0, 60.0)),
 )
 def test_onto_a_sphere_beside_its_top(
-    speed: float, stiffness: float, threshold: float, aside_mm: tuple[float, float]
+    name: str, speed: float, stiffness: float, threshold: float, aside_mm: tuple[float, float]
 ) -> None:
     radius = 0.15
-    centre = np.add(START_MM, [*aside_mm, -20.0 - 1e3 * radius]) * 1e-3
+    centre = np.add(START_MM[name], [*aside_mm, -20.0 - 1e3 * radius]) * 1e-3
     x, y, z = centre.tolist()
     pose = Transform(IDENTITY.rotation, (x, y, z))
-    robot = probe(Surface("ball", Sphere(radius), pose, stiffness, 0.0, 0.0))
+    robot = probe(name, Surface("ball", Sphere(radius), pose, stiffness, 0.0, 0.0))
     target = beside(robot, z_mm=-DEPTH_MM)
     force_move("lin", target, speed, (None, 1e6, threshold))(robot)
-    way = Way(move("lin", target, speed))
+    way = Way(name, move("lin", target, speed))
     assert_touched(robot, way, way.touch(ball(centre, radius, stiffness), 2, threshold))
 
 
 @pytest.mark.parametrize("watched", ["x", "z"])
 @settings(max_examples=8, deadline=None)
 @given(
-    speed=speeds, stiffness=stiffnesses, threshold=st.floats(0.5, 20.0), friction=st.sampled_from([0.2, 0.6])
+    name=names,
+    speed=speeds,
+    stiffness=stiffnesses,
+    threshold=st.floats(0.5, 20.0),
+    friction=st.sampled_from([0.2, 0.6]),
 )
 def test_down_a_slant_with_friction(
-    watched: str, speed: float, stiffness: float, threshold: float, friction: float
+    name: str, watched: str, speed: float, stiffness: float, threshold: float, friction: float
 ) -> None:
-    surface, law = table(20.0, stiffness, friction=friction)
-    robot = probe(surface)
+    surface, law = table(name, 20.0, stiffness, friction=friction)
+    robot = probe(name, surface)
     target = beside(robot, x_mm=-DEPTH_MM, z_mm=-DEPTH_MM)
     force_move("lin", target, speed, watching(watched, threshold))(robot)
-    way = Way(move("lin", target, speed))
+    way = Way(name, move("lin", target, speed))
     assert_touched(robot, way, way.touch(law, "xyz".index(watched), threshold))
 
 
 @settings(max_examples=8, deadline=None)
 @given(
+    name=names,
     speed=speeds,
     stiffness=stiffnesses,
     threshold=st.floats(0.5, 40.0),
@@ -136,14 +146,14 @@ def test_down_a_slant_with_friction(
     pushed_n=st.sampled_from([0.0, 15.0, -70.0]),
 )
 def test_further_down_where_it_presses_already(
-    speed: float, stiffness: float, threshold: float, pressed_mm: float, pushed_n: float
+    name: str, speed: float, stiffness: float, threshold: float, pressed_mm: float, pushed_n: float
 ) -> None:
     """From what it is at the command, whether a surface or somebody's hand makes it."""
-    surface, law = table(3.0 - pressed_mm, stiffness)
-    robot = probe(surface)
+    surface, law = table(name, 3.0 - pressed_mm, stiffness)
+    robot = probe(name, surface)
     robot.controller.load.wrench = (0.0, pushed_n, pushed_n, 0.0, 0.0, 0.0)
     target = beside(robot, z_mm=-DEPTH_MM)
-    way = Way(move("lin", target, speed))
+    way = Way(name, move("lin", target, speed))
     offset_n = -1e-3 * pressed_mm * stiffness
     assert robot.controller.cartesian_force()[2] == pytest.approx(offset_n + pushed_n, rel=1e-6, abs=1e-6)
     force_move("lin", target, speed, (None, 1.0, threshold))(robot)
@@ -156,11 +166,11 @@ def test_further_down_where_it_presses_already(
 
 
 @settings(max_examples=8, deadline=None)
-@given(speed=speeds, share=st.floats(0.05, 0.8), push_n=st.sampled_from([5.1, -5.1, 300.0]))
-def test_a_push_in_mid_air(speed: float, share: float, push_n: float) -> None:
-    robot = probe(table(500.0, 1e4)[0])
+@given(name=names, speed=speeds, share=st.floats(0.05, 0.8), push_n=st.sampled_from([5.1, -5.1, 300.0]))
+def test_a_push_in_mid_air(name: str, speed: float, share: float, push_n: float) -> None:
+    robot = probe(name, table(name, 500.0, 1e4)[0])
     target = beside(robot, y_mm=DEPTH_MM)
-    way = Way(move("lin", target, speed))
+    way = Way(name, move("lin", target, speed))
     tick = int(share * len(way.joints))
     force_move("lin", target, speed, (5.0, 5.0, 5.0))(robot)
     robot.step(tick - 1)
@@ -177,10 +187,11 @@ def test_a_push_in_mid_air(speed: float, share: float, push_n: float) -> None:
     assert len(robot.contacts) == 1
 
 
-def test_every_run_is_the_same_to_the_last_bit() -> None:
+@pytest.mark.parametrize("name", ARMS)
+def test_every_run_is_the_same_to_the_last_bit(name: str) -> None:
     runs = []
     for _ in range(2):
-        robot = probe(table(20.0, 2e4, damping=0.5, friction=0.3)[0])
+        robot = probe(name, table(name, 20.0, 2e4, damping=0.5, friction=0.3)[0])
         down, up = beside(robot, x_mm=40.0, z_mm=-60.0), beside(robot, y_mm=50.0)
         for speed in (0.1, 0.7):
             force_move("lin", down, speed, (6.0, None, 20.0))(robot)
@@ -197,11 +208,12 @@ def test_every_run_is_the_same_to_the_last_bit() -> None:
 
 
 @pytest.mark.requirement("FRC014")
-def test_moves_behind_a_touch_run_on() -> None:
-    robot = probe(table(20.0, 2e4)[0])
+@pytest.mark.parametrize("name", ARMS)
+def test_moves_behind_a_touch_run_on(name: str) -> None:
+    robot = probe(name, table(name, 20.0, 2e4)[0])
     down, up, aside = beside(robot, z_mm=-60.0), beside(robot), beside(robot, y_mm=100.0)
     touching = force_move("lin", down, 0.05, watching("z", 10.0))(robot)
-    left = force_move("lin", up, 0.5, (5.0, 5.0, 60.0))(robot)
+    left = force_move("lin", up, 0.5, (5.0, 5.0, 200.0))(robot)
     last = move("ptp", aside, 0.5)(robot)
     while not robot.contacts:
         robot.step()
@@ -216,8 +228,9 @@ def test_moves_behind_a_touch_run_on() -> None:
     assert_within_limits(robot)
 
 
-def test_each_force_move_counts_from_the_force_at_its_own_command() -> None:
-    robot = probe(table(20.0, 2e4)[0])
+@pytest.mark.parametrize("name", ARMS)
+def test_each_force_move_counts_from_the_force_at_its_own_command(name: str) -> None:
+    robot = probe(name, table(name, 20.0, 2e4)[0])
     c = robot.controller
     down, up = beside(robot, z_mm=-60.0), beside(robot)
     first = force_move("lin", down, 0.2, watching("z", 10.0))(robot)
@@ -232,7 +245,7 @@ def test_each_force_move_counts_from_the_force_at_its_own_command() -> None:
     contact = robot.contacts[-1]
     assert (contact.move, contact.offset_n) == (deeper, held_n)
     assert held_n - 2.0 * 5.0 < contact.force_n < held_n - 5.0
-    assert here.z_mm - 2.0 < c.tool_frame().z_mm < here.z_mm - 0.25
+    assert here.z_mm - 3.0 < c.tool_frame().z_mm < here.z_mm - 0.25
     held_n = c.cartesian_force()[2]
     leaving = force_move("lin", up, 0.05, watching("z", 5.0))(robot)  # less force is a change, too
     robot.runs_until_stopped()
@@ -245,11 +258,13 @@ def test_each_force_move_counts_from_the_force_at_its_own_command() -> None:
 
 @pytest.mark.requirement("FRC012")
 @settings(max_examples=10, deadline=None)
-@given(speed=st.floats(0.1, 1.0), blending_mm=st.floats(5.0, 30.0), threshold=st.floats(2.0, 30.0))
-def test_a_touch_in_a_chain_of_blends(speed: float, blending_mm: float, threshold: float) -> None:
+@given(
+    name=names, speed=st.floats(0.1, 1.0), blending_mm=st.floats(5.0, 30.0), threshold=st.floats(2.0, 30.0)
+)
+def test_a_touch_in_a_chain_of_blends(name: str, speed: float, blending_mm: float, threshold: float) -> None:
     """The second of three blended moves meets the table: the same path up to there, then the stop on it."""
-    surface, law = table(40.0, 2e4)
-    robot = probe(surface)
+    surface, law = table(name, 40.0, 2e4)
+    robot = probe(name, surface)
     c = robot.controller
     over, down, back = beside(robot, y_mm=80.0), beside(robot, y_mm=160.0, z_mm=-80.0), beside(robot)
 
@@ -261,7 +276,7 @@ def test_a_touch_in_a_chain_of_blends(speed: float, blending_mm: float, threshol
     first = c.lin_move(over, speed, blending_mm)
     touching = c.lin_force_move(down, speed, blending_mm, (None, None, threshold))
     last = c.lin_move(back, speed, 0.0)
-    way = Way(chain)
+    way = Way(name, chain)
     expected = way.touch(law, 2, threshold)
     while not robot.contacts:
         robot.step()
@@ -283,6 +298,7 @@ shifts = st.tuples(st.floats(-80.0, 80.0), st.floats(-80.0, 80.0), st.floats(-15
 
 @settings(max_examples=20, deadline=None)
 @given(
+    name=names,
     moves=st.lists(
         st.tuples(
             st.sampled_from(KINDS),
@@ -293,13 +309,13 @@ shifts = st.tuples(st.floats(-80.0, 80.0), st.floats(-80.0, 80.0), st.floats(-15
         ),
         min_size=1,
         max_size=6,
-    )
+    ),
 )
-def test_above_the_table_nothing_ends_a_force_move(moves: list[tuple[Any, ...]]) -> None:
-    robot = probe(table(60.0, 1e5, damping=1.0, friction=0.5)[0])
+def test_above_the_table_nothing_ends_a_force_move(name: str, moves: list[tuple[Any, ...]]) -> None:
+    robot = probe(name, table(name, 60.0, 1e5, damping=1.0, friction=0.5)[0])
     end = robot.controller.tool_frame()
     for kind, shift_mm, speed, blending_mm, each in moves:
-        end = Frame(*np.add(START_MM, shift_mm).tolist(), *end[3:])
+        end = Frame(*np.add(START_MM[name], shift_mm).tolist(), *end[3:])
         try:
             getattr(robot.controller, f"{kind}_force_move")(end, speed, blending_mm, each)
         except Refused:  # a line that passes too close to a singular pose

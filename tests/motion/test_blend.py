@@ -18,18 +18,26 @@ from tests.chain_checks import (
     least_speed_at,
 )
 from tests.chains import UNTIL_STOPPED, Recorder
-from tests.stepped import Array, SteppedRobot, assert_within_limits, worst_loads
+from tests.stepped import ARMS, Array, SteppedRobot, assert_within_limits, worst_loads
 
 SIDE_MM = 200.0
 
 
-def at_start() -> Recorder:
+HOMES = {
+    "lbr_iiwa_7_r800": (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
+    "kr_6_r900_sixx": (0.0, -1.5, 1.6, 0.0, 1.4, 0.0),
+}
+both = pytest.mark.parametrize("name", ARMS)
+names = st.sampled_from(ARMS)
+
+
+def at_start(name: str) -> Recorder:
     """A robot with room for a square in front of it."""
-    return Recorder(replace(load_robot(), home=(0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0)))
+    return Recorder(replace(load_robot(name), home=HOMES[name]))
 
 
-def square(blending_mm: float, waits: tuple[int, ...] = (0, 0, 0)) -> Recorder:
-    recorder = at_start()
+def square(name: str, blending_mm: float, waits: tuple[int, ...] = (0, 0, 0)) -> Recorder:
+    recorder = at_start(name)
     for (y_mm, z_mm), wait in zip(
         ((SIDE_MM, 0.0), (0.0, -SIDE_MM), (-SIDE_MM, 0.0), (0.0, SIDE_MM)), (*waits, 0), strict=True
     ):
@@ -51,8 +59,9 @@ def cut_m(run: Run, corner: int) -> float:
 
 
 @pytest.mark.requirement("FRC012", "FRC015")
-def test_the_corners_of_a_square_are_passed_at_speed_within_their_spheres() -> None:
-    recorder = square(30.0)
+@both
+def test_the_corners_of_a_square_are_passed_at_speed_within_their_spheres(name: str) -> None:
+    recorder = square(name, 30.0)
     assert_keeps_all_promises(recorder)
     (run,) = recorder.runs
     for corner in range(3):
@@ -62,35 +71,39 @@ def test_the_corners_of_a_square_are_passed_at_speed_within_their_spheres() -> N
 
 
 @pytest.mark.requirement("FRC012")
-def test_larger_radii_take_less_time() -> None:
-    ticks = [square(radius_mm).tick for radius_mm in (0.0, 5.0, 20.0, 60.0)]
+@both
+def test_larger_radii_take_less_time(name: str) -> None:
+    ticks = [square(name, radius_mm).tick for radius_mm in (0.0, 5.0, 20.0, 60.0)]
     assert all(larger < 1.01 * smaller for smaller, larger in pairwise(ticks))
     assert ticks[-1] < 0.95 * ticks[0]
 
 
 @pytest.mark.requirement("FRC012")
-def test_a_radius_past_half_of_a_move_is_clipped_to_half() -> None:
-    clipped, half = square(500.0), square(SIDE_MM / 2.0)
+@both
+def test_a_radius_past_half_of_a_move_is_clipped_to_half(name: str) -> None:
+    clipped, half = square(name, 500.0), square(name, SIDE_MM / 2.0)
     assert_keeps_all_promises(clipped)
     np.testing.assert_allclose(clipped.robot.joints, half.robot.joints, atol=1e-6)
     assert min(cut_m(clipped.runs[0], corner) for corner in range(3)) < SIDE_MM / 2000.0
 
 
 @pytest.mark.requirement("FRC012")
-def test_without_blending_the_robot_rests_at_each_target() -> None:
-    recorder = square(0.0)
+@both
+def test_without_blending_the_robot_rests_at_each_target(name: str) -> None:
+    recorder = square(name, 0.0)
     assert_keeps_all_promises(recorder)
     (run,) = recorder.runs
     assert all(comes_to_rest_at(run, move.corner) for move in run.moves)
 
 
 @pytest.mark.requirement("FRC012", "FRC015")
-def test_lines_in_one_direction_go_on_at_full_speed() -> None:
-    whole, parted = at_start(), at_start()
-    whole.lin(0.0, 300.0, 0.0, 0.0, 0.3)
+@pytest.mark.parametrize(("name", "speed_rel"), [(ARMS[0], 0.3), (ARMS[1], 0.2)])
+def test_lines_in_one_direction_go_on_at_full_speed(name: str, speed_rel: float) -> None:
+    whole, parted = at_start(name), at_start(name)
+    whole.lin(0.0, 300.0, 0.0, 0.0, speed_rel)
     whole.finish()
     for _ in range(2):
-        parted.lin(0.0, 150.0, 0.0, 30.0, 0.3)
+        parted.lin(0.0, 150.0, 0.0, 30.0, speed_rel)
     parted.finish()
     assert_keeps_all_promises(parted)
     assert parted.tick <= 1.05 * whole.tick
@@ -102,10 +115,12 @@ def test_lines_in_one_direction_go_on_at_full_speed() -> None:
 
 
 @pytest.mark.requirement("FRC015")
-def test_a_chain_of_short_moves_runs_steadily() -> None:
-    """As from a CAM program: 200 moves of 2 mm along a circle, blended by 1 mm."""
-    recorder = at_start()
-    radius_mm, count = 2.0 * 200 / (2.0 * np.pi), 200
+@both
+def test_a_chain_of_short_moves_runs_steadily(name: str) -> None:
+    """As from a CAM program: moves of 2 mm along a circle, blended by 1 mm."""
+    recorder = at_start(name)
+    count = 150
+    radius_mm = 2.0 * count / (2.0 * np.pi)
     angles = np.linspace(0.0, 2.0 * np.pi, count + 1)
     circle = radius_mm * np.stack([np.sin(angles), np.cos(angles)], axis=1)
     for y_mm, z_mm in np.diff(circle, axis=0).tolist():
@@ -122,7 +137,7 @@ def test_a_chain_of_short_moves_runs_steadily() -> None:
 @pytest.mark.requirement("FRC014", "FRC015")
 def test_a_thousand_moves_are_queued_and_blended() -> None:
     """A cube filled line by line, in steps of 12 mm."""
-    recorder = at_start()
+    recorder = at_start(ARMS[0])
     for x_mm, y_mm, z_mm in np.diff(cube(10, 12.0), axis=0).tolist():
         recorder.lin(x_mm, y_mm, z_mm, 4.0)
     recorder.lin(0.0, 0.0, -12.0, 4.0)
@@ -150,15 +165,17 @@ def cube(side: int, pitch_mm: float) -> Array:
 
 
 @pytest.mark.requirement("FRC015")
-def test_a_joint_move_blends_over_a_tenth_of_its_way() -> None:
-    recorder = at_start()
-    targets = [
-        (0.5, 0.2, 0.3, -1.0, 0.2, 0.9, 0.4),
-        (-0.5, 0.6, 0.1, -1.4, 0.5, 1.2, -0.4),
-        (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
-    ]
-    for joints in targets:
-        assert recorder.send("joint", joints, recorder.robot.tcp_frame(joints), (0.8,) * 7, 0.0)
+@both
+def test_a_joint_move_blends_over_a_tenth_of_its_way(name: str) -> None:
+    recorder = at_start(name)
+    home = HOMES[name]
+    for offsets in (
+        (0.5, -0.3, 0.3, 0.3, 0.2, -0.3, 0.4),
+        (-0.5, 0.1, 0.1, -0.1, 0.5, 0.0, -0.4),
+        (0.0,) * 7,
+    ):
+        joints = tuple(np.add(home, offsets[: len(home)]).tolist())
+        assert recorder.send("joint", joints, recorder.robot.tcp_frame(joints), (0.8,) * len(home), 0.0)
     recorder.finish()
     assert_keeps_all_promises(recorder)
     (run,) = recorder.runs
@@ -170,12 +187,13 @@ def test_a_joint_move_blends_over_a_tenth_of_its_way() -> None:
 
 @pytest.mark.requirement("FRC015")
 @pytest.mark.parametrize("left_s", [0.6, 0.8])
-def test_a_move_that_comes_in_time_blends_with_the_one_under_way(left_s: float) -> None:
+@both
+def test_a_move_that_comes_in_time_blends_with_the_one_under_way(name: str, left_s: float) -> None:
     """As long before the end of the move as it takes to stop from full speed, and to come to the sphere."""
-    first = at_start()
+    first = at_start(name)
     first.lin(0.0, 400.0, 0.0, 30.0, 0.4)
     first.finish()
-    recorder = at_start()
+    recorder = at_start(name)
     recorder.lin(0.0, 400.0, 0.0, 30.0, 0.4)
     recorder.wait(first.tick - 3 - round(left_s / recorder.robot.tick_s))
     recorder.lin(0.0, 0.0, -150.0, 30.0, 0.4)
@@ -186,14 +204,14 @@ def test_a_move_that_comes_in_time_blends_with_the_one_under_way(left_s: float) 
 
 @pytest.mark.requirement("FRC014", "FRC015")
 @settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
-@given(left=st.integers(-30, 330), following=st.sampled_from([0.05, 0.4, 1.0]))
+@given(name=names, left=st.integers(-30, 330), following=st.sampled_from([0.05, 0.4, 1.0]))
 def test_a_move_appended_at_any_time_keeps_all_promises_and_never_comes_later(
-    left: int, following: float
+    name: str, left: int, following: float
 ) -> None:
-    whole = at_start()
+    whole = at_start(name)
     whole.lin(0.0, 250.0, 0.0, 40.0, 1.0)
     whole.finish()
-    recorder = at_start()
+    recorder = at_start(name)
     recorder.lin(0.0, 250.0, 0.0, 40.0, 1.0)
     recorder.wait(max(whole.tick - 3 - left, 0))
     recorder.lin(0.0, 0.0, -150.0, 40.0, following)
@@ -214,8 +232,9 @@ def test_accelerations_keep_their_limits_between_the_samples_of_a_blend() -> Non
 
 
 @pytest.mark.requirement("FRC014")
-def test_a_move_that_comes_too_late_starts_from_rest_at_the_target() -> None:
-    recorder = square(30.0, waits=(UNTIL_STOPPED, UNTIL_STOPPED, UNTIL_STOPPED))
+@both
+def test_a_move_that_comes_too_late_starts_from_rest_at_the_target(name: str) -> None:
+    recorder = square(name, 30.0, waits=(UNTIL_STOPPED, UNTIL_STOPPED, UNTIL_STOPPED))
     assert_keeps_all_promises(recorder)
     (run,) = recorder.runs
     assert all(comes_to_rest_at(run, move.corner) for move in run.moves)
@@ -223,9 +242,9 @@ def test_a_move_that_comes_too_late_starts_from_rest_at_the_target() -> None:
 
 @pytest.mark.requirement("FRC003", "FRC013", "FRC016")
 @settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
-@given(after=st.integers(1, 700))
-def test_a_stop_in_a_blend_keeps_the_path_and_the_next_moves_start_from_there(after: int) -> None:
-    recorder, unstopped = at_start(), square(60.0)
+@given(name=names, after=st.integers(1, 700))
+def test_a_stop_in_a_blend_keeps_the_path_and_the_next_moves_start_from_there(name: str, after: int) -> None:
+    recorder, unstopped = at_start(name), square(name, 60.0)
     for y_mm, z_mm in ((SIDE_MM, 0.0), (0.0, -SIDE_MM), (-SIDE_MM, 0.0), (0.0, SIDE_MM)):
         recorder.lin(0.0, y_mm, z_mm, 60.0)
     recorder.wait(after)

@@ -23,20 +23,28 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder, chain_moves
-from tests.stepped import SteppedRobot, assert_within_limits, line_errors
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
 
 FULL = [1.0] * 7
+HOMES = {
+    "lbr_iiwa_7_r800": (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
+    "kr_6_r900_sixx": (0.0, -1.5, 1.6, 0.0, 1.4, 0.0),
+}
 STOP_S = 0.1
 LIMITS = JointLimits(np.array([1.0]), np.array([10.0]), np.array([100.0]))
 
-chains = st.integers(2, 12).flatmap(
-    lambda count: st.lists(chain_moves(at_once=True), min_size=count, max_size=count)
-)
+both = pytest.mark.parametrize("name", ARMS)
+names = st.sampled_from(ARMS)
 
 
-def sent(chain: list[Any]) -> Recorder:
+def chains(name: str) -> st.SearchStrategy[list[Any]]:
+    move = chain_moves(len(HOMES[name]), at_once=True)
+    return st.integers(2, 12).flatmap(lambda count: st.lists(move, min_size=count, max_size=count))
+
+
+def sent(name: str, chain: list[Any]) -> Recorder:
     """A robot with a place to start from, to which a chain was sent."""
-    recorder = Recorder(replace(load_robot(), home=(0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0)))
+    recorder = Recorder(replace(load_robot(name), home=HOMES[name]))
     for move in chain:
         least = 0.3 if move.place == "far" else 0.05
         speeds = tuple(max(speed, least) for speed in move.speeds_rel)
@@ -51,12 +59,12 @@ waits = st.tuples(
 
 
 @pytest.mark.requirement("FRC013", "FRC014")
-@settings(max_examples=40, deadline=None)
-@given(chain=chains, cancels=st.lists(waits, min_size=1, max_size=4))
+@settings(max_examples=30, deadline=None)
+@given(data=st.data(), name=names, cancels=st.lists(waits, min_size=1, max_size=4))
 def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
-    chain: list[Any], cancels: list[tuple[float, int]]
+    data: st.DataObject, name: str, cancels: list[tuple[float, int]]
 ) -> None:
-    recorder = sent(chain)
+    recorder = sent(name, data.draw(chains(name)))
     for override, wait in cancels:
         if override != recorder.robot.controller.override:
             recorder.override(override)
@@ -69,24 +77,31 @@ def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
 
 
 @pytest.mark.requirement("FRC016")
-@settings(max_examples=40, deadline=None)
-@given(chain=chains, wait=st.one_of(st.integers(0, 60), st.integers(0, 1000)), again=st.booleans())
-def test_a_cleared_queue_leaves_the_running_move(chain: list[Any], wait: int, again: bool) -> None:
-    recorder = sent(chain)
+@settings(max_examples=30, deadline=None)
+@given(
+    data=st.data(),
+    name=names,
+    wait=st.one_of(st.integers(0, 60), st.integers(0, 1000)),
+    again=st.booleans(),
+)
+def test_a_cleared_queue_leaves_the_running_move(
+    data: st.DataObject, name: str, wait: int, again: bool
+) -> None:
+    recorder = sent(name, data.draw(chains(name)))
     recorder.wait(wait)
     recorder.clear()
     if again:
-        *others, a7 = recorder.end
-        joints = (*others, a7 + (0.1 if a7 < 0.0 else -0.1))
-        assert recorder.send("joint", joints, recorder.robot.tcp_frame(joints), (0.5,) * 7, 0.0)
+        *others, last = recorder.end
+        joints = (*others, last + (0.1 if last < 0.0 else -0.1))
+        assert recorder.send("joint", joints, recorder.robot.tcp_frame(joints), (0.5,) * len(joints), 0.0)
     recorder.finish()
     assert_keeps_all_promises(recorder)
     assert recorder.robot.controller.joints == recorder.end
 
 
-def lines(blending_mm: float) -> tuple[Recorder, list[int]]:
-    """Two sides of a square, sent at once, and the ticks at which each is first under way."""
-    recorder = sent([])
+def lines(name: str, blending_mm: float) -> tuple[Recorder, list[int]]:
+    """Two sides of a square, sent at once, and their numbers."""
+    recorder = sent(name, [])
     for y_mm, z_mm in ((200.0, 0.0), (0.0, -200.0)):
         recorder.lin(0.0, y_mm, z_mm, blending_mm)
     return recorder, [move.number for move in recorder.runs[-1].moves]
@@ -94,9 +109,9 @@ def lines(blending_mm: float) -> tuple[Recorder, list[int]]:
 
 @pytest.mark.requirement("FRC013")
 @settings(max_examples=20, deadline=None)
-@given(after=st.integers(1, 250))
-def test_a_cancelled_line_stays_on_its_line_while_it_brakes(after: int) -> None:
-    robot = SteppedRobot()
+@given(name=names, after=st.integers(1, 250))
+def test_a_cancelled_line_stays_on_its_line_while_it_brakes(name: str, after: int) -> None:
+    robot = SteppedRobot(name)
     target = robot.controller.tool_frame()._replace(y_mm=300.0)
     robot.controller.lin_move(target, 1.0, 0.0)
     robot.step(after)
@@ -133,15 +148,16 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
 
 @pytest.mark.requirement("FRC013", "FRC015")
 @pytest.mark.parametrize("tick", [40, 60, 80, 110])
-def test_the_robot_does_not_go_back_to_what_it_has_passed_while_it_brakes(tick: int) -> None:
+@both
+def test_the_robot_does_not_go_back_to_what_it_has_passed_while_it_brakes(name: str, tick: int) -> None:
     """Short lines in one direction: it takes several of them to brake."""
-    recorder = sent([])
+    recorder = sent(name, [])
     for _ in range(40):
         recorder.lin(0.0, 2.0, 0.0, 1.0)
     recorder.wait(tick)
     before = recorder.robot.controller.queue
     recorder.cancel()
-    assert recorder.robot.controller.queue < before - 2
+    assert recorder.robot.controller.queue < before - 1
     recorder.finish()
     assert_keeps_all_promises(recorder)
     along = np.array([recorder.robot.tcp(joints).translation[1] for joints in recorder.robot.joints])
@@ -222,13 +238,16 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
 
 @pytest.mark.requirement("FRC016")
 @pytest.mark.parametrize("blending_mm", [0.0, 40.0])
-def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(blending_mm: float) -> None:
-    recorder, (first, _) = lines(blending_mm)
+@both
+def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(
+    name: str, blending_mm: float
+) -> None:
+    recorder, (first, _) = lines(name, blending_mm)
     recorder.wait(100)
     assert recorder.clear()
     recorder.finish()
     assert_keeps_all_promises(recorder)
-    alone = sent([])
+    alone = sent(name, [])
     alone.lin(0.0, 200.0, 0.0, 0.0)
     alone.finish()
     assert recorder.robot.controller.joints == alone.robot.controller.joints
@@ -237,11 +256,12 @@ def test_a_running_move_that_was_blended_into_a_cleared_one_ends_exactly(blendin
 
 
 @pytest.mark.requirement("FRC016")
-def test_a_running_move_that_has_left_its_path_stops_on_its_blend() -> None:
-    recorder, (first, second) = lines(40.0)
+@both
+def test_a_running_move_that_has_left_its_path_stops_on_its_blend(name: str) -> None:
+    recorder, (first, second) = lines(name, 40.0)
     while recorder.robot.controller.is_pending(first):
         recorder.wait(1)
-    blended, (first, _) = lines(40.0)
+    blended, (first, _) = lines(name, 40.0)
     blended.wait(recorder.tick - 2)
     assert blended.robot.controller.is_pending(first)
     assert not blended.clear()

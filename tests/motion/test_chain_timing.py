@@ -9,7 +9,7 @@ from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.stepped import ROBOTS, TOLERANCE, SteppedRobot, worst_loads
+from tests.stepped import ARMS, ROBOTS, TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
 
@@ -31,15 +31,19 @@ def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
 
 
 @pytest.mark.requirement("FRC009")
-def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit() -> None:
-    description = load_robot()
+@pytest.mark.parametrize(("robot", "median", "most"), [(ARMS[0], 1.15, 1.25), (ARMS[1], 1.22, 1.45)])
+def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit(
+    robot: str, median: float, most: float
+) -> None:
+    """The faster the arm, the larger the share of a line in which jerk counts."""
+    description = load_robot(robot)
     ratios = [
         chain_of(plan).rest_s / fastest_without_jerk_limit_s(plan.path, description)
-        for plan in random_lines(description, count=50, seed=7)
+        for plan in random_lines(description, count=30, seed=7)
     ]
     assert min(ratios) > 1.0
-    assert np.median(ratios) < 1.15
-    assert np.percentile(ratios, 95) < 1.25
+    assert np.median(ratios) < median
+    assert np.percentile(ratios, 95) < most
 
 
 def test_jerks_hold_on_both_sides_of_a_seam() -> None:
@@ -53,3 +57,13 @@ def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     controller.ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0)
     robot.runs_until_stopped()
     assert worst_loads(robot)["jerk"] <= 1.0
+
+
+def test_a_slow_line_keeps_its_speed_also_where_a_joint_is_fastest_between_two_samples() -> None:
+    """A5 beside the stretched wrist, which was once 0.7 % too fast."""
+    robot = SteppedRobot("lbr_iiwa_14_r820")
+    robot.goes_to((-1.1439, 0.0708, -2.1269, 0.0425, -0.9482, -0.0904, 1.6161))
+    end = robot.tcp_frame((-1.0493, 0.1581, -2.015, 0.2452, -1.1388, -0.2814, 1.6804))
+    robot.controller.lin_move(end, 0.05, 0.0, -2.015)
+    robot.runs_until_stopped()
+    assert worst_loads(robot)["velocity"] <= 0.05

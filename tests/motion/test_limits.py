@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import load_robot
 from tests.programs import programs, run
-from tests.stepped import ROBOTS, SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, ROBOTS, SteppedRobot, assert_within_limits
 
 # Shrinking a program takes minutes and makes it no clearer than the first that failed.
 SETTINGS = settings(
@@ -28,20 +28,20 @@ def test_no_tick_of_any_program_passes_a_limit(name: str, data: st.DataObject) -
     assert_within_limits(robot)
 
 
-@pytest.mark.parametrize("tick_s", [0.01, 0.001])
-@settings(SETTINGS, max_examples=10)
-@given(data=st.data())
-def test_nor_at_other_tick_rates(tick_s: float, data: st.DataObject) -> None:
-    description = load_robot()
-    robot = SteppedRobot(description, tick_s)
+@settings(SETTINGS, max_examples=30)
+@given(data=st.data(), name=st.sampled_from(ARMS), rate_hz=st.sampled_from([100, 250, 1000]))
+def test_nor_at_other_tick_rates(data: st.DataObject, name: str, rate_hz: int) -> None:
+    description = load_robot(name)
+    robot = SteppedRobot(description, 1.0 / rate_hz)
     run(robot, data.draw(programs(description)))
     assert_within_limits(robot)
 
 
-@settings(SETTINGS, max_examples=15)
-@given(program=programs(load_robot()))
-def test_the_same_commands_at_the_same_ticks_give_the_same_motion(program: list[object]) -> None:
-    first, second = SteppedRobot(), SteppedRobot()
+@settings(SETTINGS, max_examples=20)
+@given(data=st.data(), name=st.sampled_from(ARMS))
+def test_the_same_commands_at_the_same_ticks_give_the_same_motion(data: st.DataObject, name: str) -> None:
+    program = data.draw(programs(load_robot(name)))
+    first, second = SteppedRobot(name), SteppedRobot(name)
     run(first, program)
     run(second, program)
     assert first.joints == second.joints

@@ -1,6 +1,6 @@
 """LIN: straight at every tick, calm at singular poses, and refused where it cannot be done."""
 
-from math import radians
+from math import acos, atan2, cos, hypot, radians, sin
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
-from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 TRANSPORT = tuple(map(radians, (0, 25, 0, 90, 0, 0, 0)))
 
@@ -36,7 +36,7 @@ def refusal(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> int |
 
 
 @pytest.mark.requirement("FRC009", "FRC005")
-@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "kr_6_r900_sixx"])
+@pytest.mark.parametrize("robot_name", ARMS)
 @settings(max_examples=50, deadline=None)
 @given(
     start=st.tuples(*[st.floats(-0.3, 0.3)] * 7),
@@ -102,6 +102,13 @@ def test_a_line_beside_the_stretched_wrist_turns_the_wrist_within_limits_or_is_r
         assert refusal(robot, target) in {None, CROSSING_SINGULARITY, JOINT_LIMIT}
 
 
+def above_a1(a3: float) -> tuple[float, float]:
+    """A2 and A3 of the KR 6 with which its wrist point is on the axis of A1."""
+    bend, fore = a3 - atan2(35.0, 420.0), hypot(0.42, 0.035)
+    x, z = 0.455 + fore * cos(bend), -fore * sin(bend)
+    return atan2(z, x) - acos(-0.025 / hypot(x, z)), a3
+
+
 SINGULAR = {
     "straight up": (0.0,) * 7,
     "stretched": (0.3, 0.6, 0.2, 0.0, 0.1, 0.4, 0.0),
@@ -125,6 +132,56 @@ def test_lines_from_or_to_poses_that_no_line_can_leave_are_refused(
             robot.controller.lin_move(target, 1.0, 0.0, redundancy)
         assert refused.value.code == CROSSING_SINGULARITY
         assert "singular" in refused.value.reason
+
+
+STRETCHED = atan2(35.0, 420.0)  # A3 of the KR 6 where its wrist is farthest from A2
+SINGULAR_OF_SIX_AXES = {
+    "stretched": (0.3, -0.9, STRETCHED, 0.2, 0.6, 0.1),
+    "nearly stretched": (-0.5, -0.6, STRETCHED + 1e-9, 0.4, 0.9, -0.3),
+    "wrist above A1": (0.4, *above_a1(1.2), 0.3, 0.7, 0.1),
+    "wrist nearly above A1": (0.4, *above_a1(1.2 + 1e-8), 0.3, 0.7, 0.1),
+}
+
+
+@pytest.mark.parametrize("pose", SINGULAR_OF_SIX_AXES)
+def test_lines_of_six_axes_from_or_to_poses_that_no_line_can_leave_are_refused(pose: str) -> None:
+    robot = SteppedRobot(ARMS[1])
+    home = robot.controller.tool_frame()
+    singular = robot.tcp_frame(SINGULAR_OF_SIX_AXES[pose])
+    assert refusal(robot, singular) is not None
+    robot.goes_to(SINGULAR_OF_SIX_AXES[pose])
+    for target in (home, singular._replace(x_mm=singular.x_mm + 50.0, z_mm=singular.z_mm - 100.0)):
+        with pytest.raises(Refused) as refused:
+            robot.controller.lin_move(target, 1.0, 0.0)
+        assert refused.value.code == CROSSING_SINGULARITY
+        assert "singular" in refused.value.reason
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    family=st.sampled_from(["A5 = 0", "stretched", "above A1"]),
+    off=st.sampled_from([0.0, 1e-12, 1e-9, -1e-6, 1e-4, -1e-3, 1e-2, -5e-2]),
+    seed=st.integers(0, 2**32 - 1),
+    towards=st.booleans(),
+    speed_rel=st.sampled_from([1.0, 0.1]),
+)
+def test_lines_of_six_axes_near_singular_poses_are_straight_and_calm_or_refused(
+    family: str, off: float, seed: int, towards: bool, speed_rel: float
+) -> None:
+    robot = SteppedRobot(ARMS[1])
+    d, rng = robot.description, np.random.default_rng(seed)
+    q = np.array(d.home) + rng.uniform(-0.6, 0.6, 6)
+    if family == "above A1":
+        q[1:3] = above_a1(q[2])
+    place = {"A5 = 0": 4, "stretched": 2, "above A1": 1}[family]
+    q = np.clip(q, d.position_min, d.position_max)
+    q[place] = {"A5 = 0": 0.0, "stretched": STRETCHED, "above A1": q[1]}[family] + off
+    beside = np.clip(q + rng.uniform(-0.3, 0.3, 6), d.position_min, d.position_max)
+    start, end = (beside, q) if towards else (q, beside)
+    robot.goes_to(start.tolist())
+    code = refusal(robot, robot.tcp_frame(end.tolist()), speed_rel)
+    assert code in {None, OUT_OF_REACH, JOINT_LIMIT, CROSSING_SINGULARITY, ROBOT_CONFIGURATION}
+    assert not robot.controller.moving
 
 
 def test_a_joint_at_its_limit_may_not_swing_out_and_back_between_samples() -> None:
@@ -166,7 +223,7 @@ def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
         goes_straight_to(robot, frame)
 
 
-@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "kr_6_r900_sixx"])
+@pytest.mark.parametrize("robot_name", ARMS)
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_many_places_at_once_are_the_same_as_one_by_one(robot_name: str, seed: int) -> None:
@@ -187,7 +244,7 @@ def test_a_line_that_leaves_the_stretched_wrist_beside_its_plane_does_not_jump(o
 
 
 @pytest.mark.requirement("FRC011")
-@pytest.mark.parametrize("robot_name", ["lbr_iiwa_7_r800", "kr_6_r900_sixx"])
+@pytest.mark.parametrize("robot_name", ARMS)
 @settings(max_examples=25, deadline=None)
 @given(offsets=st.tuples(*[st.floats(-0.3, 0.3)] * 7))
 def test_a_line_to_joint_positions_ends_in_them(robot_name: str, offsets: tuple[float, ...]) -> None:
@@ -215,7 +272,7 @@ def test_a_line_to_joints_that_need_the_arm_bent_another_way_is_refused() -> Non
 @pytest.mark.parametrize("a6_deg", [-340, -190, 170, 200, 330])
 def test_a_joint_goes_on_through_half_a_turn_and_further(a6_deg: int) -> None:
     """Turning about the axis of A6: the inverse starts again at 180 deg, the joint does not."""
-    robot = SteppedRobot("kr_6_r900_sixx")
+    robot = SteppedRobot(ARMS[1])
     robot.goes_to([*robot.description.home[:5], radians(a6_deg)])
     turn_deg = -100.0 if a6_deg > 0 else 100.0
     for _ in range(2):
@@ -232,14 +289,14 @@ def test_a_joint_goes_on_through_half_a_turn_and_further(a6_deg: int) -> None:
 
 
 def test_a_line_to_joints_a_turn_away_is_refused() -> None:
-    robot = SteppedRobot("kr_6_r900_sixx")
+    robot = SteppedRobot(ARMS[1])
     away = (*robot.description.home[:5], radians(350.0))
     with pytest.raises(Refused, match="a turn"):
         robot.controller.lin_joint_move(away, 1.0, 0.0)
 
 
 def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
-    robot = SteppedRobot("kr_6_r900_sixx")
+    robot = SteppedRobot(ARMS[1])
     robot.goes_to([*robot.description.home[:5], radians(300.0)])
     end = robot.tcp_frame([*robot.description.home[:5], radians(400.0)])
     with pytest.raises(Refused, match="A6 would leave its limits") as refused:
@@ -248,7 +305,7 @@ def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
 
 
 def test_a_line_of_six_axes_passes_the_stretched_wrist() -> None:
-    robot = SteppedRobot("kr_6_r900_sixx")
+    robot = SteppedRobot(ARMS[1])
     robot.goes_to(list(map(radians, (0, -90, 90, 0, 20, 0))))
     frame = robot.controller.tool_frame()
     goes_straight_to(robot, robot.tcp_frame(list(map(radians, (0, -85, 88, 0, -20, 0)))))

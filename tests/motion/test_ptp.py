@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from tests.stepped import SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
-DESCRIPTIONS = [load_robot(name) for name in ("lbr_iiwa_7_r800", "kr_6_r900_sixx")]
-ROBOTS = pytest.mark.parametrize("description", DESCRIPTIONS, ids=lambda description: description.name)
+DESCRIPTIONS = [load_robot(name) for name in ARMS]
+BOTH = pytest.mark.parametrize("description", DESCRIPTIONS, ids=lambda description: description.name)
 SHARE_OF_LIMITS = 0.9
 
 
@@ -46,7 +46,7 @@ def optimal_duration_s(
 
 
 @pytest.mark.requirement("FRC004", "FRC010")
-@ROBOTS
+@BOTH
 @settings(max_examples=40, deadline=None)
 @given(data=st.data(), speed_rel=st.floats(0.05, 1.0))
 def test_joint_moves_take_little_longer_than_the_optimum(
@@ -65,7 +65,7 @@ def test_joint_moves_take_little_longer_than_the_optimum(
 
 
 @pytest.mark.requirement("FRC004", "FRC010")
-@ROBOTS
+@BOTH
 @settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_joint_moves_are_straight_and_end_exactly(description: RobotDescription, data: st.DataObject) -> None:
@@ -85,7 +85,7 @@ def test_joint_moves_are_straight_and_end_exactly(description: RobotDescription,
 
 
 @pytest.mark.requirement("FRC004")
-@ROBOTS
+@BOTH
 @settings(max_examples=20, deadline=None)
 @given(data=st.data())
 def test_no_joint_is_faster_than_its_relative_speed(
@@ -100,7 +100,7 @@ def test_no_joint_is_faster_than_its_relative_speed(
 
 
 @pytest.mark.requirement("FRC005", "FRC008")
-@ROBOTS
+@BOTH
 @settings(max_examples=40, deadline=None)
 @given(data=st.data())
 def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: st.DataObject) -> None:

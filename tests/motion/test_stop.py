@@ -5,10 +5,24 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.stepped import ROBOTS, SteppedRobot, assert_within_limits, line_errors
+from tests.stepped import ARMS, ROBOTS, SteppedRobot, assert_within_limits, line_errors
 
 STOP_S = 0.1
 AWAY = (1.0, -0.2, -0.5, -0.2, 0.3, -0.5, -1.0)  # from home
+both = pytest.mark.parametrize("robot_name", ARMS)
+
+
+def away_from_home(robot: SteppedRobot) -> list[float]:
+    """Joint positions some way off."""
+    home = robot.description.home
+    away: list[float] = np.add(home, AWAY[: len(home)]).tolist()
+    return away
+
+
+def goes_away(robot: SteppedRobot) -> None:
+    """Sends it there at full speed."""
+    to = away_from_home(robot)
+    robot.controller.joint_move(to, [1.0] * len(to))
 
 
 def stops(robot: SteppedRobot) -> int:
@@ -26,8 +40,8 @@ def test_a_stop_ends_all_motion_within_100_ms(
     robot_name: str, rate_hz: int, after_s: float, speed: float
 ) -> None:
     robot = SteppedRobot(robot_name, 1.0 / rate_hz)
-    frame, home = robot.controller.tool_frame(), robot.description.home
-    robot.controller.joint_move(np.add(home, AWAY[: len(home)]).tolist(), [speed] * len(home))
+    frame, away = robot.controller.tool_frame(), away_from_home(robot)
+    robot.controller.joint_move(away, [speed] * len(away))
     robot.controller.ptp_move(frame, 1.0, 0.0)
     robot.step(round(after_s * rate_hz))
     assert stops(robot) * robot.tick_s <= STOP_S + 1e-9
@@ -55,32 +69,35 @@ def test_a_stopped_line_stays_on_its_line(robot_name: str, after: int) -> None:
 
 
 @pytest.mark.requirement("FRC014", "FRC016")
-def test_moves_sent_during_a_stop_start_where_it_ends() -> None:
-    robot = SteppedRobot()
-    robot.controller.joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], [1.0] * 7)
+@both
+def test_moves_sent_during_a_stop_start_where_it_ends(robot_name: str) -> None:
+    robot = SteppedRobot(robot_name)
+    goes_away(robot)
     robot.step(150)
     robot.stop()
     robot.step(10)
-    robot.controller.joint_move([0.0] * 7, [0.5] * 7)
-    frame = robot.tcp_frame([0.0] * 7)
+    target = [0.0] * len(robot.controller.joints)
+    robot.controller.joint_move(target, [0.5] * len(target))
     robot.runs_until_stopped()
-    assert robot.controller.tool_frame() == pytest.approx(frame)
+    assert robot.controller.joints == tuple(target)
     assert_within_limits(robot)
 
 
-def test_a_stop_before_the_first_tick_moves_nothing() -> None:
-    robot = SteppedRobot()
+@both
+def test_a_stop_before_the_first_tick_moves_nothing(robot_name: str) -> None:
+    robot = SteppedRobot(robot_name)
     home = robot.controller.joints
-    robot.controller.joint_move([0.0] * 7, [1.0] * 7)
+    goes_away(robot)
     assert stops(robot) == 0
     robot.step(10)
     assert robot.controller.joints == home
 
 
-def test_a_second_stop_changes_nothing() -> None:
-    once, twice = SteppedRobot(), SteppedRobot()
+@both
+def test_a_second_stop_changes_nothing(robot_name: str) -> None:
+    once, twice = SteppedRobot(robot_name), SteppedRobot(robot_name)
     for robot in (once, twice):
-        robot.controller.joint_move([0.0] * 7, [1.0] * 7)
+        goes_away(robot)
         robot.step(200)
         robot.stop()
         robot.step(20)
@@ -90,15 +107,17 @@ def test_a_second_stop_changes_nothing() -> None:
     assert once.joints == twice.joints
 
 
-def test_a_stop_near_the_end_of_a_move_never_overshoots() -> None:
-    whole = SteppedRobot()
-    whole.controller.joint_move([0.0] * 7, [1.0] * 7)
+@both
+def test_a_stop_near_the_end_of_a_move_never_overshoots(robot_name: str) -> None:
+    whole = SteppedRobot(robot_name)
+    goes_away(whole)
     ticks = whole.runs_until_stopped()
+    home, away = np.array(whole.joints[0]), np.array(whole.joints[-1])
     for left in range(1, 60, 7):
-        robot = SteppedRobot()
-        robot.controller.joint_move([0.0] * 7, [1.0] * 7)
+        robot = SteppedRobot(robot_name)
+        goes_away(robot)
         robot.step(ticks - left)
         stops(robot)
-        home = np.array(robot.description.home)
-        assert (np.abs(robot.joints[-1]) <= np.abs(home) + 1e-12).all()
-        assert (np.sign(robot.joints[-1]) * np.sign(home) >= 0.0).all()
+        parts = (robot.joints[-1] - home) / (away - home)
+        assert (parts <= 1.0 + 1e-12).all()
+        assert (parts >= 0.0).all()
