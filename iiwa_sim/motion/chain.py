@@ -135,11 +135,12 @@ class Way:
 class Chain:
     """At rest at the start of its first move at time 0, and at rest at the target of its last."""
 
-    def __init__(self, plan: Plan, lost_s: float, end_share: float) -> None:
+    def __init__(self, plan: Plan, end_share: float, ungentle: _Geometry | None) -> None:
+        """Comes to rest with a part of the acceleration limits; `ungentle` is its geometry without that, None
+        where it is the whole."""
         self.plan = plan
-        self.lost_s = lost_s
-        """About how much later it comes to rest than if it set out with its full acceleration."""
         self._end_share = end_share
+        self._ungentle = ungentle
 
     @classmethod
     def along(cls, way: Way, share: float = 1.0) -> "Slices[Chain]":
@@ -150,11 +151,12 @@ class Chain:
         window_s, bounds = window_of(way.first.limits), geometry.bounds
         if share < 1.0:
             bounds = bounds.gentler(0.0, _gentle_way(bounds, 0, window_s, way.first, share), share)
+        geometry = geometry._replace(bounds=bounds)
         bounds = _ending_gently(bounds, window_s, way.last, way.end_share, 0.0)
         yield
         timing, bounds = yield from from_rest(bounds, window_s)
-        lost_s = 0.5 * (1.0 - share) * GENTLE * window_s
-        return cls(Plan(timing, geometry._replace(bounds=bounds)), lost_s, way.end_share)
+        ungentle = geometry if way.end_share < 1.0 else None
+        return cls(Plan(timing, geometry._replace(bounds=bounds)), way.end_share, ungentle)
 
     def drive_on(self, way: Way, now_s: float, time_s: float) -> Slices[int]:
         """Go on into moves that follow the last one, as many as possible without changing anything before a
@@ -180,7 +182,7 @@ class Chain:
             planned = yield from going_on(self.plan.timing, bounds, now_s, time_s)
             if planned is not None:
                 self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
-                self._end_share = share
+                self._end_share, self._ungentle = share, geometry if share < 1.0 else None
                 return count
             yield
         return 0
@@ -190,7 +192,7 @@ class Chain:
         changing anything before a time; else as it is."""
         if share >= self._end_share:
             return self
-        timing = self.plan.timing
+        timing, ungentle = self.plan.timing, self._ungentle or self.plan.geometry
         geometry = self.plan.geometry.left(timing.position(now_s))
         front = timing.front(time_s)[0]
         bounds = _ending_gently(geometry.bounds, timing.window_s, self.moves[-1], share, front)
@@ -198,7 +200,17 @@ class Chain:
         planned = yield from going_on(timing, bounds, now_s, time_s)
         if planned is None:
             return self
-        return Chain(Plan(planned[0], geometry._replace(bounds=planned[1])), self.lost_s, share)
+        return Chain(Plan(planned[0], geometry._replace(bounds=planned[1])), share, ungentle)
+
+    def braking_fully(self, now_s: float, time_s: float) -> "Slices[Chain]":
+        """The same with all of the acceleration limits to come to rest with, if that is earlier."""
+        if self._ungentle is None:
+            return self
+        geometry = self._ungentle.left(self.plan.timing.position(now_s))
+        planned = yield from going_on(self.plan.timing, geometry.bounds, now_s, time_s)
+        if planned is None or planned[0].rest_s >= self.rest_s:
+            return self
+        return Chain(Plan(planned[0], geometry._replace(bounds=planned[1])), 1.0, None)
 
     def end_with_move_at(self, time_s: float) -> bool:
         """Let the move that is under way at a time be the last one.
@@ -212,7 +224,7 @@ class Chain:
             if geometry is None or planned is None:
                 return False
             self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
-            self._end_share = 1.0
+            self._end_share, self._ungentle = 1.0, None
         return True
 
     @property

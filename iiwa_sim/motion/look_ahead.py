@@ -26,9 +26,12 @@ ENOUGH_S = 0.25
 """A run begins with moves that take at least so long, if it can."""
 SLICE_S = 0.0025
 """A tick has a slice for each of these that it has begun."""
-MOST_SLICES = 8
+MOST_SLICES = 10
 """A change of what is under way is planned in no more, and changes nothing before it is done."""
 
+SURE_WINDOWS = 4.5
+"""To turn with a share of the acceleration limits costs about three windows of the moving average, times what
+is missing of 1; where an overlap saves more than so many, stopping need not be looked at."""
 ROUNDING = 1e-9
 
 
@@ -104,27 +107,36 @@ class LookAhead:
         yield from self._follow(way, moves[1:])
         chain = yield from Chain.along(way, share)
         yield
-        turning = yield from at_most(MOST_SLICES, self._turning(run, chain, share))
-        if turning is None:
-            return None
-        braking, from_s, start_s = turning
-        run.replace_last(braking)
-        from_s = run.from_last(from_s)
+        last = run.last
+        now_s, then_s = self._now_and_then(run)
+        turning = self._turning(last, chain, way, share, now_s, then_s)
+        ending, start_s = yield from at_most(MOST_SLICES, turning)
+        run.replace_last(ending)
+        if start_s is None:
+            return None if ending is last else Taken(0, run.from_last(then_s))
+        from_s = run.from_last(start_s if ending is last else then_s)
         run.add(chain, start_s)
         return Taken(1 + len(way.corners), from_s)
 
-    def _turning(self, run: Run, chain: Chain, share: float) -> Slices[tuple[Chain, float, float] | None]:
-        """The last chain as it brakes with a share of the acceleration limits, from when on something is
-        different, and when another chain may set out, both in its time; None where there is nothing to
-        overlap, or to stop takes no longer."""
-        last = run.last
-        now_s, then_s = self._now_and_then(run)
+    def _turning(
+        self, last: Chain, chain: Chain, way: Way, share: float, now_s: float, then_s: float
+    ) -> Slices[tuple[Chain, float | None]]:
+        """The last chain, the same up to `then_s`, as it should come to rest; and when in its time another,
+        planned along a way with this share, may set out meanwhile, None where to stop takes no longer."""
         braking = yield from last.braking(share, now_s, then_s)
         yield
         start_s = yield from set_out_s(braking, chain, then_s, *self._position_limits)
-        if start_s is None or start_s + chain.lost_s > last.rest_s:
-            return None
-        return braking, start_s if braking is last else then_s, start_s
+        sure_s = SURE_WINDOWS * (1.0 - share) * last.plan.timing.window_s
+        if start_s is not None and last.rest_s - start_s > sure_s:
+            return braking, start_s
+        yield
+        stopping = yield from last.braking_fully(now_s, then_s)
+        if start_s is not None:
+            yield
+            alone = yield from Chain.along(way)
+            if start_s + chain.rest_s <= stopping.rest_s + alone.rest_s:
+                return braking, start_s
+        return stopping, None
 
     def _now_and_then(self, run: Run) -> tuple[float, float]:
         """Two times in the last chain: now, and from when on a change of it may show."""

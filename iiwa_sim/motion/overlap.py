@@ -15,11 +15,13 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.slices import Slices
 from iiwa_sim.motion.zone import Zone, way_inside
 
-STEP_S = 0.001
+STEP_S = 0.0005
+DIFFERENCE = 2  # steps: the shortest tick, through which short jerks are seen as the robot shows them
+BESIDE = 3 * DIFFERENCE
 LONGEST_S = 0.4
 SHORTEST_S = 0.006
 PARTS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)  # of the longest overlap that the zone allows
-KEPT = (0.998, 0.998, 0.95)  # of velocity, acceleration and jerk limits: steps may hide some of a short jerk
+KEPT = (0.998, 0.998, 0.95)  # of velocity, acceleration and jerk limits: ticks between steps may see more
 PLACES = 16  # looked at for whether the robot stays in the zone
 ROUNDING = 1.0 + 1e-9
 
@@ -41,8 +43,8 @@ def set_out_s(
     count = int(longest / STEP_S)
     if longest < SHORTEST_S:
         return None
-    # Both from three steps before the longest overlap to three steps after it.
-    at: Array = STEP_S * np.arange(-3.0, count + 4.0)
+    # Both from three differences before the longest overlap to three after it.
+    at: Array = STEP_S * np.arange(-BESIDE, count + BESIDE + 1, dtype=np.float64)
     braking = _at(first, first.rest_s - longest + at)
     yield
     leaving = _at(second, at) - np.array(first.end)
@@ -54,9 +56,9 @@ def set_out_s(
         steps = int(part * longest / STEP_S)
         if steps * STEP_S < SHORTEST_S:
             break
-        if np.abs(first_loads[count - steps :] + second_loads[: steps + 4]).max() > 1.0:
+        if np.abs(first_loads[count - steps :] + second_loads[: steps + BESIDE + 1]).max() > 1.0:
             continue
-        q = braking[count - steps :] + leaving[: steps + 7]
+        q = braking[count - steps :] + leaving[: steps + 2 * BESIDE + 1]
         if (q > lowest).all() and (q < highest).all() and _stays_inside(q, zone):
             return first.rest_s - longest + (count - steps) * STEP_S
     return None
@@ -73,17 +75,17 @@ def _at(chain: Chain, times: Array) -> Array:
 
 
 def _loads(q: Array, limits: tuple[Array, Array, Array]) -> Array:
-    """Velocity, acceleration and jerk of each joint as parts of what is kept (m - 3, 3 n), with signs."""
+    """Velocity, acceleration and jerk of each joint over what is kept, with signs (m - BESIDE, 3 n)."""
     count = q.shape[1]
-    loads = np.empty((len(q) - 3, 3 * count))
+    loads = np.empty((len(q) - BESIDE, 3 * count))
     differences = q
     for order, (limit, kept) in enumerate(zip(limits, KEPT, strict=True)):
-        differences = np.diff(differences, axis=0) / STEP_S
+        differences = (differences[DIFFERENCE:] - differences[:-DIFFERENCE]) / (DIFFERENCE * STEP_S)
         loads[:, order * count : (order + 1) * count] = differences[: len(loads)] / (kept * limit)
     return loads
 
 
 def _stays_inside(q: Array, zone: Zone) -> bool:
-    inner = q[3:-3]
+    inner = q[BESIDE:-BESIDE]
     places = inner[:: max(len(inner) // PLACES, 1)].tolist()
     return all(zone.distance(joints) <= zone.radius * ROUNDING for joints in places)
