@@ -299,6 +299,20 @@ def test_a_cell_lies_beside_the_test_and_stands_for_a_robot(
     result.assert_outcomes(passed=1)
 
 
+def test_a_transcript_is_written_beside_the_test(project: Project, pytester: pytest.Pytester) -> None:
+    result = project.tests(
+        """
+        @pytest.mark.iiwa(transcript="said.txt")
+        def test_said(driver):
+            assert driver.ask("hello") == "hello"
+        """
+    )
+    result.assert_outcomes(passed=1)
+    said = pytester.path.joinpath("said.txt").read_text().splitlines()
+    told = [line.partition("client1")[2] for line in said[2:]]
+    assert told == [" connects", "> hello", "< hello", " leaves"]
+
+
 def test_a_six_axis_robot_with_krc4_messages(project: Project) -> None:
     result = project.tests(
         """
@@ -351,6 +365,8 @@ WRONG = {
     "robot='nobody'": "fixture iiwa: robot: folder = nobody: expected a folder, or one of *",
     "cell='no.toml'": "fixture iiwa: *no.toml*expected*",
     "cell='no.toml', robot='lbr_iiwa_7_r800'": "fixture iiwa: robot and cell are both given*",
+    "transcript='no/where.txt'": "fixture iiwa: *where.txt: cannot be written: No such file or directory",
+    "transcript=True": "fixture iiwa: transcript=True: expected the path of a file",
     "port=70000": "fixture iiwa: cannot listen on port 70000: *",
 }
 

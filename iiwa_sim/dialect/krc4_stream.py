@@ -1,9 +1,9 @@
 """Bytes in, XML messages out, whichever way the bytes are cut into packets.
 
-Messages follow each other without prefix or separator: one ends where its root element does, and blanks, line
-ends and byte order marks between two are nothing. Expat is fed up to each `>`, so a root's end is the end of what was fed. It
-is not asked to do more than elements: a DTD, and with it every entity of one's own, is turned down before it
-means anything.
+Messages follow each other without prefix or separator: one ends where its root element does, and blanks,
+line ends and byte order marks between two are nothing. Expat is fed up to each `>`, so a root's end is the
+end of what was fed. It is not asked to do more than elements: a DTD, and with it every entity of one's own,
+is turned down before it means anything.
 
 What is no XML leaves no way to tell where the next message would begin; so the stream is broken from there
 on. A message that is XML, but has what no message has, carries a fault instead.
@@ -19,8 +19,8 @@ MAX_DEPTH = 8
 """Elements within each other, beyond which the stream is broken. A message has two."""
 
 MAX_ENDS = 100
-"""How often `>` may be in a message, beyond which the stream is broken. A message with all twenty values has 42.
-Each costs a look at what is open there, so that without a bound 16 KiB would keep the robot waiting 0.2 s."""
+"""How often `>` may be in a message, beyond which the stream is broken; with all twenty values it has 42. Each
+costs a look at what is open there, so that without a bound 16 KiB would keep the robot waiting for 0.2 s."""
 
 XML_BLANKS = " \t\r\n"
 """What XML takes for a blank: no-break spaces and their kin are text."""

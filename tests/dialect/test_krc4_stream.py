@@ -172,7 +172,7 @@ def test_what_looks_most_like_an_end_is_counted_and_costs_no_more_than_that() ->
 
 def test_a_byte_order_mark_and_blanks_stand_between_messages_however_they_are_cut() -> None:
     between = b"\xef\xbb\xbf"  # .NET's writers begin with it
-    wire = between + b"<Cmd/>" + b"\r\n" + between + b" \t" + between + b"<?xml version='1.0'?><Cmd/>" + between
+    wire = b"%b<Cmd/>\r\n%b \t%b<?xml version='1.0'?><Cmd/>%b" % ((between,) * 4)
     assert read(wire, ends=True) == [Element("Cmd", {}, "")] * 2
     assert read(*[bytes([byte]) for byte in wire], ends=True) == [Element("Cmd", {}, "")] * 2
 
