@@ -19,8 +19,8 @@ MAX_DEPTH = 8
 """Elements within each other, beyond which the stream is broken. A message has two."""
 
 MAX_ENDS = 100
-"""How often `>` may be in a message, beyond which the stream is broken; with all twenty values it has 42. Each
-costs a look at what is open there, so that without a bound 16 KiB would keep the robot waiting for 0.2 s."""
+"""How often `>` may be in a message, beyond which the stream is broken; with all twenty values it has 42.
+Each costs a look at what is open there, so that without a bound 16 KiB would keep the robot waiting 0.2 s."""
 
 XML_BLANKS = " \t\r\n"
 """What XML takes for a blank: no-break spaces and their kin are text."""
