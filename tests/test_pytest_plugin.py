@@ -283,29 +283,19 @@ def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
     )
 
 
-def test_a_cell_lies_beside_the_test_and_stands_for_a_robot(
+def test_cell_and_transcript_lie_beside_the_test_and_a_cell_stands_for_a_robot(
     project: Project, pytester: pytest.Pytester
 ) -> None:
     pytester.path.joinpath("cells").mkdir()
     pytester.path.joinpath("cells", "twelve.toml").write_text('robot = "lbr_iiwa_14_r820"\n')
     result = project.tests(
         """
-        @pytest.mark.iiwa(cell="cells/twelve.toml")
-        def test_cell(iiwa):
+        @pytest.mark.iiwa(cell="cells/twelve.toml", transcript="said.txt")
+        def test_cell(iiwa, driver):
             assert iiwa.cell.description.name == "LBR iiwa 14 R820"
+            assert driver.ask("hello") == "hello"
         """,
         "--iiwa-robot=lbr_iiwa_7_r800",
-    )
-    result.assert_outcomes(passed=1)
-
-
-def test_a_transcript_is_written_beside_the_test(project: Project, pytester: pytest.Pytester) -> None:
-    result = project.tests(
-        """
-        @pytest.mark.iiwa(transcript="said.txt")
-        def test_said(driver):
-            assert driver.ask("hello") == "hello"
-        """
     )
     result.assert_outcomes(passed=1)
     said = pytester.path.joinpath("said.txt").read_text().splitlines()
