@@ -42,9 +42,9 @@ COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
 ENV PATH=/opt/iiwa-sim/bin:$PATH
 USER 10001
 
-EXPOSE 30000 9090
+EXPOSE 30000 54600 9090
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s \
-    CMD ["python", "-c", "from iiwa_sim.client import Iiwa; Iiwa('127.0.0.1', 30000, 3).hello()"]
+    CMD ["iiwa-sim", "health"]
 ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0"]
 
 

@@ -28,6 +28,7 @@ class _Option(NamedTuple):
 
 
 _PATH = _Option((str, os.PathLike), "a name or a path")
+_FILE = _Option((str, os.PathLike), "the path of a file")
 _SECONDS = _Option((int, float), "a number of seconds")
 _PORT = _Option(int, "a port")
 _OPTIONS = {
@@ -42,6 +43,7 @@ _OPTIONS = {
     "status_rate_hz": _Option(int, "a whole number"),
     "exclusive": _Option(bool, "True or False"),
     "reconnect_pause_s": _SECONDS,
+    "transcript": _FILE,
 }
 _INI = {
     "robot": "name or folder of the robot",
@@ -114,6 +116,7 @@ def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.settings import SettingsFault
     from iiwa_sim.simulator import Simulator
+    from iiwa_sim.transcript.fault import TranscriptFault
 
     start_ns = time.monotonic_ns()
     try:
@@ -121,7 +124,7 @@ def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
         recording = Recording(simulator.clock.tick_s, start_ns)
         simulator.dialogue.listeners.append(recording)
         return simulator.__enter__(), recording
-    except (ValueError, SettingsFault, ListenFault) as fault:
+    except (ValueError, SettingsFault, ListenFault, TranscriptFault) as fault:
         raise _fault(str(fault)) from None
 
 
@@ -158,6 +161,8 @@ def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
         with suppress(OSError):  # no name of a folder, to be told by who loads it
             if (folder / given["robot"]).is_dir():
                 given["robot"] = folder / given["robot"]
+    if "transcript" in given:
+        given["transcript"] = folder / given["transcript"]
     if isinstance(given.get("dialects"), str):
         given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
     if isinstance(given.get("rate_hz"), str):

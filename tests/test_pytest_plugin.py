@@ -283,20 +283,24 @@ def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
     )
 
 
-def test_a_cell_lies_beside_the_test_and_stands_for_a_robot(
+def test_cell_and_transcript_lie_beside_the_test_and_a_cell_stands_for_a_robot(
     project: Project, pytester: pytest.Pytester
 ) -> None:
     pytester.path.joinpath("cells").mkdir()
     pytester.path.joinpath("cells", "twelve.toml").write_text('robot = "lbr_iiwa_14_r820"\n')
     result = project.tests(
         """
-        @pytest.mark.iiwa(cell="cells/twelve.toml")
-        def test_cell(iiwa):
+        @pytest.mark.iiwa(cell="cells/twelve.toml", transcript="said.txt")
+        def test_cell(iiwa, driver):
             assert iiwa.cell.description.name == "LBR iiwa 14 R820"
+            assert driver.ask("hello") == "hello"
         """,
         "--iiwa-robot=lbr_iiwa_7_r800",
     )
     result.assert_outcomes(passed=1)
+    said = pytester.path.joinpath("said.txt").read_text().splitlines()
+    told = [line.partition("client1")[2] for line in said[2:]]
+    assert told == [" connects", "> hello", "< hello", " leaves"]
 
 
 def test_a_six_axis_robot_with_krc4_messages(project: Project) -> None:
@@ -351,6 +355,8 @@ WRONG = {
     "robot='nobody'": "fixture iiwa: robot: folder = nobody: expected a folder, or one of *",
     "cell='no.toml'": "fixture iiwa: *no.toml*expected*",
     "cell='no.toml', robot='lbr_iiwa_7_r800'": "fixture iiwa: robot and cell are both given*",
+    "transcript='no/where.txt'": "fixture iiwa: *where.txt: cannot be written: No such file or directory",
+    "transcript=True": "fixture iiwa: transcript=True: expected the path of a file",
     "port=70000": "fixture iiwa: cannot listen on port 70000: *",
 }
 

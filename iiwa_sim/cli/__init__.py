@@ -1,4 +1,4 @@
-"""`iiwa-sim`, plot, check-cell, replay, check, bridge, ros-package-path: options, messages, exit codes.
+"""`iiwa-sim`, plot, check-cell, replay, check, bridge, health, ros-package-path: options, exit codes.
 
 Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written, the cell is right
 or a server answers as expected; 1 where it does not; 2, with one line on stderr, for options, a cell, a
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from iiwa_sim.bridge.fault import BridgeFault
 from iiwa_sim.cell.settings import CellFault
-from iiwa_sim.cli.options import BRIDGE, CHECK, CHECK_CELL, PLOT, REPLAY, ROS_PACKAGE_PATH
+from iiwa_sim.cli.options import BRIDGE, CHECK, CHECK_CELL, HEALTH, PLOT, REPLAY, ROS_PACKAGE_PATH
 from iiwa_sim.cli.output import StdoutFault
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import RobotFault
@@ -44,6 +44,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from iiwa_sim.cli import bridge
 
             return bridge.run(given[1:])
+        if given and given[0] == HEALTH:
+            from iiwa_sim.cli import health
+
+            return health.run(given[1:])
         if given and given[0] == ROS_PACKAGE_PATH:
             from iiwa_sim.cli import ros_package_path
 

@@ -17,6 +17,7 @@ CHECK_CELL = "check-cell"
 REPLAY = "replay"
 CHECK = "check"
 BRIDGE = "bridge"
+HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 ROSBRIDGE_PORT = 9090
 LONGEST_MESSAGE = 400

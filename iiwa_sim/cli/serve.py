@@ -38,7 +38,7 @@ from iiwa_sim.wording import shortened
 
 
 def run(given: Sequence[str]) -> int:
-    options = _options(given)
+    options = parsed(given)
     if options.version:
         say(f"iiwa-sim {metadata.version('iiwa-sim')}\n")
         return 0
@@ -95,7 +95,7 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
 
 
 def _banner(robot: str, host: str, ports: dict[str, int]) -> str:
-    here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # what listens everywhere listens here too
+    here = reached_at(host)
     ways = {
         "iiwa": "telnet {here} {port}, then type help",
         "krc4": """printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",
@@ -104,7 +104,12 @@ def _banner(robot: str, host: str, ports: dict[str, int]) -> str:
     return f"{robot}, simulated. To try it: {ways[first].format(here=here, port=port)}. Ctrl-C ends it."
 
 
-def _options(given: Sequence[str]) -> argparse.Namespace:
+def reached_at(host: str) -> str:
+    """Where on this machine a server answers that listens on `host`."""
+    return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # what listens everywhere listens here too
+
+
+def parsed(given: Sequence[str]) -> argparse.Namespace:
     """The options for a run, also those checked that hang together."""
     parser = _parser()
     options = parser.parse_args(given)

@@ -17,6 +17,7 @@ from iiwa_sim.client.xml_replies import XmlReplies
 REGISTERS = 10
 """Integers, and as many reals."""
 LARGEST_INTEGER = 2**31 - 1
+SMALLEST_INTEGER = -(2**31)
 
 _INTEGERS = tuple(f"I{place}" for place in range(REGISTERS))
 _REALS = tuple(f"R{place}" for place in range(REGISTERS))
@@ -141,7 +142,7 @@ def _whole(command: str, value: int) -> int:
         whole = index(value)
     except TypeError:
         raise ValueError(f"{command}: expected whole numbers, got {value!r}") from None
-    if abs(whole) > LARGEST_INTEGER:
+    if not SMALLEST_INTEGER <= whole <= LARGEST_INTEGER:
         raise ValueError(f"{command}: expected numbers of 32 bit, got {whole}")
     return whole
 

@@ -42,12 +42,12 @@ def numbers(make: Callable[[Iterable[float]], T], count: int) -> Callable[[str],
 
 def integers(make: Callable[[Iterable[int]], T], count: int) -> Callable[[str], T]:
     """So many whole numbers."""
-    return lambda reply: make(_each(reply, int, count))
+    return lambda reply: make(_each(reply, integer, count))
 
 
 def number(reply: str) -> float:
     """One finite number."""
-    value = float(reply)
+    value = float(_plain(reply))
     if not math.isfinite(value):
         raise ValueError(reply)
     return value
@@ -55,7 +55,7 @@ def number(reply: str) -> float:
 
 def integer(reply: str) -> int:
     """One whole number."""
-    return int(reply)
+    return int(_plain(reply))
 
 
 def state(reply: str) -> bool:
@@ -92,6 +92,13 @@ def _each(reply: str, read: Callable[[str], T], count: int) -> list[T]:
     if len(words) != count:
         raise ValueError(reply)
     return [read(word) for word in words]
+
+
+def _plain(word: str) -> str:
+    """What holds no underscores and digits of other scripts, which Python would take in a number."""
+    if "_" in word or not word.isascii():
+        raise ValueError(word)
+    return word
 
 
 def _code(word: str) -> int:

@@ -9,6 +9,10 @@ from xml.parsers import expat
 
 ROOT = "Res"
 
+MAX_ENDS = 100
+"""How often `>` may be in a reply, which has 42. Each costs a look at what is open there: without a bound a
+reply of 64 KiB could keep a program busy for seconds."""
+
 _BLANKS = b" \t\r\n"
 
 
@@ -18,6 +22,7 @@ class XmlReplies:
     def __init__(self) -> None:
         self._heard = b""
         self._parsed = 0  # so much of it
+        self._ends = 0  # `>` in that
         self._reply = _Reply()
 
     def feed(self, data: bytes) -> None:
@@ -40,12 +45,16 @@ class XmlReplies:
         if heard and (heard[:1] != b"<" or b"\0" in heard):  # Expat would guess UTF-16, and wait for more
             raise ValueError(f"what is no XML in UTF-8: {heard[:40]!r}")
         while self._parsed < len(heard):
-            end = heard.find(b">", self._parsed) + 1 or len(heard)
+            closed = heard.find(b">", self._parsed) + 1
+            end = closed or len(heard)
+            self._ends += closed > 0
+            if self._ends > MAX_ENDS:
+                raise ValueError(f"what has more than {MAX_ENDS} > in a reply")
             self._reply.parse(heard[self._parsed : end])
             self._parsed = end
             if self._reply.complete:
                 values = self._reply.values
-                self._heard, self._parsed, self._reply = heard[end:], 0, _Reply()
+                self._heard, self._parsed, self._ends, self._reply = heard[end:], 0, 0, _Reply()
                 return values
         return None
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from xml.sax.saxutils import escape
 
 from iiwa_sim.dialect.decimals import format_decimals, readable
-from iiwa_sim.dialect.krc4_stream import Element
+from iiwa_sim.dialect.krc4_stream import XML_BLANKS, Element
 from iiwa_sim.dialect.krc4_table import REPLY, REQUEST
 
 NO_MESSAGE = "(no message)"
@@ -30,7 +30,7 @@ def is_short(line: str) -> bool:
 
 def written(element: Element, wire: bytes) -> str:
     """A message that came as these bytes."""
-    values = {name: value.strip() for name, value in element.values.items()}
+    values = {name: value.strip(XML_BLANKS) for name, value in element.values.items()}
     told_in_full = not element.fault and element.name in _ROOTS
     if told_in_full and all(_NAME.fullmatch(n) and _VALUE.fullmatch(v) for n, v in values.items()):
         return _line(element.name, [f"{name}={value}" for name, value in values.items()])

@@ -1,14 +1,15 @@
 """Bytes in, XML messages out, whichever way the bytes are cut into packets.
 
-Messages follow each other without prefix or separator: one ends where its root element does, and blanks and
-line ends between two are nothing. Expat is fed up to each `>`, so a root's end is the end of what was fed. It
-is not asked to do more than elements: a DTD, and with it every entity of one's own, is turned down before it
-means anything.
+Messages follow each other without prefix or separator: one ends where its root element does, and blanks,
+line ends and byte order marks between two are nothing. Expat is fed up to each `>`, so a root's end is the
+end of what was fed. It is not asked to do more than elements: a DTD, and with it every entity of one's own,
+is turned down before it means anything.
 
 What is no XML leaves no way to tell where the next message would begin; so the stream is broken from there
 on. A message that is XML, but has what no message has, carries a fault instead.
 """
 
+import re
 from typing import NamedTuple
 from xml.parsers import expat
 
@@ -17,7 +18,15 @@ MAX_MESSAGE_BYTES = 16384
 MAX_DEPTH = 8
 """Elements within each other, beyond which the stream is broken. A message has two."""
 
-_BLANKS = b" \t\r\n"
+MAX_ENDS = 100
+"""How often `>` may be in a message, beyond which the stream is broken; with all twenty values it has 42.
+Each costs a look at what is open there, so that without a bound 16 KiB would keep the robot waiting 0.2 s."""
+
+XML_BLANKS = " \t\r\n"
+"""What XML takes for a blank: no-break spaces and their kin are text."""
+
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
+_NOTHING = re.compile(rb"(?:[ \t\r\n]+|%b)*" % _BYTE_ORDER_MARK)
 _ENCODINGS = ("utf-8", "us-ascii")
 
 
@@ -43,6 +52,7 @@ class XmlStream:
         self._data = b""
         self._place = 0  # up to here it has been parsed
         self._size = 0  # of the message, so far
+        self._ends = 0  # `>` in the message, so far
         self._message: _Message | None = None
         self._pieces: list[bytes] = []  # of the message, so far
         self._ended = False
@@ -68,8 +78,9 @@ class XmlStream:
     @property
     def unread(self) -> bytes:
         """What has come and is in no message yet, but for blanks before one."""
-        begun = self.wire if self._message is not None else b""
-        return begun + self._data[self._place :].lstrip(b"" if begun else _BLANKS)
+        if self._message is not None:
+            return self.wire + self._data[self._place :]
+        return self._data[self._behind_blanks() :]
 
     def next(self) -> Element | Broken | None:
         """The next message; None where it is not complete yet, and after the stream has broken."""
@@ -85,14 +96,15 @@ class XmlStream:
     def _next(self) -> Element | None:
         while True:
             if self._message is None:
-                self._skip_blanks()
-                if self._place == len(self._data):
+                self._place = self._behind_blanks()
+                begin = self._data[self._place : self._place + len(_BYTE_ORDER_MARK)]
+                if not begin or (_BYTE_ORDER_MARK.startswith(begin) and not self._ended):
                     return None
                 self._pieces = []
-                if self._data[self._place] != ord("<"):
+                if not begin.startswith(b"<"):
                     self._pieces.append(self._data[self._place :][:MAX_MESSAGE_BYTES])
                     raise _BrokenStream("a message begins with <")
-                self._message, self._size = _Message(), 0
+                self._message, self._size, self._ends = _Message(), 0, 0
             end = self._data.find(b">", self._place) + 1
             size = self._size + (end or len(self._data)) - self._place
             if size > MAX_MESSAGE_BYTES:
@@ -107,15 +119,19 @@ class XmlStream:
             self._pieces.append(piece)
             if b"\0" in piece:  # UTF-16, which Expat would guess
                 raise _BrokenStream("expected UTF-8")
+            self._ends += 1
+            if self._ends > MAX_ENDS:
+                raise _BrokenStream(f"more than {MAX_ENDS} > in a message")
             self._message.feed(piece)
             self._place, self._size = end, size
             if self._message.complete:
                 element, self._message = self._message.element(), None
                 return element
 
-    def _skip_blanks(self) -> None:
-        while self._place < len(self._data) and self._data[self._place] in _BLANKS:
-            self._place += 1
+    def _behind_blanks(self) -> int:
+        found = _NOTHING.match(self._data, self._place)
+        assert found is not None  # it matches nothing, too
+        return found.end()
 
     def _break(self, reason: str) -> Broken:
         self._broken = True
@@ -180,7 +196,7 @@ class _Message:
     def _text(self, text: str) -> None:
         if self._depth == 2:
             self._texts.append(text)
-        elif text.strip():
+        elif text.strip(XML_BLANKS):
             self._spoil("text between the values")
 
     def _ends(self, name: str) -> None:

@@ -8,12 +8,13 @@ from typing import Literal, NamedTuple
 import msgspec
 
 from iiwa_sim.dialect.decimals import NotANumberError, format_decimals, parse_decimal, quoted
-from iiwa_sim.dialect.krc4_stream import Element
+from iiwa_sim.dialect.krc4_stream import XML_BLANKS, Element
 from iiwa_sim.dialect.table import TableError
 
 REGISTERS = 10
 """Integers, and as many reals; so a robot of more axes cannot be spoken to."""
 LARGEST_INTEGER = 2**31 - 1
+SMALLEST_INTEGER = -(2**31)
 REQUEST, REPLY = "Cmd", "Res"
 
 _INTEGERS = tuple(f"I{place}" for place in range(REGISTERS))
@@ -113,16 +114,17 @@ def understand(element: Element, root: str = REQUEST) -> Message:
     if not fault and element.name != root:
         fault = f"{_shown(element.name)}: expected {root}"
     integers, reals = [0] * REGISTERS, [0.0] * REGISTERS
-    for name, text in element.values.items():
+    for name, value in element.values.items():
+        text = value.strip(XML_BLANKS)
         place = _PLACES.get(name)
         if place is None:
             fault = fault or f"{_shown(name)}: expected I0 to I9 and R0 to R9"
             continue
         try:
             if name[0] == "I":
-                integers[place] = _integer(text.strip())
+                integers[place] = _integer(text)
             else:
-                reals[place] = parse_decimal(text.strip().encode())
+                reals[place] = parse_decimal(text.encode())
         except NotANumberError as wrong:
             fault = fault or f"{name} = {wrong}"
     return Message(tuple(integers), tuple(reals), fault)
@@ -139,9 +141,11 @@ def reply(integers: Sequence[int], reals: Sequence[float]) -> bytes:
 
 def _integer(text: str) -> int:
     digits = text.removeprefix("-") if text.startswith("-") else text.removeprefix("+")
-    if digits.isascii() and digits.isdigit() and len(digits) <= _DIGITS and int(digits) <= LARGEST_INTEGER:
-        return int(text)
-    raise NotANumberError(f"{_shown(text)}: expected an integer from -{LARGEST_INTEGER} to {LARGEST_INTEGER}")
+    if digits.isascii() and digits.isdigit() and len(digits) <= _DIGITS:
+        value = int(text)
+        if SMALLEST_INTEGER <= value <= LARGEST_INTEGER:
+            return value
+    raise NotANumberError(f"{_shown(text)}: expected an integer from {SMALLEST_INTEGER} to {LARGEST_INTEGER}")
 
 
 def _shown(text: str) -> str:

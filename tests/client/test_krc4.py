@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.client import AsyncKrc4, CommandError, Krc4, Krc4Error, Krc4Frame, ReplyError
 from iiwa_sim.client.krc4_numbers import COMMANDS, ERRORS
-from iiwa_sim.client.messages import LARGEST_INTEGER, MessageConversation, message, nothing
+from iiwa_sim.client.messages import LARGEST_INTEGER, SMALLEST_INTEGER, MessageConversation, message, nothing
 from iiwa_sim.client.xml_replies import XmlReplies
 from iiwa_sim.dialect.krc4_stream import XmlStream
 from iiwa_sim.dialect.krc4_table import load_krc4_table, understand
@@ -279,7 +279,7 @@ def test_a_message_has_room_for_ten_axes(kind: Callable[..., object], axes: int)
         lambda client: client.lin((math.nan, *BESIDE[1:])),
         lambda client: client.pta([math.inf] * 6),
         lambda client: client.sio(2**31, True),
-        lambda client: client.gio(-(2**31)),
+        lambda client: client.gio(-(2**31) - 1),
         lambda client: client.gio(math.nan),
         lambda client: client.gio(1.5),
     ],
@@ -303,7 +303,7 @@ def test_a_request_holds_all_twenty_values(connect: Callable[..., tuple[Krc4, Pe
 finite = st.floats(allow_nan=False, allow_infinity=False)
 
 
-@given(st.lists(finite, max_size=10), st.lists(st.integers(-LARGEST_INTEGER, LARGEST_INTEGER), max_size=8))
+@given(st.lists(finite, max_size=10), st.lists(st.integers(SMALLEST_INTEGER, LARGEST_INTEGER), max_size=8))
 def test_the_server_reads_what_was_given(reals: list[float], integers: list[int]) -> None:
     wire = MessageConversation(6).say(message(nothing, "GIO", integers, reals).said)
     stream = XmlStream()
@@ -365,6 +365,9 @@ def test_replies_may_be_cut_anywhere(
         ({"I2": 2}, "Res I0=1 I1=100 I2=2$"),
         ({"I2": "x"}, "no number"),
         ({"I2": "1.0"}, "no number"),
+        ({"I2": "0_1"}, "no number"),
+        ({"I2": "\u0661"}, "no number"),
+        ({"R0": "1_0"}, "no number"),
         ({"R0": "nan"}, "no number"),
         ({"R0": "1e999"}, "no number"),
         ({"R0": ""}, "no number"),
@@ -406,6 +409,7 @@ BOMB = b"<!DOCTYPE Res [<!ENTITY a 'aaaaaaaaaa'><!ENTITY b '&a;&a;&a;&a;&a;&a;&a
         (b"<Res>1<I0>1</I0></Res>", "text between the values"),
         (b"<Res I0='1'><I0>1</I0></Res>", "'I0' twice"),
         (b"<Res><I0>1</I0><I0>1</I0></Res>", "'I0' twice"),
+        (b"<Res I0='" + b">" * 60_000, "more than 100 > in a reply"),
         (b"<Res/>", "the values of none"),
         (elements({"I0": 1, "I1": 100}), "the values I0, I1"),
     ],

@@ -202,6 +202,12 @@ def test_attributes_and_elements_mean_the_same_and_what_is_absent_is_0() -> None
     assert (reply.id, reply.command) == (-12, 25)
 
 
+@pytest.mark.parametrize("message_id", [-(2**31), 2**31 - 1])
+def test_an_id_is_any_integer_of_32_bit(message_id: int) -> None:
+    _, talk = at_home()
+    assert talk.says(request(message_id, "FIN"))[0].integers[:3] == (message_id, 100, 1)
+
+
 SENSELESS: list[tuple[bytes, int, int]] = [
     # the message, and the ids in its reply
     (b"<Cmd/>", 0, 0),
@@ -218,7 +224,12 @@ SENSELESS: list[tuple[bytes, int, int]] = [
     (b"<Cmd I0='4.0' I1='1'/>", 0, -1),
     (b"<Cmd I0='2147483648' I1='1'/>", 0, -1),
     (b"<Cmd I0='" + b"9" * 5000 + b"' I1='1'/>", 0, -1),
+    (b"<Cmd I0='-2147483649' I1='1'/>", 0, -1),
+    (b"<Cmd I0='4' I1='-2147483648'/>", 4, -2147483648),
     ("<Cmd I0='\u0663' I1='1'/>".encode(), 0, -1),
+    ("<Cmd I0='4\u00a0' I1='1'/>".encode(), 0, -1),
+    ("<Cmd I0='4' I1='1' R0='\u20031'/>".encode(), 4, -1),
+    ("<Cmd I0='4' I1='1'>\u00a0</Cmd>".encode(), 4, -1),
     (b"<Cmd I0='4' I1='1e2'/>", 4, 0),
     (b"<cmd I0='4' I1='1'/>", 4, -1),
     (b"<Res I0='4' I1='1'/>", 4, -1),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.krc4_stream import MAX_DEPTH, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
+from iiwa_sim.dialect.krc4_stream import MAX_DEPTH, MAX_ENDS, MAX_MESSAGE_BYTES, Broken, Element, XmlStream
 
 NAMES = st.sampled_from(["I0", "I1", "I2", "I9", "R0", "R5", "R9", "X"])
 TEXTS = st.text("019.eE+-  <>&;'\"]aZ\u00e9\u20ac\U0001f916", max_size=12)
@@ -115,6 +115,7 @@ def test_nearly_xml_is_told_from_it_as_the_standard_library_does(text: str) -> N
         assert ET.fromstring(wire.strip()).tag == found[0].name
 
 
+TOO_MANY_ENDS = f"more than {MAX_ENDS} > in a message"
 BROKEN = {
     b"hello": "a message begins with <",
     b"<Cmd><I0>1</I1></Cmd>": "no XML: mismatched tag",
@@ -135,8 +136,13 @@ BROKEN = {
     b"<Cmd": "the stream ends within a message",
     b"<!-- never": "the stream ends within a message",
     b"<" + b"a" * MAX_MESSAGE_BYTES: f"a message of more than {MAX_MESSAGE_BYTES} bytes",
-    b"<Cmd>" + b"<I0>1</I0>" * MAX_MESSAGE_BYTES: f"a message of more than {MAX_MESSAGE_BYTES} bytes",
-    b"<!-- -->" * MAX_MESSAGE_BYTES: f"a message of more than {MAX_MESSAGE_BYTES} bytes",
+    b"<Cmd>" + b"<I0>1</I0>" * MAX_MESSAGE_BYTES: TOO_MANY_ENDS,
+    b"<!-- -->" * MAX_MESSAGE_BYTES: TOO_MANY_ENDS,
+    b"<Cmd a='" + b">" * MAX_MESSAGE_BYTES: TOO_MANY_ENDS,
+    b"<?a " + b">" * (MAX_ENDS - 2) + b"?><Cmd b='>'/>": TOO_MANY_ENDS,
+    b"\xef\xbb": "a message begins with <",
+    b"\xef\xbb<Cmd/>": "a message begins with <",
+    b"<Cmd/\xef\xbb\xbf>": "no XML: not well-formed (invalid token)",
 }
 
 
@@ -157,6 +163,18 @@ def test_the_longest_message_is_taken_and_one_byte_more_is_not() -> None:
     assert read(start + b"1" * digits + end) == [Element("Cmd", {"I0": "1" * digits}, "")]
     (broken,) = read(start + b"1" * (digits + 1) + end)
     assert isinstance(broken, Broken)
+
+
+def test_what_looks_most_like_an_end_is_counted_and_costs_no_more_than_that() -> None:
+    comment = b"<!-- %b -->" % (b">" * (MAX_ENDS - 2))
+    assert read(comment + b"<Cmd/>", comment + b"<Cmd/>") == [Element("Cmd", {}, "")] * 2
+
+
+def test_a_byte_order_mark_and_blanks_stand_between_messages_however_they_are_cut() -> None:
+    between = b"\xef\xbb\xbf"  # .NET's writers begin with it
+    wire = b"%b<Cmd/>\r\n%b \t%b<?xml version='1.0'?><Cmd/>%b" % ((between,) * 4)
+    assert read(wire, ends=True) == [Element("Cmd", {}, "")] * 2
+    assert read(*[bytes([byte]) for byte in wire], ends=True) == [Element("Cmd", {}, "")] * 2
 
 
 SPOILT = {

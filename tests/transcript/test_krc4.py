@@ -14,7 +14,7 @@ from iiwa_sim.transcript.krc4 import ask_idle, filled, is_moving, sent
 from iiwa_sim.transcript.krc4_compare import deviation
 from iiwa_sim.transcript.lines import Answered, Compare, Connects, Said, Step, Transcript, read
 
-INTEGERS = st.lists(st.integers(-(2**31) + 1, 2**31 - 1), min_size=2, max_size=10)
+INTEGERS = st.lists(st.integers(-(2**31), 2**31 - 1), min_size=2, max_size=10)
 REALS = st.lists(st.floats(-1e6, 1e6).map(lambda value: round(value, 9) + 0.0), max_size=10)
 HEARD = {"GOP": "Res I0=1 I1=310 R0=445 R2=810.5", "FIN": "Res I0=2 I1=100 I2=1", "DIS": "Res I0=3 I1=-300"}
 

@@ -1,0 +1,92 @@
+"""`iiwa-sim health`, as the health check of a container asks it of process 1."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+import pytest
+
+from iiwa_sim.cli import main
+from iiwa_sim.simulator import Simulator
+from tests.processes import IIWA_SIM
+from tests.talking import DEADLINE_S
+
+
+@contextmanager
+def started_as(*words: str) -> Iterator[int]:
+    """A process with such a command line, and that does nothing; its number."""
+    waits = [sys.executable, "-c", "print(flush=True); input()", *words]
+    with subprocess.Popen(waits, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stdin is not None
+        process.stdout.readline()  # only then it has its command line for sure
+        yield process.pid
+        process.stdin.write(b"\n")
+
+
+def free_ports(count: int) -> list[int]:
+    with ExitStack() as taken:
+        listeners = [taken.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(count)]
+        return [listener.getsockname()[1] for listener in listeners]
+
+
+def test_a_server_is_asked_in_all_its_dialects_on_the_ports_of_its_command_line() -> None:
+    ports = ",".join(map(str, free_ports(2)))
+    command = [*IIWA_SIM, "--dialect", "krc4,iiwa", "--port", ports]
+    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline()
+            assert process.stdout.readline()
+            asked = [*IIWA_SIM, "health", str(process.pid)]
+            done = subprocess.run(asked, capture_output=True, timeout=DEADLINE_S, check=False)
+            assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+        finally:
+            process.kill()
+
+
+@pytest.mark.parametrize("program", ["iiwa-sim", "/opt/iiwa-sim/bin/iiwa-sim"])
+@pytest.mark.parametrize("everywhere", ["0.0.0.0", "127.0.0.1"])
+def test_options_behind_those_of_the_image_count(program: str, everywhere: str) -> None:
+    with Simulator("kr_6_r900_sixx", dialects=["krc4"]) as simulator:
+        options = ["--host", "0.0.0.0", "--dialect", "krc4", "--port", str(simulator.port)]
+        with started_as("--", program, *options, "--host", everywhere) as process:
+            assert main(["health", str(process)]) == 0
+
+
+def test_one_dialect_that_does_not_answer_is_enough(capsys: pytest.CaptureFixture[str]) -> None:
+    (nobody,) = free_ports(1)
+    with Simulator() as simulator:
+        options = ["--dialect", "iiwa,krc4", "--port", f"{simulator.port},{nobody}"]
+        with started_as("iiwa-sim", *options) as process:
+            assert main(["health", str(process)]) == 1
+    assert capsys.readouterr().err == (
+        f"iiwa-sim: krc4 on 127.0.0.1:{nobody}: [Errno 111] Connection refused\n"
+    )
+
+
+def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixture[str]) -> None:
+    with Simulator(dialects=["krc4"]) as simulator:
+        port = simulator.port
+        with started_as("iiwa-sim", "--port", str(port)) as process:
+            assert main(["health", str(process)]) == 1
+    assert capsys.readouterr().err == (
+        f"iiwa-sim: iiwa on 127.0.0.1:{port}: the connection ended before the answer to 'hello'\n"
+    )
+
+
+def test_a_process_that_cannot_be_asked(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["health", str(os.getpid())]) == 1
+    assert capsys.readouterr().err == f"iiwa-sim: process {os.getpid()} is no iiwa-sim\n"
+    with started_as("iiwa-sim", "--port", "0") as process:
+        assert main(["health", str(process)]) == 1
+    assert "was told to pick a port for iiwa" in capsys.readouterr().err
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        gone.wait(DEADLINE_S)
+    assert main(["health", str(gone.pid)]) == 1
+    assert "cannot be read: No such file or directory" in capsys.readouterr().err
