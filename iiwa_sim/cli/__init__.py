@@ -8,10 +8,11 @@ robot, an address, a stdout or a file it cannot use, and for commands of a pictu
 import signal
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 from iiwa_sim.bridge.fault import BridgeFault
 from iiwa_sim.cell.settings import CellFault
-from iiwa_sim.cli.options import BRIDGE, CHECK, CHECK_CELL, HEALTH, PLOT, REPLAY, ROS_PACKAGE_PATH
+from iiwa_sim.cli.options import SUBCOMMANDS
 from iiwa_sim.cli.output import StdoutFault
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import RobotFault
@@ -24,34 +25,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGTERM or SIGINT, or what a subcommand asks for; returns the exit code."""
     given = sys.argv[1:] if arguments is None else arguments
     try:
-        if given and given[0] == PLOT:
-            from iiwa_sim.cli import plot
-
-            return plot.run(given[1:])
-        if given and given[0] == CHECK_CELL:
-            from iiwa_sim.cli import check_cell
-
-            return check_cell.run(given[1:])
-        if given and given[0] == REPLAY:
-            from iiwa_sim.cli import replay
-
-            return replay.run(given[1:])
-        if given and given[0] == CHECK:
-            from iiwa_sim.cli import check
-
-            return check.run(given[1:])
-        if given and given[0] == BRIDGE:
-            from iiwa_sim.cli import bridge
-
-            return bridge.run(given[1:])
-        if given and given[0] == HEALTH:
-            from iiwa_sim.cli import health
-
-            return health.run(given[1:])
-        if given and given[0] == ROS_PACKAGE_PATH:
-            from iiwa_sim.cli import ros_package_path
-
-            return ros_package_path.run(given[1:])
+        if given and given[0] in SUBCOMMANDS:
+            # Only what is asked for is imported: it may need an extra, and all of it takes a while.
+            subcommand = import_module(f"iiwa_sim.cli.{given[0].replace('-', '_')}")
+            code: int = subcommand.run(given[1:])
+            return code
         from iiwa_sim.cli import serve
 
         return serve.run(given)

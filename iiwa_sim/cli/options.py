@@ -19,6 +19,8 @@ CHECK = "check"
 BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
+SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, CHECK, BRIDGE, HEALTH, ROS_PACKAGE_PATH)
+"""Each a module of this package, with `run`."""
 ROSBRIDGE_PORT = 9090
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""

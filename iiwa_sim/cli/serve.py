@@ -11,11 +11,8 @@ from pathlib import Path
 from iiwa_sim import log
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.options import (
-    BRIDGE,
-    CHECK,
-    CHECK_CELL,
-    PLOT,
     REPLAY,
+    SUBCOMMANDS,
     Parser,
     add_host,
     add_log,
@@ -143,8 +140,7 @@ def _parser() -> Parser:
         prog="iiwa-sim",
         description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, "
         "and the messages of a KUKA KRC4. "
-        f"To draw a motion instead: iiwa-sim {PLOT} --help. To check a cell: iiwa-sim {CHECK_CELL}. "
-        f"Against a server: iiwa-sim {REPLAY}, iiwa-sim {CHECK}. To put a robot on ROS: iiwa-sim {BRIDGE}",
+        f"Other things it does, each with a --help: iiwa-sim {', '.join(SUBCOMMANDS)}",
         epilog="To talk to it: telnet HOST PORT, then help",
         allow_abbrev=False,
     )

@@ -125,6 +125,15 @@ class Way:
         self.end_share = 1.0
         """The part of the acceleration limits to brake with at its end."""
 
+    def after_first(self, count: int) -> "Way":
+        """The part of it from its second move on, with so many moves."""
+        rest = Way(self.corners[0][1])
+        for corner, move in self.corners[1:count]:
+            rest.go_on(corner, move)
+        if count == len(self.corners):
+            rest.end_share = self.end_share
+        return rest
+
     def go_on(self, corner: Corner, move: Move) -> None:
         """Round a corner into another move."""
         self.corners.append((corner, move))
@@ -158,12 +167,9 @@ class Chain:
         ungentle = geometry if way.end_share < 1.0 else None
         return cls(Plan(timing, geometry._replace(bounds=bounds)), way.end_share, ungentle)
 
-    def drive_on(self, way: Way, now_s: float, time_s: float) -> Slices[int]:
-        """Go on into moves that follow the last one, as many as possible without changing anything before a
-        time.
-
-        Gives how many these are.
-        """
+    def driven_on(self, way: Way, now_s: float, time_s: float) -> "Slices[tuple[Chain, int]]":
+        """The same that goes on into moves that follow the last one, as many as possible without changing
+        anything before a time; and how many these are."""
         geometry = self.plan.geometry.left(self.plan.timing.position(now_s))
         front = self.plan.timing.front(time_s)[0]
         stages = []
@@ -181,11 +187,10 @@ class Chain:
             )
             planned = yield from going_on(self.plan.timing, bounds, now_s, time_s)
             if planned is not None:
-                self.plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
-                self._end_share, self._ungentle = share, geometry if share < 1.0 else None
-                return count
+                plan = Plan(planned[0], geometry._replace(bounds=planned[1]))
+                return Chain(plan, share, geometry if share < 1.0 else None), count
             yield
-        return 0
+        return self, 0
 
     def braking(self, share: float, now_s: float, time_s: float) -> "Slices[Chain]":
         """The same with a part of the acceleration limits to come to rest with, if that is possible without

@@ -72,6 +72,7 @@ class LookAhead:
             pass
         for _ in range(1 + len(way.corners)):
             waiting.popleft()
+        way.end_share = 1.0  # before the next corner has been looked at, nothing says that to brake gently pays
         return at_once(Chain.along(way))
 
     def step(self, run: Run, waiting: deque[Move]) -> Taken | None:
@@ -99,8 +100,9 @@ class LookAhead:
         yield from self._follow(way, moves)
         if way.corners:
             now_s, then_s = self._now_and_then(run)
-            count = yield from at_most(MOST_SLICES, run.last.drive_on(way, now_s, then_s))
+            driven, count = yield from at_most(MOST_SLICES, _driving(run.last, way, now_s, then_s))
             if count:
+                run.replace_last(driven)
                 return Taken(count, run.from_last(then_s))
         share = turning_share(before, following)
         way = Way(following)
@@ -159,6 +161,22 @@ class LookAhead:
                 way.end_share = turning_share(way.last, move)
                 break
             way.go_on(corner, move)
+
+
+def _driving(last: Chain, way: Way, now_s: float, then_s: float) -> Slices[tuple[Chain, int]]:
+    """The last chain, the same up to `then_s`, driven on along a way, and into how many moves; none where to
+    stop is over sooner."""
+    driven, count = yield from last.driven_on(way, now_s, then_s)
+    # From rest to rest moves take as long as their velocity limits let them, and a window.
+    least_s = sum(move.length_s for _, move in way.corners[:count]) + last.plan.timing.window_s
+    if driven.rest_s - last.rest_s > least_s:
+        yield
+        stopping = yield from last.braking_fully(now_s, then_s)
+        yield
+        alone = yield from Chain.along(way.after_first(count))
+        if driven.rest_s > stopping.rest_s + alone.rest_s:
+            return last, 0
+    return driven, count
 
 
 def _may_blend(first: Move, second: Move) -> bool:
