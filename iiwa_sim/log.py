@@ -20,7 +20,7 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.wording import harmless
 
 REFUSALS_TOLD = 20
-"""Of one session, with one code, within `REFUSALS_NS`: who sends rubbish without end must leave it readable."""
+"""Of one session, with one code, within `REFUSALS_NS`: who sends rubbish without end leaves it readable."""
 REFUSALS_NS = 1_000_000_000
 
 LEVELS = ("error", "warning", "info", "debug")

@@ -20,6 +20,7 @@ from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.definitions import message, service
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.serve.allowance import Allowance
+from iiwa_sim.serve.ros1_master import MasterWatch
 from iiwa_sim.serve.ros1_types import Types, told
 from iiwa_sim.wording import harmless, shortened
 
@@ -67,6 +68,7 @@ class Ros1Node:
         self._waiting: set[Future[Any]] = set()  # of rospy's threads for the loop, which alone uses this
         self._publisher = _Publisher()
         self._ended = threading.Event()
+        self._watch: MasterWatch | None = None
         self._own = False
         self._loop: asyncio.AbstractEventLoop | None = None
 
@@ -99,6 +101,7 @@ class Ros1Node:
             raise NodeFault(f"no ROS node with the master at {self.master}: {said}") from None
         for topic, listener in self._listeners.items():
             self._node.listen(topic, listener)
+        self._watch = MasterWatch(self._handles)
 
     async def close(self) -> None:
         """Take leave of the master; calls that wait fail."""
@@ -137,6 +140,8 @@ class Ros1Node:
             self._handles.append(rospy.Subscriber(topic, self._types.heard(kind), heard, tcp_nodelay=True))
 
     def _take_leave(self) -> None:
+        if self._watch is not None:
+            self._watch.end()
         if self._own:
             rospy.signal_shutdown("the robot ends")
             return
