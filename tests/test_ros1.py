@@ -180,6 +180,33 @@ def test_a_flood_delays_neither_ticks_nor_others(terminal: Terminal) -> None:
             flood.kill()
 
 
+@pytest.mark.usefixtures("robot")
+@pytest.mark.parametrize("persistent", [True, False])
+def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, persistent: bool) -> None:
+    """Requests as long as are taken, from several threads of a node that does nothing else."""
+    script = (
+        "import roslib.message, rospy, threading\n"
+        "made = roslib.message.get_service_class('iiwa_sim_msgs/GetDigitalIOs')\n"
+        "kind = roslib.message.get_message_class('iiwa_sim_msgs/DigitalIO')\n"
+        "ios = [kind(group_id='DO', pin_number=1) for _ in range(8000)]\n"
+        "rospy.init_node('flood', anonymous=True, disable_rosout=True)\n"
+        "def calls():\n"
+        f"    called = rospy.ServiceProxy('/robot/get_digital_ios', made, persistent={persistent})\n"
+        "    while True: called(ios=ios)\n"
+        "for _ in range(8): threading.Thread(target=calls).start()\n"
+        "print('begins', flush=True)\n"
+    )
+    with terminal.starts(SYSTEM_PYTHON, "-c", script) as flood:
+        try:
+            assert flood.stdout is not None
+            assert flood.stdout.readline() == "begins\n"
+            assert _mean_rate(terminal, "/tool_frame") == pytest.approx(100, rel=0.1)
+            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+            assert flood.poll() is None
+        finally:
+            flood.kill()
+
+
 def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Terminal) -> None:
     """In quick time, so that all buffers are full after some seconds: 2.8 MB."""
     with running("--ros", "--clock", "30x") as robot:

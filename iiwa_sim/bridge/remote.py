@@ -23,7 +23,7 @@ SHORT_OF_TARGET_ASKED = 50
 `stopped` for a while before they set out."""
 UNKNOWN_STATE = -1
 """Of industrial_msgs."""
-UNKNOWN_STATUS = RobotStatus(*[UNKNOWN_STATE] * 6, error_code=0)
+UNKNOWN_STATUS = RobotStatus._make([*[UNKNOWN_STATE] * 6, 0])
 OUT_OF_REACH = UNKNOWN_STATUS._replace(motion_possible=0, in_error=1, error_code=COMMUNICATION_FAILURE)
 """While there is no connection: what the robot does is not known, but commands get this code."""
 IO_EVERY = 10
@@ -205,9 +205,8 @@ class RemoteRobot:
         self._short += 1
         if self._short >= SHORT_OF_TARGET_ASKED:
             error = None
-            if (
-                self._status is not None and self._status.in_error == 1
-            ):  # else the last error may be any refusal of before
+            # Outside of a state of error the last one may be any refusal of before.
+            if self._status is not None and self._status.in_error == 1:
                 error = await self._if_there("get error", self._client.get_error)
             self._end_all(*(error or (STOP_TRIGGERED, "the robot has stopped short of the target")))
 
