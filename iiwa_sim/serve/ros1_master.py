@@ -1,7 +1,9 @@
-"""Whether the ROS master knows the node: one that is started anew is told of it again. Needs rospy."""
+"""The node at its ROS master: how it gets there, and that a master started anew is told again. Needs rospy."""
 
 import http.client
 import logging
+import os
+import tempfile
 import threading
 import xmlrpc.client
 from collections.abc import Sequence
@@ -16,6 +18,24 @@ EVERY_S = 2.0
 FAULTS = (OSError, rosgraph.MasterException, http.client.HTTPException, xmlrpc.client.Error)
 
 logger = logging.getLogger(__name__)
+
+
+def start_node(name: str) -> None:
+    """rospy.init_node, without the signal handlers and the log files that rospy would have."""
+    logging.getLogger("rospy").setLevel(logging.WARNING)
+    # Without a file of its own for logging rospy takes one that replaces all handlers of the process.
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
+        nothing_new.write("{version: 1, incremental: true}\n")
+        nothing_new.flush()
+        previous = os.environ.get("ROS_PYTHON_LOG_CONFIG_FILE")
+        os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
+        try:
+            rospy.init_node(name, argv=[], disable_signals=True, disable_rosout=True, disable_rostime=True)
+        finally:
+            if previous is None:
+                del os.environ["ROS_PYTHON_LOG_CONFIG_FILE"]
+            else:
+                os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = previous
 
 
 class MasterWatch:
