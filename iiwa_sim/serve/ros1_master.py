@@ -1,4 +1,4 @@
-"""The node at its ROS master: how it gets there, and that a master started anew is told again. Needs rospy."""
+"""The node at its ROS master: how it gets there, and how a master started anew hears of it. Needs rospy."""
 
 import http.client
 import logging
