@@ -168,20 +168,20 @@ class RemoteRobot:
             raise ReplyError(f"it has {len(joints)} joints, {expected}")
         tool_frame = as_frame(await client.get_tool_frame())
         told = await self._if_there("get robot status", client.get_robot_status)
-        self._status = UNKNOWN_STATUS._replace(in_motion=int(moving))
-        if told is not None:
-            self._status = RobotStatus(*told)
+        override = await self._if_there("get override", client.get_override)
+        self._gone = None  # together with the state: who sees that expects to be obeyed
+        only_this = UNKNOWN_STATUS._replace(in_motion=int(moving))
+        self._status = only_this if told is None else RobotStatus(*told)
         self._state = State(
             joints=joints,
             velocities=None,
             tool_frame=tool_frame,
-            override=await self._if_there("get override", client.get_override),
+            override=override,
             inputs=None if self._state is None else self._state.inputs,
             outputs=None if self._state is None else self._state.outputs,
         )
         if self._rounds % IO_EVERY == 0:
             await self._look_at_io()
-        self._gone = None
         self._rounds += 1
         if moving:
             self._short = 0
