@@ -11,10 +11,17 @@ import json
 import logging
 import os
 import select
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.wording import harmless
+
+REFUSALS_TOLD = 20
+"""Of one session, with one code, within `REFUSALS_NS`: who sends rubbish without end leaves it readable."""
+REFUSALS_NS = 1_000_000_000
 
 LEVELS = ("error", "warning", "info", "debug")
 DEFAULT_LEVEL = "warning"
@@ -23,7 +30,15 @@ logger = logging.getLogger(__name__)
 
 
 class SessionLog:
-    """The `DialectLog` that hands on to logging."""
+    """The `DialectLog` that hands on to logging, and holds a flood of refusals back.
+
+    Of one kind, by session and code, the first `REFUSALS_TOLD` in a second are told, and the last of these
+    says so. How many more there were is told before the next refusal, whoever's it is. At debug all are told.
+    """
+
+    def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self._now_ns = now_ns
+        self._kinds: dict[tuple[str, int], _Refusals] = {}  # in the order in which their seconds began
 
     @property
     def commands(self) -> bool:
@@ -39,11 +54,19 @@ class SessionLog:
         )
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        self._tell_numbers()
+        kind = self._kinds.setdefault((session, code), _Refusals(self._now_ns() + REFUSALS_NS))
+        if kind.told >= REFUSALS_TOLD and not self.commands:
+            kind.untold += 1
+            return
+        kind.told += 1
+        last = kind.told == REFUSALS_TOLD and not self.commands
         logger.warning(
-            "%s refused '%s': %s",
+            "%s refused '%s': %s%s",
             session,
             line,
             reason,
+            f" (of those that follow within a second with code {code}, the number is told)" if last else "",
             extra={"fields": {"session": session, "line": line, "code": code, "reason": reason}},
         )
 
@@ -64,6 +87,31 @@ class SessionLog:
             exc_info=fault,
             extra={"fields": {"session": session, "line": line}},
         )
+
+    def _tell_numbers(self) -> None:
+        """Of the kinds whose second is over."""
+        while self._kinds:
+            session, code = first = next(iter(self._kinds))
+            if self._kinds[first].until_ns > self._now_ns():
+                return
+            untold = self._kinds.pop(first).untold
+            if untold:
+                logger.warning(
+                    "%s refused %d more within that second, with code %d",
+                    session,
+                    untold,
+                    code,
+                    extra={"fields": {"session": session, "code": code, "untold": untold}},
+                )
+
+
+@dataclass
+class _Refusals:
+    """Those of a kind: until when they count together, and how many were told and not told."""
+
+    until_ns: int
+    told: int = 0
+    untold: int = 0
 
 
 def robot_fault(code: int, reason: str) -> None:

@@ -1,18 +1,19 @@
 """The simulator put together: a cell, its controller, the clock that steps it and the servers that talk."""
 
-from collections.abc import Callable, Coroutine, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
 from importlib import metadata
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.outside import Entrances
 from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.cell.cell import load_cell, robot_alone
-from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock
+from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock, Stepped
 from iiwa_sim.clock.pace import REAL, Pace, pace
+from iiwa_sim.clock.watched import Watched
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
@@ -20,11 +21,11 @@ from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.dialect.dialects import Dialect, DialectSession, dialect_for
 from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.faults import WireFaults
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT, one_each
 from iiwa_sim.dialect.rmi.local import LocalRobot
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
-from iiwa_sim.loop_thread import LoopThread
+from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
 from iiwa_sim.motion.path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.ros.side import RosSide
@@ -37,12 +38,8 @@ from iiwa_sim.transcript.record import Recorder
 LOOPBACK = "127.0.0.1"
 """Where the backdoor listens: it is for tests on the same machine."""
 
-RUNNING = "the simulator runs already"
 
-T = TypeVar("T")
-
-
-class Simulator:
+class Simulator(LoopOrThread):
     """A robot that listens and moves while the context is open: in a thread of its own,
 
         with Simulator("lbr_iiwa_14_r820", clock="fast") as simulator:
@@ -108,6 +105,7 @@ class Simulator:
         transcript: str | Path | None = None,
         on_bye: Callable[[], None] | None = None,
     ) -> None:
+        super().__init__("iiwa-sim")
         if robot is not None and cell is not None:
             raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
         if cell is None:
@@ -143,12 +141,11 @@ class Simulator:
                 faults=faults,
                 dialect=dialect.name if len(spoken) > 1 else "",
             )
-            for dialect, own_port in zip(spoken, _one_each(dialects, port), strict=True)
+            for dialect, own_port in zip(spoken, one_each(dialects, port), strict=True)
         }
         self._transcript = None if transcript is None else Path(transcript)
         self._recorder: Recorder | None = None
         self._accepted = 0  # moves the clock knows of
-        self._thread: LoopThread | None = None
         entrances = Entrances(list(self._servers.values()))
         self.backdoor = Backdoor(self.controller, faults, entrances, self.clock, self.call)
         self._backdoor_server: TcpServer | None = None
@@ -229,10 +226,7 @@ class Simulator:
                 listening.push_async_callback(server.close)
             listening.pop_all()
             self._recorder = recorder
-        if self._status is None and self._ros is None:
-            self.clock.start(self.controller)
-        else:
-            self.clock.start(_Seen(self.controller, self._status, self._ros))
+        self.clock.start(self._watched())
         return self
 
     async def __aexit__(
@@ -247,35 +241,6 @@ class Simulator:
             if self._recorder is not None:
                 self._recorder.close()
                 self._recorder = None
-
-    def __enter__(self) -> Self:
-        if self._thread is not None or self._runs:
-            raise RuntimeError(RUNNING)
-        self._thread = LoopThread("iiwa-sim")
-        try:
-            return self._thread.wait_for(self.__aenter__)
-        except BaseException:
-            self._leave(self._thread)
-            raise
-
-    def __exit__(
-        self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
-    ) -> None:
-        if self._thread is not None:
-            self._leave(self._thread)
-
-    def call(self, function: Callable[[], T]) -> T:
-        """What `function` gives, or raises, called between two ticks in the robot's thread.
-
-        Where that has ended, or there is none, the function is called at once.
-        """
-
-        async def called() -> T:
-            return self._called(function)
-
-        if self._thread is None or self._thread.current:
-            return self._called(function)
-        return self._thread.wait_for(called)
 
     def advance(self, seconds: float) -> None:
         """Let so much simulated time pass (0 to a day), at any clock, as fast as the machine can.
@@ -314,31 +279,17 @@ class Simulator:
         """The whole state of the robot, of one tick; the last one after the context has ended."""
         return self.call(lambda: snapshot(self.controller))
 
+    def _watched(self) -> Stepped:
+        """The robot for the clock; with nobody else in between where nobody watches."""
+        status, ros = self._status, self._ros
+        ticked = [*([] if status is None else [status.tick]), *([] if ros is None else [ros.step])]
+        if not ticked:
+            return self.controller
+        return Watched(self.controller, ticked, lambda: ros is not None and ros.has_commands)
+
     @property
     def _runs(self) -> bool:
         return any(server.listening for server in self._servers.values())
-
-    def _called(self, function: Callable[[], T]) -> T:
-        try:
-            return function()
-        finally:
-            self._heed()
-
-    def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
-        if self._thread is None:
-            raise RuntimeError("only within `with Simulator(...)`; in a loop, await the methods of `clock`")
-        return self._thread.wait_for(coroutine)
-
-    def _leave(self, thread: LoopThread) -> None:
-        async def leave() -> None:
-            await self.__aexit__(None, None, None)
-
-        try:
-            if not thread.elsewhere:  # or a child that leaves would end its parent's robot
-                thread.wait_for(leave)
-        finally:
-            thread.close()
-            self._thread = None
 
     def _heed(self) -> None:
         """Commands may have been carried out."""
@@ -374,45 +325,3 @@ class Simulator:
     def _robot_contact(self, contact: Contact) -> None:
         robot_contact(contact)
         self.dialogue.event("robot", str(contact))
-
-
-def _one_each(dialects: Sequence[str], port: int | Sequence[int]) -> Sequence[int]:
-    """A port for each dialect. Raises ValueError."""
-    if not dialects or len(set(dialects)) < len(dialects):
-        raise ValueError(f"dialects are {', '.join(dialects) or 'none'}, expected one or more, each once")
-    if port == 0:
-        return [0] * len(dialects)
-    ports = [port] if isinstance(port, int) else port
-    if len(ports) != len(dialects):
-        raise ValueError(f"port has {len(ports)}, expected {len(dialects)}, one for each dialect")
-    return ports
-
-
-class _Seen:
-    """A robot whose ticks are broadcast, and which gets its commands in them."""
-
-    def __init__(self, controller: Controller, status: StatusStream | None, ros: RosSide | None) -> None:
-        self._controller = controller
-        self._status = status
-        self._ros = ros
-
-    def step(self) -> None:
-        try:
-            self._controller.step()
-        finally:  # a robot that fails is still seen
-            if self._status is not None:
-                self._status.tick()
-            if self._ros is not None:
-                self._ros.step()
-
-    @property
-    def moving(self) -> bool:
-        return self._controller.moving or self._has_commands
-
-    @property
-    def under_way(self) -> bool:
-        return self._controller.under_way or self._has_commands
-
-    @property
-    def _has_commands(self) -> bool:
-        return self._ros is not None and self._ros.has_commands

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
@@ -96,10 +97,11 @@ class Terminal:
 
 
 @contextmanager
-def master(home: Path) -> Iterator[Terminal]:
-    """A terminal with a ROS master, which is ended by its id."""
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
+def master(home: Path, port: int = 0) -> Iterator[Terminal]:
+    """A terminal with a ROS master, at a free port if none is given, which is ended by its id."""
+    if not port:
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
     terminal = Terminal(f"http://127.0.0.1:{port}", home)
     with terminal.starts("rosmaster", "--core", "-p", str(port)) as process:
         try:
@@ -137,3 +139,22 @@ def deaf_subscriber(terminal: Terminal, topic: str, kind: str) -> socket.socket:
     header = b"".join(len(each).to_bytes(4, "little") + each for each in packed)
     connection.sendall(len(header).to_bytes(4, "little") + header)
     return connection
+
+
+def asked_of_a_publisher(terminal: Terminal, topic: str, kind: str) -> tuple[Any, ...]:
+    """What one that the master knows of is asked by the first subscriber."""
+    asked: list[tuple[Any, ...]] = []
+
+    def request_topic(*parameters: Any) -> list[Any]:
+        asked.append(parameters)
+        return [0, "nothing to be had", []]
+
+    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
+        server.timeout = DEADLINE_S
+        server.register_function(request_topic, "requestTopic")
+        uri = f"http://127.0.0.1:{server.server_address[1]}/"
+        with xmlrpc.client.ServerProxy(terminal.master_uri) as proxy:
+            proxy.registerPublisher("/early", topic, kind, uri)
+            server.handle_request()
+            proxy.unregisterPublisher("/early", topic, uri)
+    return asked[0]

@@ -12,7 +12,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
-from tests.check.original import Bare, Moving, serving
+from tests.check.original import Bare, Mortal, Moving, serving
 from tests.krc4_talking import Krc4Client
 from tests.processes import IIWA_SIM, Process, running
 from tests.talking import DEADLINE_S
@@ -135,6 +135,22 @@ def test_lines_that_are_none_end_with_one_line(
     assert err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    "text", ["", "\n# session\n", "dialect krc4\n", "[0.1 0.1] client1 connects\n[0.2 0.2] client1 leaves\n"]
+)
+def test_a_recording_that_was_lost_does_not_pass(
+    text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "session.txt"
+    path.write_text(text)
+    with Simulator() as simulator:
+        assert main(["replay", str(path), f"127.0.0.1:{simulator.port}"]) == 2
+    assert capsys.readouterr() == (
+        "",
+        f"iiwa-sim: {path}: nothing is said in it, expected a `> command` at least\n",
+    )
+
+
 def test_a_server_of_krc4_messages_is_not_checked(capsys: pytest.CaptureFixture[str]) -> None:
     with Simulator(dialects=["krc4"]) as simulator:
         assert main(["check", f"127.0.0.1:{simulator.port}"]) == 2
@@ -165,6 +181,16 @@ def test_a_server_that_deviates(capsys: pytest.CaptureFixture[str]) -> None:
     said = capsys.readouterr().out
     assert r"DEVIATION        any reply: hello was answered b'hello\n': a driver that compares with" in said
     assert "\n1 deviation; " in said
+
+
+def test_a_server_that_dies_ends_the_check(capsys: pytest.CaptureFixture[str]) -> None:
+    with serving(Mortal) as server:
+        assert main(["check", f"127.0.0.1:{server.port}"]) == 2
+    said, faults = capsys.readouterr()
+    assert "\nas the original  a command that does not exist: " in said
+    assert "cannot connect" not in said
+    gone = "iiwa-sim: the server has gone, at 'capital and small letters': cannot connect to 127.0.0.1:"
+    assert faults == f"{gone}{server.port}: Connection refused\n"
 
 
 def test_a_server_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:

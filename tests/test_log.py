@@ -105,6 +105,55 @@ def test_of_other_loggers_only_warnings_are_written(level: str) -> None:
 
 
 @pytest.mark.usefixtures("root_restored")
+def test_a_flood_of_refusals_leaves_the_log_readable() -> None:
+    now_ns = 0
+    pipe = Pipe("warning", as_json=True)
+    ours = log.SessionLog(lambda: now_ns)
+    for number in range(28_000):
+        ours.refused("flooder", f"rubbish {number}", -1, "no such command")
+    ours.refused("flooder", "lin move : far", 3021, "out of reach")
+    ours.refused("driver", "hullo", -1, "no such command")
+    now_ns = log.REFUSALS_NS
+    ours.refused("driver", "hallo", -1, "no such command")
+    now_ns += log.REFUSALS_NS
+    ours.refused("driver", "hillo", -1, "no such command")
+    told = [json.loads(line) for line in pipe.lines()]
+    lines = [each.get("line") for each in told]
+    flood, others = lines[: log.REFUSALS_TOLD], lines[log.REFUSALS_TOLD :]
+    assert flood == [f"rubbish {number}" for number in range(log.REFUSALS_TOLD)]
+    assert others == ["lin move : far", "hullo", None, "hallo", "hillo"], "each kind and each client is told"
+    assert "the number is told" in told[log.REFUSALS_TOLD - 1]["message"]
+    assert told[-3].items() >= {
+        "message": f"flooder refused {28_000 - log.REFUSALS_TOLD} more within that second, with code -1",
+        "untold": 28_000 - log.REFUSALS_TOLD,
+        "level": "warning",
+    }.items()  # fmt: skip
+
+
+@pytest.mark.usefixtures("root_restored")
+def test_of_a_driver_that_is_refused_now_and_then_every_refusal_is_told() -> None:
+    now_ns = 0
+    pipe = Pipe("warning", as_json=True)
+    ours = log.SessionLog(lambda: now_ns)
+    for number in range(200):
+        ours.refused("driver", f"lin move : {number}", 3021, "out of reach")
+        now_ns += log.REFUSALS_NS // log.REFUSALS_TOLD
+    told = [json.loads(line) for line in pipe.lines()]
+    assert [each["line"] for each in told] == [f"lin move : {number}" for number in range(200)]
+
+
+@pytest.mark.usefixtures("root_restored")
+def test_whoever_wants_every_command_is_told_every_refusal() -> None:
+    pipe = Pipe("debug", as_json=False)
+    ours = log.SessionLog(lambda: 0)
+    for _ in range(100):
+        ours.refused("driver", "hullo", -1, "no such command")
+    told = pipe.lines()
+    assert len(told) == 100
+    assert not any("the number is told" in each for each in told)
+
+
+@pytest.mark.usefixtures("root_restored")
 def test_a_robot_that_stops_since_its_client_has_gone_is_told() -> None:
     pipe = Pipe("info", as_json=True)
     log.SessionLog().stopped("127.0.0.1:1", vanished=True)

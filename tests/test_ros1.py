@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,14 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.dialect.rmi.definitions import message_md5, service_md5
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED
 from tests.processes import IIWA_SIM, Process, running
-from tests.ros1_tools import SYSTEM_PYTHON, Terminal, deaf_subscriber, master, skip_without_ros
+from tests.ros1_tools import (
+    SYSTEM_PYTHON,
+    Terminal,
+    asked_of_a_publisher,
+    deaf_subscriber,
+    master,
+    skip_without_ros,
+)
 from tests.talking import DEADLINE_S
 
 SERVICES = {
@@ -172,6 +180,33 @@ def test_a_flood_delays_neither_ticks_nor_others(terminal: Terminal) -> None:
             flood.kill()
 
 
+@pytest.mark.usefixtures("robot")
+@pytest.mark.parametrize("persistent", [True, False])
+def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, persistent: bool) -> None:
+    """Requests as long as are taken, from several threads of a node that does nothing else."""
+    script = (
+        "import roslib.message, rospy, threading\n"
+        "made = roslib.message.get_service_class('iiwa_sim_msgs/GetDigitalIOs')\n"
+        "kind = roslib.message.get_message_class('iiwa_sim_msgs/DigitalIO')\n"
+        "ios = [kind(group_id='DO', pin_number=1) for _ in range(8000)]\n"
+        "rospy.init_node('flood', anonymous=True, disable_rosout=True)\n"
+        "def calls():\n"
+        f"    called = rospy.ServiceProxy('/robot/get_digital_ios', made, persistent={persistent})\n"
+        "    while True: called(ios=ios)\n"
+        "for _ in range(8): threading.Thread(target=calls).start()\n"
+        "print('begins', flush=True)\n"
+    )
+    with terminal.starts(SYSTEM_PYTHON, "-c", script) as flood:
+        try:
+            assert flood.stdout is not None
+            assert flood.stdout.readline() == "begins\n"
+            assert _mean_rate(terminal, "/tool_frame") == pytest.approx(100, rel=0.1)
+            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+            assert flood.poll() is None
+        finally:
+            flood.kill()
+
+
 def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Terminal) -> None:
     """In quick time, so that all buffers are full after some seconds: 2.8 MB."""
     with running("--ros", "--clock", "30x") as robot:
@@ -218,6 +253,31 @@ def test_at_the_end_the_master_forgets_the_node(
     assert terminal.nodes_at("/joint_states") == ["/iiwa_sim"]
     assert robot.ends(number) == (0, "")
     assert terminal.nodes_at("/joint_states") == []
+
+
+def test_a_master_that_is_started_anew_is_told_of_the_node(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    skip_without_ros()
+    with ExitStack() as robots:
+        with master(tmp_path) as before:
+            for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
+                monkeypatch.setenv(name, before.environment[name])
+            robot = robots.enter_context(running("--ros"))
+            assert robot.process.stdout is not None
+            assert robot.process.stdout.readline().startswith("ROS node at ")
+        with master(tmp_path, int(before.master_uri.rpartition(":")[2])) as anew:
+            asked = asked_of_a_publisher(anew, "/command_list", LIST)  # most often before the robot is back
+            assert asked[:2] == ("/iiwa_sim", "/command_list")
+            with anew.hearing("/command_result", "-n1") as echo:
+                anew.says("rostopic", "pub", "-1", "/command_list", LIST, "commands: [{command_id: 7}]")
+                assert "command_id: 7" in echo.communicate(timeout=DEADLINE_S)[0]
+            assert anew.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+            assert anew.nodes_at("/joint_states") == ["/iiwa_sim"]
+            log = _stops(robot)
+            assert "the ROS master did not know this node any more: it has been told again" in log
+            assert "Traceback" not in log
+            assert anew.nodes_at("/joint_states") == []
 
 
 @pytest.mark.usefixtures("environment")

@@ -109,15 +109,15 @@ class Bridge:
                     await self._wake.wait()
 
     async def _reconnect(self, fault: Exception) -> None:
-        """Return when the robot answers again; what is asked for meanwhile fails at once."""
+        """Return when the robot answers again; what is asked for meanwhile fails, and ROS is told why."""
         self._robot.give_up(_no_connection(fault))
-        connecting = asyncio.create_task(self._connect())
-        connecting.add_done_callback(lambda _: self._wake.set())
+        loop = asyncio.get_running_loop()
+        connecting, due_s = asyncio.create_task(self._connect()), loop.time()
         try:
             while not connecting.done():
                 self._ros.step()
-                self._wake.clear()
-                await self._wake.wait()
+                due_s = max(due_s + 1.0 / RATE_HZ, loop.time())
+                await asyncio.wait([connecting], timeout=due_s - loop.time())
         finally:
             connecting.cancel()
             await asyncio.wait([connecting])

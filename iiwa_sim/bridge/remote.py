@@ -23,6 +23,9 @@ SHORT_OF_TARGET_ASKED = 50
 `stopped` for a while before they set out."""
 UNKNOWN_STATE = -1
 """Of industrial_msgs."""
+UNKNOWN_STATUS = RobotStatus._make([*[UNKNOWN_STATE] * 6, 0])
+OUT_OF_REACH = UNKNOWN_STATUS._replace(motion_possible=0, in_error=1, error_code=COMMUNICATION_FAILURE)
+"""While there is no connection: what the robot does is not known, but commands get this code."""
 IO_EVERY = 10
 """Inputs and outputs are asked for in every tenth round only."""
 
@@ -55,6 +58,7 @@ class RemoteRobot:
         self._client = client
         self._description = description
         self._state: State | None = None
+        self._status: RobotStatus | None = None
         self._asked: deque[_Asked] = deque()
         self._sent: deque[_Sent] = deque()
         self._moves_asked = 0
@@ -79,6 +83,10 @@ class RemoteRobot:
     @property
     def state(self) -> State | None:
         return self._state
+
+    @property
+    def status(self) -> RobotStatus | None:
+        return self._status
 
     def move(self, move: Move, ended: Ended) -> None:
         def fail(failure: Failure) -> None:
@@ -120,7 +128,7 @@ class RemoteRobot:
     def give_up(self, reason: str) -> None:
         """There is no connection: nothing that was asked for will be done, nor what is asked for before the
         next `look` that succeeds."""
-        self._state, self._rounds = None, 0
+        self._state, self._status, self._rounds = None, OUT_OF_REACH, 0
         self._absent.clear()  # the next one may be another server
         self._gone = Failure(COMMUNICATION_FAILURE, reason)
         self._end_all(*self._gone)
@@ -160,18 +168,20 @@ class RemoteRobot:
             raise ReplyError(f"it has {len(joints)} joints, {expected}")
         tool_frame = as_frame(await client.get_tool_frame())
         told = await self._if_there("get robot status", client.get_robot_status)
+        override = await self._if_there("get override", client.get_override)
+        self._gone = None  # together with the state: who sees that expects to be obeyed
+        only_this = UNKNOWN_STATUS._replace(in_motion=int(moving))
+        self._status = only_this if told is None else RobotStatus(*told)
         self._state = State(
             joints=joints,
             velocities=None,
             tool_frame=tool_frame,
-            status=_unknown_but(moving) if told is None else RobotStatus(*told),
-            override=await self._if_there("get override", client.get_override),
+            override=override,
             inputs=None if self._state is None else self._state.inputs,
             outputs=None if self._state is None else self._state.outputs,
         )
         if self._rounds % IO_EVERY == 0:
             await self._look_at_io()
-        self._gone = None
         self._rounds += 1
         if moving:
             self._short = 0
@@ -195,7 +205,8 @@ class RemoteRobot:
         self._short += 1
         if self._short >= SHORT_OF_TARGET_ASKED:
             error = None
-            if state.status.in_error == 1:  # else the last error may be any refusal of before
+            # Outside of a state of error the last one may be any refusal of before.
+            if self._status is not None and self._status.in_error == 1:
                 error = await self._if_there("get error", self._client.get_error)
             self._end_all(*(error or (STOP_TRIGGERED, "the robot has stopped short of the target")))
 
@@ -226,16 +237,3 @@ class RemoteRobot:
         self._rests, self._short = False, 0
         while self._sent:
             self._sent.popleft().ended(code, reason)
-
-
-def _unknown_but(moving: bool) -> RobotStatus:
-    unknown = UNKNOWN_STATE
-    return RobotStatus(
-        mode=unknown,
-        e_stopped=unknown,
-        drives_powered=unknown,
-        motion_possible=unknown,
-        in_motion=int(moving),
-        in_error=unknown,
-        error_code=0,
-    )

@@ -7,7 +7,7 @@ from iiwa_sim.check import connections, lines, motion, numbers
 from iiwa_sim.check.findings import Finding, Probe, deviates, same, untried
 from iiwa_sim.check.link import COMMANDS, HARMLESS, Link, commands_of, moves_nothing
 from iiwa_sim.serve.listening import host_and_port
-from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.transcript.fault import NoServer, TranscriptFault
 from iiwa_sim.transcript.lines import Transcript, shipped
 from iiwa_sim.transcript.replay import replay
 from iiwa_sim.transcript.wire import NoReply
@@ -18,7 +18,7 @@ ALLOW = "--allow-motion tries it"
 def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
     """What is found, as it is found.
 
-    Raises TranscriptFault for a server that is none, or whose robot moves.
+    Raises TranscriptFault for a server that is none, that has gone meanwhile, or whose robot moves.
     """
     _greet(link)
     dialogues = [each for each in shipped() if not each.robot]
@@ -54,6 +54,10 @@ def _find(link: Link, probe: Probe) -> Finding:
         return untried(ALLOW)
     try:
         return probe.ask(link)
+    except NoServer as fault:
+        if not link.is_there():
+            raise TranscriptFault(f"the server has gone, at '{probe.event}': {fault}") from None
+        return deviates(str(fault))
     except (NoReply, TranscriptFault) as fault:
         return deviates(str(fault))
 

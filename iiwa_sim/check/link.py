@@ -1,17 +1,22 @@
 """The way to a server that may be a real robot: without leave to move it, nothing is sent that could."""
 
 import re
+import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from iiwa_sim.dialect.table import load_table
 from iiwa_sim.transcript.escapes import wire_bytes
+from iiwa_sim.transcript.fault import NoServer
 from iiwa_sim.transcript.lines import Said, Transcript, command_of
 from iiwa_sim.transcript.wire import NoReply, Wire
 
 TIMEOUT_S = 3.0
 """For a reply, also of a server that takes a second to turn to its next client."""
+
+LOOK_PERIOD_S = 0.1
+"""Between two looks whether a server is there again."""
 
 COMMANDS = load_table("iiwa").commands
 
@@ -65,6 +70,18 @@ class Link:
             yield talk
         finally:
             talk.wire.close()
+
+    def is_there(self) -> bool:
+        """Whether somebody listens, or does so again within `timeout_s`."""
+        deadline = time.monotonic() + self.timeout_s
+        while True:
+            try:
+                Wire(self.host, self.port, self.timeout_s).close()
+                return True
+            except NoServer:
+                if time.monotonic() > deadline:
+                    return False
+                time.sleep(LOOK_PERIOD_S)
 
     def knows(self, command: str) -> bool:
         """Whether the server has a harmless command: one that it has not is answered `unknown command`."""

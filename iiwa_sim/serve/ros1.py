@@ -3,8 +3,6 @@
 import asyncio
 import contextlib
 import logging
-import os
-import tempfile
 import threading
 import time
 from collections.abc import Callable
@@ -19,7 +17,8 @@ from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.definitions import message, service
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
-from iiwa_sim.serve.allowance import Allowance
+from iiwa_sim.serve.allowance import Allowance, Allowances
+from iiwa_sim.serve.ros1_master import MasterWatch, start_node
 from iiwa_sim.serve.ros1_types import Types, told
 from iiwa_sim.wording import harmless, shortened
 
@@ -48,6 +47,13 @@ class _Publisher(threading.local):
         self.allowance = Allowance()
 
 
+class _Caller(threading.local):
+    """Who calls a service: rospy hears each connection in a thread of its own."""
+
+    counted_s = 0.0
+    """Of the thread's time."""
+
+
 class Ros1Node:
     """Topics and services of a `Node` on the ROS master that the environment names, from `start` to `close`.
 
@@ -66,7 +72,10 @@ class Ros1Node:
         self._handles: list[Any] = []  # of rospy: publishers, services, subscribers
         self._waiting: set[Future[Any]] = set()  # of rospy's threads for the loop, which alone uses this
         self._publisher = _Publisher()
+        self._caller = _Caller()
+        self._callers = Allowances()
         self._ended = threading.Event()
+        self._watch: MasterWatch | None = None
         self._own = False
         self._loop: asyncio.AbstractEventLoop | None = None
 
@@ -99,6 +108,7 @@ class Ros1Node:
             raise NodeFault(f"no ROS node with the master at {self.master}: {said}") from None
         for topic, listener in self._listeners.items():
             self._node.listen(topic, listener)
+        self._watch = MasterWatch(self._handles)
 
     async def close(self) -> None:
         """Take leave of the master; calls that wait fail."""
@@ -118,7 +128,7 @@ class Ros1Node:
     def _open(self) -> None:
         """In a thread, since the master may take its time."""
         if self._own:
-            _start_node()
+            start_node(NODE_NAME)
         rospy.on_shutdown(self._shut_down)
         for topic, (kind, rate_hz) in PUBLISHED.items():
             publisher = rospy.Publisher(
@@ -137,6 +147,8 @@ class Ros1Node:
             self._handles.append(rospy.Subscriber(topic, self._types.heard(kind), heard, tcp_nodelay=True))
 
     def _take_leave(self) -> None:
+        if self._watch is not None:
+            self._watch.end()
         if self._own:
             rospy.signal_shutdown("the robot ends")
             return
@@ -184,26 +196,46 @@ class Ros1Node:
 
     def _called(self, name: str, kind: str, request: Any) -> Any:
         """A service is called, in a thread of its own. rospy.ServiceException tells the caller."""
-        if request.fault:
-            raise rospy.ServiceException(request.fault)
-        definition = service(kind)
-        content = told(definition.request, request)
+        took_s = 0.0  # in the loop
 
         def call(answered: Future[Message]) -> None:
-            def fail(reason: str) -> None:
+            begun_s: float | None = time.thread_time()
+
+            def end(tell: Callable[[], None]) -> None:
+                nonlocal took_s
+                if begun_s is not None:  # else it has taken its time, but not ours
+                    took_s = time.thread_time() - begun_s
                 if not answered.done():
-                    answered.set_exception(rospy.ServiceException(reason))
+                    tell()
+
+            def fail(reason: str) -> None:
+                end(lambda: answered.set_exception(rospy.ServiceException(reason)))
 
             def answer(response: Message) -> None:
-                if not answered.done():
-                    answered.set_result(response)
+                end(lambda: answered.set_result(response))
 
             try:
                 self._node.call(name, content, answer, fail)
             except BadMessage as fault:
                 fail(str(fault))
+            begun_s = None
 
-        return self._types.filled(definition.response, self._in_loop(name, call))
+        definition = service(kind)
+        try:
+            if request.fault:
+                raise rospy.ServiceException(request.fault)
+            content = told(definition.request, request)
+            return self._types.filled(definition.response, self._in_loop(name, call))
+        finally:
+            self._rest(str(request._connection_header.get("callerid", "?")), took_s)
+
+    def _rest(self, caller: str, in_loop_s: float) -> None:
+        """Listen to others for a while, where a caller has taken much time, in the loop and here."""
+        now_s = time.thread_time()
+        took_s = in_loop_s + now_s - self._caller.counted_s
+        self._caller.counted_s = now_s
+        if (rest_s := self._callers.rest_s(caller, took_s, time.monotonic())) > 0.0:
+            self._ended.wait(rest_s)
 
     def _in_loop(self, what: str, function: Callable[[Future[T]], None]) -> T:
         """What `function`, called in the loop, sets. Raises rospy.ServiceException when the node ends."""
@@ -229,26 +261,6 @@ class Ros1Node:
         except RuntimeError:  # it is closed
             raise rospy.ServiceException("the robot's node has ended") from None
         return future.result()
-
-
-def _start_node() -> None:
-    """rospy.init_node, without the signal handlers and the log files that rospy would have."""
-    logging.getLogger("rospy").setLevel(logging.WARNING)
-    # Without a file of its own for logging rospy takes one that replaces all handlers of the process.
-    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
-        nothing_new.write("{version: 1, incremental: true}\n")
-        nothing_new.flush()
-        previous = os.environ.get("ROS_PYTHON_LOG_CONFIG_FILE")
-        os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = nothing_new.name
-        try:
-            rospy.init_node(
-                NODE_NAME, argv=[], disable_signals=True, disable_rosout=True, disable_rostime=True
-            )
-        finally:
-            if previous is None:
-                del os.environ["ROS_PYTHON_LOG_CONFIG_FILE"]
-            else:
-                os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = previous
 
 
 async def _beside(function: Callable[[], T], limit_s: float) -> T:

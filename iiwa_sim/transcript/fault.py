@@ -11,3 +11,7 @@ class TranscriptFault(Exception):
 
     def __init__(self, message: str) -> None:
         super().__init__(shortened(harmless(message), LONGEST_MESSAGE))
+
+
+class NoServer(TranscriptFault):
+    """Nobody can be connected to."""

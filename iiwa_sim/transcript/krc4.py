@@ -134,10 +134,17 @@ def _filled(found: re.Match[str], heard: Mapping[str, str]) -> str:
 
 
 def _summands(found: re.Match[str]) -> list[float]:
-    numbers = [float(word) for word in (found["more"] or "").split()]
     most = REGISTERS if found["register"] is None else int(found["register"].startswith("R"))
+    if found["more"] is not None and most == 0:
+        raise ValueError(f"{found[0]}: expected nothing behind an integer register")
+    words = (found["more"] or "").split()
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        numbers = [math.nan]
     if not all(map(math.isfinite, numbers)):
-        raise ValueError(f"{found[0]}: expected finite numbers")
+        raise ValueError(f"{found[0]}: expected finite numbers behind the +, got '{' '.join(words)}'")
     if found["more"] is not None and not 1 <= len(numbers) <= most:
-        raise ValueError(f"{found[0]}: expected at most {most} numbers behind the +, and one at least")
+        several = "a number" if most == 1 else f"1 to {most} numbers"
+        raise ValueError(f"{found[0]}: expected {several} behind the +, got {len(numbers)}")
     return numbers + [0.0] * (REGISTERS - len(numbers))

@@ -60,8 +60,11 @@ def replay(
     There is a port for each dialect of the transcript. All waits but those for replies, `timeout_s` each, are
     in the robot's time: real time, if nothing else is given.
 
-    Raises TranscriptFault if the server cannot be reached, or if ports and dialects do not go together.
+    Raises TranscriptFault if the server cannot be reached, if ports and dialects do not go together, or if
+    nothing is said: a recording that was lost must not pass.
     """
+    if not any(isinstance(step, Said) for step in transcript.steps):
+        raise TranscriptFault(f"{transcript.name}: nothing is said in it, expected a `> command` at least")
     ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.dialects):
         given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"

@@ -14,7 +14,7 @@ from iiwa_sim.dialect.decimals import readable
 from iiwa_sim.dialect.krc4_stream import Broken, XmlStream
 from iiwa_sim.dialect.krc4_table import REPLY
 from iiwa_sim.serve.listening import host_and_port
-from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.transcript.fault import NoServer, TranscriptFault
 from iiwa_sim.wording import harmless
 
 RECEIVE_BYTES = 65536
@@ -30,14 +30,14 @@ class Connection:
     """Bytes both ways."""
 
     def __init__(self, host: str, port: int, timeout_s: float = TIMEOUT_S) -> None:
-        """Connects; `timeout_s` bounds that and the wait for each reply. Raises TranscriptFault."""
+        """Connects; `timeout_s` bounds that and the wait for each reply. Raises NoServer."""
         self.timeout_s = timeout_s
         self.server = host_and_port(host, port)
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
         except (OSError, ValueError) as fault:  # ValueError for characters no host name has
             why = getattr(fault, "strerror", None) or fault
-            raise TranscriptFault(f"cannot connect to {self.server}: {why}") from None
+            raise NoServer(f"cannot connect to {self.server}: {why}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def send(self, data: bytes) -> None:
@@ -67,8 +67,11 @@ class Connection:
         self._socket.close()
 
     def _receive(self, patience_s: float, deadline: float) -> bytes:
+        left_s = deadline - time.monotonic()
         try:
-            self._socket.settimeout(max(deadline - time.monotonic(), 1e-6))
+            if left_s <= 0.0:  # also where bytes come without end
+                raise TimeoutError
+            self._socket.settimeout(left_s)
             return self._socket.recv(RECEIVE_BYTES)
         except TimeoutError:
             raise NoReply(f"no reply within {patience_s:g} s") from None

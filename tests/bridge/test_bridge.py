@@ -122,7 +122,7 @@ async def test_results_come_in_order_as_moves_end(bench: Bench, simulator: Simul
     state = bench.robot.state
     assert state is not None
     assert state.joints == pytest.approx(B, abs=1e-8)
-    assert state.status == simulator.controller.status()
+    assert bench.robot.status == simulator.controller.status()
 
 
 async def test_a_refusal_has_the_robots_own_code_and_reason(bench: Bench) -> None:
@@ -224,8 +224,9 @@ async def test_a_server_without_extensions_says_what_it_does_not_know(plain: Ben
     state = plain.robot.state
     assert state is not None
     assert state.override is None
-    assert state.status.in_motion == 0
-    assert state.status.e_stopped == -1
+    assert plain.robot.status is not None
+    assert plain.robot.status.in_motion == 0
+    assert plain.robot.status.e_stopped == -1
 
 
 async def test_a_connection_that_fails_is_told_and_opened_again(caplog: pytest.LogCaptureFixture) -> None:
@@ -241,12 +242,28 @@ async def test_a_connection_that_fails_is_told_and_opened_again(caplog: pytest.L
             await until(lambda: bool(results))
             assert results[0]["result_code"] == 3040
             assert "the connection to the robot failed" in caplog.text
+            heard: dict[str, list[dict[str, Any]]] = {"/robot_status": [], "/joint_states": []}
+            for topic, messages in heard.items():
+                bridge._ros._node.listen(topic, messages.append)
+            await until(lambda: len(heard["/robot_status"]) > 2)
+            assert {
+                name: value for name, value in heard["/robot_status"][-1].items() if name != "header"
+            } == {
+                **{name: {"val": -1} for name in ("mode", "e_stopped", "drives_powered", "in_motion")},
+                "motion_possible": {"val": 0},
+                "in_error": {"val": 1},
+                "error_code": 3040,
+            }
+            assert not heard["/joint_states"], "where the robot is, nobody knows"
             failed: list[Any] = []
             bridge._ros._node.call("/stop_robot_right_now", {}, failed.append, failed.append)
             await until(lambda: bool(failed))
             assert failed[0]["success"] is False
             async with Simulator(port=port) as second:
-                await until(lambda: bridge._robot.state is not None)
+                await until(lambda: bool(heard["/joint_states"]))
+                heard["/robot_status"].clear()
+                await until(lambda: bool(heard["/robot_status"]))
+                assert heard["/robot_status"][0]["in_error"] == {"val": 0}
                 bridge._ros._node.receive("/command_list", {"commands": [ptp(2, A)]})
                 await until(lambda: len(results) == 2)
                 assert results[1]["result_code"] == 0

@@ -223,6 +223,21 @@ class StopsNothing(Deviating):
         return "error" if text == "stop" else super().reply(text)
 
 
+class Mortal(Deviating):
+    """Dies of a capital letter."""
+
+    def _serve(self) -> None:
+        with contextlib.suppress(OSError):
+            super()._serve()
+
+    def answer(self, connection: socket.socket, line: bytes) -> bool:
+        if line == b"HELLO":
+            self._ended = True
+            self._listener.shutdown(socket.SHUT_RDWR)  # nobody is accepted any more
+            return False
+        return super().answer(connection, line)
+
+
 class Moving(Deviating):
     """Its robot moves."""
 

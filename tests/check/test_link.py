@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import socket
+import threading
 from itertools import pairwise
 
 import pytest
@@ -28,6 +30,16 @@ class Deaf:
 def talk(allow_motion: bool) -> tuple[Talk, Deaf]:
     wire = Deaf()
     return Talk(Link("", 0, allow_motion), wire), wire
+
+
+def test_a_server_that_listens_again_has_not_gone() -> None:
+    with socket.socket() as server:
+        server.bind(("127.0.0.1", 0))
+        link = Link(*server.getsockname(), allow_motion=False, timeout_s=30)
+        again = threading.Timer(0.15, server.listen)
+        again.start()
+        assert link.is_there()
+        again.join()
 
 
 def test_what_moves_or_switches_is_not_harmless() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.serve.allowance import AT_ONCE_S, SHARE, Allowance
+from iiwa_sim.serve.allowance import AT_ONCE_S, MOST_CLIENTS, SHARE, Allowance, Allowances
 
 COSTS = st.lists(st.floats(1e-6, 0.02), min_size=1, max_size=300)
 
@@ -53,3 +53,22 @@ def test_who_was_quiet_may_take_a_little_at_once() -> None:
     rests = [allowance.rest_s(0.0001, 50.0 + 0.0001 * k) for k in range(40)]
     assert not any(rests)
     assert allowance.rest_s(0.05, 51.0) > 0.8
+
+
+def test_clients_are_told_from_each_other_by_name() -> None:
+    allowances, alone = Allowances(), Allowance()
+    for k in range(20):
+        now_s = 50.0 + 0.001 * k
+        assert allowances.rest_s("flooder", 0.01, now_s) == alone.rest_s(0.01, now_s)
+        assert allowances.rest_s(f"other {k}", 0.001, now_s) == 0.0
+
+
+def test_of_many_clients_the_last_are_remembered() -> None:
+    allowances = Allowances()
+    before = allowances.rest_s("flooder", 1.0, 50.0)
+    for k in range(MOST_CLIENTS - 1):
+        allowances.rest_s(f"other {k}", 0.001, 50.0)
+    assert allowances.rest_s("flooder", 1.0, 50.0) > before
+    for k in range(MOST_CLIENTS):
+        allowances.rest_s(f"other {k}", 0.001, 50.0)
+    assert allowances.rest_s("flooder", 1.0, 50.0) == before

@@ -5,6 +5,7 @@ from math import dist
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.dialect.rmi.robot import (
     BlendingUnit,
     Done,
@@ -43,11 +44,14 @@ class LocalRobot:
             joints=controller.joints,
             velocities=controller.joint_velocity(),
             tool_frame=controller.tool_frame(),
-            status=controller.status(),
             override=controller.override,
             inputs=controller.io.inputs,
             outputs=controller.io.outputs,
         )
+
+    @property
+    def status(self) -> RobotStatus:
+        return self._controller.status()
 
     def move(self, move: Move, ended: Ended) -> None:
         target = move.target

@@ -20,10 +20,11 @@ Listener = Callable[[Message], None]
 
 COMMAND_LIST = "/command_list"
 COMMAND_RESULT = "/command_result"
+ROBOT_STATUS = "/robot_status"
 
 PUBLISHED: Mapping[str, tuple[str, int]] = {
     COMMAND_RESULT: ("robot_movement_interface/Result", 0),  # whenever there is one
-    "/robot_status": ("industrial_msgs/RobotStatus", 50),
+    ROBOT_STATUS: ("industrial_msgs/RobotStatus", 50),
     "/tool_frame": ("robot_movement_interface/EulerFrame", 100),
     "/joint_states": ("sensor_msgs/JointState", 100),
     "/current_speed_scale": ("std_msgs/Float32", 10),
@@ -94,11 +95,15 @@ class Node:
             if self._due[topic] < self._tick_rate_hz or rate_hz == 0:
                 continue
             self._due[topic] -= self._tick_rate_hz
-            if self._listeners[topic]:
+            if not self._listeners[topic]:
+                continue
+            if topic == ROBOT_STATUS:
+                content = self._status()
+            else:
                 state = self._robot.state if state is None else state
                 content = None if state is None else self._content(topic, state)
-                if content is not None:
-                    self._publish(topic, content)
+            if content is not None:
+                self._publish(topic, content)
 
     def _publish(self, topic: str, content: Message) -> None:
         for listener in list(self._listeners[topic]):
@@ -112,6 +117,15 @@ class Node:
             "additional_information": result.information,
         }
         self._publish(COMMAND_RESULT, content)
+
+    def _status(self) -> Message | None:
+        """The message for /robot_status, if anything is known."""
+        status = self._robot.status
+        if status is None:
+            return None
+        *flags, code = status
+        values = {name: {"val": flag} for name, flag in zip(status._fields[:-1], flags, strict=True)}
+        return {"header": self._header(ROBOT_STATUS), **values, "error_code": code}
 
     def _content(self, topic: str, state: State) -> Message | None:
         """The message for a topic, if the robot tells enough of itself."""
@@ -127,11 +141,6 @@ class Node:
             x_mm, y_mm, z_mm, alpha, beta, gamma = state.tool_frame
             places = {"x": 1e-3 * x_mm, "y": 1e-3 * y_mm, "z": 1e-3 * z_mm}
             return {**places, "alpha": alpha, "beta": beta, "gamma": gamma}
-        if topic == "/robot_status":
-            *flags, code = state.status
-            names = state.status._fields[:-1]
-            values = {name: {"val": flag} for name, flag in zip(names, flags, strict=True)}
-            return {"header": self._header(topic), **values, "error_code": code}
         if topic == "/current_speed_scale":
             return None if state.override is None else {"data": state.override}
         pins = Pins.of(state)

@@ -64,7 +64,6 @@ class State(NamedTuple):
     """rad/s"""
     tool_frame: Frame
     """The TCP in the base: mm, rad."""
-    status: RobotStatus
     override: float | None
     """0 to 1."""
     inputs: tuple[bool, ...] | None
@@ -106,6 +105,10 @@ class Robot(Protocol):
     @property
     def state(self) -> State | None:
         """The newest that is known; None where nothing is."""
+
+    @property
+    def status(self) -> RobotStatus | None:
+        """The newest that is known, also of a robot whose state is not: that it is out of reach."""
 
     def move(self, move: Move, ended: Ended) -> None:
         """Queue a move, or go for the target of a servo at once."""

@@ -24,6 +24,7 @@ class ScriptedRobot:
 
     joint_names = ("A1", "A2", "A3", "A4", "A5", "A6", "A7")
     state: State | None = None
+    status = None
 
     def __init__(self) -> None:
         self.ready = True

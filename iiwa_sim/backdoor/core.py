@@ -1,0 +1,59 @@
+"""What all of the backdoor has: the robot and its surroundings, and a way to call where the robot lives."""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Concatenate, ParamSpec, Protocol, TypeVar
+
+from iiwa_sim.backdoor.outside import Entrance
+from iiwa_sim.backdoor.states import States
+from iiwa_sim.clock.clock import Clock
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.dialect.faults import WireFaults
+
+C = TypeVar("C", bound="Core")
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class Call(Protocol):
+    """Calls a function where the robot lives, and gives what that gives, or raises."""
+
+    def __call__(self, function: Callable[[], T]) -> T: ...
+
+
+def _at_once(function: Callable[[], T]) -> T:
+    return function()
+
+
+def called(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
+    """Where the robot lives in a thread of its own, the method is called there, between two ticks."""
+
+    @wraps(method)
+    def call(self: C, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        return self.call(lambda: method(self, *args, **kwargs))
+
+    return call
+
+
+class Core:
+    """What is done to what."""
+
+    def __init__(
+        self,
+        controller: Controller,
+        wire: WireFaults,
+        entrance: Entrance,
+        clock: Clock,
+        call: Call = _at_once,
+    ) -> None:
+        self.call = call
+        self._controller = controller
+        self._wire = wire
+        self._entrance = entrance
+        self._clock = clock
+        self._states = States(controller)
+
+    @property
+    def joint_count(self) -> int:
+        """How many joints the robot has."""
+        return len(self._controller.description.joints)

@@ -1,0 +1,106 @@
+"""What a test bench makes fail: the robot, and the wire. The rest of the backdoor is in `backdoor.py`."""
+
+from iiwa_sim.backdoor.core import Core, called
+from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
+from iiwa_sim.dialect.faults import (
+    EVERY,
+    LONGEST_WAIT_S,
+    UNTIL_CLEARED,
+    Close,
+    Fault,
+    Reset,
+    Silence,
+)
+
+ON_PURPOSE = "made to fail through the backdoor"
+
+
+class Faults(Core):
+    """Faults on purpose.
+
+    `connection` is a number of `connections()`, `EVERY` or `NEXT`; `replies` is how many it befalls, 0 for
+    all until `clear_faults`.
+    """
+
+    # Of the robot
+
+    @called
+    def refuse_next_move(self, code: int) -> None:
+        """Have the next move outside of the state of error refused, whatever it asks for."""
+        self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
+
+    @called
+    def fail_move(self, code: int) -> None:
+        """Have what moves fail: the robot stops on its path with an error. Refused where nothing moves."""
+        if not self._controller.moving:
+            raise Refused(EXECUTION, "nothing moves that could fail")
+        self._controller.fail(_checked(code), ON_PURPOSE)
+
+    @called
+    def time_out_servo(self) -> None:
+        """End a smart or direct mode as a servo timeout does. Refused in other modes."""
+        self._controller.time_out_servo()
+
+    @called
+    def following_error(self, joint: int) -> None:
+        """Stop the robot as if a joint, numbered from 1, were not where it should be."""
+        names = self._controller.description.joints
+        if not 1 <= joint <= len(names):
+            raise Refused(EXECUTION, f"no joint {joint}: there are 1 to {len(names)}")
+        self._controller.fail(EXECUTION, f"following error of {names[joint - 1]}: the robot stops")
+
+    # On the wire
+
+    @called
+    def connections(self) -> dict[int, str]:
+        """Who is connected to the main port, by number."""
+        return self._wire.connections()
+
+    @called
+    def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
+        """Have one of `iiwa_sim.dialect.faults` befall replies, behind those set before."""
+        if replies < 0:
+            raise Refused(EXECUTION, f"{replies} replies: expected 0 or more")
+        for key, value in getattr(fault, "_asdict", dict)().items():
+            low, high = (1, float("inf")) if key == "byte" else (0.0, LONGEST_WAIT_S)
+            if not low <= value <= high:
+                raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}")
+        self._wire.set(fault, connection, replies)
+
+    @called
+    def stop_answering(self, connection: int = EVERY) -> None:
+        """Leave lines unanswered, and not carried out, until `clear_faults`."""
+        self._wire.set(Silence(), connection)
+
+    @called
+    def close_connections(self, connection: int = EVERY) -> None:
+        """Close one, or all there are, now."""
+        self._wire.end(Close(), connection)
+
+    @called
+    def reset_connections(self, connection: int = EVERY) -> None:
+        """Reset one, or all there are, now."""
+        self._wire.end(Reset(), connection)
+
+    @called
+    def refuse_connections(self) -> None:
+        """Let nobody connect to the port of any dialect. Who is connected is served."""
+        self._entrance.refuse()
+
+    @called
+    def accept_connections(self) -> None:
+        """Let clients connect again."""
+        self._entrance.accept()
+
+    @called
+    def clear_faults(self) -> None:
+        """Take back all faults that are set, of the wire and of the next move, and accept connections."""
+        self._controller.refuse_next_move(None)
+        self._wire.clear()
+        self._entrance.accept()
+
+
+def _checked(code: int) -> int:
+    if not 1 <= code < 2**31:
+        raise Refused(EXECUTION, f"code {code}: expected 1 to {2**31 - 1}")
+    return code
