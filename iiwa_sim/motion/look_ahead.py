@@ -72,7 +72,7 @@ class LookAhead:
             pass
         for _ in range(1 + len(way.corners)):
             waiting.popleft()
-        way.end_share = 1.0  # before the next corner has been looked at, nothing says that to brake gently pays
+        way.end_share = 1.0  # that it pays to brake gently shows with the next look
         return at_once(Chain.along(way))
 
     def step(self, run: Run, waiting: deque[Move]) -> Taken | None:

@@ -150,14 +150,14 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
 @pytest.mark.parametrize("tick", [40, 60, 80, 110])
 @both
 def test_the_robot_does_not_go_back_to_what_it_has_passed_while_it_brakes(name: str, tick: int) -> None:
-    """Short lines in one direction: it takes several of them to brake."""
+    """Short lines in one direction: to brake takes more than the line under way."""
     recorder = sent(name, [])
     for _ in range(40):
         recorder.lin(0.0, 2.0, 0.0, 1.0)
     recorder.wait(tick)
     before = recorder.robot.controller.queue
     recorder.cancel()
-    assert recorder.robot.controller.queue < before - 1
+    assert recorder.robot.controller.queue < before
     recorder.finish()
     assert_keeps_all_promises(recorder)
     along = np.array([recorder.robot.tcp(joints).translation[1] for joints in recorder.robot.joints])
