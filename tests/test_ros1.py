@@ -169,15 +169,7 @@ def test_a_flood_delays_neither_ticks_nor_others(terminal: Terminal) -> None:
         "print('begins', flush=True)\n"
         "while True: publisher.publish(made(commands=wrong))\n"
     )
-    with terminal.starts(SYSTEM_PYTHON, "-c", script) as flood:
-        try:
-            assert flood.stdout is not None
-            assert flood.stdout.readline() == "begins\n"
-            assert _mean_rate(terminal, "/tool_frame") == pytest.approx(100, rel=0.1)
-            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-            assert flood.poll() is None
-        finally:
-            flood.kill()
+    _assert_others_are_served_during(script, terminal)
 
 
 @pytest.mark.usefixtures("robot")
@@ -196,15 +188,7 @@ def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, pe
         "for _ in range(8): threading.Thread(target=calls).start()\n"
         "print('begins', flush=True)\n"
     )
-    with terminal.starts(SYSTEM_PYTHON, "-c", script) as flood:
-        try:
-            assert flood.stdout is not None
-            assert flood.stdout.readline() == "begins\n"
-            assert _mean_rate(terminal, "/tool_frame") == pytest.approx(100, rel=0.1)
-            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
-            assert flood.poll() is None
-        finally:
-            flood.kill()
+    _assert_others_are_served_during(script, terminal)
 
 
 def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Terminal) -> None:
@@ -372,6 +356,19 @@ def _stops(robot: Process) -> str:
     code, log = robot.ends(signal.SIGTERM)
     assert code == 0
     return log
+
+
+def _assert_others_are_served_during(flood_script: str, terminal: Terminal) -> None:
+    """The script says when it begins, and goes on for ever."""
+    with terminal.starts(SYSTEM_PYTHON, "-c", flood_script) as flood:
+        try:
+            assert flood.stdout is not None
+            assert flood.stdout.readline() == "begins\n"
+            assert _mean_rate(terminal, "/tool_frame") == pytest.approx(100, rel=0.1)
+            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+            assert flood.poll() is None
+        finally:
+            flood.kill()
 
 
 def _mean_rate(terminal: Terminal, topic: str, seconds: int = 3) -> float:
