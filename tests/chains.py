@@ -24,6 +24,7 @@ REACH = 0.75  # of the position limits, for targets far away
 NEAR = 0.12  # of the position limits, from where the chain ends
 LARGEST_SHIFT_MM, LARGEST_TURN_RAD = 250.0, 0.6
 LEAST_FAR_SPEED = 0.3
+SPEEDS = (1.0, 1.0, 0.7, 0.5, 0.3, 0.1)
 UNTIL_STOPPED = -1  # instead of ticks to wait
 
 Order = Callable[[Controller, bool], object]
@@ -66,7 +67,7 @@ def chain_moves(
 ) -> st.SearchStrategy[ChainMove]:
     anywhere = st.integers(0, 2**32 - 1).map(lambda seed: _random_parts(seed, joint_count))
     along_axes = st.tuples(*[st.sampled_from([0.0, 0.0, -1.0, -0.5, 0.5, 1.0])] * joint_count)
-    speeds = st.sampled_from([1.0, 1.0, 0.7, 0.5, 0.3, 0.1, 0.05])
+    speeds = st.sampled_from([*SPEEDS, 0.05])
     places = ["near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on"]
     radii = st.one_of(st.floats(0.0, 80.0), st.floats(5.0, 80.0), st.just(0.0), st.just(500.0))
     waits = st.one_of(st.just(0), st.just(0), st.integers(0, 400), st.just(UNTIL_STOPPED))
@@ -96,6 +97,24 @@ def chains(
         values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.0, 1.0]))
         item = st.one_of(item, st.builds(ChainOverride, values, st.integers(0, 500)))
     return st.integers(2, 20).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
+
+
+def random_chain(seed: int, joint_count: int) -> list[ChainMove]:
+    """3 to 8 moves sent at once, the same for a seed whatever else changes: for statistics."""
+    rng = np.random.default_rng(seed)
+
+    def one_of(choice: Sequence[Any]) -> Any:
+        return choice[int(rng.integers(len(choice)))]
+
+    def move() -> ChainMove:
+        speeds = [one_of(SPEEDS) for _ in range(joint_count)]
+        place = one_of(["near", "near", "shift", "shift", "shift", "far", "small", "turn", "back", "on"])
+        parts = tuple(rng.uniform(-1.0, 1.0, joint_count).tolist())
+        radius_mm = one_of([float(rng.uniform(5.0, 80.0)), 500.0])
+        speeds_rel = one_of([tuple(speeds), (speeds[0],) * joint_count])
+        return ChainMove(one_of(["joint", "ptp", "lin", "lin joint"]), place, parts, speeds_rel, radius_mm, 0)
+
+    return [move() for _ in range(int(rng.integers(3, 9)))]
 
 
 class Recorder:

@@ -111,7 +111,11 @@ def test_a_stdout_that_takes_nothing(options: tuple[str, ...]) -> None:
 
 
 def test_a_log_that_nobody_reads_does_not_stop_the_robot() -> None:
-    with running() as simulator, socket.create_connection(("127.0.0.1", simulator.port)) as client:
+    """At debug, where no flood is held back."""
+    with (
+        running("--log-level", "debug") as simulator,
+        socket.create_connection(("127.0.0.1", simulator.port)) as client,
+    ):
         client.settimeout(DEADLINE_S)
         refused = 3_000  # some 300 kB of log, into a pipe that holds 64
         client.sendall(b"lin move : this is not a frame at all, and will be refused\r\n" * refused)
@@ -129,8 +133,8 @@ def test_a_log_that_nobody_reads_does_not_stop_the_robot() -> None:
     kept = [line for line in lines if "this is not a frame" in line]
     (note,) = [line for line in lines if "log lines lost" in line]
     lost = int(note.split(" log lines lost")[0].split()[-1])
-    assert len(kept) + lost == refused
-    assert "last words" in lines[-1]
+    assert len(kept) < refused <= len(kept) + lost  # among which others may be, such as of a stall
+    assert any("last words" in line for line in lines)
 
 
 @pytest.mark.requirement("FRC021")
