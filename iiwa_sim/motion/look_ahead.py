@@ -1,7 +1,8 @@
 """The look ahead: takes the moves that wait into the run under way, so that it goes on without a stop.
 
-A corner that can be driven round without losing speed is; at any other the robot turns at the target. To plan
-that costs a few milliseconds, so it is done in slices of about half of one.
+A corner that can be driven round without losing speed is; at any other the robot turns at the target, except
+where to stop there is over sooner. To plan that costs a few milliseconds, so it is done in slices of about
+half of one.
 """
 
 from collections import deque

@@ -4,6 +4,7 @@ Only this module and those that it draws with know matplotlib. They keep off pyp
 write no date and no random names: the same recording gives the same bytes.
 """
 
+import re
 import warnings
 from io import BytesIO
 from pathlib import Path
@@ -33,6 +34,7 @@ _STYLE = {
     "savefig.dpi": 110.0,
     "svg.hashsalt": "iiwa-sim",
 }
+_CLIP_NAME = re.compile(rb"\bp[0-9a-f]{10}\b")
 _NO_TRACES: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
 
 
@@ -42,7 +44,13 @@ def picture(recording: Recording, file_format: str) -> bytes:
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # in somebody's file name
         file = BytesIO()
         draw(recording).savefig(file, format=file_format, metadata=_NO_TRACES[file_format])
-        return file.getvalue()
+        return _with_clips_numbered(file.getvalue()) if file_format == "svg" else file.getvalue()
+
+
+def _with_clips_numbered(svg: bytes) -> bytes:
+    """The same file; matplotlib names clips by the last digits of a layout, which vary from run to run."""
+    names: dict[bytes, bytes] = {}
+    return _CLIP_NAME.sub(lambda found: names.setdefault(found[0], b"clip%d" % len(names)), svg)
 
 
 def draw(recording: Recording) -> Figure:
