@@ -8,7 +8,7 @@ run: .venv/ready
 	@$(BIN)/iiwa-sim $(ARGS)
 
 test: .venv/ready
-	$(BIN)/pytest --numprocesses auto $(ARGS)
+	$(BIN)/pytest --numprocesses auto --dist worksteal $(ARGS)
 
 lint: .venv/ready
 	$(BIN)/ruff check

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import AsyncIterator
 
 import pytest
@@ -14,6 +15,11 @@ settings.register_profile("iiwa-sim", deadline=None)  # no test asks how long so
 settings.load_profile("iiwa-sim")
 
 collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than there are cores: many tests wait for processes of their own."""
+    return (os.cpu_count() or 1) + 1
 
 
 @pytest.fixture

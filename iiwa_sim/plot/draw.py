@@ -4,13 +4,14 @@ Only this module and those that it draws with know matplotlib. They keep off pyp
 write no date and no random names: the same recording gives the same bytes.
 """
 
-import re
 import warnings
 from io import BytesIO
 from pathlib import Path
+from typing import Any, cast
 
 import matplotlib.style
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from iiwa_sim.plot.over_time import draw_over_time
 from iiwa_sim.plot.record import Recording
@@ -34,7 +35,7 @@ _STYLE = {
     "savefig.dpi": 110.0,
     "svg.hashsalt": "iiwa-sim",
 }
-_CLIP_NAME = re.compile(rb"\bp[0-9a-f]{10}\b")
+_LAYOUT_DIGITS = 6  # of a part of the figure
 _NO_TRACES: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
 
 
@@ -43,14 +44,21 @@ def picture(recording: Recording, file_format: str) -> bytes:
     with matplotlib.style.context(_STYLE, after_reset=True), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from")  # in somebody's file name
         file = BytesIO()
-        draw(recording).savefig(file, format=file_format, metadata=_NO_TRACES[file_format])
-        return _with_clips_numbered(file.getvalue()) if file_format == "svg" else file.getvalue()
+        figure = draw(recording)
+        _settle(figure)
+        figure.savefig(file, format=file_format, metadata=_NO_TRACES[file_format])
+        return file.getvalue()
 
 
-def _with_clips_numbered(svg: bytes) -> bytes:
-    """The same file; matplotlib names clips by the last digits of a layout, which vary from run to run."""
-    names: dict[bytes, bytes] = {}
-    return _CLIP_NAME.sub(lambda found: names.setdefault(found[0], b"clip%d" % len(names)), svg)
+def _settle(figure: Figure) -> None:
+    """Lay the figure out, and keep it so; the last digits of a layout vary from one to the next."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for part in figure.subfigs:
+        place: Bbox = cast(Any, part).bbox_relative  # which matplotlib's types leave out
+        place.set_points(place.get_points().round(_LAYOUT_DIGITS))
+    for axes in figure.axes:
+        axes.set_position(Bbox(axes.get_position().get_points().round(_LAYOUT_DIGITS)))
 
 
 def draw(recording: Recording) -> Figure:
