@@ -1,9 +1,9 @@
 r"""KRC4 messages as one line for people: `Cmd I0=7 I1=100`, answered by `Res I0=7 I1=100 I2=1`.
 
-Values that are 0 may be left out. A message that this form would not say in full, such as one with a value
-twice or one that is none, is written word for word, in printable ASCII, the rest of it escaped. A line that
-begins with the word Cmd or Res is in the short form; where one that is word for word would, its first byte is
-escaped: `\x43md`.
+Values that are 0 are left out, but for the ids. A message that this form would not say in full, such as one
+with a value twice or one that is none, is written word for word, in printable ASCII, the rest of it
+escaped. A line that begins with the word Cmd or Res is in the short form; where one that is word for word
+would, its first byte is escaped: `\x43md`.
 """
 
 import re
@@ -19,6 +19,8 @@ NO_MESSAGE = "(no message)"
 
 _ROOTS = (REQUEST, REPLY)
 _BEGINS = re.compile(rf"(?:{'|'.join(_ROOTS)})(?:\s|\Z)")
+_ZEROS = ("0", "0.0")
+_REGISTER = re.compile(r"I[2-9]|R[0-9]")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.\-]*")
 _VALUE = re.compile(r"[!-\[\]-z|~]*")  # printable ASCII without blanks, backslashes and braces
 
@@ -33,8 +35,13 @@ def written(element: Element, wire: bytes) -> str:
     values = {name: value.strip(XML_BLANKS) for name, value in element.values.items()}
     told_in_full = not element.fault and element.name in _ROOTS
     if told_in_full and all(_NAME.fullmatch(n) and _VALUE.fullmatch(v) for n, v in values.items()):
-        return _line(element.name, [f"{name}={value}" for name, value in values.items()])
+        told = [f"{name}={value}" for name, value in values.items() if not _may_be_left_out(name, value)]
+        return _line(element.name, told)
     return word_for_word(wire)
+
+
+def _may_be_left_out(name: str, value: str) -> bool:
+    return value in _ZEROS and _REGISTER.fullmatch(name) is not None
 
 
 def word_for_word(wire: bytes) -> str:

@@ -101,7 +101,7 @@ def test_a_recording_is_for_reading_too(recorded: Path) -> None:
     said = [line.partition("] ")[2] for line in lines]
     for line in (
         "client1 connects",
-        "client1> Cmd I0=1 I1=25 R0=0.0 R1=-90.0 R2=90.0 R3=0.0 R4=90.0 R5=0.0",
+        "client1> Cmd I0=1 I1=25 R1=-90.0 R2=90.0 R4=90.0",
         "client1< Res I0=1 I1=25",
         "client1> Cmd I0=7 I1=310",
         "client1> Cmd I0=8 I1=320",
