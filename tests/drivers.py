@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any, ClassVar, NamedTuple
 
@@ -11,7 +12,7 @@ from tests.krc4_talking import Reply, replies, request
 from tests.talking import DEADLINE_S, Client, until
 
 
-class Driver(Client):
+class Driver(Client, ABC):
     """One that can ask something, move, and tell a refusal."""
 
     DIALECT: ClassVar[str]
@@ -37,12 +38,12 @@ class Driver(Client):
         self.send(b"".join(self.QUESTIONS[:2]))
         assert [await self.whole_reply(), await self.whole_reply()] == list(self.ANSWERS[:2])
 
+    @abstractmethod
     async def moves(self, joints: Sequence[float]) -> int:
         """Sends all joints to positions (rad), slowly where that can be said; the error, 0 where accepted."""
-        raise NotImplementedError
 
-    async def moving(self) -> bool:
-        raise NotImplementedError
+    @abstractmethod
+    async def moving(self) -> bool: ...
 
     async def until_at_rest(self) -> int:
         """Polls; how often the robot still moved."""
