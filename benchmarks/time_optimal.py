@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 
-from iiwa_sim.motion.path import Path
+from iiwa_sim.motion.sampled_path import Path
 from iiwa_sim.robot.description import RobotDescription
 
 Array = NDArray[np.float64]

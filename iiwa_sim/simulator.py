@@ -26,7 +26,7 @@ from iiwa_sim.dialect.rmi.local import LocalRobot
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
 from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve import status_stream

@@ -12,8 +12,8 @@ from iiwa_sim.motion.joint_bounds import JointBounds
 from iiwa_sim.motion.joint_springs import JointSprings
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Feel, Pushes
 from iiwa_sim.robot.inverse import inverse_of

@@ -17,7 +17,7 @@ from iiwa_sim.controller.modes import (
 )
 from iiwa_sim.controller.moves import HOLD_ENDS, Moves
 from iiwa_sim.frames import Transform
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 
 
 class Controller(Moves):

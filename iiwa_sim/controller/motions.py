@@ -8,7 +8,7 @@ from iiwa_sim.motion.impedance import Impedance
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Felt
 

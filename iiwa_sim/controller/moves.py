@@ -24,7 +24,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.motion.compliance import Manner
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 
 HOLD_ENDS = "a gravity hold is on, which ends with stop only"
 LONGEST_QUEUE = 1000  # moves that wait; one more is refused

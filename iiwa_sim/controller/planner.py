@@ -10,8 +10,8 @@ from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
 from iiwa_sim.frames import IDENTITY, Frame, Transform, apply, compose, inverse
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.lin import Line, LineOutOfReach, SingularLine
-from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.ptp import JointLine
+from iiwa_sim.motion.sampled_path import Joints, Path
 from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.motion.zone import JointBall, Sphere, Zone
 from iiwa_sim.robot.inverse import inverse_of

@@ -12,7 +12,7 @@ from math import sqrt
 import numpy as np
 
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.path import Joints, PathSamples
+from iiwa_sim.motion.sampled_path import Joints, PathSamples
 
 SAMPLES = 25  # with 17, accelerations between two of them were up to 4 % larger
 _U = np.linspace(0.0, 1.0, SAMPLES)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.path import PathSamples
+from iiwa_sim.motion.sampled_path import PathSamples
 
 TINY = 1e-9
 CURVE_JERK = 0.7  # of jerk limits may be taken by the curve alone

@@ -15,7 +15,7 @@ from iiwa_sim.motion.chain_timing import from_rest, going_on
 from iiwa_sim.motion.corner import Corner, window_of
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.path import Joints, Path
+from iiwa_sim.motion.sampled_path import Joints, Path
 from iiwa_sim.motion.slices import Slices, at_once
 from iiwa_sim.motion.smooth import SmoothTiming
 

@@ -36,7 +36,7 @@ from iiwa_sim.frames import (
 )
 from iiwa_sim.motion.joint_bounds import JointBounds
 from iiwa_sim.motion.least_constraint import least_deviation
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.shift import MASS_KG, Shift
 from iiwa_sim.motion.spring import Spring, damping
 from iiwa_sim.motion.surroundings import Feel, Felt, Pushes

@@ -9,7 +9,7 @@ from iiwa_sim.motion.blend import Blend, Place
 from iiwa_sim.motion.bounds import Bounds
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.zone import Zone, way_inside
 
 BACK = 4.0  # times as slow as at its ends: a blend in which the joints turn back, which jerk limits make slow

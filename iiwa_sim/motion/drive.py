@@ -7,9 +7,9 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.look_ahead import LookAhead, Taken
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.numbers import Numbers
-from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.run import Run
+from iiwa_sim.motion.sampled_path import Joints
 
 AHEAD = 256
 """Ticks for which joints are found at once: for a line that costs a sixth of what one by one does."""

@@ -8,7 +8,7 @@ from iiwa_sim.motion.compliance import Compliance, Manner
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.joint_springs import JointSprings
 from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.surroundings import Felt
 
 STILL_RAD_PER_S = 2e-4

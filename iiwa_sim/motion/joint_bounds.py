@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from math import sqrt
 
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 
 NEWTON_STEPS = 60
 """Newton's method on a convex function, from above: it gets there long before."""

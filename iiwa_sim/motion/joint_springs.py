@@ -7,7 +7,7 @@ import numpy as np
 
 from iiwa_sim.frames import rotate
 from iiwa_sim.motion.joint_bounds import JointBounds
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.spring import Spring, damping
 from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, NOTHING, Feel, Pushes
 from iiwa_sim.robot.kinematics import Kinematics

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.motion.differences import EVEN_SAMPLES
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array, JointLimits
-from iiwa_sim.motion.path import Joints, PathSamples
+from iiwa_sim.motion.sampled_path import Joints, PathSamples
 from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.turns import continued, continued_rows

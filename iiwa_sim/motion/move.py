@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.path import Joints, Path
+from iiwa_sim.motion.sampled_path import Joints, Path
 from iiwa_sim.motion.zone import Zone
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path import Joints, PathSamples
+from iiwa_sim.motion.sampled_path import Joints, PathSamples
 
 SAMPLES = 6
 EVENLY = np.linspace(0.0, 1.0, SAMPLES)

@@ -8,7 +8,7 @@ import numpy as np
 from iiwa_sim.motion.chain import Chain
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.path import Joints
+from iiwa_sim.motion.sampled_path import Joints
 
 
 class Run:

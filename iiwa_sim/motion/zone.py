@@ -7,7 +7,7 @@ from math import dist
 from typing import Self
 
 from iiwa_sim.frames import Vector
-from iiwa_sim.motion.path import Joints, Path
+from iiwa_sim.motion.sampled_path import Joints, Path
 
 HALF = 0.49
 """A path is left to blends up to this part from either end, so that it is never all blends."""

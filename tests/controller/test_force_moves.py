@@ -18,8 +18,8 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, apply, inverse
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.sampled_path import Joints
 from tests.contact.materials import RADIUS, at, surface
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
 

@@ -16,9 +16,9 @@ from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.chain_checks import assert_keeps_all_promises

@@ -9,9 +9,9 @@ from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path import Joints, Path
 from iiwa_sim.motion.ptp import JointLine
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.sampled_path import Joints, Path
 from iiwa_sim.motion.slices import at_once
 
 TICK_S = 0.01

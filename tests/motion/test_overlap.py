@@ -11,8 +11,8 @@ from iiwa_sim.motion.corner import turning_share
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.overlap import set_out_s
-from iiwa_sim.motion.path import Joints
 from iiwa_sim.motion.ptp import JointLine
+from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.slices import at_once
 from iiwa_sim.motion.zone import JointBall
 from iiwa_sim.robot.description import load_robot
