@@ -17,7 +17,7 @@ lint: .venv/ready
 	$(BIN)/python -m tests.requirements --check
 
 requirements: .venv/ready
-	$(BIN)/python -m tests.requirements --run
+	$(BIN)/python -m tests.requirements $(ARGS)
 
 bench: .venv/ready
 	@$(BIN)/python -m benchmarks.bench $(ARGS)

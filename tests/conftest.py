@@ -9,12 +9,18 @@ import pytest
 from hypothesis import settings
 
 from iiwa_sim.simulator import Simulator
+from tests import last_results
 from tests.talking import Client
 
 settings.register_profile("iiwa-sim", deadline=None)  # no test asks how long something takes
 settings.load_profile("iiwa-sim")
 
 collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """`make lint` reads how the tests of the requirements went."""
+    last_results.register(config)
 
 
 def pytest_xdist_auto_num_workers() -> int:

@@ -1,8 +1,12 @@
-"""Which tests show which requirement to hold: `python -m tests.requirements`.
+"""Which tests show which requirement to hold, and whether they did when they last ran.
 
-Prints a table of all requirements, with the commands that serve each and the tests that are marked with it,
-and writes `docs/requirements.md`. `--run` also runs these tests and tells the results. `--check` prints only
-what is wrong and writes nothing. Exit code 1 if a requirement has no test, or one that fails.
+`make requirements` prints all requirements, with the commands that serve each, the tests that are marked with
+it and how these last went, and writes `docs/requirements.md`, which is not checked in; with `--run` it runs
+these tests first. `make lint` calls it with `--check`: it prints only what is wrong and writes nothing.
+
+Exit code 1 if a requirement has no test, or one that failed or was skipped when it last ran. A test that has
+not run yet is told and is no fault, since a fresh checkout is to pass `make lint`; with `--all-ran`, which
+`.ci/run` says after the tests, it is one.
 """
 
 from __future__ import annotations
@@ -20,15 +24,17 @@ import pytest
 
 from iiwa_sim.dialect.krc4_table import load_krc4_table
 from iiwa_sim.dialect.table import load_table
+from tests.last_results import FAILED, PASSED, SKIPPED, last_results
 
 LIST = Path(__file__).with_name("requirements.toml")
 PAGE = Path(__file__).parent.parent / "docs" / "requirements.md"
 NOT_YET = "not there yet"
+NOT_RUN = "not run"
 HEAD = """# Requirements
 
 Every requirement on the controller, in our own words, the commands of the main port and the KRC4 messages
-that serve it, and the files whose tests show it to hold. Written by `make requirements`, which also runs
-these tests and names them.
+that serve it, and the files whose tests show it to hold. Written by `make requirements`, which also names
+these tests and says how they went.
 
 | | requirement | commands | shown by |
 |---|---|---|---|
@@ -49,35 +55,24 @@ REQUIREMENTS = msgspec.toml.decode(LIST.read_bytes(), type=dict[str, Requirement
 
 
 class Tests:
-    """A pytest plugin that remembers the marked tests, and how they went if they are run."""
+    """A pytest plugin that remembers the marked tests, and how they last went."""
 
     __test__ = False
 
     def __init__(self) -> None:
         self.of: dict[str, list[str]] = defaultdict(list)
-        """Tests by the ids they are marked with, each test once whatever its parameters."""
-        self.failed: set[str] = set()
-        self.passed: set[str] = set()
+        """Tests by the ids they are marked with, each test once for each of its parameters."""
+        self.results: dict[str, str] = {}
+        """Of those that have run, by node id."""
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         for item in session.items:
-            name = _without_parameters(item.nodeid)
             for requirement in ids_of(item):
-                if name not in self.of[requirement]:
-                    self.of[requirement].append(name)
+                self.of[requirement].append(item.nodeid)
 
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        name = _without_parameters(report.nodeid)
-        if report.failed:
-            self.failed.add(name)
-        elif report.passed and report.when == "call":
-            self.passed.add(name)
-
-    def result(self, test: str) -> str:
-        """Of a test that was to be run."""
-        if test in self.failed:
-            return "failed"
-        return "passed" if test in self.passed else "skipped"
+    def pytest_unconfigure(self, config: pytest.Config) -> None:
+        """Results of this very run are written by then."""
+        self.results = last_results(config)
 
 
 def ids_of(item: pytest.Item) -> list[str]:
@@ -114,6 +109,22 @@ def gaps(tests: dict[str, list[str]]) -> list[str]:
     return found
 
 
+def failures(tests: dict[str, list[str]], results: dict[str, str]) -> list[str]:
+    """Requirements that were not shown to hold when their tests last ran, one line for each test."""
+    return [
+        f"{requirement}: {test} {outcome} when it last ran; again: make test ARGS='{test}'"
+        for requirement, names in tests.items()
+        for test, outcome in _by_function(names, results).items()
+        if outcome in (FAILED, SKIPPED)
+    ]
+
+
+def not_run(tests: dict[str, list[str]], results: dict[str, str]) -> list[str]:
+    """What marked tests there are without any result, each without its parameters."""
+    never = (_without_parameters(each) for names in tests.values() for each in names if each not in results)
+    return sorted(set(never))
+
+
 def page(tests: dict[str, list[str]]) -> str:
     """docs/requirements.md"""
     rows = []
@@ -127,10 +138,10 @@ def page(tests: dict[str, list[str]]) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="python -m tests.requirements", description=__doc__)
-    what = parser.add_mutually_exclusive_group()
-    what.add_argument("--run", action="store_true", help="run the tests, too")
-    what.add_argument("--check", action="store_true", help="only say what is wrong")
+    parser = argparse.ArgumentParser(prog="make requirements", description=__doc__.partition("\n")[0])
+    parser.add_argument("--run", action="store_true", help="run the tests first")
+    parser.add_argument("--check", action="store_true", help="only say what is wrong")
+    parser.add_argument("--all-ran", action="store_true", help="a test that has not run is a fault, too")
     options = parser.parse_args()
 
     tests = Tests()
@@ -143,28 +154,43 @@ def main() -> int:
             print(told.getvalue())
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
         return int(code)
-    faults = gaps(tests.of)
-    faults += [f"{test} failed" for test in sorted(tests.failed)]
-    if options.check:
-        if not PAGE.is_file() or PAGE.read_text() != page(tests.of):
-            faults.append(f"docs/{PAGE.name} is out of date: python -m tests.requirements writes it")
-    else:
+
+    if not options.check:
         PAGE.write_text(page(tests.of))
-        _print(tests, options.run)
+        _print(tests)
+    faults = gaps(tests.of) + failures(tests.of, tests.results)
+    if missing := not_run(tests.of, tests.results):
+        many = f", nor have {len(missing) - 1} more" if missing[1:] else ""
+        told_of = f"{missing[0]} shows a requirement and has not run here yet{many}: make test runs them"
+        if options.all_ran:
+            faults.append(told_of)
+        else:
+            print(told_of, file=sys.stderr)
     for fault in faults:
         print(fault, file=sys.stderr)
     return 1 if faults else 0
 
 
-def _print(tests: Tests, with_results: bool) -> None:
+def _print(tests: Tests) -> None:
     for name, requirement in REQUIREMENTS.items():
         print(f"{name}  {requirement.says}")
         if commands := commands_of(name):
             print(f"        commands: {', '.join(commands)}")
-        for test in tests.of.get(name, []):
-            print(f"        {tests.result(test) + '  ' if with_results else ''}{test}")
+        for test, outcome in _by_function(tests.of.get(name, []), tests.results).items():
+            print(f"        {outcome:7}  {test}")
         if requirement.met_by or not tests.of.get(name):
             print(f"        {requirement.met_by or NOT_YET}")
+
+
+def _by_function(tests: Iterable[str], results: dict[str, str]) -> dict[str, str]:
+    """The outcome of each test function: the worst of its parameters, or that one of them has not run."""
+    outcomes: dict[str, set[str]] = defaultdict(set)
+    for test in tests:
+        outcomes[_without_parameters(test)].add(results.get(test, NOT_RUN))
+    return {
+        name: next(each for each in (FAILED, SKIPPED, NOT_RUN, PASSED) if each in found)
+        for name, found in outcomes.items()
+    }
 
 
 def _without_parameters(test: str) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
 from iiwa_sim.dialect.table import load_table
-from tests.requirements import REQUIREMENTS, commands_of, gaps, ids_of, page, unknown
+from tests.last_results import last_results
+from tests.requirements import REQUIREMENTS, commands_of, failures, gaps, ids_of, not_run, page, unknown
 
 TESTS = {name: [f"tests/test_{name}.py::test"] for name, each in REQUIREMENTS.items() if not each.later}
 
@@ -51,3 +53,76 @@ def test_the_page_has_a_row_for_each_with_its_commands_and_files() -> None:
     assert len(rows) == len(REQUIREMENTS)
     assert "| FRC003 | a stop, fast | `bye`, `stop`, `STO` | [test_FRC003](../tests/test_FRC003.py) |" in rows
     assert commands_of("FRC018") == ["get flange frame"]
+
+
+RAN = {test: "passed" for tests in TESTS.values() for test in tests}
+
+
+def test_a_requirement_whose_test_failed_or_was_skipped_is_found() -> None:
+    assert failures(TESTS, RAN) == []
+    (test,) = TESTS["FRC003"]
+    for outcome in ("failed", "skipped"):
+        (told,) = failures(TESTS, {**RAN, test: outcome})
+        assert told == f"FRC003: {test} {outcome} when it last ran; again: make test ARGS='{test}'"
+
+
+def test_one_parameter_of_many_that_failed_is_found() -> None:
+    test = "tests/test_x.py::test"
+    both = {"FRC003": [f"{test}[a]", f"{test}[b]"]}
+    (told,) = failures(both, {f"{test}[a]": "failed", f"{test}[b]": "passed"})
+    assert told.startswith(f"FRC003: {test} failed")
+
+
+def test_a_test_that_has_not_run_is_told_apart_from_one_that_failed() -> None:
+    assert not_run(TESTS, RAN) == []
+    assert failures(TESTS, {}) == []
+    assert not_run({"FRC003": ["tests/test_x.py::test[a]", "tests/test_x.py::test[b]"]}, {}) == [
+        "tests/test_x.py::test"
+    ]
+
+
+OUTCOMES = """
+import pytest
+
+pytestmark = pytest.mark.requirement("FRC003")
+
+def test_good(): pass
+def test_bad(): assert {bad}
+def test_left_out(): pytest.skip("not here")
+def test_torn_down_badly(request): request.addfinalizer(lambda: 1 / 0)
+"""
+NO_MARK = "def test_without_a_mark(): assert False"
+CONFTEST = """
+from tests import last_results
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "requirement(*ids)")
+    last_results.register(config)
+"""
+
+
+@pytest.mark.parametrize("spread", [["-p", "no:xdist"], ["-n", "2"]], ids=["one process", "two processes"])
+def test_a_run_is_remembered_until_the_test_runs_again(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, spread: list[str]
+) -> None:
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent.parent))
+    pytester.makeconftest(CONFTEST)
+    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function")
+    (pytester.path / "test_outcomes.py").write_text(OUTCOMES.format(bad=False))
+    (pytester.path / "test_without.py").write_text(NO_MARK)
+    pytester.runpytest_subprocess("-p", "no:iiwa-sim", *spread)
+    assert _remembered(pytester) == {
+        "test_outcomes.py::test_good": "passed",
+        "test_outcomes.py::test_bad": "failed",
+        "test_outcomes.py::test_left_out": "skipped",
+        "test_outcomes.py::test_torn_down_badly": "failed",
+    }
+
+    (pytester.path / "test_outcomes.py").write_text(OUTCOMES.format(bad=True))
+    pytester.runpytest_subprocess("-p", "no:iiwa-sim", *spread, "-k", "test_bad")
+    assert _remembered(pytester)["test_outcomes.py::test_bad"] == "passed"
+    assert _remembered(pytester)["test_outcomes.py::test_torn_down_badly"] == "failed", "it has not run again"
+
+
+def _remembered(pytester: pytest.Pytester) -> dict[str, str]:
+    return last_results(pytester.parseconfigure())
