@@ -1,0 +1,12 @@
+"""PTP: straight in joint space, all joints starting and ending together."""
+
+import numpy as np
+
+from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.sampled_path import Joints
+
+
+def ptp(start: Joints, end: Joints) -> Polynomial:
+    """The straight line between two joint positions (rad)."""
+    a, b = np.array(start), np.array(end)
+    return Polynomial((0.0, 1.0), [np.array([0.5 * (a + b), 0.5 * (b - a)])], start, end)
