@@ -7,7 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from benchmarks import chains, core, durations, fleet, moves, replies, servo, start, status
+from benchmarks import chains, core, dense_paths, durations, fleet, moves, replies, servo, start, status
 from benchmarks.figures import Figure, as_json, table
 
 PARTS = {
@@ -17,6 +17,7 @@ PARTS = {
     "start": start.measure,
     "durations": durations.measure,
     "chains": chains.measure,
+    "dense": dense_paths.measure,
     "servo": servo.measure,
     "status": status.measure,
     "fleet": fleet.measure,

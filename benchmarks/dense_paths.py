@@ -1,0 +1,117 @@
+"""Dense paths: many short lines, blended, as a CAM program or a Cartesian trajectory sends them.
+
+How many ticks each takes, over what the planner before the present one took (`data/dense_paths.json`).
+"""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.figures import Figure, percentile
+from benchmarks.told import Joints, Told, run
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import load_robot
+
+Points = NDArray[np.float64]
+
+BEFORE = Path(__file__).parent / "data" / "dense_paths.json"
+TICK_S = 0.002
+STARTS: dict[str, Joints] = {
+    "lbr_iiwa_7_r800": (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
+    "lbr_iiwa_14_r820": (0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0),
+    "kr_6_r900_sixx": (0.0, -1.5, 1.6, 0.0, 1.4, 0.0),
+}
+"""Joints (rad) with room for a path around the TCP."""
+CIRCLES = ((0.5, 15.0), (2.0, 40.0), (5.0, 60.0))
+"""Lengths of the lines and radii of the circles (mm)."""
+ANGLES_DEG = (5, 10, 20, 30, 45, 60, 90)
+LINES = {2: 40, 5: 40, 10: 40, 30: 14}
+"""Lengths of a polyline's lines (mm), and how many there are."""
+
+
+def paths() -> dict[str, tuple[Points, float, float]]:
+    """By name the corners in y and z, seen from the middle (mm), the blending (mm) and the relative speed."""
+    found: dict[str, tuple[Points, float, float]] = {}
+    for line_mm, radius_mm in CIRCLES:
+        for speed_rel in (1.0, 0.02):
+            name = f"circle of {line_mm:g} mm lines at {speed_rel:g}"
+            found[name] = circle(line_mm, radius_mm), line_mm / 2.0, speed_rel
+    for line_mm, count in LINES.items():
+        for angle_deg in ANGLES_DEG:
+            for part in (5, 2):
+                name = f"polyline of {line_mm} mm, {angle_deg} deg, R = L/{part}"
+                found[name] = polyline(line_mm, count, angle_deg), line_mm / part, 1.0
+    return found
+
+
+def circle(line_mm: float, radius_mm: float) -> Points:
+    """Once round."""
+    count = round(2.0 * np.pi * radius_mm / line_mm)
+    angles = np.linspace(0.0, 2.0 * np.pi, count + 1)
+    return radius_mm * np.stack([np.sin(angles), np.cos(angles)], axis=1)
+
+
+def polyline(line_mm: float, count: int, angle_deg: float) -> Points:
+    """Lines that turn by an angle, to the one side and to the other in turn, through the middle."""
+    half = np.radians(angle_deg) / 2.0
+    steps = line_mm * np.array([(np.cos(half), np.sin(half) * (-1.0) ** k) for k in range(count)])
+    corners = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+    return corners - corners.mean(axis=0)
+
+
+def joints_along(robot: str, path: str, feed: str, tick_s: float = TICK_S) -> NDArray[np.float64]:
+    """Joint positions (ticks + 1, n) from rest to rest (rad)."""
+    controller, moves = told(robot, path, tick_s)
+    return run(controller, moves, feed)
+
+
+def told(robot: str, path: str, tick_s: float = TICK_S) -> tuple[Controller, list[Told]]:
+    """A controller at the beginning of a path, and the moves along it."""
+    corners, blending_mm, speed_rel = paths()[path]
+    controller = Controller(load_robot(robot), tick_s)
+    controller.place(STARTS[robot])
+    middle = controller.tool_frame()
+
+    def at(corner: Points) -> Frame:
+        return middle._replace(y_mm=middle.y_mm + float(corner[0]), z_mm=middle.z_mm + float(corner[1]))
+
+    controller.ptp_move(at(corners[0]), 1.0, 0.0)
+    while controller.moving:
+        controller.step()
+    start = controller.joints
+    controller = Controller(load_robot(robot), tick_s, start=start)
+    return controller, [Told("lin", at(corner), speed_rel, blending_mm) for corner in corners[1:]]
+
+
+def before() -> Iterator[tuple[str, str, str, int]]:
+    """Robot, path, feed, and the ticks it took the planner before."""
+    for robot, of_robot in json.loads(BEFORE.read_text())["ticks"].items():
+        for path, of_path in of_robot.items():
+            for feed, ticks in of_path.items():
+                yield robot, path, feed, ticks
+
+
+def measure() -> list[Figure]:
+    """All paths, robots and feeds: some 180 times three runs, which takes minutes."""
+    ratios: dict[tuple[str, str, str], list[float]] = {}
+    late: list[str] = []
+    for robot, path, feed, ticks in before():
+        now = len(joints_along(robot, path, feed)) - 1
+        kind = path.split(" of ")[0]
+        ratios.setdefault((robot, kind, feed), []).append(now / ticks)
+        if now > ticks + 1:
+            late.append(f"{robot}, {path}, {feed}")
+    figures = []
+    for (robot, kind, feed), found in ratios.items():
+        of = f"{kind}s of {robot}, sent {feed}, ticks over before"
+        figures += [
+            Figure(f"{of}, median", median(found), "x"),
+            Figure(f"{of}, p90", percentile(found, 0.9), "x"),
+            Figure(f"{of}, largest", max(found), "x", at_most=1.01),
+        ]
+    return [*figures, Figure("dense paths later than before by more than a tick", len(late), "", at_most=0)]

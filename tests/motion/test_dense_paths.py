@@ -1,0 +1,21 @@
+"""Dense paths: many short lines take no longer than they took the planner before, whenever they are sent."""
+
+import pytest
+
+from benchmarks.dense_paths import before, joints_along
+from tests.stepped import SteppedRobot, assert_within_limits
+
+SAMPLE = 23  # every one of so many; all of them are in `make bench ARGS=dense`
+
+
+@pytest.mark.requirement("FRC015")
+@pytest.mark.parametrize(("robot", "path", "feed", "ticks"), list(before())[::SAMPLE])
+def test_a_dense_path_takes_no_longer_than_before_and_keeps_its_limits(
+    robot: str, path: str, feed: str, ticks: int
+) -> None:
+    joints = joints_along(robot, path, feed)
+    assert len(joints) - 1 <= ticks + 1
+    recorded = SteppedRobot(robot)
+    recorded.joints = list(map(tuple, joints.tolist()))
+    recorded.stopping = recorded.direct = [False] * len(joints)
+    assert_within_limits(recorded)
