@@ -1,33 +1,53 @@
 """`make bench`: all measured in one run on one machine, beside a bare echo server.
 
-`make bench ARGS="core --json FILE"` measures one part only and writes the JSON to a file.
+`make bench ARGS="core --json FILE"` measures one part only and writes the JSON to a file. The exit code is 1
+where a goal of simulated time, CPU time or a ratio is missed; goals of wall time are only told.
+
+`make bench ARGS=--gate` is what CI runs: the parts that have such goals, with the margin that each needs
+beside other work. A part with a goal that is missed is measured again, twice at most: what our code costs
+shows in each run, what the machine did meanwhile does not.
 """
 
 import argparse
 import sys
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from benchmarks import chains, core, dense_paths, durations, fleet, moves, replies, servo, start, status
 from benchmarks.figures import Figure, as_json, table
 
+
+class Part(NamedTuple):
+    """What is measured at once."""
+
+    measure: Callable[[], list[Figure]]
+    gated: bool
+    """Has goals other than of wall time, which CI holds."""
+
+
 PARTS = {
-    "replies": replies.measure,
-    "moves": moves.measure,
-    "core": core.measure,
-    "start": start.measure,
-    "durations": durations.measure,
-    "chains": chains.measure,
-    "dense": dense_paths.measure,
-    "servo": servo.measure,
-    "status": status.measure,
-    "fleet": fleet.measure,
+    "replies": Part(replies.measure, gated=True),
+    "moves": Part(moves.measure, gated=False),
+    "core": Part(core.measure, gated=True),
+    "start": Part(start.measure, gated=False),
+    "durations": Part(durations.measure, gated=True),
+    "chains": Part(chains.measure, gated=True),
+    "dense": Part(dense_paths.measure, gated=True),
+    "servo": Part(servo.measure, gated=False),
+    "status": Part(status.measure, gated=True),
+    "fleet": Part(fleet.measure, gated=False),
 }
+GATE_RUNS = 3
 
 
-def main() -> None:
+def main() -> int:
     """Measure, and print a table and JSON."""
     parser = argparse.ArgumentParser(prog="bench", description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(PARTS)}; all without one")
+    parser.add_argument(
+        "--gate", action="store_true", help="only what CI holds, with margins for a busy machine"
+    )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the JSON there, not to the screen")
     options = parser.parse_args()
     unknown = [part for part in options.parts if part not in PARTS]
@@ -35,15 +55,42 @@ def main() -> None:
         parser.error(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
 
     figures: list[Figure] = []
-    for part in options.parts or PARTS:
-        print(f"measuring {part} ...", file=sys.stderr)
-        figures += PARTS[part]()
+    missed: list[Figure] = []
+    for name in options.parts or PARTS:
+        part = PARTS[name]
+        if options.gate and not part.gated:
+            continue
+        print(f"measuring {name} ...", file=sys.stderr)
+        found = part.measure()
+        if not part.gated and any(figure.gated for figure in found):
+            raise RuntimeError(f"{name} has goals that CI is to hold: call it gated")
+        if options.gate:
+            failing = held_back(found, part.measure)
+            missed += failing
+        else:
+            missed += [figure for figure in found if figure.gated and not figure.met]
+        figures += found
     print(table(figures))
-    if options.json is None:
-        print(as_json(figures))
-    else:
+    if options.json is not None:
         options.json.write_text(as_json(figures) + "\n")
+    elif not options.gate:
+        print(as_json(figures))
+    for figure in missed:
+        print(f"missed: {figure.name}: {figure.goal}", file=sys.stderr)
+    return 1 if missed else 0
+
+
+def held_back(found: Sequence[Figure], again: Callable[[], Iterable[Figure]]) -> list[Figure]:
+    """The figures of `found` whose goal is missed by more than the margin whenever it is measured again."""
+    missed = [figure for figure in found if not figure.held]
+    for _ in range(GATE_RUNS - 1):
+        if not missed:
+            break
+        print(f"again, for {'; '.join(figure.name for figure in missed)} ...", file=sys.stderr)
+        held = {figure.name for figure in again() if figure.held}
+        missed = [figure for figure in missed if figure.name not in held]
+    return missed
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -2,7 +2,7 @@
 
 from time import thread_time
 
-from benchmarks.figures import Figure, percentile
+from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.lines import chain_of, random_joint_lines, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s, ruckig_s
 from iiwa_sim.controller.planner import Plan
@@ -25,6 +25,7 @@ def measure() -> list[Figure]:
             percentile(lin, 0.5),
             "x",
             at_most=1.25,
+            kind=Kind.SIMULATED,
         ),
         Figure("LIN duration over time-optimal without jerk limit, p95", percentile(lin, 0.95), "x"),
         Figure("planning the timing of a LIN, p50", percentile(planning_us, 0.5), "us"),

@@ -5,13 +5,14 @@ from pathlib import Path
 from statistics import median
 from time import perf_counter
 
-from benchmarks.figures import Figure, percentile
+from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.peers import Line, both
 
 TABLE = Path(__file__).parent.parent / "examples" / "table.toml"
 QUESTION = b"get joint position\r\n"
 FORCE = b"get cartesian force\r\n"
 BLOCKS = 60
+P99_MARGIN = 2.0  # one stall of the machine decides it
 ASKS_PER_BLOCK = 500
 PIPELINES = 10
 LINES_PER_PIPELINE = 50_000
@@ -67,11 +68,17 @@ def _ask_answer(sim: Line, echo: Line, question: bytes, how: str) -> list[Figure
         check_moving(sim)
     return [
         Figure(
-            f"ask-answer, {question.decode().strip()}{how}, {name}", value, "us", floor, ratio_at_most=goal
+            f"ask-answer, {question.decode().strip()}{how}, {name}",
+            value,
+            "us",
+            floor,
+            ratio_at_most=goal,
+            kind=Kind.RATIO,
+            margin=margin,
         )
-        for name, value, floor, goal in (
-            ("p50", median(of_sim), median(of_echo), 1.1),
-            ("p99", percentile(of_sim, 0.99), percentile(of_echo, 0.99), 1.5),
+        for name, value, floor, goal, margin in (
+            ("p50", median(of_sim), median(of_echo), 1.1, None),
+            ("p99", percentile(of_sim, 0.99), percentile(of_echo, 0.99), 1.5, P99_MARGIN),
         )
     ]
 
