@@ -37,6 +37,7 @@ class Drive:
         self._waiting: deque[Move] = deque()
         self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
         self._newest = 0
+        self._apart = 0  # the first move that has come while the override came down
         self._forgotten = Numbers()  # of moves, between those of moves that run or wait and the newest
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
@@ -97,6 +98,10 @@ class Drive:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
         self._newest = move.number
+        if self._time.part_to_keep == 1.0:
+            self._apart = 0
+        elif not self._apart:
+            self._apart = move.number
         (self._again or self._waiting).append(move)
 
     def rest_after_stop(self) -> Joints:
@@ -196,7 +201,7 @@ class Drive:
             run = self._begin(0.0)  # which costs as much as a look ahead: that is for the next tick
         elif not self._time.stopping and (self._ahead or not self._time.even):
             # The tick that finds joints ahead has enough to do.
-            self._take(self._look_ahead.step(run, self._waiting))
+            self._take(self._look_ahead.step(run, self._to_look_at))
         self._time.step()
         while self._time.time_s >= run.rest_s:
             self.joints = run.last.end
@@ -219,12 +224,20 @@ class Drive:
                 self._ahead = list(map(tuple, joints[::-1].tolist()))
             self.joints = self._ahead.pop()
 
+    @property
+    def _to_look_at(self) -> deque[Move]:
+        """What may go on with the run under way: not what has come while the override came down, till that is
+        there, since it would set out faster than was asked for."""
+        if not self._apart or self._time.part_to_keep == 1.0:
+            return self._waiting
+        return deque(move for move in self._waiting if move.number < self._apart)
+
     def _begin(self, time_s: float) -> Run:
         """A run that begins with the next moves, begun that long ago."""
         self._run = run = Run(self._look_ahead.first_chain(self._waiting))
         self._ahead.clear()
         self._look_ahead.forget()
-        self._time.start(time_s)
+        self._time.begin(time_s)
         return run
 
     def _end_run(self) -> None:

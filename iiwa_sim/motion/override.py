@@ -63,6 +63,18 @@ class Override:
         self.value = self.rate = value
         self.slope_per_s, self._change, self.even = 0.0, None, True
 
+    @property
+    def part_to_keep(self) -> float:
+        """While the rate comes down: what was asked for, as a part of the rate there is; else 1."""
+        if self._change is None or self.value >= self.rate:
+            return 1.0
+        return self.value / self.rate
+
+    def settle(self) -> None:
+        """Be at the rate that was asked for, also in this tick: to be called where nothing moves at it."""
+        self.be(self.value)
+        self.advance_s = self.tick_s * self.rate
+
     def go_to(self, value: float) -> None:
         """Take another rate (0..1) from now on, as fast as the limits allow."""
         if value == self.value:

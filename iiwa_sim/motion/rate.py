@@ -31,6 +31,20 @@ class PlannedTime:
         self._slowing: Trajectory | None = None
         self._slowing_s = 0.0
 
+    def begin(self, since_s: float = 0.0) -> None:
+        """Run from 0 for a motion that sets out from rest: it has the rate of the override from the start.
+
+        At the rate there was before, this motion would have come to `since_s` in this tick.
+        """
+        before = self._override.rate
+        self._override.settle()
+        self.start(since_s * self._override.rate / before if since_s else 0.0)
+
+    @property
+    def part_to_keep(self) -> float:
+        """While the override comes down: what was asked for, as a part of the rate there is; else 1."""
+        return self._override.part_to_keep
+
     @property
     def even(self) -> bool:
         """Whether the rate is the same all through this tick, and stays so if nothing is asked for."""

@@ -22,6 +22,10 @@ ROUNDING_RAD = 1e-9
 ROUNDING_S = 1e-9
 """So long after a phase of a course a joint may seem to turn that turns at its end."""
 
+LEAST_PART = 0.01
+"""Of its speed that a course is planned with while the override comes down; for less, the robot stays on the
+course it is on, which slows down with the override."""
+
 
 class Course(NamedTuple):
     """The way to a target (rad)."""
@@ -82,13 +86,18 @@ class Servo:
         Not to be called while a stop is under way. Raises `ArithmeticError`, and changes nothing, where no
         course is found from rest.
         """
-        course = self._find(target, limits)
+        if self._course is None:
+            self._time.begin()
+        part = self._time.part_to_keep
+        # While the override comes down, a course that uses all of the speed would be faster than asked for.
+        held = limits._replace(velocity=part * limits.velocity)
+        course = self._find(target, held) if part >= LEAST_PART else None
         if course is not None:
             self._course = course
             self._time.start(0.0)
         elif self._course is None:
             raise ArithmeticError(f"Ruckig: no way from {self.joints} to {target} within {limits}")
-        self._asks_again = course is None
+        self._asks_again = course is None or part < 1.0
         self.rest, self._limits = target, limits
 
     def rest_after_stop(self) -> Joints:
@@ -110,7 +119,7 @@ class Servo:
 
         Where no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
         """
-        if self._asks_again:
+        if self._asks_again and (self._course is None or self._time.part_to_keep == 1.0):
             self._ask_again()
         if self._course is None:
             return
