@@ -102,8 +102,8 @@ def test_a_command_is_fully_described(command):
 @pytest.mark.parametrize(
     ("parameter", "written"),
     [
-        ("speed", "0 < speed <= 1"),
-        ("v6", "0 < v6 <= 1"),
+        ("speed", "1e-06 <= speed <= 1"),
+        ("v6", "1e-06 <= v6 <= 1"),
         ("blending", "0 <= blending"),
         ("thresholdX", "0 < thresholdX"),
         ("stiffness", "0 <= stiffness <= 5000"),

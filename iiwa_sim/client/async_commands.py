@@ -69,7 +69,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Moves the TCP on a straight line to a frame.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(request(nothing("done"), "lin move", *exactly(6, "target", target), speed, blending))
@@ -78,7 +78,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Moves the TCP to a frame, straight in joint space.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(request(nothing("done"), "ptp move", *exactly(6, "target", target), speed, blending))
@@ -87,7 +87,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Moves the TCP on a straight line to where it is at a joint position.
 
         joints: j0 j1 j2 j3 j4 j5 j6 (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(
@@ -105,7 +105,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
 
         position: x y z (mm)
         quaternion: qx qy qz qw
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(
@@ -130,7 +130,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
 
         position: x y z (mm)
         quaternion: qx qy qz qw
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(
@@ -149,7 +149,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         queue.
 
         shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(
@@ -161,7 +161,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         queue.
 
         shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(
@@ -173,7 +173,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         the queue.
 
         shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(
@@ -185,7 +185,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         the queue.
 
         shift: dx dy dz (mm) dalpha dbeta dgamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         """
         await self._do(
@@ -196,7 +196,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Moves the TCP on a straight line to a frame that is reached with the redundancy angle r.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         r: redundancy angle: the position of joint A3 at the target (rad)
         """
@@ -208,7 +208,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Moves the TCP, straight in joint space, to a frame that is reached with the redundancy angle r.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         r: redundancy angle: the position of joint A3 at the target (rad)
         """
@@ -227,7 +227,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         threshold.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         thresholdZ: change of the force along z of the TCP that ends the move (N), 0 < thresholdZ
         """
@@ -253,7 +253,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         threshold.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         thresholdZ: change of the force along z of the TCP that ends the move (N), 0 < thresholdZ
         """
@@ -280,7 +280,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Moves as lin move does and ends early when a force has changed by more than its threshold.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         thresholdX: change of the force along x of the TCP that ends the move (N), 0 < thresholdX
         thresholdY: change of the force along y of the TCP that ends the move (N), 0 < thresholdY
@@ -311,7 +311,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Moves as ptp move does and ends early when a force has changed by more than its threshold.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         blending: radius round the target in which the next move may take over (mm), 0 <= blending
         thresholdX: change of the force along x of the TCP that ends the move (N), 0 < thresholdX
         thresholdY: change of the force along y of the TCP that ends the move (N), 0 < thresholdY
@@ -341,7 +341,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         values.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         stiffness: translational stiffness at the TCP (N/m), 0 <= stiffness <= 5000
         force: fx fy fz (N) tx ty tz (Nm)
         """
@@ -367,7 +367,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         force values.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         stiffness: translational stiffness at the TCP (N/m), 0 <= stiffness <= 5000
         force: fx fy fz (N) tx ty tz (Nm)
         """
@@ -408,7 +408,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Heads with the flange for a frame from wherever the robot is now.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         """
         await self._do(request(nothing("done"), "smart cartesian move", *exactly(6, "target", target), speed))
 
@@ -431,7 +431,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Heads with the flange for a frame that no axis is more than 0.087 rad from.
 
         target: x y z (mm) alpha beta gamma (rad)
-        speed: speed, relative to the velocity limits of the joints, 0 < speed <= 1
+        speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
         """
         await self._do(
             request(nothing("done"), "direct cartesian move", *exactly(6, "target", target), speed)
@@ -445,7 +445,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Runs all motions at this part of their speed, on their paths, also those under way; 0 pauses, more
         resumes.
 
-        override: rate at which motions run: 1 as planned, 0 a pause, 0 <= override <= 1
+        override: rate at which motions run: 1 as planned, 0 a pause, between them at least 1e-6, 0 <=
+            override <= 1
         """
         await self._do(request(nothing("done"), "set override", override))
 

@@ -19,6 +19,9 @@ from iiwa_sim.controller.moves import HOLD_ENDS, Moves
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.sampled_path import Joints
 
+LEAST_OVERRIDE = 1e-6
+"""Other than 0: less is no motion that anybody could see, and no number to divide by."""
+
 
 class Controller(Moves):
     """One robot, in one of the modes of `iiwa_sim.controller.modes`.
@@ -61,8 +64,8 @@ class Controller(Moves):
         What moves stays on its path and keeps the planned limits; so it takes up to a second. At rest the
         override is there at once. Raises `Refused` for a number out of range.
         """
-        if not 0.0 <= override <= 1.0:
-            raise Refused(EXECUTION, f"override {override:g}: expected 0 to 1")
+        if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
+            raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
         self._motions.set_override(override)
 
     def reset_error(self) -> None:

@@ -178,25 +178,29 @@ class Moves(Readings):
         The relative speeds (0..1] are those of the joints.
         """
         return self._servo(
-            Event.SMART_MOVE, lambda mode, here: self._targets.joints(mode, here, joints, speeds_rel)
+            Event.SMART_MOVE,
+            lambda mode, here, moving: self._targets.joints(mode, here, moving, joints, speeds_rel),
         )
 
     def smart_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
         """Head with the flange for a frame in the base; otherwise like `smart_joint_move`."""
         return self._servo(
-            Event.SMART_MOVE, lambda mode, here: self._targets.flange(mode, here, flange, speed_rel)
+            Event.SMART_MOVE,
+            lambda mode, here, moving: self._targets.flange(mode, here, moving, flange, speed_rel),
         )
 
     def direct_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
         """Like `smart_joint_move`, stiffer, to joint positions near the present ones."""
         return self._servo(
-            Event.DIRECT_MOVE, lambda mode, here: self._targets.joints(mode, here, joints, speeds_rel)
+            Event.DIRECT_MOVE,
+            lambda mode, here, moving: self._targets.joints(mode, here, moving, joints, speeds_rel),
         )
 
     def direct_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
         """Like `smart_cartesian_move`, stiffer, to joint positions near the present ones."""
         return self._servo(
-            Event.DIRECT_MOVE, lambda mode, here: self._targets.flange(mode, here, flange, speed_rel)
+            Event.DIRECT_MOVE,
+            lambda mode, here, moving: self._targets.flange(mode, here, moving, flange, speed_rel),
         )
 
     def _accept(self, plan: Callable[[Joints], Plan], thresholds: Thresholds | None = None) -> int:
@@ -257,13 +261,14 @@ class Moves(Readings):
         if self._motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
 
-    def _servo(self, event: Event, find: Callable[[Mode, Joints], tuple[Joints, JointLimits]]) -> int:
+    def _servo(self, event: Event, find: Callable[[Mode, Joints, bool], tuple[Joints, JointLimits]]) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, event]
         if motions.holding:
             raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
-        joints, limits = find(change.mode, motions.rest_after_stop() if change.stops else motions.present)
+        here = motions.rest_after_stop() if change.stops else motions.present
+        joints, limits = find(change.mode, here, motions.moving and not change.stops)
         self._enter(change)
         self._accepted += 1
         with self.endings.because(STOP_TRIGGERED, REPLACED):

@@ -27,6 +27,8 @@ from iiwa_sim.robot.nearest import (
 
 JOINT_BLENDING = 0.1
 """A joint move blends where each joint has less than this part of its largest way to go: the original's."""
+LEAST_SPEED_REL = 1e-6
+"""Speeds below that are refused: a joint at less than a revolution in a week stands still for any client."""
 LONGEST_MOVE_S = 86400.0
 """A move that would take longer is refused: its speed is a mistake."""
 ROUNDING_RAD = 1e-9
@@ -113,6 +115,9 @@ class Planner:
         time_per_s = (np.abs(line.samples.dq) / self._limits.velocity).max(axis=1)
         fastest_m_s = line.tcp_length_m / float(time_per_s.min())
         speed_rel = min(1.0, tcp_speed_m_s / fastest_m_s)
+        if speed_rel < LEAST_SPEED_REL:
+            slowest = LEAST_SPEED_REL * fastest_m_s
+            raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected {slowest:g} m/s or more")
         return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
 
     def lin_to_joints(
@@ -280,5 +285,5 @@ def _check_finite(what: str, values: Sequence[float]) -> None:
 
 
 def _check_speed(speed_rel: float) -> None:
-    if not 0.0 < speed_rel <= 1.0:
-        raise Refused(EXECUTION, f"speed {speed_rel:g}: expected above 0 and up to 1")
+    if not LEAST_SPEED_REL <= speed_rel <= 1.0:
+        raise Refused(EXECUTION, f"speed {speed_rel:g}: expected {LEAST_SPEED_REL:g} to 1")

@@ -37,20 +37,31 @@ class Targets:
         """Of each servo mode, at full speed."""
 
     def joints(
-        self, mode: Mode, present: Joints, joints: Sequence[float], speeds_rel: Sequence[float]
+        self,
+        mode: Mode,
+        present: Joints,
+        moving: bool,
+        joints: Sequence[float],
+        speeds_rel: Sequence[float],
     ) -> tuple[Joints, JointLimits]:
-        """Joint positions (rad), at a relative speed of each joint, coming from the present ones."""
-        return self._checked(mode, present, self._planner.joint_target(joints, speeds_rel), speeds_rel)
+        """Joint positions (rad), at a relative speed of each, from the present ones, at rest or `moving`."""
+        target = self._planner.joint_target(joints, speeds_rel)
+        return self._checked(mode, present, moving, target, speeds_rel)
 
     def flange(
-        self, mode: Mode, present: Joints, flange: Frame, speed_rel: float
+        self, mode: Mode, present: Joints, moving: bool, flange: Frame, speed_rel: float
     ) -> tuple[Joints, JointLimits]:
         """The joint positions nearest to the present ones that bring the flange to a frame in the base."""
         target = self._planner.flange_target(present, flange, speed_rel)
-        return self._checked(mode, present, target, speed_rel)
+        return self._checked(mode, present, moving, target, speed_rel)
 
     def _checked(
-        self, mode: Mode, present: Joints, target: Joints, speed_rel: float | Sequence[float]
+        self,
+        mode: Mode,
+        present: Joints,
+        moving: bool,
+        target: Joints,
+        speed_rel: float | Sequence[float],
     ) -> tuple[Joints, JointLimits]:
         way = np.abs(np.subtract(target, present))
         farthest = int(way.argmax())
@@ -64,7 +75,8 @@ class Targets:
         limits = full.at_speed(speed_rel)
         # A robot in motion may have to brake first, and to come back the way that takes.
         braking_s = full.velocity / full.acceleration + 2.0 * full.acceleration / full.jerk
-        if (way + full.velocity * braking_s > limits.velocity * LONGEST_APPROACH_S).any():
+        braking = full.velocity * braking_s if moving else 0.0
+        if (way + braking > limits.velocity * LONGEST_APPROACH_S).any():
             reason = f"at this speed the target might take more than {LONGEST_APPROACH_S:g} s"
             raise Refused(EXECUTION, reason)
         return target, limits

@@ -137,10 +137,10 @@ def test_a_parameter_out_of_range_is_an_error_that_names_it(data, command):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 0", "v6 = 0: expected above 0 and up to 1"),
+        ("joint move : 0 0 0 0 0 0 0 1 1 1 1 1 1 0", "v6 = 0: expected at least 1e-06 and up to 1"),
         ("lin move : 450,0 0 500 3 0 3 0.5 0", "x = 450,0: expected a number"),
         ("lin move : 450 0 500 3 0 1e999 0.5 0", "gamma = 1e999: expected a finite number"),
-        ("lin move : 450 0 500 3 0 3 50 0", "speed = 50: expected above 0 and up to 1"),
+        ("lin move : 450 0 500 3 0 3 50 0", "speed = 50: expected at least 1e-06 and up to 1"),
         ("lin move : 450 0 500 3 0 3 0.5 -1", "blending = -1: expected at least 0"),
         ("linforcez move : 450 0 500 3 0 3 0.5 0 0", "thresholdZ = 0: expected above 0"),
         ("start gravity : " + "-" * 4000, "joint_stiffness = " + "-" * 40 + "...: expected a number"),
@@ -307,5 +307,6 @@ def test_usage_tells_units_and_ranges():
     assert usage == "nod : n[0 < n <= 4] (n[0 < n <= 4]) -> n[0 < n <= 4] ..."
     assert "x[mm]" in TABLE.commands["lin move"].usage()
     assert "blending[mm, 0 <= blending]" in TABLE.commands["lin move"].usage()
-    assert TABLE.commands["joint move"].usage() == "joint move : j0..j6[rad] v0..v6[0 < v0..v6 <= 1] -> done"
+    usage = TABLE.commands["joint move"].usage()
+    assert usage == "joint move : j0..j6[rad] v0..v6[1e-06 <= v0..v6 <= 1] -> done"
     assert TABLE.commands["get status"].usage() == "get status -> moving / stopped"

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
+from iiwa_sim.controller.controller import LEAST_OVERRIDE
 from iiwa_sim.dialect.rmi.command_queue import CommandQueue
 from iiwa_sim.dialect.rmi.pins import INPUT_GROUP, OUTPUT_GROUP, Pins
 from iiwa_sim.dialect.rmi.robot import Failure, Robot
@@ -44,6 +45,8 @@ class Services:
             fail("value: expected a finite number")
             return
         scale = LOWEST_SCALE if value < 0.0 else min(value, 1.0)
+        if 0.0 < scale < LEAST_OVERRIDE:
+            scale = LEAST_OVERRIDE
 
         def set_scale(stopped: Failure | None) -> None:
             if stopped is None:
