@@ -14,7 +14,19 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks import chains, core, dense_paths, durations, fleet, moves, replies, servo, start, status
+from benchmarks import (
+    chains,
+    core,
+    corners,
+    dense_paths,
+    durations,
+    fleet,
+    moves,
+    replies,
+    servo,
+    start,
+    status,
+)
 from benchmarks.figures import Figure, as_json, table
 
 
@@ -33,7 +45,8 @@ PARTS = {
     "start": Part(start.measure, gated=False),
     "durations": Part(durations.measure, gated=True),
     "chains": Part(chains.measure, gated=True),
-    "dense": Part(dense_paths.measure, gated=True),
+    "corners": Part(corners.measure, gated=True),
+    "dense": Part(dense_paths.measure, gated=False),
     "servo": Part(servo.measure, gated=False),
     "status": Part(status.measure, gated=True),
     "fleet": Part(fleet.measure, gated=False),

@@ -38,6 +38,11 @@ class Told(NamedTuple):
         *frame, speed_rel, blending_mm = map(float, values.split())
         return cls(command.removesuffix(" move"), Frame(*frame), speed_rel, blending_mm)
 
+    @property
+    def line(self) -> str:
+        """The same as a line."""
+        return f"{self.kind} move : {' '.join(map(repr, [*self.target, self.speed_rel, self.blending_mm]))}"
+
     def to(self, controller: Controller, blending: bool = True) -> int:
         """Sends it, with its blending or without; gives its number, or raises `Refused`."""
         if self.kind == "joint":
