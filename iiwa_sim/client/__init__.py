@@ -9,8 +9,8 @@
         await robot.hello()
 
 Methods are called as the commands of protocol/iiwa.toml, and its units hold: mm, rad, N, Nm, speeds relative
-to the limits (1e-6 <= speed <= 1). `target` is x y z (mm, base frame) alpha beta gamma (rad, intrinsic Z-Y-X),
-as a Frame holds it.
+to the limits (1e-6 <= speed <= 1). `target` is x y z (mm, base frame) alpha beta gamma (rad, intrinsic
+Z-Y-X), as a Frame holds it.
 
     with Krc4("127.0.0.1", 54600) as robot:  # axes=7 for an iiwa; AsyncKrc4 to be awaited
         robot.lin((445, 0, 700, 180, 0, 180))
