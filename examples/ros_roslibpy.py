@@ -61,8 +61,12 @@ call("/get_io", "robot_movement_interface/GetIO", number=5)
 call("/stop_robot_right_now", "std_srvs/Trigger")
 call(
     "/robot/set_digital_ios",
-    "iiwa_sim_msgs/SetDigitalIOs",
-    ios=[{"group_id": "DO", "pin_number": 6, "value": True}],
+    "robot_movement_interface/SetDigitalIOs",
+    ios=[{"id": {"group_id": "DO", "pin_number": 6}, "value": True}],
 )
-call("/robot/get_digital_ios", "iiwa_sim_msgs/GetDigitalIOs", ios=[{"group_id": "DO", "pin_number": 6}])
+call(
+    "/robot/get_digital_ios",
+    "robot_movement_interface/GetDigitalIOs",
+    ios=[{"group_id": "DO", "pin_number": 6}],
+)
 ros.terminate()

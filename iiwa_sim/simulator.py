@@ -22,6 +22,7 @@ from iiwa_sim.dialect.dialects import Dialect, DialectSession, dialect_for
 from iiwa_sim.dialect.dialogue import Dialogue
 from iiwa_sim.dialect.faults import WireFaults
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, one_each
+from iiwa_sim.dialect.rmi.conventions import TODAYS, Conventions
 from iiwa_sim.dialect.rmi.local import LocalRobot
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.log import SessionLog, robot_contact, robot_fault
@@ -65,7 +66,9 @@ class Simulator(LoopOrThread):
     With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
     second of simulated time. With a `rosbridge_port` the robot is on ROS there (docs/ros.md), for clients
     that know the `rosbridge_secret` if there is one. With `ros` it is a node of ROS 1, of which a process has
-    one. With `exclusive`, clients are served one after the other, and in any case the next one
+    one. Both follow the `ros_conventions`.
+
+    With `exclusive`, clients are served one after the other, and in any case the next one
     `reconnect_pause_s` after the last has gone. `on_bye` is called when a client has said bye, as one can in
     iiwa, and been answered: there the caller may leave the context.
 
@@ -99,6 +102,7 @@ class Simulator(LoopOrThread):
         rosbridge_port: int | None = None,
         rosbridge_secret: str | None = None,
         ros: bool = False,
+        ros_conventions: Conventions = TODAYS,
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
         backdoor_port: int | None = None,
@@ -171,6 +175,7 @@ class Simulator(LoopOrThread):
                 rosbridge_port=rosbridge_port,
                 rosbridge_secret=rosbridge_secret,
                 rospy=ros,
+                conventions=ros_conventions,
                 on_heard=self._heed,
             )
 

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.dialect.rmi.definitions import message_md5, service_md5
+from iiwa_sim.dialect.rmi.conventions import RESULT_TYPES
+from iiwa_sim.dialect.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED
 from tests.processes import IIWA_SIM, Process, running
 from tests.ros1_tools import (
@@ -31,8 +32,8 @@ SERVICES = {
     "/get_io": "robot_movement_interface/GetIO",
     "/set_io": "robot_movement_interface/SetIO",
     "/stop_robot_right_now": "std_srvs/Trigger",
-    "/robot/get_digital_ios": "iiwa_sim_msgs/GetDigitalIOs",
-    "/robot/set_digital_ios": "iiwa_sim_msgs/SetDigitalIOs",
+    "/robot/get_digital_ios": "robot_movement_interface/GetDigitalIOs",
+    "/robot/set_digital_ios": "robot_movement_interface/SetDigitalIOs",
 }
 LIST = "robot_movement_interface/CommandList"
 PTP = "command_type: PTP, pose_type: JOINTS, velocity_type: '%', velocity: [0.5]"
@@ -105,7 +106,7 @@ def test_services_are_called_from_another_terminal(terminal: Terminal, robot: Pr
     assert call("/set_io", "{number: 17, value: true}") == "error: 2"
     assert call("/stop_robot_right_now") == "success: True\nmessage: ''"
     wanted = "ios: [{group_id: DO, pin_number: 3}]"
-    assert 'group_id: "DO"\n    pin_number: 3\n    value: True' in call("/robot/get_digital_ios", wanted)
+    assert 'group_id: "DO"\n      pin_number: 3\n    value: True' in call("/robot/get_digital_ios", wanted)
     code, said = terminal.runs("rosservice", "call", "/scale_speed", "value: .nan")
     assert code != 0
     assert "value: expected a finite number" in said
@@ -132,6 +133,36 @@ def test_lists_are_published_from_another_terminal(terminal: Terminal, robot: Pr
     assert "command_type 'CIRC'" in results[2]["field.additional_information"]
     with Iiwa("127.0.0.1", robot.port) as telnet:
         assert telnet.get_joint_position() == pytest.approx([0.6, 0.5, 0, -1.2, 0, 1, 0], abs=1e-6)
+
+
+@pytest.mark.requirement("FRA002")
+def test_results_of_an_older_package_are_heard_by_its_clients(environment: Terminal) -> None:
+    """The type of 2016 has no constants; a client that was built with it has another MD5 sum than today's."""
+    definition = result_message(RESULT_TYPES[2016])
+    script = (
+        "import rospy\n"
+        "from genpy.dynamic import generate_dynamic\n"
+        f"made = generate_dynamic('{definition.name}', {full_text(definition)!r})['{definition.name}']\n"
+        "rospy.init_node('older', anonymous=True, disable_rosout=True)\n"
+        "heard = []\n"
+        "subscriber = rospy.Subscriber('/command_result', made, heard.append)\n"
+        "while not subscriber.get_num_connections(): rospy.sleep(0.01)\n"
+        "print('hears', flush=True)\n"
+        "while not heard: rospy.sleep(0.01)\n"
+        "print(heard[0].command_id, heard[0].result_code)\n"
+    )
+    command = ("rostopic", "pub", "-1", "/command_list", LIST, "commands: [{command_id: 7}]")
+    with (
+        running("--ros", "--ros-result", "2016"),
+        environment.starts(SYSTEM_PYTHON, "-c", script) as older,
+    ):
+        try:
+            assert older.stdout is not None
+            assert older.stdout.readline() == "hears\n"
+            environment.says(*command)
+            assert older.stdout.readline() == "7 3000\n"
+        finally:
+            older.kill()
 
 
 @pytest.mark.requirement("FRA007", "FRA104", "FRA201")
@@ -178,8 +209,8 @@ def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, pe
     """Requests as long as are taken, from several threads of a node that does nothing else."""
     script = (
         "import roslib.message, rospy, threading\n"
-        "made = roslib.message.get_service_class('iiwa_sim_msgs/GetDigitalIOs')\n"
-        "kind = roslib.message.get_message_class('iiwa_sim_msgs/DigitalIO')\n"
+        "made = roslib.message.get_service_class('robot_movement_interface/GetDigitalIOs')\n"
+        "kind = roslib.message.get_message_class('robot_movement_interface/IOID')\n"
         "ios = [kind(group_id='DO', pin_number=1) for _ in range(8000)]\n"
         "rospy.init_node('flood', anonymous=True, disable_rosout=True)\n"
         "def calls():\n"

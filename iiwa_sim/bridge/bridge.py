@@ -9,6 +9,7 @@ from typing import Self
 from iiwa_sim.bridge.fault import BridgeFault
 from iiwa_sim.bridge.remote import RemoteRobot
 from iiwa_sim.client import AsyncIiwa, ReplyError
+from iiwa_sim.dialect.rmi.conventions import TODAYS, Conventions
 from iiwa_sim.log import SessionLog
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.ros.side import RosSide
@@ -39,6 +40,7 @@ class Bridge:
         rosbridge_port: int | None,
         rosbridge_secret: str | None = None,
         ros: bool = False,
+        conventions: Conventions = TODAYS,
     ) -> None:
         self._server = server
         self._client = AsyncIiwa(*server)
@@ -52,6 +54,7 @@ class Bridge:
             rosbridge_port=rosbridge_port,
             rosbridge_secret=rosbridge_secret,
             rospy=ros,
+            conventions=conventions,
             on_heard=self._wake.set,
         )
 

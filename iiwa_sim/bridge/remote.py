@@ -8,6 +8,7 @@ tells beyond moving are not known, and services say so.
 
 from collections import deque
 from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 from iiwa_sim.bridge.moves import as_frame, is_there, sending
@@ -24,6 +25,8 @@ SHORT_OF_TARGET_ASKED = 50
 UNKNOWN_STATE = -1
 """Of industrial_msgs."""
 UNKNOWN_STATUS = RobotStatus._make([*[UNKNOWN_STATE] * 6, 0])
+OWN_ACCELERATION = "the robot took its own acceleration"
+"""Said of a move with a cap: the protocol of Appendix B has no acceleration."""
 OUT_OF_REACH = UNKNOWN_STATUS._replace(motion_possible=0, in_error=1, error_code=COMMUNICATION_FAILURE)
 """While there is no connection: what the robot does is not known, but commands get this code."""
 IO_EVERY = 10
@@ -154,6 +157,8 @@ class RemoteRobot:
             return
         if move.kind.is_servo:  # it takes the place of the target before
             self._end_all(STOP_TRIGGERED, "replaced by a newer target")
+        if move.acceleration is not None:
+            ended = partial(_own_acceleration, ended)
         self._sent.append(_Sent(move, ended))
         self._rests, self._short = rests, 0
 
@@ -237,3 +242,7 @@ class RemoteRobot:
         self._rests, self._short = False, 0
         while self._sent:
             self._sent.popleft().ended(code, reason)
+
+
+def _own_acceleration(ended: Ended, code: int, information: str) -> None:
+    ended(code, information or (OWN_ACCELERATION if code == SUCCESS else ""))

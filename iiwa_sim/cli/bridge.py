@@ -15,8 +15,10 @@ from iiwa_sim.cli.options import (
     add_log,
     add_robot,
     add_ros,
+    add_ros_conventions,
     add_rosbridge,
     add_server,
+    ros_conventions,
 )
 from iiwa_sim.cli.output import say
 from iiwa_sim.robot.description import DEFAULT_ROBOT
@@ -43,6 +45,7 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
         rosbridge_port=options.rosbridge_port,
         rosbridge_secret=options.rosbridge_secret,
         ros=options.ros,
+        conventions=ros_conventions(options),
     )
     async with bridge:
         ending.watch()
@@ -65,5 +68,6 @@ def _parser() -> Parser:
     add_host(parser)
     add_rosbridge(parser, ROSBRIDGE_PORT)
     add_ros(parser)
+    add_ros_conventions(parser)
     add_log(parser)
     return parser

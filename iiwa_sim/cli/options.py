@@ -8,6 +8,7 @@ from typing import NoReturn
 from iiwa_sim import log
 from iiwa_sim.cli.output import say
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
+from iiwa_sim.dialect.rmi.conventions import RESULT_TYPES, Conventions, Reference
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
 from iiwa_sim.serve.listening import MAX_PORT, why
 from iiwa_sim.wording import harmless, shortened
@@ -127,6 +128,29 @@ def add_ros(parser: Parser) -> None:
         help="be a node of ROS 1 with the same topics and services, at ROS_MASTER_URI; needs rospy. Tools "
         f"find its types by export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:$(iiwa-sim {ROS_PACKAGE_PATH})",
     )
+
+
+def add_ros_conventions(parser: Parser) -> None:
+    parser.add_argument(
+        "--ros-result",
+        type=int,
+        choices=RESULT_TYPES,
+        default=max(RESULT_TYPES),
+        help="the year of robot_movement_interface whose type /command_result has; of the others clients on "
+        "ROS 1 take no messages (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--ros-reference",
+        choices=[each.value for each in Reference],
+        default=Reference.APPLY.value,
+        help="what becomes of a pose_reference_frame with values, unless pose_reference names the base: "
+        "apply it, or ignore it, since the pose is in the base already (default: %(default)s)",
+    )
+
+
+def ros_conventions(options: argparse.Namespace) -> Conventions:
+    """What `add_ros_conventions` has asked for."""
+    return Conventions(RESULT_TYPES[options.ros_result], Reference(options.ros_reference))
 
 
 def add_rate(parser: Parser) -> None:

@@ -19,8 +19,10 @@ from iiwa_sim.cli.options import (
     add_rate,
     add_robot,
     add_ros,
+    add_ros_conventions,
     add_rosbridge,
     check_robot,
+    ros_conventions,
     whole,
 )
 from iiwa_sim.cli.output import say
@@ -65,6 +67,7 @@ async def _serve(options: argparse.Namespace, ending: Ending) -> None:
         rosbridge_port=options.rosbridge_port,
         rosbridge_secret=options.rosbridge_secret,
         ros=options.ros,
+        ros_conventions=ros_conventions(options),
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
         backdoor_port=options.backdoor_port,
@@ -200,6 +203,7 @@ def _parser() -> Parser:
     )
     add_rosbridge(parser)
     add_ros(parser)
+    add_ros_conventions(parser)
     parser.add_argument(
         "--backdoor-port",
         type=whole(0, MAX_PORT),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from iiwa_sim.controller.acceleration import AccelerationCap, capped_joints
 from iiwa_sim.controller.core import REPLACED
 from iiwa_sim.controller.errors import (
     COMPONENT_NOT_READY,
@@ -38,35 +39,55 @@ class Moves(Readings):
         joints: Sequence[float],
         speeds_rel: Sequence[float],
         blending_rel: float = JOINT_BLENDING,
+        *,
+        acceleration: AccelerationCap | None = None,
     ) -> int:
         """PTP to joint positions (rad), at a relative speed (0..1] of each joint; gives the move's number.
 
         It blends into the next move where each joint has no more than that part (0..1) of the largest way to
-        go, a tenth as published for the original; with 0 the robot stops at the target.
+        go, a tenth as published for the original; with 0 the robot stops at the target. An acceleration caps
+        the robot's own.
         """
-        return self._accept(lambda start: self._planner.joint_line(start, joints, speeds_rel, blending_rel))
+        return self._accept(
+            lambda start: self._planner.joint_line(start, joints, speeds_rel, blending_rel),
+            acceleration=acceleration,
+        )
 
     def ptp_move(
-        self, target: Frame, speed_rel: float, blending_mm: float, redundancy: float | None = None
+        self,
+        target: Frame,
+        speed_rel: float,
+        blending_mm: float,
+        redundancy: float | None = None,
+        *,
+        acceleration: AccelerationCap | None = None,
     ) -> int:
         """PTP to a frame of the TCP, at a relative speed (0..1]; gives the move's number.
 
         The redundancy (rad) is the position of A3 at the target; without one it stays, if the target can then
         be reached. Blending is the radius of the sphere round the target in which the TCP may leave the path
-        for that of the next move; with 0 the robot stops at the target.
+        for that of the next move; with 0 the robot stops at the target. An acceleration caps the robot's own.
         """
         tool = self._tool_in_flange
         return self._accept(
-            lambda start: self._planner.ptp(start, target, speed_rel, blending_mm, redundancy, tool)
+            lambda start: self._planner.ptp(start, target, speed_rel, blending_mm, redundancy, tool),
+            acceleration=acceleration,
         )
 
     def lin_move(
-        self, target: Frame, speed_rel: float, blending_mm: float, redundancy: float | None = None
+        self,
+        target: Frame,
+        speed_rel: float,
+        blending_mm: float,
+        redundancy: float | None = None,
+        *,
+        acceleration: AccelerationCap | None = None,
     ) -> int:
         """LIN to a frame of the TCP; otherwise like `ptp_move`. The speed is that of the fastest joint."""
         tool = self._tool_in_flange
         return self._accept(
-            lambda start: self._planner.lin(start, target, speed_rel, blending_mm, redundancy, tool)
+            lambda start: self._planner.lin(start, target, speed_rel, blending_mm, redundancy, tool),
+            acceleration=acceleration,
         )
 
     def lin_move_at(
@@ -75,6 +96,8 @@ class Moves(Readings):
         tcp_speed_m_s: float,
         blending_mm: float,
         thresholds: Thresholds | None = None,
+        *,
+        acceleration: AccelerationCap | None = None,
     ) -> int:
         """LIN to a frame of the TCP, which is nowhere faster than that; otherwise like `lin_move`.
 
@@ -83,14 +106,24 @@ class Moves(Readings):
         """
         tool = self._tool_in_flange
         return self._accept(
-            lambda start: self._planner.lin_at(start, target, tcp_speed_m_s, blending_mm, tool), thresholds
+            lambda start: self._planner.lin_at(start, target, tcp_speed_m_s, blending_mm, tool),
+            thresholds,
+            acceleration,
         )
 
-    def lin_joint_move(self, joints: Sequence[float], speed_rel: float, blending_mm: float) -> int:
+    def lin_joint_move(
+        self,
+        joints: Sequence[float],
+        speed_rel: float,
+        blending_mm: float,
+        *,
+        acceleration: AccelerationCap | None = None,
+    ) -> int:
         """LIN to where the TCP is at joint positions (rad), which it ends in; otherwise like `lin_move`."""
         tool = self._tool_in_flange
         return self._accept(
-            lambda start: self._planner.lin_to_joints(start, joints, speed_rel, blending_mm, tool)
+            lambda start: self._planner.lin_to_joints(start, joints, speed_rel, blending_mm, tool),
+            acceleration=acceleration,
         )
 
     def ptp_relative_move(self, shift: Frame, speed_rel: float, blending_mm: float, *, in_tool: bool) -> int:
@@ -114,7 +147,13 @@ class Moves(Readings):
         self._planner.lin(self.end_of_queue, target, 1.0, 0.0, redundancy, self._tool_in_flange)
 
     def lin_force_move(
-        self, target: Frame, speed_rel: float, blending_mm: float, thresholds: Thresholds
+        self,
+        target: Frame,
+        speed_rel: float,
+        blending_mm: float,
+        thresholds: Thresholds,
+        *,
+        acceleration: AccelerationCap | None = None,
     ) -> int:
         """As `lin_move`, until a force at the TCP has changed by more than its threshold (N).
 
@@ -125,16 +164,26 @@ class Moves(Readings):
         """
         tool = self._tool_in_flange
         return self._accept(
-            lambda start: self._planner.lin(start, target, speed_rel, blending_mm, None, tool), thresholds
+            lambda start: self._planner.lin(start, target, speed_rel, blending_mm, None, tool),
+            thresholds,
+            acceleration,
         )
 
     def ptp_force_move(
-        self, target: Frame, speed_rel: float, blending_mm: float, thresholds: Thresholds
+        self,
+        target: Frame,
+        speed_rel: float,
+        blending_mm: float,
+        thresholds: Thresholds,
+        *,
+        acceleration: AccelerationCap | None = None,
     ) -> int:
         """As `ptp_move`, until a force has changed by more than its threshold: see `lin_force_move`."""
         tool = self._tool_in_flange
         return self._accept(
-            lambda start: self._planner.ptp(start, target, speed_rel, blending_mm, None, tool), thresholds
+            lambda start: self._planner.ptp(start, target, speed_rel, blending_mm, None, tool),
+            thresholds,
+            acceleration,
         )
 
     def lin_stiff_move(
@@ -172,39 +221,68 @@ class Moves(Readings):
         self.endings.accepted(self._accepted)
         return self._accepted
 
-    def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+    def smart_joint_move(
+        self,
+        joints: Sequence[float],
+        speeds_rel: Sequence[float],
+        *,
+        acceleration: AccelerationCap | None = None,
+    ) -> int:
         """Head for joint positions (rad) from wherever the robot is; gives the move's number.
 
-        The relative speeds (0..1] are those of the joints.
+        The relative speeds (0..1] are those of the joints. An acceleration caps that of the mode.
         """
         return self._servo(
             Event.SMART_MOVE,
             lambda mode, here, moving: self._targets.joints(mode, here, moving, joints, speeds_rel),
+            acceleration,
         )
 
-    def smart_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
+    def smart_cartesian_move(
+        self, flange: Frame, speed_rel: float, *, acceleration: AccelerationCap | None = None
+    ) -> int:
         """Head with the flange for a frame in the base; otherwise like `smart_joint_move`."""
         return self._servo(
             Event.SMART_MOVE,
             lambda mode, here, moving: self._targets.flange(mode, here, moving, flange, speed_rel),
+            acceleration,
         )
 
-    def direct_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
+    def direct_joint_move(
+        self,
+        joints: Sequence[float],
+        speeds_rel: Sequence[float],
+        *,
+        acceleration: AccelerationCap | None = None,
+    ) -> int:
         """Like `smart_joint_move`, stiffer, to joint positions near the present ones."""
         return self._servo(
             Event.DIRECT_MOVE,
             lambda mode, here, moving: self._targets.joints(mode, here, moving, joints, speeds_rel),
+            acceleration,
         )
 
-    def direct_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
+    def direct_cartesian_move(
+        self, flange: Frame, speed_rel: float, *, acceleration: AccelerationCap | None = None
+    ) -> int:
         """Like `smart_cartesian_move`, stiffer, to joint positions near the present ones."""
         return self._servo(
             Event.DIRECT_MOVE,
             lambda mode, here, moving: self._targets.flange(mode, here, moving, flange, speed_rel),
+            acceleration,
         )
 
-    def _accept(self, plan: Callable[[Joints], Plan], thresholds: Thresholds | None = None) -> int:
+    def _accept(
+        self,
+        uncapped: Callable[[Joints], Plan],
+        thresholds: Thresholds | None = None,
+        acceleration: AccelerationCap | None = None,
+    ) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
+
+        def plan(start: Joints) -> Plan:
+            return self._planner.with_acceleration(uncapped(start), acceleration)
+
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
         self._check_room()
@@ -261,7 +339,12 @@ class Moves(Readings):
         if self._motions.waiting >= LONGEST_QUEUE:
             raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
 
-    def _servo(self, event: Event, find: Callable[[Mode, Joints, bool], tuple[Joints, JointLimits]]) -> int:
+    def _servo(
+        self,
+        event: Event,
+        find: Callable[[Mode, Joints, bool], tuple[Joints, JointLimits]],
+        acceleration: AccelerationCap | None,
+    ) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, event]
@@ -269,6 +352,8 @@ class Moves(Readings):
             raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
         here = motions.rest_after_stop() if change.stops else motions.present
         joints, limits = find(change.mode, here, motions.moving and not change.stops)
+        if acceleration is not None:
+            limits = capped_joints(limits, acceleration)
         self._enter(change)
         self._accepted += 1
         with self.endings.because(STOP_TRIGGERED, REPLACED):

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
 from iiwa_sim.frames import IDENTITY, Frame, Transform, apply, compose, inverse
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
@@ -37,6 +38,8 @@ SAME_RAD = 1e-6
 """Joint positions that differ by less are the same."""
 SAME_M = 1e-7
 """A line that is shorter only turns."""
+SAME_TURN_RAD = 1e-5
+"""A line without a way whose joints go less than this is there: 32 bits round a pose by as much."""
 FARTHEST_MM = 1e6
 """A target farther away is refused unseen: its squares and products might be too large for floats."""
 
@@ -110,7 +113,9 @@ class Planner:
         flange = _flange_of(tcp, 1.0, None, tool_in_flange)
         line = self._line_from(start, flange, None, tool_in_flange)
         if line.tcp_length_m < SAME_M:
-            raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
+            if float(np.ptp(line.samples.q, axis=0).max()) > SAME_TURN_RAD:
+                raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
+            return self._plan(line, 1.0, self._sphere(line.end, blending_mm, tool_in_flange))
         # At full speed the fastest joint of a sample is at its limit, and so much time passes per unit of s.
         time_per_s = (np.abs(line.samples.dq) / self._limits.velocity).max(axis=1)
         fastest_m_s = line.tcp_length_m / float(time_per_s.min())
@@ -141,6 +146,16 @@ class Planner:
             reason = f"a line to that pose ends in other joint positions, {other}"
             raise Refused(ROBOT_CONFIGURATION, reason)
         return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
+
+    def with_acceleration(self, plan: Plan, cap: AccelerationCap | None) -> Plan:
+        """The plan within a lower acceleration; without a cap, or with one above the limits, as it is."""
+        if cap is None:
+            return plan
+        if cap.unit is AccelerationUnit.TCP_M_S2:
+            limits = capped_line(plan.limits, plan.path, cap.values[0])
+            slower = float(plan.limits.velocity[0] / limits.velocity[0])
+            return plan._replace(limits=limits, length_s=slower * plan.length_s)
+        return plan._replace(limits=capped_joints(plan.limits, cap))
 
     def joint_target(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> Joints:
         """Checked joint positions (rad), to be reached at checked relative speeds."""

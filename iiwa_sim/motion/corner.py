@@ -61,6 +61,8 @@ def rounded(first: Move, second: Move, lowest: Array, highest: Array) -> Corner 
     """
     if first.zone is None or second.length_s == 0.0:
         return None
+    if not np.array_equal(first.limits.acceleration, second.limits.acceleration):
+        return None  # a chain has one window; the next move sets out while this one brakes, each in its own
     zone = first.zone.clipped(first.path, second.path)
     before = way_inside(first.path, zone, at_end=True)
     after = way_inside(second.path, zone, at_end=False)

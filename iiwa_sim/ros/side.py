@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.rmi.conventions import TODAYS, Conventions
 from iiwa_sim.dialect.rmi.mac import Secret
 from iiwa_sim.dialect.rmi.node import Node
 from iiwa_sim.dialect.rmi.outbox import Outbox
@@ -42,10 +43,11 @@ class RosSide:
         rosbridge_port: int | None,
         rosbridge_secret: str | None = None,
         rospy: bool = False,
+        conventions: Conventions = TODAYS,
         on_heard: Callable[[], None],
     ) -> None:
         """`on_heard` is called when someone has said something that may have set off a command."""
-        self._node = Node(robot, time.time_ns, tick_rate_hz, log)
+        self._node = Node(robot, time.time_ns, tick_rate_hz, log, conventions)
         self.step = self._node.step
         """To be called after every tick."""
         self._rosbridge: RosbridgeServer | None = None

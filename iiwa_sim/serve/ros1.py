@@ -65,9 +65,8 @@ class Ros1Node:
         self._node = node
         self._log = log
         self._on_heard = on_heard
-        self._types = Types(
-            [*(kind for kind, _ in PUBLISHED.values()), *SUBSCRIBED.values()], node.services.values()
-        )
+        topics = [*(kind for kind, _ in PUBLISHED.values()), *SUBSCRIBED.values()]
+        self._types = Types(map(node.definition, topics), node.services.values())
         self._listeners: dict[str, Callable[[Message], None]] = {}
         self._handles: list[Any] = []  # of rospy: publishers, services, subscribers
         self._waiting: set[Future[Any]] = set()  # of rospy's threads for the loop, which alone uses this

@@ -17,12 +17,12 @@ LONGEST_MESSAGE_BYTES = 262_144
 
 
 class Types:
-    """Classes for these topics and services, by name of the type (package/Type)."""
+    """Classes for these topics, and for services by name of the type (package/Type)."""
 
-    def __init__(self, messages: Iterable[str], services: Iterable[str]) -> None:
+    def __init__(self, messages: Iterable[Definition], services: Iterable[str]) -> None:
         called = [service(name) for name in services]
         halves = [half for each in called for half in (each.request, each.response)]
-        self._made = _generated([*(message(name) for name in messages), *halves])
+        self._made = _generated([*messages, *halves])
         self.services = {each.name: self._service(each.name) for each in called}
         """As rospy expects them."""
 

@@ -19,7 +19,7 @@ from tests.ros_messages import MESSAGES, VALUES, Rosbags, contents
 if TYPE_CHECKING:
     from iiwa_sim.serve.ros1_types import Types
 
-SERVICE = "iiwa_sim_msgs/GetDigitalIOs"
+SERVICE = "robot_movement_interface/GetDigitalIOs"
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def module() -> Any:
 
 @pytest.fixture(scope="module")
 def types(module: Any) -> Types:
-    made: Types = module.Types(MESSAGES, [SERVICE])
+    made: Types = module.Types(map(message, MESSAGES), [SERVICE])
     return made
 
 
@@ -88,9 +88,9 @@ def test_genpy_finds_our_sums(types: Types, name: str) -> None:
 def test_a_service_has_its_two_halves(types: Types) -> None:
     made = types.services[SERVICE]
     assert made._type == SERVICE
-    response = types.filled(service(SERVICE).response, {"success": True, "message": "x"})
+    response = types.filled(service(SERVICE).response, {"success": True, "errors": []})
     assert isinstance(response, made._response_class)
-    assert (response.success, response.message, response.ios) == (True, "x", [])
+    assert (response.success, response.errors, response.ios) == (True, [], [])
     assert made._request_class().ios == []
 
 

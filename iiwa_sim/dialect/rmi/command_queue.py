@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.commands import read_command
+from iiwa_sim.dialect.rmi.conventions import Reference
 from iiwa_sim.dialect.rmi.robot import Done, Failure, Kind, Move, Robot
 
 LONGEST_QUEUE = 1000
@@ -50,8 +51,15 @@ class CommandQueue:
     and a force move compares with the forces at its command.
     """
 
-    def __init__(self, robot: Robot, publish: Callable[[Result], None], log: DialectLog) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        publish: Callable[[Result], None],
+        log: DialectLog,
+        reference: Reference = Reference.APPLY,
+    ) -> None:
         self._robot = robot
+        self._reference = reference
         self._log = log
         self._publish = publish
         self._begun: deque[_Command] = deque()  # sent, or refused; not published
@@ -102,7 +110,9 @@ class CommandQueue:
         command = self._waiting[0]
         if command.move is None:
             try:
-                command.move = read_command(command.message, len(self._robot.joint_names))
+                command.move = read_command(
+                    command.message, len(self._robot.joint_names), self._reference
+                )
             except Refused as refused:
                 self._begun.append(self._waiting.popleft())
                 self._end(command, refused.code, refused.reason)
@@ -117,6 +127,8 @@ class CommandQueue:
     def _end(self, command: _Command, code: int, information: str) -> None:
         if command.result is not None:
             return
+        if code == SUCCESS and command.move is not None and command.move.note:
+            information = f"{information}; {command.move.note}" if information else command.move.note
         command.end(code, information)
         if code != SUCCESS:
             self._failed = True

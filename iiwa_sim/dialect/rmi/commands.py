@@ -6,15 +6,17 @@ Units, as drag&bot's drivers have them: m and rad; `%` is 0 to 1, `PERCENT` 0 to
 from math import isfinite
 from typing import Any
 
+from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.poses import from_quaternion
+from iiwa_sim.dialect.rmi.conventions import Reference
 from iiwa_sim.dialect.rmi.robot import BlendingUnit, Joints, Kind, Move, SpeedUnit
 from iiwa_sim.frames import Frame, compose, transform_from_euler
 from iiwa_sim.wording import harmless, shortened
 
 JOINTS, EULER, QUATERNION = "JOINTS", "EULER_INTRINSIC_ZYX", "QUATERNION"
-BASES = ("", "base", "/base")
-"""Names of the base frame in pose_reference."""
+BASES = ("base", "/base", "base_link", "/base_link")
+"""Names in pose_reference that say that the pose is in the base already."""
 NEWTON = "N"
 
 _TYPES = {kind.value: (kind, False) for kind in Kind} | {
@@ -22,29 +24,31 @@ _TYPES = {kind.value: (kind, False) for kind in Kind} | {
     "PTPFORCE": (Kind.PTP, True),
 }
 _SHARES = {"%": 1.0, "PERCENT": 0.01}
-_FULL = {"%": 1.0, "PERCENT": 100.0}
 _SPEED_UNITS = {"M/S": SpeedUnit.M_S, "RAD/S": SpeedUnit.RAD_S}
+_ACCELERATION_UNITS = {"M/S^2": AccelerationUnit.TCP_M_S2, "RAD/S^2": AccelerationUnit.RAD_S2}
 _LONGEST_WORD = 40
 
 
-def read_command(command: Any, joint_count: int) -> Move:
-    """The move that a Command, of `definitions.type_of`, asks for. Raises `Refused`."""
+def read_command(command: Any, joint_count: int, reference: Reference = Reference.APPLY) -> Move:
+    """The move that a Command, of `definitions.type_of`, asks for. Raises `Refused`.
+
+    `reference` says what becomes of a pose_reference_frame with values whose name is not that of the base.
+    """
     if command.command_type not in _TYPES:
         raise _unknown("command_type", command.command_type, _TYPES)
     kind, feels_forces = _TYPES[command.command_type]
     _check_finite(command)
-    if any(value != _FULL.get(command.acceleration_type) for value in command.acceleration):
-        raise Refused(EXECUTION, "acceleration: expected no values, 1 in % or 100 in PERCENT")
     if command.additional_parameters or command.additional_values:
         raise Refused(EXECUTION, "additional_parameters and additional_values: expected none")
-    target = _target(command, joint_count)
+    target, note = _target(command, joint_count, reference)
     on_joints = not isinstance(target, Frame)
     if feels_forces and on_joints:
         raise Refused(EXECUTION, f"pose_type of {command.command_type}: expected {EULER} or {QUATERNION}")
     speeds, speed_unit = _speeds(command, kind, on_joints, joint_count)
     blending, blending_unit = _blending(command, kind, joint_line=on_joints and kind is Kind.PTP)
     thresholds = _thresholds(command, feels_forces)
-    return Move(kind, target, speeds, speed_unit, blending, blending_unit, thresholds)
+    cap = _acceleration(command, kind, on_joints, joint_count)
+    return Move(kind, target, speeds, speed_unit, blending, blending_unit, thresholds, cap, note)
 
 
 def _check_finite(command: Any) -> None:
@@ -53,6 +57,7 @@ def _check_finite(command: Any) -> None:
         ("pose_reference_frame", _six(frame)),
         ("pose", command.pose),
         ("velocity", command.velocity),
+        ("acceleration", command.acceleration),
         ("effort", command.effort),
         ("blending", command.blending),
     ):
@@ -60,11 +65,12 @@ def _check_finite(command: Any) -> None:
             raise Refused(EXECUTION, f"{name}: expected finite numbers")
 
 
-def _target(command: Any, joint_count: int) -> Joints | Frame:
+def _target(command: Any, joint_count: int, reference: Reference) -> tuple[Joints | Frame, str]:
+    """The target, and what is to be said of how it was understood."""
     kind, pose = command.pose_type, command.pose
     if kind == JOINTS:
         _count("pose", pose, joint_count, kind)
-        return tuple(pose)
+        return tuple(pose), ""
     if kind == EULER:
         _count("pose", pose, 6, kind)
         x, y, z, *angles = pose
@@ -75,18 +81,18 @@ def _target(command: Any, joint_count: int) -> Joints | Frame:
         target = from_quaternion((1e3 * x, 1e3 * y, 1e3 * z), (qx, qy, qz, qw))
     else:
         raise _unknown("pose_type", kind, (JOINTS, EULER, QUATERNION))
-    return _in_base(command, target)
+    return _in_base(command, target, reference)
 
 
-def _in_base(command: Any, target: Frame) -> Frame:
-    reference = _six(command.pose_reference_frame)
-    if any(reference):
-        return Frame.from_transform(compose(transform_from_euler(*reference), target.to_transform()))
-    if command.pose_reference not in BASES:
-        name = _shown(command.pose_reference)
-        reason = f"pose_reference {name}: expected the base, or its values in pose_reference_frame"
-        raise Refused(EXECUTION, reason)
-    return target
+def _in_base(command: Any, target: Frame, reference: Reference) -> tuple[Frame, str]:
+    """The target in the base. A reference frame of zeros is the base, whatever its name."""
+    frame, name = _six(command.pose_reference_frame), command.pose_reference
+    if not any(frame) or name in BASES:
+        return target, ""
+    if reference is Reference.IGNORE:
+        return target, f"pose_reference {_shown(name)} was taken as applied already"
+    in_base = Frame.from_transform(compose(transform_from_euler(*frame), target.to_transform()))
+    return in_base, f"pose_reference {_shown(name)} was applied"
 
 
 def _speeds(
@@ -94,15 +100,9 @@ def _speeds(
 ) -> tuple[tuple[float, ...], SpeedUnit]:
     word, values = command.velocity_type, command.velocity
     on_each_joint = on_joints and kind is not Kind.LIN
-    if len(values) != 1 and not (on_each_joint and len(values) == joint_count):
-        expected = f"1 or {joint_count} values" if on_each_joint else "1 value"
-        raise Refused(EXECUTION, f"velocity: expected {expected}, got {len(values)}")
+    _one_or_each("velocity", values, joint_count if on_each_joint else 1)
     if word in _SHARES:
-        shares = tuple(_SHARES[word] * value for value in values)
-        if not all(0.0 < share <= 1.0 for share in shares):
-            most = "1" if word == "%" else "100"
-            raise Refused(EXECUTION, f"velocity in {word}: expected above 0 and up to {most}")
-        return shares, SpeedUnit.RELATIVE
+        return _shares("velocity", word, values), SpeedUnit.RELATIVE
     if word not in _SPEED_UNITS:
         raise _unknown("velocity_type", word, (*_SHARES, *_SPEED_UNITS))
     unit = _SPEED_UNITS[word]
@@ -113,6 +113,41 @@ def _speeds(
     if not all(value > 0.0 for value in values):
         raise Refused(EXECUTION, f"velocity in {word}: expected above 0")
     return tuple(values), unit
+
+
+def _acceleration(
+    command: Any, kind: Kind, on_joints: bool, joint_count: int
+) -> AccelerationCap | None:
+    """The cap; None where the command has no values, or full ones in % or PERCENT."""
+    word, values = command.acceleration_type, command.acceleration
+    if not values:
+        return None
+    _one_or_each("acceleration", values, joint_count if on_joints and kind is not Kind.LIN else 1)
+    if word in _SHARES:
+        shares = _shares("acceleration", word, values)
+        return AccelerationCap(shares, AccelerationUnit.RELATIVE) if min(shares) < 1.0 else None
+    if word not in _ACCELERATION_UNITS:
+        raise _unknown("acceleration_type", word, (*_ACCELERATION_UNITS, *_SHARES))
+    if not all(value > 0.0 for value in values):
+        raise Refused(EXECUTION, f"acceleration in {word}: expected above 0")
+    unit = _ACCELERATION_UNITS[word]
+    if unit is AccelerationUnit.TCP_M_S2 and kind is not Kind.LIN:
+        raise Refused(EXECUTION, "acceleration_type M/S^2: only for LIN and LINFORCE")
+    return AccelerationCap(tuple(values), unit)
+
+
+def _shares(name: str, word: str, values: list[float]) -> tuple[float, ...]:
+    shares = tuple(_SHARES[word] * value for value in values)
+    if not all(0.0 < share <= 1.0 for share in shares):
+        most = "1" if word == "%" else "100"
+        raise Refused(EXECUTION, f"{name} in {word}: expected above 0 and up to {most}")
+    return shares
+
+
+def _one_or_each(name: str, values: list[float], joint_count: int) -> None:
+    if len(values) not in (1, joint_count):
+        expected = "1 value" if joint_count == 1 else f"1 or {joint_count} values"
+        raise Refused(EXECUTION, f"{name}: expected {expected}, got {len(values)}")
 
 
 def _blending(command: Any, kind: Kind, *, joint_line: bool) -> tuple[float, BlendingUnit]:

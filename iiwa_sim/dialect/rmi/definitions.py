@@ -13,6 +13,8 @@ from typing import Annotated, Any, NamedTuple
 
 from msgspec import Meta, Struct, defstruct, field
 
+from iiwa_sim.dialect.rmi.conventions import ResultType
+
 
 class Time(Struct, forbid_unknown_fields=True):
     """A point in time as ROS 1 has it, since 1970."""
@@ -37,6 +39,8 @@ PRIMITIVES: dict[str, tuple[Any, Any]] = {
     "time": (Time, None),
 }
 """Of what occurs in our definitions: type and default."""
+
+RESULT = "robot_movement_interface/Result"
 
 _BETWEEN = "\n" + 80 * "=" + "\n"
 _NAME = re.compile(r"\w+/\w+")
@@ -80,6 +84,15 @@ def message(name: str) -> Definition:
 
 
 @cache
+def result_message(version: ResultType) -> Definition:
+    """The definition of Result in one version of the package: the first constants of today's."""
+    today = message(RESULT)
+    constants = [f"{kind} {name} = {value}" for kind, name, value in today.constants[: version.value]]
+    fields = [line for line in today.text.splitlines() if "=" not in line]
+    return _parsed(RESULT, "".join(f"{line}\n" for line in (*constants, *fields)), "robot_movement_interface")
+
+
+@cache
 def service(name: str) -> Service:
     """The definition of package/Type. Raises KeyError where there is none."""
     package, kind = _split(name)
@@ -90,8 +103,13 @@ def service(name: str) -> Service:
 
 
 def message_md5(name: str) -> str:
-    """The sum that both ends of a ROS 1 topic compare."""
-    return md5(_summed(message(name)).encode()).hexdigest()  # not for security
+    """The sum of the message package/Type that both ends of a ROS 1 topic compare."""
+    return definition_md5(message(name))
+
+
+def definition_md5(definition: Definition) -> str:
+    """The sum of a message that both ends of a ROS 1 topic compare."""
+    return md5(_summed(definition).encode()).hexdigest()  # not for security
 
 
 def service_md5(name: str) -> str:

@@ -87,33 +87,33 @@ class LocalRobot:
             ended(ending.code, ending.reason)
 
     def _to_joints(self, move: Move, joints: Joints) -> int:
-        controller = self._controller
+        controller, cap = self._controller, move.acceleration
         if move.kind is Kind.LIN:
             blending_mm = self._blending_mm(move, controller.tcp_frame_at(joints))
-            return controller.lin_joint_move(joints, move.speeds[0], blending_mm)
+            return controller.lin_joint_move(joints, move.speeds[0], blending_mm, acceleration=cap)
         speeds = joint_speeds_rel(move, self.joint_names, controller.description.velocity)
         if move.kind is Kind.SMART:
-            return controller.smart_joint_move(joints, speeds)
+            return controller.smart_joint_move(joints, speeds, acceleration=cap)
         if move.kind is Kind.DIRECT:
-            return controller.direct_joint_move(joints, speeds)
-        return controller.joint_move(joints, speeds, self._blending_rel(move, joints))
+            return controller.direct_joint_move(joints, speeds, acceleration=cap)
+        return controller.joint_move(joints, speeds, self._blending_rel(move, joints), acceleration=cap)
 
     def _to_frame(self, move: Move, frame: Frame) -> int:
-        controller, speed = self._controller, move.speeds[0]
+        controller, speed, cap = self._controller, move.speeds[0], move.acceleration
         if move.kind is Kind.SMART:
-            return controller.smart_cartesian_move(frame, speed)
+            return controller.smart_cartesian_move(frame, speed, acceleration=cap)
         if move.kind is Kind.DIRECT:
-            return controller.direct_cartesian_move(frame, speed)
+            return controller.direct_cartesian_move(frame, speed, acceleration=cap)
         blending_mm, thresholds = self._blending_mm(move, frame), move.thresholds_n
         if move.speed_unit is SpeedUnit.M_S:
-            return controller.lin_move_at(frame, speed, blending_mm, thresholds)
+            return controller.lin_move_at(frame, speed, blending_mm, thresholds, acceleration=cap)
         if move.kind is Kind.LIN:
             if thresholds is None:
-                return controller.lin_move(frame, speed, blending_mm)
-            return controller.lin_force_move(frame, speed, blending_mm, thresholds)
+                return controller.lin_move(frame, speed, blending_mm, acceleration=cap)
+            return controller.lin_force_move(frame, speed, blending_mm, thresholds, acceleration=cap)
         if thresholds is None:
-            return controller.ptp_move(frame, speed, blending_mm)
-        return controller.ptp_force_move(frame, speed, blending_mm, thresholds)
+            return controller.ptp_move(frame, speed, blending_mm, acceleration=cap)
+        return controller.ptp_force_move(frame, speed, blending_mm, thresholds, acceleration=cap)
 
     def _blending_mm(self, move: Move, target: Frame) -> float:
         """A relative one is a part of the straight way of the TCP."""

@@ -10,7 +10,8 @@ import msgspec
 
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.command_queue import CommandQueue, Result
-from iiwa_sim.dialect.rmi.definitions import message, service, type_of
+from iiwa_sim.dialect.rmi.conventions import TODAYS, Conventions
+from iiwa_sim.dialect.rmi.definitions import RESULT, Definition, message, result_message, service, type_of
 from iiwa_sim.dialect.rmi.pins import Pins
 from iiwa_sim.dialect.rmi.robot import Failure, Robot, State
 from iiwa_sim.dialect.rmi.services import Answer, Fail, Services
@@ -23,7 +24,7 @@ COMMAND_RESULT = "/command_result"
 ROBOT_STATUS = "/robot_status"
 
 PUBLISHED: Mapping[str, tuple[str, int]] = {
-    COMMAND_RESULT: ("robot_movement_interface/Result", 0),  # whenever there is one
+    COMMAND_RESULT: (RESULT, 0),  # whenever there is one
     ROBOT_STATUS: ("industrial_msgs/RobotStatus", 50),
     "/tool_frame": ("robot_movement_interface/EulerFrame", 100),
     "/joint_states": ("sensor_msgs/JointState", 100),
@@ -42,13 +43,21 @@ class BadMessage(Exception):
 class Node:
     """The topics and services of one robot."""
 
-    def __init__(self, robot: Robot, now_ns: Callable[[], int], tick_rate_hz: int, log: DialectLog) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        now_ns: Callable[[], int],
+        tick_rate_hz: int,
+        log: DialectLog,
+        conventions: Conventions = TODAYS,
+    ) -> None:
         """`now_ns` is the time since 1970 that goes into headers."""
         self._robot = robot
         self._now_ns = now_ns
         self._tick_rate_hz = tick_rate_hz
-        self._queue = CommandQueue(robot, self._publish_result, log)
-        self._services = Services(robot, self._queue).all
+        self._result_type = conventions.result
+        self._queue = CommandQueue(robot, self._publish_result, log, conventions.reference)
+        self._services = Services(robot, self._queue, self.time).all
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
         self._due = dict.fromkeys(PUBLISHED, 0)  # in parts of 1 / tick_rate_hz of a message
         self._sequence = dict.fromkeys(PUBLISHED, 0)
@@ -59,6 +68,10 @@ class Node:
     def has_commands(self) -> bool:
         """Whether the next ticks will send a command to the robot or publish a result."""
         return self._queue.is_active
+
+    def definition(self, name: str) -> Definition:
+        """The definition of the message package/Type that this node uses. Raises KeyError for others."""
+        return result_message(self._result_type) if name == RESULT else message(name)
 
     def time(self) -> dict[str, int]:
         """The time that goes into headers, as ROS 1 has it."""

@@ -8,6 +8,9 @@ from typing import NamedTuple
 from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.dialect.rmi.robot import Failure, State
 
+NO_SUCH_GROUP = 3
+SETTING_FAILED = 4
+"""Errors of get_digital_ios and set_digital_ios beside those of `iiwa_sim.controller.io`."""
 UNKNOWN = -1
 """Error of get_io and set_io where a robot tells nothing of its inputs and outputs."""
 INPUT_GROUP, OUTPUT_GROUP = "DI", "DO"
@@ -48,10 +51,17 @@ class Pins(NamedTuple):
         """The state of a pin that is numbered in its group."""
         row = {INPUT_GROUP: self.inputs, OUTPUT_GROUP: self.outputs}.get(group)
         if row is None:
-            return Failure(NUMBER_OUT_OF_RANGE, f"expected a group_id {INPUT_GROUP} or {OUTPUT_GROUP}")
+            return Failure(NO_SUCH_GROUP, f"expected a group_id {INPUT_GROUP} or {OUTPUT_GROUP}")
         if 1 <= number <= len(row):
             return row[number - 1]
         return Failure(NUMBER_OUT_OF_RANGE, f"no pin {number} in {group}: there are 1 to {len(row)}")
+
+    def to_switch(self, group: str, number: int) -> Failure | None:
+        """Why a pin that is numbered in its group cannot be switched; None where it can."""
+        state = self.in_group(group, number)
+        if isinstance(state, Failure):
+            return state
+        return Failure(NOT_AN_OUTPUT, f"{group} {number} is an input") if group == INPUT_GROUP else None
 
     def _no_such(self, number: int) -> Failure:
         outputs, all_of_them = len(self.outputs), len(self.outputs) + len(self.inputs)

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from enum import Enum
 from typing import NamedTuple, Protocol
 
+from iiwa_sim.controller.acceleration import AccelerationCap
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
 
@@ -53,6 +54,10 @@ class Move(NamedTuple):
     blending_unit: BlendingUnit = BlendingUnit.MM
     thresholds_n: tuple[float, float, float] | None = None
     """Of a move that ends when a force at the TCP, along its axes, has changed by more."""
+    acceleration: AccelerationCap | None = None
+    """The greatest that is asked for; without one the robot's own."""
+    note: str = ""
+    """What its result says beside success: how something in the command was understood."""
 
 
 class State(NamedTuple):

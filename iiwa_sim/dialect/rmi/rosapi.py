@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.dialect.rmi.definitions import PRIMITIVES, Definition, full_text, message, parts, service
+from iiwa_sim.dialect.rmi.definitions import PRIMITIVES, Definition, full_text, parts, service
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED, Node
 
 Values = dict[str, Any]
@@ -18,6 +18,7 @@ class RosApi:
     """What is asked of one node. A call takes arguments as they come; KeyError names what there is not."""
 
     def __init__(self, node: Node) -> None:
+        self._node = node
         self._topics = {name: kind for name, (kind, _) in PUBLISHED.items()} | dict(SUBSCRIBED)
         topic, service_name, kind = ("topic",), ("service",), ("type",)
         calls: dict[str, tuple[str, tuple[str, ...], Callable[[Values], Values]]] = {
@@ -49,7 +50,7 @@ class RosApi:
                 lambda v: {"subscribers": _if(_named(v, "topic") in SUBSCRIBED)},
             ),
             "action_servers": ("GetActionServers", (), lambda _: {"action_servers": []}),
-            "message_details": ("MessageDetails", kind, lambda v: _details(message(_kind(v)))),
+            "message_details": ("MessageDetails", kind, lambda v: _details(node.definition(_kind(v)))),
             "service_request_details": (
                 "ServiceRequestDetails",
                 kind,
@@ -76,7 +77,7 @@ class RosApi:
         return {"topics": list(self._topics), "types": list(self._topics.values())}
 
     def _topics_and_raw_types(self) -> Values:
-        texts = [full_text(message(kind)) for kind in self._topics.values()]
+        texts = [full_text(self._node.definition(kind)) for kind in self._topics.values()]
         return {**self._topics_and_types(), "typedefs_full_text": texts}
 
     def _node_details(self, values: Values) -> Values:

@@ -9,8 +9,9 @@ from math import isfinite
 from typing import Any
 
 from iiwa_sim.controller.controller import LEAST_OVERRIDE
+from iiwa_sim.controller.io import NUMBER_OUT_OF_RANGE
 from iiwa_sim.dialect.rmi.command_queue import CommandQueue
-from iiwa_sim.dialect.rmi.pins import INPUT_GROUP, OUTPUT_GROUP, Pins
+from iiwa_sim.dialect.rmi.pins import INPUT_GROUP, OUTPUT_GROUP, SETTING_FAILED, Pins
 from iiwa_sim.dialect.rmi.robot import Failure, Robot
 
 Response = dict[str, Any]
@@ -25,16 +26,18 @@ NO_ERROR = 0
 class Services:
     """Those of one robot. Requests are messages of `definitions.type_of`."""
 
-    def __init__(self, robot: Robot, queue: CommandQueue) -> None:
+    def __init__(self, robot: Robot, queue: CommandQueue, now: Callable[[], dict[str, int]]) -> None:
+        """`now` is the time in ROS 1's terms, for the values that are read."""
         self._robot = robot
         self._queue = queue
+        self._now = now
         self.all: dict[str, tuple[str, Callable[[Any, Answer, Fail], None]]] = {
             "/scale_speed": ("robot_movement_interface/SetFloat", self._scale_speed),
             "/get_io": ("robot_movement_interface/GetIO", self._get_io),
             "/set_io": ("robot_movement_interface/SetIO", self._set_io),
             "/stop_robot_right_now": ("std_srvs/Trigger", self._stop),
-            "/robot/get_digital_ios": ("iiwa_sim_msgs/GetDigitalIOs", self._get_digital_ios),
-            "/robot/set_digital_ios": ("iiwa_sim_msgs/SetDigitalIOs", self._set_digital_ios),
+            "/robot/get_digital_ios": ("robot_movement_interface/GetDigitalIOs", self._get_digital_ios),
+            "/robot/set_digital_ios": ("robot_movement_interface/SetDigitalIOs", self._set_digital_ios),
         }
         """Type and call of each, by name."""
 
@@ -85,44 +88,60 @@ class Services:
     def _get_digital_ios(self, request: Any, answer: Answer, _: Fail) -> None:
         pins = Pins.of(self._robot.state)
         if isinstance(pins, Failure):
-            answer({**_success(pins), "ios": []})
+            unknown = Failure(NUMBER_OUT_OF_RANGE, pins.reason)
+            named = [(pin.group_id, pin.pin_number) for pin in request.ios] or [("", 0)]
+            answer({"ios": [], "success": False, "errors": [_io_error(*pin, unknown) for pin in named]})
             return
         named = [(pin.group_id, pin.pin_number) for pin in request.ios] or [
             (group, number)
             for group, row in ((INPUT_GROUP, pins.inputs), (OUTPUT_GROUP, pins.outputs))
             for number in range(1, len(row) + 1)
         ]
-        ios = []
+        ios, errors, stamp = [], [], self._now()
         for group, number in named:
             state = pins.in_group(group, number)
             if isinstance(state, Failure):
-                answer({**_success(state), "ios": []})
-                return
-            ios.append({"group_id": group, "pin_number": number, "value": state})
-        answer({**_success(None), "ios": ios})
+                errors.append(_io_error(group, number, state))
+            else:
+                ios.append({"id": _io_id(group, number), "value": state, "stamp": stamp})
+        answer({"ios": ios, "success": not errors, "errors": errors})
 
     def _set_digital_ios(self, request: Any, answer: Answer, _: Fail) -> None:
+        """All are switched, or none. Where a robot fails to switch one, those before it stay switched."""
+        named = [(pin.id.group_id, pin.id.pin_number) for pin in request.ios]
         pins = Pins.of(self._robot.state)
         if isinstance(pins, Failure):
-            answer(_success(pins))
+            unknown = Failure(SETTING_FAILED, pins.reason)
+            answer({"success": False, "errors": [_io_error(*pin, unknown) for pin in named]})
             return
-        for pin in request.ios:
-            state = pins.in_group(pin.group_id, pin.pin_number)
-            if isinstance(state, Failure):
-                answer(_success(state))
-                return
-            if pin.group_id == INPUT_GROUP:
-                answer({"success": False, "message": f"{INPUT_GROUP} {pin.pin_number} is an input"})
-                return
-        waiting = [(pin.pin_number, pin.value) for pin in reversed(request.ios)]
+        refused = [(pin, pins.to_switch(*pin)) for pin in named]
+        errors = [_io_error(*pin, failure) for pin, failure in refused if failure is not None]
+        if errors:
+            answer({"success": False, "errors": errors})
+            return
+        waiting = [(number, pin.value) for (_, number), pin in zip(named, request.ios, strict=True)][::-1]
+        switching = 0
 
         def next_one(failure: Failure | None) -> None:
-            if failure is not None or not waiting:
-                answer(_success(failure))
+            nonlocal switching
+            if failure is not None:
+                failed = Failure(SETTING_FAILED, failure.reason)
+                answer({"success": False, "errors": [_io_error(OUTPUT_GROUP, switching, failed)]})
+            elif not waiting:
+                answer({"success": True, "errors": []})
             else:
-                self._robot.set_output(*waiting.pop(), next_one)
+                switching, value = waiting.pop()
+                self._robot.set_output(switching, value, next_one)
 
         next_one(None)
+
+
+def _io_id(group: str, number: int) -> Response:
+    return {"group_id": group, "pin_number": number}
+
+
+def _io_error(group: str, number: int, failure: Failure) -> Response:
+    return {"id": _io_id(group, number), "error": failure.code, "message": failure.reason}
 
 
 def _tell(failure: Failure | None, answer: Answer, fail: Fail) -> None:

@@ -10,8 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.dialect.rmi.commands import read_command
+from iiwa_sim.dialect.rmi.conventions import Reference
 from iiwa_sim.dialect.rmi.definitions import message, type_of
 from iiwa_sim.dialect.rmi.robot import BlendingUnit, Kind, Move, SpeedUnit
 from iiwa_sim.frames import Frame, compose, transform_from_euler
@@ -68,12 +70,14 @@ def test_a_quaternion_is_x_y_z_w() -> None:
     assert move.target.to_transform().rotation == pytest.approx(turned.to_transform().rotation, abs=1e-8)
 
 
-@given(st.tuples(*[numbers] * 6), st.tuples(*[numbers] * 6))
-def test_a_pose_in_a_reference_frame(reference: tuple[float, ...], pose: tuple[float, ...]) -> None:
+@given(st.tuples(*[numbers] * 6), st.tuples(*[numbers] * 6), st.sampled_from(["", "table", "world"]))
+def test_a_pose_in_a_reference_frame(
+    reference: tuple[float, ...], pose: tuple[float, ...], name: str
+) -> None:
     names = ("x", "y", "z", "alpha", "beta", "gamma")
     move = read(
         pose=list(pose),
-        pose_reference="table",
+        pose_reference=name,
         pose_reference_frame={**dict(zip(names, reference, strict=True)), "x": 1.0 + abs(reference[0])},
     )
     assert isinstance(move.target, Frame)
@@ -83,9 +87,22 @@ def test_a_pose_in_a_reference_frame(reference: tuple[float, ...], pose: tuple[f
     assert move.target.to_transform().rotation == pytest.approx(expected.rotation, abs=1e-9)
 
 
-def test_a_reference_by_name_only_is_the_base_or_refused() -> None:
-    assert read(pose_reference="/base") == read(pose_reference="base") == read()
-    assert "pose_reference 'table'" in refusal(pose_reference="table")
+@pytest.mark.parametrize("name", ["", "base", "/base", "world", "table"])
+def test_a_reference_frame_of_zeros_is_the_base(name: str) -> None:
+    assert read(pose_reference=name) == read()
+
+
+@pytest.mark.parametrize("name", ["base", "/base", "base_link", "/base_link"])
+def test_a_pose_that_is_in_the_base_by_name_is_not_moved_again(name: str) -> None:
+    assert read(pose_reference=name, pose_reference_frame={"x": 1.0, "gamma": 2.0}) == read()
+
+
+def test_what_became_of_a_named_frame_is_said_in_the_result() -> None:
+    fields = {"pose_reference": "world", "pose_reference_frame": {"x": 1.0}}
+    assert read(**fields).note == "pose_reference 'world' was applied"
+    ignored = read_command(msgspec.convert({**BASE, **fields}, COMMAND), 7, Reference.IGNORE)
+    assert ignored.target == read().target
+    assert ignored.note == "pose_reference 'world' was taken as applied already"
 
 
 @pytest.mark.parametrize(
@@ -158,7 +175,14 @@ def test_force_moves_have_three_thresholds(kind: str, plain: Kind) -> None:
         ({"blending_type": "M", "blending": [-0.1]}, "0 or more"),
         ({"blending_type": "%", "blending": [1.1]}, "up to 1"),
         ({"command_type": "SMART", "blending_type": "M", "blending": [0.1]}, "do not blend"),
-        ({"acceleration_type": "%", "acceleration": [0.5]}, "acceleration"),
+        ({"acceleration_type": "M/S", "acceleration": [0.5]}, "acceleration_type 'M/S'"),
+        ({"acceleration_type": "", "acceleration": [0.5]}, "acceleration_type ''"),
+        ({"acceleration_type": "%", "acceleration": [50.0]}, "above 0 and up to 1"),
+        ({"acceleration_type": "PERCENT", "acceleration": [0.0]}, "above 0 and up to 100"),
+        ({"acceleration_type": "RAD/S^2", "acceleration": [0.0]}, "above 0"),
+        ({"acceleration_type": "RAD/S^2", "acceleration": [1.0] * 7}, "expected 1 value, got 7"),
+        ({**ON_JOINTS, "acceleration_type": "%", "acceleration": [1.0] * 6}, "expected 1 or 7 values, got 6"),
+        ({**ON_JOINTS, "acceleration_type": "M/S^2", "acceleration": [1.0]}, "M/S^2: only for LIN"),
         ({"effort": [1.0]}, "effort of LIN"),
         ({"additional_parameters": ["x"]}, "additional_parameters"),
         ({"additional_values": [1.0]}, "additional_parameters"),
@@ -173,7 +197,24 @@ def test_full_acceleration_is_the_robots_own(kind: str) -> None:
     assert read(acceleration_type=kind, acceleration=[1.0 if kind == "%" else 100.0]) == read()
 
 
-@pytest.mark.parametrize("field", ["pose", "velocity", "blending", "effort"])
+@pytest.mark.parametrize(
+    ("fields", "values", "unit"),
+    [
+        ({"acceleration_type": "PERCENT", "acceleration": [50]}, (0.5,), AccelerationUnit.RELATIVE),
+        ({"acceleration_type": "RAD/S^2", "acceleration": [1.0]}, (1.0,), AccelerationUnit.RAD_S2),
+        ({"acceleration_type": "M/S^2", "acceleration": [0.5]}, (0.5,), AccelerationUnit.TCP_M_S2),
+        (
+            {**ON_JOINTS, "acceleration_type": "%", "acceleration": [0.25] * 7},
+            (0.25,) * 7,
+            AccelerationUnit.RELATIVE,
+        ),
+    ],
+)
+def test_accelerations(fields: dict[str, Any], values: tuple[float, ...], unit: AccelerationUnit) -> None:
+    assert read(**fields).acceleration == AccelerationCap(values, unit)
+
+
+@pytest.mark.parametrize("field", ["pose", "velocity", "acceleration", "blending", "effort"])
 @pytest.mark.parametrize("number", [nan, inf])
 def test_numbers_that_are_not_finite(field: str, number: float) -> None:
     assert "expected finite numbers" in refusal(**{field: [number] * len(BASE.get(field, [0]))})

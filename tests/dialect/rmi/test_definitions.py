@@ -7,10 +7,13 @@ from typing import Any
 import msgspec
 import pytest
 
+from iiwa_sim.dialect.rmi.conventions import RESULT_TYPES
 from iiwa_sim.dialect.rmi.definitions import (
+    definition_md5,
     message,
     message_md5,
     parts,
+    result_message,
     service,
     service_md5,
     type_of,
@@ -27,14 +30,20 @@ MESSAGES = {
     "robot_movement_interface/CommandList": "d584975b",
     "robot_movement_interface/IOState": "3809c2a3",
     "robot_movement_interface/IOStates": "9760d0cf",
-    "robot_movement_interface/Result": "aae92300",
+    "robot_movement_interface/Result": "c42e143b65ad82ebad12c76fe9d39bb7",
+    "robot_movement_interface/IOID": "92467fce",
+    "robot_movement_interface/DigitalIOValue": "1531ef54",
+    "robot_movement_interface/IOError": "1c077537",
 }
 SERVICES = {
     "std_srvs/Trigger": "937c9679a518e3a18d831e57125ea522",
     "robot_movement_interface/SetFloat": "0aca93dc",
     "robot_movement_interface/GetIO": "554345d0",
     "robot_movement_interface/SetIO": "ecf42524",
+    "robot_movement_interface/GetDigitalIOs": "cbb85a79",
+    "robot_movement_interface/SetDigitalIOs": "de845eb3",
 }
+RESULT_SUMS = {2016: "aae92300", 2021: "308eda94", 2023: "ebd62c31", 2024: "c42e143b"}
 COMMAND_LIST = type_of(message("robot_movement_interface/CommandList"))
 
 
@@ -42,6 +51,12 @@ COMMAND_LIST = type_of(message("robot_movement_interface/CommandList"))
 @pytest.mark.parametrize(("name", "published"), MESSAGES.items())
 def test_messages_have_the_published_sums(name: str, published: str) -> None:
     assert message_md5(name).startswith(published)
+
+
+@pytest.mark.requirement("FRA002")
+@pytest.mark.parametrize(("year", "published"), RESULT_SUMS.items())
+def test_results_have_the_sum_of_their_year(year: int, published: str) -> None:
+    assert definition_md5(result_message(RESULT_TYPES[year])).startswith(published)
 
 
 @pytest.mark.requirement("FRA002")

@@ -360,30 +360,49 @@ def test_an_input_cannot_be_set(robot: RosRobot) -> None:
 
 @pytest.mark.requirement("FRC024")
 def test_digital_ios_of_anyrobot(robot: RosRobot) -> None:
-    on = [{"group_id": "DO", "pin_number": n, "value": True} for n in (3, 4)]
-    assert robot.calls("/robot/set_digital_ios", ios=on) == {"success": True, "message": ""}
+    on = [{"id": {"group_id": "DO", "pin_number": n}, "value": True} for n in (3, 4)]
+    assert robot.calls("/robot/set_digital_ios", ios=on) == {"success": True, "errors": []}
     told = robot.calls("/robot/get_digital_ios")
+    assert (told["success"], told["errors"]) == (True, [])
     assert len(told["ios"]) == 32
-    assert [pin for pin in told["ios"] if pin["value"]] == on
+    assert [{"id": pin["id"], "value": True} for pin in told["ios"] if pin["value"]] == on
     one = robot.calls("/robot/get_digital_ios", ios=[{"group_id": "DI", "pin_number": 16}])
-    assert one["ios"] == [{"group_id": "DI", "pin_number": 16, "value": False}]
+    seconds, nanoseconds = divmod(NOW_NS, 1_000_000_000)
+    (pin,) = one["ios"]
+    assert pin == {
+        "id": {"group_id": "DI", "pin_number": 16},
+        "value": False,
+        "stamp": {"secs": seconds, "nsecs": nanoseconds},
+    }
 
 
 @pytest.mark.parametrize(
-    ("pin", "words"),
+    ("pin", "error", "words"),
     [
-        ({"group_id": "DO", "pin_number": 17}, "no pin 17 in DO"),
-        ({"group_id": "DO", "pin_number": 0}, "no pin 0 in DO"),
-        ({"group_id": "AO", "pin_number": 1}, "expected a group_id DI or DO"),
-        ({"group_id": "DI", "pin_number": 1}, "is an input"),
+        ({"group_id": "DO", "pin_number": 17}, 1, "no pin 17 in DO"),
+        ({"group_id": "DO", "pin_number": 0}, 1, "no pin 0 in DO"),
+        ({"group_id": "AO", "pin_number": 1}, 3, "expected a group_id DI or DO"),
+        ({"group_id": "DI", "pin_number": 1}, 2, "is an input"),
     ],
 )
-def test_of_digital_ios_all_are_switched_or_none(robot: RosRobot, pin: dict[str, Any], words: str) -> None:
-    good = {"group_id": "DO", "pin_number": 1, "value": True}
-    told = robot.calls("/robot/set_digital_ios", ios=[good, {**pin, "value": True}])
+def test_of_digital_ios_all_are_switched_or_none(
+    robot: RosRobot, pin: dict[str, Any], error: int, words: str
+) -> None:
+    good = {"group_id": "DO", "pin_number": 1}
+    told = robot.calls("/robot/set_digital_ios", ios=[{"id": each, "value": True} for each in (good, pin)])
     assert told["success"] is False
-    assert words in told["message"]
+    ((where, number, message_),) = [tuple(each.values()) for each in told["errors"]]
+    assert (where, number) == (pin, error)
+    assert words in message_
     assert not any(robot.controller.io.outputs)
+
+
+def test_pins_that_are_there_are_told_beside_those_that_are_not(robot: RosRobot) -> None:
+    named = [{"group_id": "DI", "pin_number": n} for n in (1, 99)]
+    told = robot.calls("/robot/get_digital_ios", ios=named)
+    assert told["success"] is False
+    assert [pin["id"] for pin in told["ios"]] == named[:1]
+    assert [(each["id"], each["error"]) for each in told["errors"]] == [(named[1], 1)]
 
 
 def test_responses_are_of_their_types(robot: RosRobot) -> None:

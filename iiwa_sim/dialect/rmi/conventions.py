@@ -1,0 +1,44 @@
+"""Conventions in which users of robot_movement_interface differ: a robot on ROS is told which to follow."""
+
+from enum import Enum
+from typing import NamedTuple
+
+
+class ResultType(Enum):
+    """The versions of the message Result; the values are how many constants each has.
+
+    Constants count in the MD5 sum that both ends of a ROS 1 topic compare.
+    """
+
+    YEAR_2016 = 0
+    YEAR_2021 = 10
+    YEAR_2023 = 13
+    YEAR_2024 = 14
+
+
+RESULT_TYPES = {
+    2016: ResultType.YEAR_2016,
+    2021: ResultType.YEAR_2021,
+    2023: ResultType.YEAR_2023,
+    2024: ResultType.YEAR_2024,
+}
+"""By the year in which the package robot_movement_interface had them."""
+
+
+class Reference(Enum):
+    """What a pose_reference_frame with values means, where pose_reference does not name the base."""
+
+    APPLY = "apply"
+    """The pose is in that frame, and the robot brings it into the base."""
+    IGNORE = "ignore"
+    """The pose is in the base already: drag&bot's frame publisher brings it there and leaves the fields."""
+
+
+class Conventions(NamedTuple):
+    """Those that one robot follows."""
+
+    result: ResultType = ResultType.YEAR_2024
+    reference: Reference = Reference.APPLY
+
+
+TODAYS = Conventions()

@@ -1,0 +1,162 @@
+"""Moves with an acceleration of their own: never faster than asked, never beyond the robot's limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Frame
+from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
+
+Array = NDArray[np.float64]
+NEAR = 0.9
+"""Of a cap: what a long move comes to, so that a cap is not kept by mere slowness."""
+
+
+def relative(*values: float) -> AccelerationCap:
+    return AccelerationCap(values, AccelerationUnit.RELATIVE)
+
+
+def rad_s2(*values: float) -> AccelerationCap:
+    return AccelerationCap(values, AccelerationUnit.RAD_S2)
+
+
+def m_s2(value: float) -> AccelerationCap:
+    return AccelerationCap((value,), AccelerationUnit.TCP_M_S2)
+
+
+class Robot(SteppedRobot):
+    """A robot with two targets that a PTP and a LIN both reach."""
+
+    def __init__(self, arm: str) -> None:
+        super().__init__(arm)
+        self.home = self.controller.joints
+        x, y, z, *angles = self.tcp_frame(self.home)
+        self.aside = Frame(x, y + 150.0, z - 40.0, *angles)
+        self.farther = Frame(x - 80.0, y + 150.0, z - 60.0, *angles)
+
+    def moves(self, kind: str, cap: AccelerationCap | None, speed_rel: float = 1.0) -> None:
+        controller = self.controller
+        if kind == "joint":
+            joints = [q + 0.4 for q in self.home]
+            controller.joint_move(joints, [speed_rel] * len(joints), 0.0, acceleration=cap)
+        elif kind == "ptp":
+            controller.ptp_move(self.aside, speed_rel, 0.0, acceleration=cap)
+        elif kind == "smart":
+            joints = [q + 0.4 for q in self.home]
+            controller.smart_joint_move(joints, [speed_rel] * len(joints), acceleration=cap)
+        else:
+            controller.lin_move(self.aside, speed_rel, 0.0, acceleration=cap)
+        self.runs_until_stopped()
+
+    def accelerations(self) -> Array:
+        """Of the joints at every tick (m, n), in rad/s^2."""
+        q = np.array([self.joints[0]] * 2 + self.joints + [self.joints[-1]] * 2)
+        accelerations: Array = np.abs(np.diff(q, n=2, axis=0)) / self.tick_s**2
+        return accelerations
+
+    def tcp_accelerations(self) -> Array:
+        """Of the TCP at every tick (m,), in m/s^2."""
+        places = np.array([self.tcp(q).translation for q in self.joints])
+        accelerations: Array = np.linalg.norm(np.diff(places, n=2, axis=0), axis=1) / self.tick_s**2
+        return accelerations
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
+@settings(max_examples=8)
+@given(share=st.floats(0.05, 1.0))
+def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: float) -> None:
+    robot = Robot(arm)
+    robot.moves(kind, relative(share))
+    used = (robot.accelerations() / robot.description.acceleration).max()
+    assert used <= TOLERANCE * share
+    assert used > NEAR * share if kind != "lin" else used > 0.5 * share
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
+def test_rad_s2_are_of_joints(kind: str) -> None:
+    robot = Robot("lbr_iiwa_7_r800")
+    robot.moves(kind, rad_s2(1.0))
+    assert 0.5 < robot.accelerations().max() <= TOLERANCE
+
+
+@pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
+@pytest.mark.parametrize("cap", [relative(1.0), rad_s2(1e6)])
+def test_a_cap_above_the_limits_changes_nothing(kind: str, cap: AccelerationCap) -> None:
+    capped, free = Robot("lbr_iiwa_7_r800"), Robot("lbr_iiwa_7_r800")
+    capped.moves(kind, cap)
+    free.moves(kind, None)
+    assert capped.joints == free.joints
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@settings(max_examples=10)
+@given(limit=st.floats(0.02, 20.0), speed_rel=st.floats(0.05, 1.0))
+def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: float) -> None:
+    robot = Robot(arm)
+    robot.moves("lin", m_s2(limit), speed_rel)
+    assert robot.tcp_accelerations().max() <= TOLERANCE * limit
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_long_line_comes_near_to_its_acceleration(arm: str) -> None:
+    robot = Robot(arm)
+    robot.moves("lin", m_s2(0.5))
+    assert robot.tcp_accelerations().max() > 0.35
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@settings(max_examples=12)
+@given(
+    shares=st.tuples(st.floats(0.05, 1.0), st.floats(0.05, 1.0)),
+    kinds=st.tuples(st.sampled_from(["ptp", "lin"]), st.sampled_from(["ptp", "lin"])),
+    blending_mm=st.floats(0.0, 60.0),
+)
+def test_moves_that_blend_keep_each_its_own(
+    arm: str, shares: tuple[float, float], kinds: tuple[str, str], blending_mm: float
+) -> None:
+    robot = Robot(arm)
+    for target, kind, share in zip((robot.aside, robot.farther), kinds, shares, strict=True):
+        move = robot.controller.ptp_move if kind == "ptp" else robot.controller.lin_move
+        move(target, 1.0, blending_mm, acceleration=relative(share))
+    robot.runs_until_stopped()
+    used = (robot.accelerations() / robot.description.acceleration).max(axis=1)[1:-1]
+    assert used.max() <= TOLERANCE * max(shares)
+    corner = np.array(robot.aside[:3]) / 1000.0
+    away = np.linalg.norm([np.subtract(robot.tcp(q).translation, corner) for q in robot.joints], axis=1)
+    inside = away <= blending_mm / 1000.0 + 1e-6
+    first, last = (int(inside.argmax()), len(away) - int(inside[::-1].argmax())) if inside.any() else (0, 0)
+    if inside.any():  # differences at a tick also look at the ticks beside it
+        assert used[: max(first - 2, 0)].max(initial=0.0) <= TOLERANCE * shares[0]
+        assert used[last + 2 :].max(initial=0.0) <= TOLERANCE * shares[1]
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("cap", [relative(1e-7), rad_s2(1e-9), m_s2(1e-12)])
+def test_an_acceleration_that_is_next_to_nothing_is_refused(cap: AccelerationCap) -> None:
+    robot = Robot("lbr_iiwa_7_r800")
+    with pytest.raises(Refused) as refused:
+        robot.controller.lin_move(robot.aside, 1.0, 0.0, acceleration=cap)
+    assert refused.value.code == EXECUTION
+    assert not robot.controller.moving
+
+
+def test_a_line_in_m_s_to_where_the_tcp_is_is_done_at_once() -> None:
+    """FRC: also where 32 bits have rounded the pose."""
+    robot = Robot("lbr_iiwa_7_r800")
+    here = robot.tcp_frame(robot.home)
+    rounded = Frame(*(float(np.float32(value)) for value in here))
+    for target in (here, rounded):
+        robot.controller.lin_move_at(target, 0.1, 0.0)
+        robot.runs_until_stopped()
+    turned = here._replace(gamma=here.gamma + 0.3)
+    with pytest.raises(Refused, match="no speed in m/s"):
+        robot.controller.lin_move_at(turned, 0.1, 0.0)
