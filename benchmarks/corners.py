@@ -40,7 +40,7 @@ class Corner(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """How long a corner takes now (s), with its blending and with an exact stop, and its joints at each tick."""
+    """How long a corner takes (s), with its blending and with an exact stop, and its joints at each tick."""
 
     blended_s: float
     exact_s: float

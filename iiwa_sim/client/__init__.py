@@ -23,11 +23,11 @@ Krc4Frame holds it. What the robot refuses raises Krc4Error, a CommandError with
 All of them need nothing of the simulator and work with any server of the protocol.
 """
 
-from iiwa_sim.client.async_commands import AsyncIiwa
-from iiwa_sim.client.async_krc4 import AsyncKrc4
-from iiwa_sim.client.commands import Iiwa
+from iiwa_sim.client._generated.async_iiwa import AsyncIiwa
+from iiwa_sim.client._generated.async_krc4 import AsyncKrc4
+from iiwa_sim.client._generated.iiwa import Iiwa
+from iiwa_sim.client._generated.krc4 import Krc4
 from iiwa_sim.client.faults import CommandError, Krc4Error, ReplyError, UnknownCommandError
-from iiwa_sim.client.krc4 import Krc4
 from iiwa_sim.client.replies import (
     CartesianForce,
     Frame,

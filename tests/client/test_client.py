@@ -26,9 +26,9 @@ from iiwa_sim.client import (
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.table import load_table
 from tests.client.peers import Answer, Awaited, Peer
-from tests.client_source import iiwa as client_source
-from tests.client_source.text import FOLDER
 from tests.dialect.fake_robot import FakeRobot, Journal, Session
+from tools.client_source import iiwa as client_source
+from tools.client_source.text import FOLDER
 
 TABLE = load_table("iiwa")
 CLIENTS = pytest.mark.parametrize("kind", [Iiwa, AsyncIiwa])
@@ -97,7 +97,7 @@ def always(reply: bytes) -> Answer:
 @pytest.mark.parametrize("kind", client_source.KINDS, ids=lambda kind: kind.name)
 def test_the_methods_are_what_the_table_makes_of_them(kind):
     written = (FOLDER / kind.file).read_text()
-    assert written == client_source.source(kind), "python -m tests.client_source writes it anew"
+    assert written == client_source.source(kind), "python -m tools.client_source writes it anew"
 
 
 @CLIENTS
@@ -133,10 +133,7 @@ def test_it_needs_nothing_of_the_server():
     )
     loaded = set(done.stdout.split())
     assert not loaded & {"pinocchio", "numpy", "ruckig", "msgspec"}
-    assert {name for name in loaded if name.startswith("iiwa_sim.")} == {
-        "iiwa_sim.client",
-        *(f"iiwa_sim.client.{path.stem}" for path in FOLDER.glob("[a-z]*.py")),
-    }
+    assert all(name.startswith("iiwa_sim.client") for name in loaded if name.startswith("iiwa_sim."))
 
 
 @pytest.mark.requirement("FRA005")

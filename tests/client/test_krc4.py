@@ -17,15 +17,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.client import AsyncKrc4, CommandError, Krc4, Krc4Error, Krc4Frame, ReplyError
-from iiwa_sim.client.krc4_numbers import COMMANDS, ERRORS
+from iiwa_sim.client._generated.krc4_numbers import COMMANDS, ERRORS
 from iiwa_sim.client.messages import LARGEST_INTEGER, SMALLEST_INTEGER, MessageConversation, message, nothing
 from iiwa_sim.client.xml_replies import XmlReplies
 from iiwa_sim.dialect.krc4_stream import XmlStream
 from iiwa_sim.dialect.krc4_table import load_krc4_table, understand
 from iiwa_sim.simulator import Simulator
 from tests.client.peers import Answer, Awaited, Peer
-from tests.client_source import krc4 as client_source
-from tests.client_source.text import FOLDER
+from tools.client_source import krc4 as client_source
+from tools.client_source.text import FOLDER
 
 TABLE = {command.tag: command for command in load_krc4_table().commands.values()}
 CLIENTS = pytest.mark.parametrize("kind", [Krc4, AsyncKrc4])
@@ -123,7 +123,7 @@ def assert_closed(client: Krc4) -> None:
 @pytest.mark.parametrize("kind", client_source.KINDS, ids=lambda kind: kind.name)
 def test_the_methods_are_what_the_table_makes_of_them(kind: client_source.Kind) -> None:
     written = (FOLDER / kind.file).read_text()
-    assert written == client_source.source(kind), "python -m tests.client_source writes it anew"
+    assert written == client_source.source(kind), "python -m tools.client_source writes it anew"
 
 
 def test_the_numbers_are_those_of_the_table() -> None:

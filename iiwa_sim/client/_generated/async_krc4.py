@@ -1,6 +1,6 @@
 """The KRC4 messages, each as a method to be awaited.
 
-Written by `python -m tests.client_source` from protocol/krc4.toml: not to be changed by hand.
+Written by `python -m tools.client_source` from protocol/krc4.toml: not to be changed by hand.
 """
 
 from collections.abc import Sequence

@@ -1,13 +1,12 @@
-"""The clients' methods, written from the tables in protocol/: `python -m tests.client_source`.
+"""The clients' methods, written from the tables in protocol/: `python -m tools.client_source`.
 
-Writes iiwa_sim/client/commands.py, krc4.py, their async kin and krc4_numbers.py; tests compare them with the
-tables.
+Writes iiwa_sim/client/_generated; tests compare what is there with the tables.
 """
 
 from __future__ import annotations
 
-from tests.client_source import iiwa, krc4
-from tests.client_source.text import FOLDER
+from tools.client_source import iiwa, krc4
+from tools.client_source.text import FOLDER
 
 
 def main() -> None:

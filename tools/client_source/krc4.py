@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from iiwa_sim.dialect.krc4_table import Command, load_krc4_table
-from tests.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
+from tools.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
 
 FRAME = ("X mm", "Y mm", "Z mm", "A deg", "B deg", "C deg")
 JOINTS = "A1 A2 .. of all axes (deg)"
@@ -19,7 +19,7 @@ KINDS = kinds("krc4", "Krc4")
 
 HEAD = '''"""The KRC4 messages, each as a method{kind}.
 
-Written by `python -m tests.client_source` from protocol/krc4.toml: not to be changed by hand.
+Written by `python -m tools.client_source` from protocol/krc4.toml: not to be changed by hand.
 """
 
 from collections.abc import Sequence
@@ -46,7 +46,7 @@ class {name}({base}[Message, Reply]):
 
 NUMBERS_HEAD = '''"""What the numbers in KRC4 messages mean.
 
-Written by `python -m tests.client_source` from protocol/krc4.toml: not to be changed by hand.
+Written by `python -m tools.client_source` from protocol/krc4.toml: not to be changed by hand.
 """
 '''
 

@@ -1,6 +1,6 @@
 """The commands of the iiwa's line protocol, each as a method.
 
-Written by `python -m tests.client_source` from protocol/iiwa.toml: not to be changed by hand.
+Written by `python -m tools.client_source` from protocol/iiwa.toml: not to be changed by hand.
 """
 
 from collections.abc import Sequence

@@ -6,7 +6,7 @@ import textwrap
 from pathlib import Path
 from typing import NamedTuple
 
-FOLDER = Path(__file__).parent.parent.parent / "iiwa_sim" / "client"
+FOLDER = Path(__file__).parent.parent.parent / "iiwa_sim" / "client" / "_generated"
 WIDTH = 110
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from iiwa_sim.dialect.table import Command, Quantity, load_table
-from tests.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
+from tools.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
 
 GROUPS = {
     "target": ("x", "y", "z", "alpha", "beta", "gamma"),
@@ -52,7 +52,7 @@ ENDS = {"bye"}
 
 HEAD = '''"""The commands of the iiwa's line protocol, each as a method{kind}.
 
-Written by `python -m tests.client_source` from protocol/iiwa.toml: not to be changed by hand.
+Written by `python -m tools.client_source` from protocol/iiwa.toml: not to be changed by hand.
 """
 
 from collections.abc import Sequence
@@ -74,7 +74,7 @@ class {name}({base}[str, str]):
     _language = IIWA
 '''
 
-KINDS = kinds("commands", "Iiwa")
+KINDS = kinds("iiwa", "Iiwa")
 
 
 def arguments(command: Command) -> list[Argument]:

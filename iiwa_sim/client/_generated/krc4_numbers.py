@@ -1,6 +1,6 @@
 """What the numbers in KRC4 messages mean.
 
-Written by `python -m tests.client_source` from protocol/krc4.toml: not to be changed by hand.
+Written by `python -m tools.client_source` from protocol/krc4.toml: not to be changed by hand.
 """
 
 COMMANDS = {
