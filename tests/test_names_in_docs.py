@@ -42,7 +42,9 @@ def defined() -> set[str]:
 def is_there(path: str) -> bool:
     if f"/{path}" in (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines():
         return True  # it is made when it is wanted
-    return any((room / path).exists() for room in ROOMS) or ("/" not in path and any(ROOT.glob(f"*/**/{path}")))
+    return any((room / path).exists() for room in ROOMS) or (
+        "/" not in path and any(ROOT.glob(f"*/**/{path}"))
+    )
 
 
 def is_a_name(module: str, name: str) -> bool:
