@@ -1,24 +1,20 @@
 """How long blended chains take, over the time-optimum of the same path and over the chain without blending.
 
-And what planning them costs. The path is taken from where the robot was at its ticks, so that the
+The path is taken from where the robot was at its ticks, so that the
 time-optimum is that of the path with its blends, whatever their shape.
 """
 
-import gc
 from collections.abc import Callable
-from statistics import median
-from time import thread_time
 from typing import NamedTuple
 
 import numpy as np
 
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.lines import LARGEST_TURN_RAD, random_joints
-from benchmarks.time_optimal import Array, fastest_along_s
+from benchmarks.time_optimal import Array, apart, derivatives, fastest_along_s
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.motion.differences import derivatives
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.robot.model import Model
 
@@ -28,11 +24,7 @@ RADII_MM = (5.0, 80.0)
 SPEEDS_REL = (0.1, 1.0)
 LENGTHS_MM = (100.0, 500.0)
 TICK_S = 0.001
-STENCIL = 5
 STEP_RAD, STEP_IN_BLEND_RAD = 2e-3, 3e-4  # between samples of the path, of all joints together
-LONG_CHAIN = 1000
-LONG_CHAIN_TICK_S = 0.002
-REPEATS = 3
 
 Command = Callable[[Controller, bool], int]
 """Sends a move, with its blending or without, and gives its number."""
@@ -93,7 +85,7 @@ def measure() -> list[Figure]:
             Figure(f"{of}, blended over not, median", percentile(to_exact, 0.5), "x"),
             Figure(f"{of}, blended over not, largest", max(to_exact), "x", at_most=1.0, kind=Kind.SIMULATED),
         ]
-    return figures + _planning(description)
+    return figures
 
 
 def random_chain(
@@ -162,95 +154,12 @@ def time_optimum_s(
         near &= number >= i
         in_blend |= near
         speed[near] = np.maximum(speed[near], max(speeds[i], speeds[i + 1]))
-    kept = _apart(q, np.where(in_blend, STEP_IN_BLEND_RAD, STEP_RAD))
+    kept = apart(q, np.where(in_blend, STEP_IN_BLEND_RAD, STEP_RAD))
     q = q[kept]
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
-    dq, ddq, _ = derivatives(s, q, STENCIL)
+    dq, ddq = derivatives(s, q)
     velocity = speed[kept][:, None] * description.velocity
     return fastest_along_s(s, dq, ddq, velocity, np.array(description.acceleration))
-
-
-def _apart(q: Array, steps: Array) -> list[int]:
-    """Ticks from the first to the last one between which the joints go at least a step."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))]).tolist()
-    last = len(q) - 1
-    kept = [0]
-    for k, (place, step) in enumerate(zip(along, steps.tolist(), strict=True)):
-        if place - along[kept[-1]] >= step and along[last] - place >= step:
-            kept.append(k)
-    return [*kept, last]
-
-
-class Costs(NamedTuple):
-    """Microseconds of computing that it took to accept each move, and for each tick."""
-
-    accepting: list[float]
-    ticks: list[float]
-
-
-def _planning(description: RobotDescription) -> list[Figure]:
-    """What a thousand mixed moves cost that are queued at once.
-
-    The timing is planned, and positions are found ahead, in some ticks; the others are all alike.
-    """
-    runs = [_long_chain(description, LONG_CHAIN_TICK_S) for _ in range(REPEATS)]
-    ticks = [min(of_tick) for of_tick in zip(*(costs.ticks for costs in runs), strict=True)]
-    accepting = [min(of_move) for of_move in zip(*(costs.accepting for costs in runs), strict=True)]
-    tick_us = median(ticks)
-    in_ticks = (sum(ticks) - len(ticks) * tick_us) / LONG_CHAIN
-    of = f"chain of {LONG_CHAIN} mixed moves"
-    return [
-        Figure(
-            f"{of}: planning, mean per move",
-            in_ticks + sum(accepting) / LONG_CHAIN,
-            "us",
-            at_most=500,
-            kind=Kind.CPU,
-            margin=10,  # missed: some 3,100
-        ),
-        Figure(f"{of}: planning while it runs, mean per move", in_ticks, "us"),
-        Figure(f"{of}: accepting a move, p50", percentile(accepting, 0.5), "us"),
-        Figure(f"{of}: accepting a move, p95", percentile(accepting, 0.95), "us"),
-        Figure(f"{of}: accepting one of the last 100, p95", percentile(accepting[-100:], 0.95), "us"),
-        Figure(f"{of}: accepting a move, largest", max(accepting), "us"),
-        Figure(f"{of}: a tick without planning", tick_us, "us"),
-        Figure(f"{of}: a tick, largest", max(ticks), "us"),
-    ]
-
-
-def _long_chain(description: RobotDescription, tick_s: float) -> Costs:
-    """Queued at once, and run to its end."""
-    rng = np.random.default_rng(4)
-    controller = Controller(description, tick_s)
-    centre, home = controller.tool_frame(), controller.joints
-    costs = Costs([], [])
-    gc.collect()
-    gc.disable()
-    try:
-        for _ in range(LONG_CHAIN):
-            send = _in_a_box(rng, centre, home)
-            began = thread_time()
-            send(controller, True)
-            costs.accepting.append(1e6 * (thread_time() - began))
-        while controller.moving:
-            began = thread_time()
-            controller.step()
-            costs.ticks.append(1e6 * (thread_time() - began))
-    finally:
-        gc.enable()
-    return costs
-
-
-def _in_a_box(rng: np.random.Generator, centre: Frame, home: tuple[float, ...]) -> Command:
-    """A move to a place within 150 mm in x and z, 200 mm in y, of the centre, at any speed and blending."""
-    radius_mm, speed_rel = float(rng.uniform(*RADII_MM)), float(rng.uniform(*SPEEDS_REL))
-    kind = int(rng.integers(3))
-    if kind == 0:
-        joints = np.add(home, rng.uniform(-0.2, 0.2, len(home))).tolist()
-        return lambda controller, _: controller.joint_move(joints, [speed_rel] * len(joints))
-    low, high = (-150.0, -200.0, -150.0), (50.0, 200.0, 50.0)
-    shift = (*rng.uniform(low, high), *rng.uniform(-0.3, 0.3, 3))
-    return _command(kind == 1, Frame(*np.add(centre, shift).tolist()), speed_rel, radius_mm)
 
 
 def _command(lin: bool, target: Frame, speed_rel: float, radius_mm: float) -> Command:

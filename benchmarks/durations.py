@@ -1,45 +1,119 @@
-"""How long moves take, over the time-optimum along the same path; and what planning their timing costs."""
+"""How long single moves take: lines over their time-optimum without jerk limit, joint lines over Ruckig."""
 
-from time import thread_time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from benchmarks.figures import Figure, Kind, percentile
-from benchmarks.lines import chain_of, random_joint_lines, random_lines
-from benchmarks.time_optimal import fastest_without_jerk_limit_s, ruckig_s
-from iiwa_sim.controller.planner import Plan
-from iiwa_sim.robot.description import load_robot
+from benchmarks.lines import LARGEST_TURN_RAD, LENGTHS_MM, random_joints
+from benchmarks.time_optimal import Array, fastest_recorded_s, ruckig_s
+from benchmarks.told import Joints, Told, run
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import RobotDescription, load_robot
 
 MOVES = 50
+ROBOTS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
+LINE_TICK_S = 0.001
+JOINT_TICK_S = 0.0002  # of which the shortest moves take some 20
+SLOW_REL, SLOW_TICK_S = 0.02, 0.01  # to find where a path goes
+WAYS_RAD = (1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.1)
+"""Largest ways of a joint in short moves."""
+
+
+class Single(NamedTuple):
+    """A move alone, from joint positions (rad)."""
+
+    start: Joints
+    told: Told
+
+    def recorded(self, description: RobotDescription, tick_s: float) -> Array:
+        """Joint positions (ticks + 1, n) from rest to rest (rad)."""
+        return run(Controller(description, tick_s, start=self.start), [self.told])
+
+
+def random_lines(
+    description: RobotDescription, count: int, seed: int, speed_rel: float = 1.0
+) -> Iterator[Single]:
+    """LIN of 200 to 600 mm in any direction, turning by up to 1 rad, anywhere the robot can do them."""
+    rng = np.random.default_rng(seed)
+    controller = Controller(description, LINE_TICK_S)
+    while count:
+        start = random_joints(description, rng)
+        way, turn = rng.normal(size=3), rng.normal(size=3)
+        way *= rng.uniform(*LENGTHS_MM) / np.linalg.norm(way)
+        turn *= rng.uniform(0.0, LARGEST_TURN_RAD) / np.linalg.norm(turn)
+        target = Frame(*np.add(controller.tcp_frame_at(start), (*way, *turn)).tolist())
+        try:
+            Told("lin", target, speed_rel).to(Controller(description, LINE_TICK_S, start=start))
+        except Refused:
+            continue
+        yield Single(start, Told("lin", target, speed_rel))
+        count -= 1
+
+
+def random_joint_lines(description: RobotDescription, count: int, seed: int) -> Iterator[Single]:
+    """Between any two joint positions."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        yield Single(random_joints(description, rng), Told("joint", random_joints(description, rng), 1.0))
+
+
+def short_joint_lines(description: RobotDescription, seed: int) -> Iterator[Single]:
+    """Of all joints, and of one alone."""
+    rng = np.random.default_rng(seed)
+    count = len(description.joints)
+    for way in WAYS_RAD:
+        for alone in (*range(count), *[None] * 4):
+            start = np.array(random_joints(description, rng))
+            shift = rng.uniform(-way, way, count) if alone is None else way * np.eye(count)[alone]
+            yield Single(tuple(start.tolist()), Told("joint", tuple((start + shift).tolist()), 1.0))
+
+
+def over_optimum(description: RobotDescription, line: Single) -> float:
+    """How long a line takes over the fastest way to run its path without jerk limit.
+
+    Its path is where the robot goes when it is told to go slowly.
+    """
+    slow = line._replace(told=line.told._replace(speed_rel=SLOW_REL)).recorded(description, SLOW_TICK_S)
+    taken_s = (len(line.recorded(description, LINE_TICK_S)) - 1) * LINE_TICK_S
+    return taken_s / fastest_recorded_s(slow, description, line.told.speed_rel)
+
+
+def over_ruckig(description: RobotDescription, line: Single) -> tuple[float, float]:
+    """How long a joint line takes over Ruckig's, as a ratio and as a difference (s)."""
+    # The last tick is not counted: it may have ended at any part of it.
+    taken_s = (len(line.recorded(description, JOINT_TICK_S)) - 2) * JOINT_TICK_S
+    optimum_s = ruckig_s(line.start, tuple(line.told.target), description)
+    return taken_s / optimum_s, taken_s - optimum_s
+
+
+def _missed(at_most: float, margin: float) -> dict[str, Any]:
+    """A goal that is missed today: 1.17 and 1.37 for lines, 1.22 and 179 ms, 27 and 93 ms for joint lines."""
+    return {"at_most": at_most, "kind": Kind.SIMULATED, "margin": margin}
 
 
 def measure() -> list[Figure]:
-    """Durations of 50 random lines and 50 random joint moves of the default robot."""
-    robot = load_robot()
-    lines = list(random_lines(robot, MOVES, seed=1))
-    joint_lines = list(random_joint_lines(robot, MOVES, seed=1))
-    planning_us = sorted(_planning_us(plan) for plan in lines)
-    lin = [chain_of(plan).rest_s / fastest_without_jerk_limit_s(plan.path, robot) for plan in lines]
-    ptp = [chain_of(plan).rest_s / ruckig_s(plan.path, robot) for plan in joint_lines]
-    return [
-        Figure(
-            "LIN duration over time-optimal without jerk limit, median",
-            percentile(lin, 0.5),
-            "x",
-            at_most=1.25,
-            kind=Kind.SIMULATED,
-        ),
-        Figure("LIN duration over time-optimal without jerk limit, p95", percentile(lin, 0.95), "x"),
-        Figure("planning the timing of a LIN, p50", percentile(planning_us, 0.5), "us"),
-        Figure("planning the timing of a LIN, p95", percentile(planning_us, 0.95), "us"),
-        Figure("PTP duration over Ruckig's, median", percentile(ptp, 0.5), "x"),
-        Figure("PTP duration over Ruckig's, largest", max(ptp), "x"),
-    ]
-
-
-def _planning_us(plan: Plan) -> float:
-    """The best of a few: what it costs, not what else the machine does."""
-    taken = []
-    for _ in range(5):
-        began = thread_time()
-        chain_of(plan)
-        taken.append(thread_time() - began)
-    return 1e6 * min(taken)
+    """50 random lines and 50 random joint lines of two robots, and short joint lines."""
+    figures = []
+    for name in ROBOTS:
+        robot = load_robot(name)
+        lin = [over_optimum(robot, line) for line in random_lines(robot, MOVES, seed=1)]
+        of = f"LIN of {name}: duration over time-optimal without jerk limit"
+        long = [over_ruckig(robot, line) for line in random_joint_lines(robot, MOVES, seed=1)]
+        short = [over_ruckig(robot, line) for line in short_joint_lines(robot, seed=1)]
+        figures += [
+            Figure(f"{of}, median", percentile(lin, 0.5), "x", **_missed(1.07, 1.15)),
+            Figure(f"{of}, p95", percentile(lin, 0.95), "x", **_missed(1.11, 1.4)),
+        ]
+        for kind, found in (("PTP", long), (f"PTP of {WAYS_RAD[0]:g} to {WAYS_RAD[-1]:g} rad", short)):
+            ratios, differences_s = zip(*found, strict=True)
+            of = f"{kind} of {name}: duration over Ruckig's"
+            figures += [
+                Figure(f"{of}, median", percentile(ratios, 0.5), "x"),
+                Figure(f"{of}, largest", max(ratios), "x", **_missed(1.01, 30.0)),
+                Figure(f"{of}, largest excess", 1e3 * max(differences_s), "ms", **_missed(8.0, 25.0)),
+            ]
+    return figures

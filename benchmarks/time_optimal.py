@@ -6,6 +6,8 @@ a small linear programme in b and dds; forwards with all the acceleration there 
 in TOPP-RA, Pham and Pham 2018). With: Ruckig.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
@@ -16,6 +18,8 @@ from iiwa_sim.robot.description import RobotDescription
 Array = NDArray[np.float64]
 
 SAMPLES = 1000
+RECORDED_STEP_RAD = 2e-3  # between places of a recorded path, of all joints together
+STENCIL = 5
 TINY = 1e-9
 
 
@@ -23,6 +27,40 @@ def fastest_without_jerk_limit_s(path: Path, description: RobotDescription) -> f
     """Duration of the path from rest to rest."""
     s, dq, ddq = _shape(path)
     return fastest_along_s(s, dq, ddq, np.array(description.velocity), np.array(description.acceleration))
+
+
+def fastest_recorded_s(q: Array, description: RobotDescription, speed_rel: float = 1.0) -> float:
+    """Duration from rest to rest of the path on which joints q (m, n) were recorded, at rest at both ends.
+
+    The slower it was recorded the better is it known.
+    """
+    q = q[apart(q, np.full(len(q), RECORDED_STEP_RAD))]
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+    dq, ddq = derivatives(s, q)
+    velocity = speed_rel * np.array(description.velocity)
+    return fastest_along_s(s, dq, ddq, velocity, np.array(description.acceleration))
+
+
+def apart(q: Array, steps: Array) -> list[int]:
+    """Rows of q (m, n) from the first to the last one between which the joints go at least a step (m,)."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))]).tolist()
+    last = len(q) - 1
+    kept = [0]
+    for k, (place, step) in enumerate(zip(along, steps.tolist(), strict=True)):
+        if place - along[kept[-1]] >= step and along[last] - place >= step:
+            kept.append(k)
+    return [*kept, last]
+
+
+def derivatives(s: Array, q: Array) -> tuple[Array, Array]:
+    """The first two derivatives (m, n) of q (m, n) at rising s (m,), of polynomials through five rows."""
+    first = (np.arange(len(s)) - STENCIL // 2).clip(0, len(s) - STENCIL)
+    rows = first[:, None] + np.arange(STENCIL)
+    away = s[rows] - s[:, None]
+    scale = np.abs(away).max(axis=1)
+    powers = (away / scale[:, None])[:, :, None] ** np.arange(STENCIL)
+    coefficients = np.linalg.solve(powers, q[rows])
+    return coefficients[:, 1] / scale[:, None], 2.0 * coefficients[:, 2] / scale[:, None] ** 2
 
 
 def fastest_along_s(s: Array, dq: Array, ddq: Array, velocity: Array, acceleration: Array) -> float:
@@ -76,9 +114,8 @@ def _shape(path: Path) -> tuple[Array, Array, Array]:
     return fine[::2], first[::2], second[::2]
 
 
-def ruckig_s(path: Path, description: RobotDescription) -> float:
-    """Duration of the straight joint line of the path by Ruckig, all joints phase-synchronised."""
-    start, end = path.joints(0.0), path.end
+def ruckig_s(start: Sequence[float], end: Sequence[float], description: RobotDescription) -> float:
+    """Duration of the straight joint line (rad) by Ruckig, all joints phase-synchronised."""
     task = InputParameter(len(start))
     task.current_position, task.target_position = list(start), list(end)
     task.max_velocity = list(description.velocity)

@@ -41,7 +41,10 @@ class Told(NamedTuple):
     @property
     def line(self) -> str:
         """The same as a line."""
-        return f"{self.kind} move : {' '.join(map(repr, [*self.target, self.speed_rel, self.blending_mm]))}"
+        values = [*self.target, self.speed_rel, self.blending_mm]
+        if self.kind == "joint":
+            values = [*self.target, *[self.speed_rel] * len(self.target)]
+        return f"{self.kind} move : {' '.join(map(repr, values))}"
 
     def to(self, controller: Controller, blending: bool = True) -> int:
         """Sends it, with its blending or without; gives its number, or raises `Refused`."""
