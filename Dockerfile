@@ -2,7 +2,7 @@ FROM python:3.13-slim-bookworm AS build
 
 # hadolint ignore=DL3008
 RUN apt-get update \
-    && apt-get install --yes --no-install-recommends binutils libgomp1 rdfind \
+    && apt-get install --yes --no-install-recommends binutils gcc libc6-dev libgomp1 rdfind \
     && rm -rf /var/lib/apt/lists/*
 
 WORKDIR /src

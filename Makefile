@@ -1,31 +1,39 @@
 # make run | test | lint | requirements | bench, each with ARGS="..."; the first one makes .venv and installs everything into it.
+# Kernels (iiwa_sim/**/*_kernel.py) whose text was edited are compiled before; make kernels does only that.
 PYTHON ?= python3
 BIN := .venv/bin
+KERNELS := $(shell find iiwa_sim -name '*_kernel.py' -o -name '*_kernel.pxd')
 
-.PHONY: run test lint requirements bench clean
+.PHONY: run test lint requirements bench kernels clean
 
-run: .venv/ready
+run: .venv/kernels
 	@$(BIN)/iiwa-sim $(ARGS)
 
-test: .venv/ready
+test: .venv/kernels
 	$(BIN)/pytest --numprocesses auto --dist worksteal $(ARGS)
 
-lint: .venv/ready
+lint: .venv/kernels
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python -m tests.requirements --check
 
-requirements: .venv/ready
+requirements: .venv/kernels
 	$(BIN)/python -m tests.requirements $(ARGS)
 
-bench: .venv/ready
+bench: .venv/kernels
 	@$(BIN)/python -m benchmarks.bench $(ARGS)
 
 clean:
 	rm -rf .venv build dist *.egg-info
+	find iiwa_sim '(' -name '*_kernel.*.so' -o -name '*_kernel.*.stamp' ')' -delete
 
-.venv/ready: pyproject.toml setup.py
+.venv/kernels: $(KERNELS)
+kernels .venv/kernels: .venv/ready
+	@$(BIN)/python build_backend.py
+	@touch .venv/kernels
+
+.venv/ready: pyproject.toml setup.py build_backend.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo 'iiwa-sim needs Python 3.11 or newer as $(PYTHON); name another one: make PYTHON=python3.12 ...' >&2; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \

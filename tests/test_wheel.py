@@ -19,7 +19,9 @@ from tests.processes import running
 
 SOURCE = Path(__file__).parent.parent
 EXAMPLES = SOURCE / "tests" / "examples"
-SHIPPED = ["iiwa_sim", "protocol", "robots", "pyproject.toml", "setup.py", "README.md", "LICENSE"]
+SHIPPED = ["iiwa_sim", "protocol", "robots", "README.md", "LICENSE"]
+BUILT_BY = ["pyproject.toml", "setup.py", "build_backend.py", "MANIFEST.in"]
+NOT_COPIED = shutil.ignore_patterns("__pycache__", "*.so", "*.stamp")
 
 
 def pip(*arguments: str | Path) -> None:
@@ -38,9 +40,9 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
     source = folder / "source"
     source.mkdir()
-    for name in SHIPPED:
+    for name in [*SHIPPED, *BUILT_BY]:
         if (SOURCE / name).is_dir():
-            shutil.copytree(SOURCE / name, source / name, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(SOURCE / name, source / name, ignore=NOT_COPIED)
         else:
             shutil.copy(SOURCE / name, source)
     pip("wheel", "--no-deps", "--wheel-dir", folder, source)
@@ -64,6 +66,9 @@ def test_what_is_in_the_wheel(wheel: Path) -> None:
     }
     assert data
     assert code | data | {"iiwa_sim/py.typed"} <= names
+    kernels = {name.removesuffix(".py") for name in code if name.endswith("_kernel.py")}
+    assert kernels
+    assert {kernel + sysconfig.get_config_var("EXT_SUFFIX") for kernel in kernels} <= names
 
 
 @pytest.fixture

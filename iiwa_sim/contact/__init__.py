@@ -1,1 +1,7 @@
 """What the robot feels: pushes from outside, surfaces, noise, and the torques they make."""
+
+from pathlib import Path
+
+from iiwa_sim.kernels import check_kernels
+
+check_kernels(Path(__file__).parent)
