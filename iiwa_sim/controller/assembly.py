@@ -11,6 +11,7 @@ from iiwa_sim.motion.impedance import Impedance
 from iiwa_sim.motion.joint_bounds import JointBounds
 from iiwa_sim.motion.joint_springs import JointSprings
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.sampled_path import Joints
@@ -47,10 +48,13 @@ def motions_of(
 
     bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
     kinematics = Kinematics(model, inverse_of(model), tool_in_flange)
+    def nominal(joints: Joints) -> Nominal:
+        return Nominal(drive(joints), Servo(joints, time(), limits, low, high), override)
+
     impedance = Impedance(
         start,
         tick_s,
-        drive,
+        nominal,
         Compliance(kinematics, bounds, tick_s, pushes, feel),
         JointSprings(kinematics, bounds, tick_s, pushes, feel),
         Braking(bounds, tick_s, *stop),

@@ -15,7 +15,7 @@ from iiwa_sim.controller.modes import (
     SERVO_MODES,
     Mode,
 )
-from iiwa_sim.controller.moves import HOLD_ENDS, Moves
+from iiwa_sim.controller.moves import Moves
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.sampled_path import Joints
 
@@ -43,8 +43,7 @@ class Controller(Moves):
         In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
         robot is being stopped, nothing changes.
         """
-        if self._motions.hold_runs:
-            raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
+        self._check_hold()
         with self.endings.because(STOP_TRIGGERED, "cancelled"):
             self._motions.cancel()
 

@@ -25,8 +25,8 @@ class Target(NamedTuple):
 class Motions:
     """The drive, the servo and the impedance of one robot.
 
-    One of them is active. Another takes over when that one has come to rest after a `stop`: moves then wait
-    in the drive or in the impedance, of servo targets the newest one waits here.
+    One of them is active. Another takes over when that one has come to rest after a `stop`: normal moves then
+    wait in the drive, the newest stiffness move or hold in the impedance, the newest servo target here.
     """
 
     def __init__(self, drive: Drive, servo: Servo, impedance: Impedance, override: Override) -> None:
@@ -81,7 +81,7 @@ class Motions:
 
     @property
     def holding(self) -> bool:
-        """Whether a gravity hold is on or waits: only a stop ends it, and moves wait behind it."""
+        """Whether a gravity hold is on, or begins when the robot is at rest."""
         return self._impedance.holding
 
     @property
@@ -96,10 +96,7 @@ class Motions:
 
     @property
     def rest(self) -> Joints:
-        """Where the robot will rest when the moves that wait are done: there the next move begins (rad).
-
-        In impedance that is where it would rest without forces.
-        """
+        """Where the next move begins (rad): where those that wait end; in impedance, where the plan is."""
         if self._queue.moving:
             return self._queue.rest
         return self._active.rest
@@ -138,24 +135,16 @@ class Motions:
             self._drive.start_from(self._active.rest)
         self._drive.append(move)
 
-    def append_yielding(self, move: Move, manner: Manner) -> None:
-        """Queue a move that begins at `rest` and yields. Other motions must have been stopped."""
+    def head_yielding(self, move: Move, manner: Manner) -> None:
+        """Carry out a move that begins at `rest`, in place of the one before. Other motions must have been
+        stopped."""
         self._prepare_impedance()
-        self._impedance.append(move, manner)
+        self._impedance.head_for(move, manner)
 
     def hold(self, number: int, stiffness_nm_per_rad: float) -> None:
-        """Queue a gravity hold. Other motions must have been stopped."""
+        """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
         self._prepare_impedance()
         self._impedance.hold(number, stiffness_nm_per_rad)
-
-    @property
-    def hold_runs(self) -> bool:
-        """Whether a gravity hold is on, or is what begins next."""
-        return self._impedance.hold_runs
-
-    def wait_behind_hold(self, number: int) -> None:
-        """A normal move that comes during a gravity hold."""
-        self._impedance.wait_behind_hold(number)
 
     def head_for(self, target: Target) -> None:
         """Head for a target at once, or when the robot has come to rest. Other motions must have been

@@ -27,7 +27,7 @@ from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.sampled_path import Joints
 
-HOLD_ENDS = "a gravity hold is on, which ends with stop only"
+HOLD_ENDS = "a gravity hold is on: stop ends it"
 LONGEST_QUEUE = 1000  # moves that wait; one more is refused
 
 
@@ -207,17 +207,17 @@ class Moves(Readings):
         return self._yield(lambda start: self._planner.ptp(start, target, speed_rel, 0.0, None, tool), manner)
 
     def start_gravity(self, stiffness_nm_per_rad: float) -> int:
-        """Hold every joint by a spring where it then is, until a stop; gives the hold's number.
+        """Hold every joint by a spring where it then is; gives the hold's number.
 
-        The stiffness is 0 to 5000 Nm/rad. Stiffness moves before it are done first. Normal and stiffness
-        moves behind it are checked from there, and wait; smart and direct moves are refused.
+        The stiffness is 0 to 5000 Nm/rad. What runs is cancelled: the hold begins where the robot has come to
+        rest. It ends with a stop, a stiffness move, or another hold; moves of other modes are refused.
         """
         self._faults.check()
         check_joint_stiffness(stiffness_nm_per_rad)
-        self._check_room()
         self._enter(TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE])
         self._accepted += 1
-        self._motions.hold(self._accepted, stiffness_nm_per_rad)
+        with self.endings.because(STOP_TRIGGERED, REPLACED):
+            self._motions.hold(self._accepted, stiffness_nm_per_rad)
         self.endings.accepted(self._accepted)
         return self._accepted
 
@@ -285,16 +285,12 @@ class Moves(Readings):
 
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.NORMAL_MOVE]
+        self._check_hold()
         self._check_room()
         start = self.end_of_queue
         planned = plan(start)
         if thresholds is not None:
             checked(thresholds)
-        if motions.holding:
-            self._accepted += 1
-            motions.wait_behind_hold(self._accepted)
-            self.endings.accepted(self._accepted)
-            return self._accepted
         self._enter(change)
         self._accepted += 1
         motions.append(self._move(self._accepted, plan, planned, start))
@@ -323,17 +319,21 @@ class Moves(Readings):
         return self._move(number, plan, planned, start)
 
     def _yield(self, plan: Callable[[Joints], Plan], manner: Manner) -> int:
-        """Plan a stiffness move from where the nominal motion will come to rest, and queue it."""
+        """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE]
-        self._check_room()
         start = motions.rest_after_stop() if change.stops else motions.rest
         planned = plan(start)
         self._enter(change)
         self._accepted += 1
-        motions.append_yielding(self._move(self._accepted, plan, planned, start), manner)
+        with self.endings.because(STOP_TRIGGERED, REPLACED):
+            motions.head_yielding(self._move(self._accepted, plan, planned, start), manner)
         self.endings.accepted(self._accepted)
         return self._accepted
+
+    def _check_hold(self) -> None:
+        if self._motions.holding:
+            raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
 
     def _check_room(self) -> None:
         if self._motions.waiting >= LONGEST_QUEUE:
@@ -348,8 +348,7 @@ class Moves(Readings):
         """Find the target of a servo from where that will set out, and head for it."""
         self._faults.check()
         motions, change = self._motions, TRANSITIONS[self.mode, event]
-        if motions.holding:
-            raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
+        self._check_hold()
         here = motions.rest_after_stop() if change.stops else motions.present
         joints, limits = find(change.mode, here, motions.moving and not change.stops)
         if acceleration is not None:

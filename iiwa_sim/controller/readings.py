@@ -44,7 +44,7 @@ class Readings(Core):
 
         That is not so while an override of 0 pauses it, and in a gravity hold.
         """
-        return self.moving and not self._motions.pausing and not self._motions.hold_runs
+        return self.moving and not self._motions.pausing and not self._motions.holding
 
     @property
     def accepted(self) -> int:
@@ -102,5 +102,5 @@ class Readings(Core):
     @property
     def end_of_queue(self) -> Joints:
         """Joint positions (rad) at which the next normal move begins."""
-        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops and not self._motions.holding
+        stops = TRANSITIONS[self.mode, Event.NORMAL_MOVE].stops
         return self._motions.rest_after_stop() if stops else self._motions.rest

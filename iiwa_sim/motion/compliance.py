@@ -103,12 +103,15 @@ class Compliance:
             REDUNDANCY_INERTIA_KGM2, swivel, damping(REDUNDANCY_INERTIA_KGM2, swivel), tick_s
         )
 
-    def start(self, joints: Joints) -> None:
-        """At rest on the plan at joint positions (rad)."""
+    def start(self, joints: Joints, velocity: Sequence[float] | None = None) -> None:
+        """On a plan that rests at joint positions (rad); the robot is there, too, with a velocity (rad/s)."""
         self._joints = self._nominal = joints
         self._nominal_tcp = self._kinematics.tcp(joints)
         self._rotation = self._nominal_tcp.rotation
         self._x, self._v = NONE, NONE
+        if velocity is not None and any(velocity):
+            _, jacobian = self._kinematics.tcp_and_jacobian(joints)
+            self._v = _seven((jacobian @ np.array(velocity)).tolist())
         self._shift.start(self._nominal_tcp.translation)
         self.felt = None
 

@@ -16,6 +16,10 @@ AHEAD = 256
 SAME_RAD = 1e-10
 """A move planned from so near to where the robot will be need not be planned again."""
 
+STENCIL_S = 2e-5
+"""Of planned time, between samples of a difference: where the jerk jumps, the acceleration found is wrong by
+what it changes in this time; rounding adds some 1e-6 rad/s^2."""
+
 
 class Drive:
     """Joint positions (rad) over ticks.
@@ -85,14 +89,16 @@ class Drive:
             first = waiting[0].number if waiting else self._newest + 1
         return first <= number <= self._newest and number not in self._forgotten
 
-    def has_forgotten(self, number: int) -> bool:
-        """Whether a move behind the one that runs will never begin, though others may."""
-        return number in self._forgotten
-
-    def forget(self, numbers: Iterable[int]) -> None:
+    def _forget(self, numbers: Iterable[int]) -> None:
         """Note that moves of these numbers are not pending, though earlier and later ones may be."""
         self._forgotten.drop_up_to(self.under_way)
         self._forgotten.update(numbers)
+
+    def abandon(self) -> None:
+        """Forget what runs and what waits: something else goes on from here."""
+        self._end_run()
+        self._forget_all()
+        self.rest = self.joints
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
@@ -109,6 +115,17 @@ class Drive:
         if self._run is None:
             return self.joints
         return self._run.joints(self._time.rest_s())
+
+    def planned_state(self) -> tuple[Joints, Joints, Joints]:
+        """Of a move that runs: positions (rad), and their derivatives by planned time (rad/s, rad/s^2)."""
+        run, now = self._run, self._time.time_s
+        assert run is not None
+        times = (now - STENCIL_S, now, now + STENCIL_S)
+        # Before its start and behind its end it is at rest there.
+        before, here, after = (run.joints(min(max(time_s, 0.0), run.rest_s)) for time_s in times)
+        velocity = [(b - a) / (2.0 * STENCIL_S) for a, b in zip(before, after, strict=True)]
+        second = [(a - 2.0 * h + b) / STENCIL_S**2 for a, h, b in zip(before, here, after, strict=True)]
+        return here, tuple(velocity), tuple(second)
 
     def stop(self) -> None:
         """Stop on the path, and forget the moves that wait."""
@@ -153,7 +170,7 @@ class Drive:
                 self._time.stop()
             self._ahead.clear()
             self._look_ahead.forget()
-        self.forget(move.number for move in [*blended, *self._waiting, *self._again][len(kept) :])
+        self._forget(move.number for move in [*blended, *self._waiting, *self._again][len(kept) :])
         self._waiting.clear()
         self._again.clear()
         self._again.extend(kept)
@@ -181,9 +198,7 @@ class Drive:
         try:
             self._advance()
         except Exception:
-            self._end_run()
-            self._forget_all()
-            self.rest = self.joints
+            self.abandon()
             raise
 
     def _advance(self) -> None:
@@ -269,7 +284,7 @@ class Drive:
                     return
                 move, planned = self._again[0].again(start), True
             if move is None:
-                self.forget(move.number for move in self._again)
+                self._forget(move.number for move in self._again)
                 self._again.clear()
                 self.rest = start
                 return

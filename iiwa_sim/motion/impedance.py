@@ -1,13 +1,12 @@
-"""Impedance: moves that are planned and run like any others, and a robot that yields around them."""
+"""Impedance: a nominal motion that goes to the newest move, and a robot that yields around it."""
 
-from collections import deque
 from collections.abc import Callable
 
 from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.compliance import Compliance, Manner
-from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.joint_springs import JointSprings
 from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.surroundings import Felt
 
@@ -24,10 +23,10 @@ STIFFLESS = Manner(0.0, (0.0,) * 6)
 class Impedance:
     """Joint positions (rad) over ticks.
 
-    Moves queue in a drive of its own, which gives the nominal motion; the robot yields around it, in the
-    manner of the move under way, or of the last one, until it is stopped. A gravity hold begins where the
-    robot is when the moves before it are done, and ends with a stop only: what comes behind it waits, and
-    never begins.
+    There is no queue: a move replaces the one before, in mid-motion (`Nominal`). The robot yields around the
+    nominal motion, in the manner of the newest move that has begun, until it is stopped. A gravity hold
+    cancels the move that runs, and begins where the robot is when the nominal motion has come to rest. A stop
+    ends it, a move, or another hold.
 
     A stop ends the yielding at once. A robot that is on its plan stops on its path, as in any move; one that
     is off it brakes from the velocity it has. So where it comes to rest is known beforehand, and it stays
@@ -38,12 +37,12 @@ class Impedance:
         self,
         joints: Joints,
         tick_s: float,
-        nominal: Callable[[Joints], Drive],
+        nominal: Callable[[Joints], Nominal],
         compliance: Compliance,
         springs: JointSprings,
         braking: Braking,
     ) -> None:
-        """At rest, and stiff, at `joints` (rad). `nominal` makes a drive that rests at joint positions."""
+        """At rest, and stiff, at `joints` (rad). `nominal` makes a nominal motion that rests there."""
         self.joints = joints
         self.felt: Felt | None = None
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
@@ -54,20 +53,19 @@ class Impedance:
         self._braking = braking
         self._before = joints  # in the tick before
         self._still_ticks = 0
+        self._ending: Nominal | None = None  # the nominal motion before, while it is being stopped
         self._nominal = nominal(joints)
-        self._ending: Drive | None = None  # the nominal motion before, while it is being stopped on its path
         self._yielding = False  # rather than stiff: braking, or at rest
-        self._manners: deque[tuple[int, Manner]] = deque()  # of moves that have not begun, by number
+        self._newest = 0  # the number of the newest move or hold, if that is not over
         self._manner = STIFFLESS
+        self._next_manner: Manner | None = None  # of a move that has not begun
         self._hold: float | None = None  # its stiffness
-        self._hold_number = 0
         self._hold_has_begun = False
-        self._behind: list[int] = []  # moves behind the hold, by their numbers
 
     @property
     def rest(self) -> Joints:
-        """Where the next move begins (rad): where the nominal motion ends."""
-        return self._nominal.rest
+        """Where a move that comes now begins (rad): on the nominal motion; in a hold, where the robot is."""
+        return self.joints if self._hold_has_begun else self._nominal.begins
 
     @property
     def goal(self) -> Joints:
@@ -86,78 +84,61 @@ class Impedance:
 
     @property
     def holding(self) -> bool:
-        """Whether a gravity hold is on or waits for its turn."""
+        """Whether a gravity hold is on, or begins when the robot is at rest."""
         return self._hold is not None
 
     @property
     def waiting(self) -> int:
-        """Moves and holds that have not begun."""
-        hold_waits = self._hold is not None and not self._hold_has_begun
-        return self._nominal.waiting + hold_waits + len(self._behind)
+        """Moves and holds that have not begun: 0 or 1."""
+        return int(self._nominal.waits if self._hold is None else not self._hold_has_begun)
 
     @property
     def behind(self) -> int:
-        """Moves and holds behind what runs, or begins in the next tick; all that wait during a stop."""
-        if self._stopping or self._hold_has_begun or not self.waiting:
-            return self.waiting
-        hold_waits = self._hold is not None
-        if self._nominal.moving:
-            return self._nominal.behind + hold_waits + len(self._behind)
-        return len(self._behind)
-
-    @property
-    def hold_runs(self) -> bool:
-        """Whether a hold is on, or is what begins next."""
-        return self.holding and not self._nominal.moving
+        """The same, without one that begins in the next tick."""
+        return self.waiting if self._stopping or self._nominal.stopping else 0
 
     def is_pending(self, number: int) -> bool:
         """Whether a move or a hold of this number is under way or waits."""
-        return number in self._behind or number == self._hold_number or self._nominal.is_pending(number)
+        return number == self._newest and (self._hold is not None or self._nominal.moving)
 
-    def append(self, move: Move, manner: Manner) -> None:
-        """Queue a move that begins at `rest`, or behind a hold."""
-        if self.holding:
-            self._behind.append(move.number)
-            return
-        self._nominal.append(move)
-        self._manners.append((move.number, manner))
-
-    def wait_behind_hold(self, number: int) -> None:
-        """A move of any kind that comes during a hold."""
-        self._behind.append(number)
+    def head_for(self, move: Move, manner: Manner) -> None:
+        """Carry out a move that begins at `rest` in place of what runs or waits."""
+        if self._hold_has_begun:
+            self._nominal = self._new_nominal(self.joints)
+            self._compliance.start(self.joints, self._velocity)
+        self._hold, self._hold_has_begun = None, False
+        self._nominal.head_for(move)
+        self._newest, self._next_manner = move.number, manner
 
     def hold(self, number: int, stiffness_nm_per_rad: float) -> None:
-        """Hold the joints by springs when the moves that wait are done, or wait behind another hold."""
-        if self.holding:
-            self._behind.append(number)
-        else:
-            self._hold_number, self._hold = number, stiffness_nm_per_rad
+        """Hold the joints by springs, when what runs has come to rest on its path."""
+        if self._hold_has_begun:
+            self._springs.start(self.joints, self._velocity, stiffness_nm_per_rad)
+        elif self._nominal.moving:
+            self._nominal.stop()
+        self._newest, self._hold = number, stiffness_nm_per_rad
 
     def cancel(self) -> None:
-        """End the nominal move that runs, or begins in the next tick, as `Drive.cancel` does.
+        """End the nominal move that runs, or begins in the next tick: stop on its path. The robot yields on.
 
-        The robot yields on. While it is being stopped, and in a hold, nothing changes.
+        While it is being stopped, and in a hold, nothing changes.
         """
-        if not self._stopping and not self.hold_runs:
-            self._nominal.cancel()
-            self._drop_manners()
+        if not self._stopping and not self.holding and not self._nominal.stopping:
+            self._nominal.stop()
+            self._newest = 0
 
     def clear(self) -> None:
-        """Forget the moves, and a hold, behind what runs, or begins in the next tick."""
+        """Forget a move, or a hold, that waits until the robot has come to rest."""
         if self._stopping:
             self._forget(self.rest_after_stop())
-            return
-        if not self.hold_runs:
-            self._nominal.clear()
-            self._nominal.forget([self._hold_number, *self._behind])
-            self._drop_manners()
-            self._hold, self._hold_number = None, 0
-        self._behind.clear()
+        elif self._nominal.stopping:
+            self._nominal.stop()
+            self._hold, self._newest = None, 0
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
         if self._ending is not None:
-            return self._ending.rest
+            return self._ending.rest_after_stop()
         if self._on_plan:
             return self._nominal.rest_after_stop()
         if self._braking.active or self._fast:
@@ -228,22 +209,11 @@ class Impedance:
                 self._hold_has_begun = True
             return self._springs.step()
         self._nominal.step()
-        while self._manners and self._has_begun(self._manners[0][0]):
-            number, manner = self._manners.popleft()
-            if not self._nominal.has_forgotten(number):
-                self._manner = manner
+        if self._next_manner is not None and not self._nominal.waits:
+            self._manner, self._next_manner = self._next_manner, None
         joints = self._compliance.step(self._nominal.joints, self._manner)
         self.felt = self._compliance.felt
         return joints
-
-    def _has_begun(self, number: int) -> bool:
-        return number == self._nominal.under_way or not self._nominal.is_pending(number)
-
-    def _drop_manners(self) -> None:
-        """Of moves that will not begin any more."""
-        pending = [each for each in self._manners if self._nominal.is_pending(each[0])]
-        self._manners.clear()
-        self._manners.extend(pending)
 
     def _go_to(self, joints: Joints) -> None:
         self._before, self.joints = self.joints, joints
@@ -270,9 +240,6 @@ class Impedance:
         """Stiff, with nothing that waits, and the next move to begin at `rest` (rad)."""
         self._nominal = self._new_nominal(rest)
         self._yielding = False
-        self._manners.clear()
-        self._manner = STIFFLESS
-        self._hold = None
-        self._hold_number = 0
-        self._hold_has_begun = False
-        self._behind.clear()
+        self._newest = 0
+        self._manner, self._next_manner = STIFFLESS, None
+        self._hold, self._hold_has_begun = None, False

@@ -1,6 +1,6 @@
 """The servo: goes to the newest target from whatever the robot does now. Smart and direct mode use it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import sqrt
 from typing import Any, NamedTuple
 
@@ -69,6 +69,7 @@ class Servo:
         self._task.synchronization = Synchronization.No
         self._course: Course | None = None
         self._asks_again = False
+        self._taken_over: tuple[list[float], list[float]] | None = None  # velocity and acceleration
 
     @property
     def moving(self) -> bool:
@@ -86,14 +87,14 @@ class Servo:
         Not to be called while a stop is under way. Raises `ArithmeticError`, and changes nothing, where no
         course is found from rest.
         """
-        if self._course is None:
+        if self._course is None and self._taken_over is None:
             self._time.begin()
         part = self._time.part_to_keep
         # While the override comes down, a course that uses all of the speed would be faster than asked for.
         held = limits._replace(velocity=part * limits.velocity)
         course = self._find(target, held) if part >= LEAST_PART else None
         if course is not None:
-            self._course = course
+            self._course, self._taken_over = course, None
             self._time.start(0.0)
         elif self._course is None:
             raise ArithmeticError(f"Ruckig: no way from {self.joints} to {target} within {limits}")
@@ -110,9 +111,21 @@ class Servo:
         self._asks_again = False
         self.rest = self.rest_after_stop()
 
-    def start_from(self, joints: Joints) -> None:
-        """Be at rest at other joint positions (rad): something else has moved the robot, or will have."""
+    def start_from(
+        self,
+        joints: Joints,
+        velocity: Sequence[float] | None = None,
+        acceleration: Sequence[float] | None = None,
+    ) -> None:
+        """Be at other joint positions (rad): something else has moved the robot, or will have.
+
+        At rest, or with a velocity and an acceleration of planned time (rad/s, rad/s^2): then a target has to
+        follow before the next tick.
+        """
         self.joints = self.rest = joints
+        self._course, self._asks_again, self._taken_over = None, False, None
+        if velocity is not None and acceleration is not None:
+            self._taken_over = list(velocity), list(acceleration)
 
     def step(self) -> None:
         """One tick.
@@ -141,6 +154,8 @@ class Servo:
         position = velocity = acceleration = [0.0] * len(self.joints)
         if self._course is None:
             position = list(self.joints)
+            if self._taken_over is not None:
+                velocity, acceleration = self._taken_over
         else:
             position, velocity, acceleration = self._course.trajectory.at_time(self._time.time_s)
         task = self._task

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from math import inf, nan
 
 import numpy as np
@@ -166,7 +167,9 @@ def test_a_change_of_stiffness_takes_effect_with_its_move_and_without_a_jump() -
     robot.controller.load.wrench = (0.0, 20.0, 0.0, 0.0, 0.0, 0.0)
     here = robot.controller.tool_frame()
     robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 1.0, 4000.0, NO_FORCE)
+    robot.step(150)
     robot.controller.lin_stiff_move(here, 1.0, 500.0, NO_FORCE)
+    robot.runs_until_stopped()
     robot.controller.lin_stiff_move(here, 1.0, 2000.0, NO_FORCE)  # nowhere to go, but another spring
     robot.runs_until_stopped()
     off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
@@ -232,135 +235,209 @@ def test_a_hold_in_contact_comes_to_rest(tick_s: float, surface: float) -> None:
     assert_positions_and_velocities_within_limits(robot)
 
 
-def test_only_a_stop_ends_a_hold_and_moves_behind_it_wait() -> None:
-    robot = at_start()
-    hold = robot.controller.start_gravity(300.0)
-    robot.step(50)
-    target = robot.tcp_frame(AWAY)
-    waiting = [
-        robot.controller.joint_move(AWAY, FULL),
-        robot.controller.lin_stiff_move(target, 0.5, 1000.0, NO_FORCE),
-        robot.controller.lin_move(target, 0.5, 0.0),
-        robot.controller.start_gravity(100.0),
-    ]
-    for command in (robot.controller.smart_joint_move, robot.controller.direct_joint_move):
-        with pytest.raises(Refused, match="ends with stop only") as refused:
-            command(START, FULL)
-        assert refused.value.code == COMPONENT_NOT_READY
-    with pytest.raises(Refused) as refused:
-        robot.controller.lin_move(target._replace(x_mm=3000.0), 0.5, 0.0)
-    assert refused.value.code == OUT_OF_REACH
-    robot.step(1000)
-    assert robot.controller.joints == tuple(START)
-    assert robot.controller.mode is Mode.IMPEDANCE
-    assert all(robot.controller.is_pending(number) for number in (hold, *waiting))
-    assert robot.controller.moving
-    robot.stop()
-    assert not any(robot.controller.is_pending(number) for number in (hold, *waiting))
-    assert robot.controller.mode is Mode.UNKNOWN
-    robot.runs_until_stopped(LONGEST_STOP_S)
+@pytest.mark.requirement("FRC013")
+@pytest.mark.parametrize("force", [0.0, 15.0])
+@both
+def test_a_cancelled_stiffness_move_ends_on_its_path_and_the_robot_yields_on(name: str, force: float) -> None:
+    robot = at_start(name)
+    there = robot.tcp_frame(PLACES[name][1])
+    first = robot.controller.lin_stiff_move(there, 0.3, 4000.0, NO_FORCE)
     robot.step(100)
-    assert robot.controller.joints == tuple(START)
-    robot.controller.smart_joint_move(AWAY, FULL)
+    robot.cancel()
+    assert not robot.controller.is_pending(first)
+    robot.runs_until_stopped(0.1)
+    here = robot.controller.tool_frame()
+    assert_straight(robot, robot.joints, here)
+    robot.controller.load.wrench = (0.0, 0.0, force, 0.0, 0.0, 0.0)
+    robot.step(2000)
+    off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
+    assert np.linalg.norm(off) == pytest.approx(force / 4.0, rel=0.01, abs=1e-6)
+    robot.controller.lin_stiff_move(there, 0.3, 1000.0, NO_FORCE)
     robot.runs_until_stopped()
-    assert robot.controller.joints == tuple(AWAY)
+    assert_positions_and_velocities_within_limits(robot)
 
 
-@pytest.mark.requirement("FRC014")
-def test_moves_that_come_during_a_stop_queue_one_behind_the_other() -> None:
+def test_of_moves_that_come_during_a_stop_the_newest_is_carried_out() -> None:
     robot = at_start()
     robot.controller.joint_move(AWAY, FULL)
     robot.step(100)
     there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
     numbers = [robot.controller.lin_stiff_move(goal, 0.5, 1000.0, NO_FORCE) for goal in (there, here, there)]
-    assert robot.controller.queue == 3
-    assert all(robot.controller.is_pending(number) for number in numbers)
+    assert robot.controller.queue == 1
+    assert [robot.controller.is_pending(number) for number in numbers] == [False, False, True]
     robot.runs_until_stopped()
     np.testing.assert_allclose(robot.controller.tool_frame(), there, atol=1e-6)
     assert_within_limits(robot)
 
 
-@pytest.mark.requirement("FRC013")
-@pytest.mark.parametrize("force", [0.0, 15.0])
-@both
-def test_a_cancelled_stiffness_move_ends_and_the_next_begins_there(name: str, force: float) -> None:
-    robot = at_start(name)
-    there, here = (robot.tcp_frame(place) for place in reversed(PLACES[name]))
-    robot.controller.load.wrench = (0.0, 0.0, force, 0.0, 0.0, 0.0)
-    first = robot.controller.lin_stiff_move(there, 0.3, 4000.0, NO_FORCE)
-    second = robot.controller.lin_stiff_move(here, 0.3, 1000.0, NO_FORCE)
-    robot.step(100)
-    robot.controller.cancel_move()
-    assert not robot.controller.is_pending(first)
-    assert robot.controller.is_pending(second)
-    robot.runs_until_stopped()
-    off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
-    assert np.linalg.norm(off) == pytest.approx(force, rel=0.01, abs=1e-6), "with the second one's stiffness"
-    farthest = max(np.linalg.norm(np.subtract(robot.tcp_frame(q)[:3], here[:3])) for q in robot.joints)
-    assert farthest < 0.9 * np.linalg.norm(np.subtract(there[:3], here[:3])), "never got there"
-    assert_positions_and_velocities_within_limits(robot)
-
-
-@pytest.mark.requirement("FRC016")
-def test_a_cleared_queue_leaves_the_move_under_way_and_its_stiffness() -> None:
-    robot = at_start()
-    robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
-    there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
-    robot.controller.lin_stiff_move(there, 0.5, 2000.0, NO_FORCE)
-    behind = [
-        robot.controller.lin_stiff_move(here, 0.5, 200.0, NO_FORCE),
-        robot.controller.start_gravity(100.0),
-        robot.controller.joint_move(AWAY, FULL),
-    ]
-    robot.step(50)
-    assert robot.controller.queue == 3
-    robot.controller.clear_queue()
-    assert robot.controller.queue == 0
-    assert not any(robot.controller.is_pending(number) for number in behind)
-    robot.runs_until_stopped()
-    off = np.subtract(robot.controller.tool_frame()[:3], there[:3])
-    assert np.linalg.norm(off) == pytest.approx(5.0, rel=0.01)
-
-
-def test_a_hold_and_what_waits_behind_it_stay_forgotten_when_more_moves_come() -> None:
+def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
     robot = at_start()
     controller = robot.controller
-    running = controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE)
-    robot.step(10)
-    hold = controller.start_gravity(1000.0)
-    behind = controller.joint_move(START, FULL)
+    hold = controller.start_gravity(300.0)
+    robot.step(50)
+    target = robot.tcp_frame(AWAY)
+    for command, parameters in (
+        (controller.joint_move, (AWAY, FULL)),
+        (controller.lin_move, (target, 0.5, 0.0)),
+        (controller.ptp_force_move, (target, 0.5, 0.0, (None, None, 5.0))),
+        (controller.smart_joint_move, (START, FULL)),
+        (controller.direct_joint_move, (START, FULL)),
+        (controller.cancel_move, ()),
+    ):
+        with pytest.raises(Refused, match="gravity hold") as refused:
+            command(*parameters)
+        assert refused.value.code == COMPONENT_NOT_READY
     controller.clear_queue()
-    another = controller.ptp_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE)
-    pending = [controller.is_pending(move) for move in (running, hold, behind, another)]
-    assert pending == [True, False, False, True]
-    robot.runs_until_stopped(10.0)
+    robot.step(1000)
+    assert controller.joints == tuple(START)
+    assert controller.mode is Mode.IMPEDANCE
+    assert controller.is_pending(hold)
+    assert controller.moving
+    robot.stop()
+    assert not controller.is_pending(hold)
+    assert controller.mode is Mode.UNKNOWN
+    robot.runs_until_stopped(LONGEST_STOP_S)
+    controller.smart_joint_move(AWAY, FULL)
+    robot.runs_until_stopped()
+    assert controller.joints == tuple(AWAY)
 
 
-def test_a_hold_is_not_cancelled_and_a_cleared_queue_leaves_it() -> None:
-    robot = at_start()
-    hold = robot.controller.start_gravity(100.0)
-    behind = robot.controller.joint_move(AWAY, FULL)
-    robot.step(20)
-    assert robot.controller.queue == 1
-    with pytest.raises(Refused, match="ends with stop only"):
-        robot.controller.cancel_move()
-    robot.controller.clear_queue()
-    assert robot.controller.queue == 0
-    assert robot.controller.is_pending(hold)
-    assert not robot.controller.is_pending(behind)
-    robot.step(100)
-    assert robot.controller.moving
-
-
-def test_a_hold_begins_when_the_moves_before_it_are_done_and_where_the_robot_then_is() -> None:
-    robot = at_start()
-    robot.controller.load.wrench = (0.0, 0.0, 20.0, 0.0, 0.0, 0.0)
-    robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 1000.0, NO_FORCE)
-    robot.controller.start_gravity(5000.0)
-    robot.step(3000)
-    off = np.subtract(robot.controller.tool_frame()[:3], robot.tcp_frame(AWAY)[:3])
-    assert 5.0 < np.linalg.norm(off) < 30.0, "held off the target"
+@both
+def test_a_stiffness_move_takes_over_from_a_hold_where_the_robot_then_is(name: str) -> None:
+    robot = at_start(name)
+    controller = robot.controller
+    hold = controller.start_gravity(300.0)
+    controller.load.joint_push = (3.0,) * len(PLACES[name][0])
+    robot.step(60)
+    before = len(robot.joints)
+    assert speeds(robot, 2)[-1] > 0.01, "it swings"
+    controller.load.joint_push = (0.0,) * len(PLACES[name][0])
+    target = robot.tcp_frame(PLACES[name][1])
+    controller.ptp_stiff_move(target, 0.5, 2000.0, NO_FORCE)
+    assert not controller.is_pending(hold)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(controller.tool_frame(), target, atol=0.1)
+    changes = np.abs(np.diff(robot.joints[before - 3 :], n=2, axis=0)).max() / robot.tick_s
+    assert changes < 0.03, "no jump of the velocity"
     assert_positions_and_velocities_within_limits(robot)
+
+
+def test_a_hold_cancels_what_runs_and_begins_where_the_robot_then_is() -> None:
+    robot, stopped = at_start(), at_start()
+    for each in (robot, stopped):
+        move = each.controller.lin_stiff_move(each.tcp_frame(AWAY), 0.5, 1000.0, NO_FORCE)
+        each.step(100)
+    hold = robot.controller.start_gravity(5000.0)
+    robot.may_stop()
+    assert not robot.controller.is_pending(move)
+    assert robot.controller.is_pending(hold)
+    stopped.stop()
+    rest = stopped.controller.goal_joints
+    stopped.runs_until_stopped(0.1)
+    robot.step(100)
+    np.testing.assert_allclose(robot.controller.joints, rest, atol=1e-9)
+    assert robot.controller.goal_joints == pytest.approx(robot.controller.joints, abs=1e-7)
+    assert_within_limits(robot)
+    another = robot.controller.start_gravity(100.0)
+    assert not robot.controller.is_pending(hold)
+    assert robot.controller.is_pending(another)
+    robot.controller.load.joint_push = (1.0,) * 7
+    robot.step(3000)
+    np.testing.assert_allclose(robot.controller.joints, np.array(rest) + 0.01, rtol=0.05, atol=1e-4)
+
+
+# Moves replace each other
+
+
+@pytest.mark.parametrize("kind", ["lin", "ptp"])
+@both
+def test_a_move_replaces_what_runs_in_mid_motion_within_the_limits(name: str, kind: str) -> None:
+    robot = at_start(name)
+    controller = robot.controller
+    move = getattr(controller, f"{kind}_stiff_move")
+    first = move(robot.tcp_frame(PLACES[name][1]), 1.0, 2000.0, NO_FORCE)
+    robot.step(100)
+    assert speeds(robot, 2)[-1] > 0.1
+    home = robot.tcp_frame(PLACES[name][0])
+    second = move(home, 0.5, 2000.0, NO_FORCE)
+    assert (controller.is_pending(first), controller.is_pending(second)) == (False, True)
+    assert controller.queue == 0
+    fastest = speeds(robot, 2)[-1]
+    robot.step(2)
+    assert speeds(robot, 2)[-1] > 0.8 * fastest, "no stop between"
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(controller.tool_frame(), home, atol=1e-6)
+    assert_within_limits(robot)
+
+
+@pytest.mark.parametrize("hz", [20, 50])
+@pytest.mark.parametrize("kind", ["lin", "ptp"])
+@pytest.mark.parametrize("mm_per_s", [20.0, 100.0])
+def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
+    kind: str, hz: int, mm_per_s: float
+) -> None:
+    robot = SteppedRobot()
+    frame = robot.controller.tool_frame()
+    move = getattr(robot.controller, f"{kind}_stiff_move")
+    period = round(1.0 / hz / robot.tick_s)
+    for k in range(2 * hz):
+        move(frame._replace(y_mm=frame.y_mm + mm_per_s * (k + 1) / hz), 0.5, 2000.0, NO_FORCE)
+        robot.step(period)
+    y_mm = np.array([robot.tcp_frame(q).y_mm for q in robot.joints]) - frame.y_mm
+    told = mm_per_s * robot.tick_s * np.arange(len(y_mm))
+    settled = slice(len(y_mm) // 4, None)
+    lag_s = (told - y_mm)[settled] / mm_per_s
+    assert lag_s.max() <= 1.0 / hz + 0.02
+    speed = np.diff(y_mm)[settled] / robot.tick_s
+    assert speed == pytest.approx(mm_per_s, rel=0.05)
+    robot.runs_until_stopped()
+    np.testing.assert_allclose(robot.controller.tool_frame().y_mm, frame.y_mm + 2.0 * mm_per_s, atol=1e-6)
+    assert_within_limits(robot)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.sampled_from(ARMS),
+    st.sampled_from([0.001, 0.002, 0.01]),
+    st.lists(
+        st.tuples(
+            st.sampled_from(["lin", "ptp"]),
+            st.floats(-1.0, 1.0),
+            st.sampled_from([0.05, 0.3, 1.0]),
+            st.one_of(st.integers(0, 60), st.just(10)),
+            st.sampled_from(["", "", "", "override", "cancel", "gravity"]),
+        ),
+        min_size=2,
+        max_size=15,
+    ),
+)
+def test_whatever_replaces_whatever_the_nominal_motion_keeps_its_limits(
+    name: str, tick_s: float, told: list[tuple[str, float, float, int, str]]
+) -> None:
+    robot = SteppedRobot(name, tick_s)
+    robot.goes_to(PLACES[name][0])
+    controller = robot.controller
+    frame, joints = controller.tool_frame(), np.array(PLACES[name][0])
+    for kind, x, speed, ticks, also in told:
+        target = frame._replace(y_mm=frame.y_mm + 200.0 * x, z_mm=frame.z_mm + 60.0 * x * x)
+        if kind == "ptp":
+            target = robot.tcp_frame(joints + 0.4 * x * np.array([1, -1, 1, 1, -1, 1, 1][: len(joints)]))
+        with suppress(Refused):
+            getattr(controller, f"{kind}_stiff_move")(target, speed, 1000.0, NO_FORCE)
+        robot.step(ticks)
+        if also == "override":
+            controller.set_override(abs(x) if abs(x) > 0.1 else 0.0)
+        elif also == "gravity":
+            controller.start_gravity(1000.0)
+            robot.may_stop()
+        elif also == "cancel" and not controller._motions.holding:
+            robot.cancel()
+    controller.set_override(1.0)
+    newest = controller.ptp_stiff_move(frame, 1.0, 1000.0, NO_FORCE)
+    robot.runs_until_stopped()
+    assert not controller.is_pending(newest)
+    np.testing.assert_allclose(controller.tool_frame(), frame, atol=1e-5)
+    assert_within_limits(robot)
 
 
 # Leaving

@@ -34,18 +34,18 @@ def test_a_pause_is_under_way_until_the_robot_stands_and_again_when_it_ends() ->
     robot.runs_until_stopped()
 
 
-def test_a_gravity_hold_is_not_under_way_but_the_move_before_it_is() -> None:
+def test_a_stiffness_move_is_under_way_and_a_gravity_hold_is_not() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     frame = robot.tcp_frame(THERE)
     controller.ptp_stiff_move(frame, 1.0, 1000.0, [0.0] * 6)
-    controller.start_gravity(300.0)
     ticks = 0
     while controller.under_way:
         robot.step()
         ticks += 1
     assert ticks > 100
     assert robot.tcp_frame(controller.joints) == pytest.approx(frame, abs=1e-3)
+    controller.start_gravity(300.0)
     robot.step(100)
     assert controller.moving
     assert not controller.under_way

@@ -337,8 +337,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         stiffness: float,
         force: Sequence[float],
     ) -> None:
-        """Moves the TCP on a straight line yielding as a spring does; adds the negative of the six force
-        values.
+        """Moves the TCP on a line, yielding as a spring, in place of what runs; adds the negative of the six
+        force values.
 
         target: x y z (mm) alpha beta gamma (rad)
         speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
@@ -363,8 +363,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         stiffness: float,
         force: Sequence[float],
     ) -> None:
-        """Moves the TCP, straight in joint space, yielding as a spring does; adds the negative of the six
-        force values.
+        """Moves the TCP, straight in joint space, yielding as a spring, in place of what runs; adds the
+        negative of the six force values.
 
         target: x y z (mm) alpha beta gamma (rad)
         speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
@@ -383,7 +383,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         )
 
     async def start_gravity(self, joint_stiffness: float) -> None:
-        """Holds the joints where they are by springs until stop.
+        """Cancels what runs and holds the joints by springs where they then are, until stop or a stiffness
+        move.
 
         joint_stiffness: stiffness of every joint (Nm/rad), 0 <= joint_stiffness <= 5000
         """
