@@ -7,6 +7,7 @@ if its ticks can be told so in the order of the moves, going forwards on each of
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +27,7 @@ ROUNDING = 1e-8  # of distances, in m or rad
 JOINT_MOVE_BLENDING = 0.1  # of the largest way of a joint
 SHORTEST_WAY_M = 1e-6  # of a line that is not taken for a turn on the spot
 HALF = 0.5
+LARGEST_PART = 0.49  # of a move that lies in a region round one of its ends
 SLACK_TICKS = 1.5  # between the last tick on a path and the first one off it the path goes on
 
 
@@ -88,15 +90,37 @@ class Run:
     passed: bool = False
     """Whether these include some behind the cancelled one."""
 
-    def part(self, first_move: int, last_move: int) -> Run:
-        """From the middle of one move to the middle of a later one, of a run of lines that never meet."""
-        q = np.array(self.robot.joints[self.first : self.last + 1])
-        first, last = (
-            self.first + int(np.linalg.norm(q - np.add(move.start, move.corner) / 2.0, axis=1).argmin())
-            for move in (self.moves[first_move], self.moves[last_move])
-        )
-        moves = self.moves[first_move : last_move + 1]
-        return Run(self.robot, first, self.robot.joints[first], moves, last, stopped_at=last)
+    def parts(self, size: int) -> Iterator[Run]:
+        """In parts of so many moves, each from the middle of a move to that of a later one.
+
+        Each tick is compared with each move of its part: all of a long run would take too long. Where a part
+        begins is looked for among the ticks at which the controller says that its move runs.
+        """
+        begins, first = 0, self.first
+        for k in range(size, len(self.moves) - 1):
+            if k - begins < size:
+                continue
+            middle = self._middle_of(self.moves[k])
+            if middle is None or middle <= first:
+                continue
+            start = self.robot.joints[first]
+            yield Run(self.robot, first, start, self.moves[begins : k + 1], middle, stopped_at=middle)
+            begins, first = k, middle
+        start = self.robot.joints[first]
+        yield Run(self.robot, first, start, self.moves[begins:], self.last, stopped_at=self.stopped_at)
+
+    def _middle_of(self, move: Sent) -> int | None:
+        """A tick near to the middle of a move, where that is on its path."""
+        numbers = np.array(self.robot.under_way[self.first : self.last + 1])
+        runs = np.flatnonzero(numbers == move.number)
+        if len(runs) == 0:
+            return None
+        joints = self.robot.joints[self.first + runs[0] : self.first + runs[-1] + 1]
+        s, off, _ = progress(self.robot, move, Ticks.of(self.robot, joints))
+        nearest = int(np.abs(s - HALF).argmin())
+        if off[nearest] > 1.0 or abs(s[nearest] - HALF) > 1.0 - 2.0 * LARGEST_PART:
+            return None
+        return int(self.first + runs[0] + nearest)
 
     @cached_property
     def ticks(self) -> Ticks:

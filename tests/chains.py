@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from iiwa_sim.motion.drive import SAME_RAD
 from iiwa_sim.robot.description import RobotDescription
 from tests.blended_path import Joints, Run, Sent
 from tests.stepped import SteppedRobot
@@ -59,7 +58,22 @@ class ChainOverride:
     wait: int
 
 
+@dataclass(frozen=True)
+class ChainCancel:
+    """The move that runs is cancelled, and the ticks before what follows is sent."""
+
+    wait: int
+
+
+@dataclass(frozen=True)
+class ChainClear:
+    """The queue is cleared, and the ticks before what follows is sent."""
+
+    wait: int
+
+
 RESUMED = 0.4  # after a pause
+SAME_RAD = 1e-10  # joints so near to those a waiting move was planned from leave it as it is
 
 
 def chain_moves(
@@ -88,14 +102,18 @@ def chains(
     at_once: bool = False,
     stops: bool = False,
     overrides: bool = False,
+    cancels: bool = False,
 ) -> st.SearchStrategy[list[Any]]:
-    """2 to 20 moves."""
+    """2 to 20 moves, with what is asked for between them; with `cancels` the queue is also cleared."""
     item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)
     if stops:
         item = st.one_of(item, item, item, st.builds(ChainStop, st.integers(0, 80)))
     if overrides:
         values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.0, 1.0]))
         item = st.one_of(item, st.builds(ChainOverride, values, st.integers(0, 500)))
+    if cancels:
+        waits = st.one_of(st.integers(0, 5), st.integers(0, 80))
+        item = st.one_of(item, item, st.builds(ChainCancel, waits), st.builds(ChainClear, waits))
     return st.integers(2, 20).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
 
 
@@ -273,6 +291,10 @@ class Recorder:
         for item in chain:
             if isinstance(item, ChainStop):
                 self.stop()
+            elif isinstance(item, ChainCancel):
+                self.cancel()
+            elif isinstance(item, ChainClear):
+                self.clear()
             elif isinstance(item, ChainOverride):
                 self.override(item.value)
                 if item.value == 0.0:

@@ -189,3 +189,21 @@ def test_a_stop_that_takes_too_long_is_found() -> None:
     stopped.stopped_at = 40
     with pytest.raises(AssertionError):
         assert_keeps_its_paths(stopped)
+
+
+def test_what_is_wrong_in_a_part_of_a_long_run_is_found() -> None:
+    recorder = Recorder(load_robot())
+    for k in range(12):
+        recorder.lin(0.0, 60.0 if k % 2 else -60.0, 0.0, 0.0)
+    recorder.finish()
+    (run,) = recorder.runs
+    parts = list(run.parts(3))
+    assert [len(part.moves) for part in parts] == [4, 4, 4, 3]
+    assert [part.first for part in parts[1:]] == [part.last for part in parts[:-1]]
+    for part in parts:
+        assert_keeps_its_paths(part)
+    joints = list(run.robot.joints)
+    joints[len(joints) // 2] = tuple(np.add(joints[len(joints) // 2], 1e-4).tolist())
+    bad = next(part for part in falsified(run, joints).parts(3) if part.last > len(joints) // 2)
+    with pytest.raises(AssertionError, match="tolerances off move"):
+        assert_keeps_its_paths(bad)

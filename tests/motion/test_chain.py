@@ -1,5 +1,6 @@
 """Chains of moves of every kind, with any blending, speeds and stops, appended at any time."""
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,15 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import load_robot
-from tests.chain_checks import assert_keeps_all_promises, is_to_be_passed_at_speed, least_speed_at
+from tests.chain_checks import (
+    assert_keeps_all_promises,
+    assert_keeps_its_paths,
+    assert_keeps_its_speeds,
+    is_to_be_passed_at_speed,
+    least_speed_at,
+)
 from tests.chains import KINDS, Recorder, chains, random_chain
-from tests.stepped import ARMS, ROBOTS
+from tests.stepped import ARMS, ROBOTS, assert_within_limits
 
 # Shrinking a chain takes minutes; what the checks say names the tick and the moves.
 SETTINGS = settings(
@@ -23,6 +30,9 @@ FRAME_KINDS = tuple(
     kind for kind in KINDS if kind != "joint"
 )  # these stop at their targets if they are told to
 
+
+LONG_CHAIN, LONG_CHAIN_SPEED, LONG_CHAIN_TICK_S = 1000, 0.5, 0.01
+PART = 8  # moves of a long chain that are looked at at once
 
 names = st.sampled_from(ARMS)
 
@@ -53,13 +63,6 @@ def test_chains_sent_bit_by_bit_with_stops_between_do_so_too(name: str, data: st
     assert_keeps_all_promises(recorded(data.draw(chains_of(name, stops=True)), name))
 
 
-@settings(SETTINGS, max_examples=20)
-@given(data=st.data(), name=names, rate_hz=st.sampled_from([100, 250, 1000]))
-def test_and_at_other_tick_rates(data: st.DataObject, name: str, rate_hz: int) -> None:
-    chain = data.draw(chains_of(name, stops=True))
-    assert_keeps_all_promises(recorded(chain, name, 1.0 / rate_hz))
-
-
 @pytest.mark.requirement("FRC012", "FRC015")
 @settings(SETTINGS, max_examples=60)
 @given(data=st.data(), name=names, at_once=st.booleans())
@@ -88,3 +91,36 @@ def test_nearly_all_corners_that_can_be_blended_are_passed_at_speed(name: str) -
             least.extend(least_speed_at(run, i) for i in corners if is_to_be_passed_at_speed(run, i))
     assert len(least) > 60
     assert np.mean(np.array(least) > 1.0) > 0.9
+
+
+@pytest.mark.requirement("FRC003", "FRC012", "FRC013", "FRC014", "FRC015", "FRC016", "FRC025")
+@settings(SETTINGS, max_examples=30)
+@given(data=st.data(), name=names, rate_hz=st.sampled_from([100, 250, 500, 1000]))
+def test_chains_keep_their_promises_whatever_is_done_in_their_midst(
+    data: st.DataObject, name: str, rate_hz: int
+) -> None:
+    """Moves of all kinds, at any time between them stops, overrides, cancelled moves and cleared queues."""
+    chain = data.draw(chains_of(name, stops=True, overrides=True, cancels=True))
+    assert_keeps_all_promises(recorded(chain, name, 1.0 / rate_hz))
+
+
+@pytest.mark.requirement("FRC014", "FRC015")
+@pytest.mark.parametrize("name", ARMS)
+def test_a_thousand_moves_of_all_kinds_are_queued_and_blended(name: str) -> None:
+    description = load_robot(name)
+    recorder = Recorder(description, LONG_CHAIN_TICK_S)
+    moves = itertools.chain.from_iterable(
+        random_chain(seed, len(description.joints)) for seed in itertools.count()
+    )
+    while len(recorder.runs[-1].moves) < LONG_CHAIN:
+        move = next(moves)
+        if move.place != "far":  # these would take most of the time
+            speeds = tuple(max(speed, LONG_CHAIN_SPEED) for speed in move.speeds_rel)
+            recorder.send(move.kind, *recorder._target(move), speeds, move.blending_mm)
+    recorder.finish()
+    assert_within_limits(recorder.robot)
+    (run,) = recorder.runs
+    assert recorder.robot.joints[-1] == run.moves[-1].corner
+    for part in run.parts(PART):
+        assert_keeps_its_paths(part)
+        assert_keeps_its_speeds(part)
