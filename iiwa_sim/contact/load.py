@@ -3,14 +3,11 @@
 from collections.abc import Sequence
 from math import isfinite
 
-import numpy as np
-
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world import NOTHING, World
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
-from iiwa_sim.frames import Rotation, Transform, Vector, rotate
+from iiwa_sim.frames import Rotation, Transform, Vector
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.tcp import Tcp
 
 Felt = tuple[Transform, tuple[Vector, Vector] | None]
 """Where a motion has brought the TCP to, in the base, and what surfaces do to it there, in base axes: force
@@ -112,7 +109,7 @@ class ExternalLoad:
         torques = self._joint_push
         wrench = self._acting()
         if any(wrench):
-            made = torques_of(wrench, self._tcp, joints)
+            made = self._tcp.torques(joints, wrench)
             torques = tuple(a + b for a, b in zip(torques, made, strict=True))
         if self._noise is not None:
             torques = tuple(a + b for a, b in zip(torques, self._noise.joint_torques, strict=True))
@@ -137,13 +134,6 @@ class ExternalLoad:
 def _check(name: str, values: Sequence[float], count: int) -> None:
     if len(values) != count or not all(map(isfinite, values)):
         raise ValueError(f"{name} is {values}, expected {count} finite numbers")
-
-
-def torques_of(wrench: Wrench, tcp: Tcp, joints: Sequence[float]) -> tuple[float, ...]:
-    """What a wrench at the TCP, along its axes, is to the joints (Nm): by the TCP's transposed Jacobian."""
-    rotation = tcp.pose(joints).rotation
-    in_base = (*rotate(rotation, wrench[:3]), *rotate(rotation, wrench[3:]))
-    return tuple((tcp.jacobian(joints).T @ np.array(in_base)).tolist())
 
 
 def _seen_from(rotation: Rotation, touch: tuple[Vector, Vector]) -> Wrench:

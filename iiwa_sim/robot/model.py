@@ -1,20 +1,21 @@
-"""Forward kinematics of a robot, by Pinocchio from its URDF."""
+"""The robot of a URDF, as Pinocchio reads it, and where its flange is."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from math import hypot
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform
+from iiwa_sim.frames import IDENTITY, Rotation, Transform, Vector, compose, transpose
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
-from iiwa_sim.robot.tcp import Tcp
+from iiwa_sim.robot.tcp_kernel import Tcp
 from iiwa_sim.robot.urdf import check_urdf
 
 
@@ -30,49 +31,51 @@ class Model:
         self.joint_count = len(description.joints)
         self._model = _read_urdf(description)
         self._check_joints()
-        self._flange = self._frame(description.flange)
-        self._data = self._model.createData()
-        self._q = np.zeros(self.joint_count)
-        # Views into the data, which every computation overwrites; fetching them anew costs more than it.
-        self._flange_pose = self._data.oMf[self._flange]
-        self._flange_rotation = self._flange_pose.rotation
-        self._flange_translation = self._flange_pose.translation
+        flange = self._frame(description.flange)
+        self.fixed_poses = self._fixed_poses(flange)
+        """As `Tcp` takes them."""
+        self._flange = Tcp(self.fixed_poses, IDENTITY)
         self._tcp: Tcp | None = None
 
     def flange(self, q: Sequence[float]) -> Transform:
         """Pose of the flange."""
-        self._q[:] = q
-        pin.framesForwardKinematics(self._model, self._data, self._q)
-        (r0, r1, r2), (r3, r4, r5), (r6, r7, r8) = self._flange_rotation.tolist()
-        x, y, z = self._flange_translation.tolist()
-        return Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z))
+        return self._flange.pose(q)
 
     def tcp(self, tool_in_flange: Transform) -> Tcp:
         """The TCP of a tool: for all who ask for that of the same tool, one after the other, the same one."""
         if self._tcp is None or self._tcp.tool_in_flange != tool_in_flange:
-            self._tcp = Tcp(self._model, self._flange, tool_in_flange)
+            self._tcp = Tcp(self.fixed_poses, tool_in_flange)
         return self._tcp
 
     def jacobian(self, q: Sequence[float]) -> NDArray[np.float64]:
         """Jacobian (6, n) of the flange: velocity of its origin (m/s), then angular (rad/s), in base axes."""
-        self._q[:] = q
-        aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        jacobian: NDArray[np.float64] = pin.computeFrameJacobian(
-            self._model, self._data, self._q, self._flange, aligned
-        )
-        return jacobian  # Pinocchio makes a new one every time
+        return self._flange.jacobian(q)
 
     def axes_at_zero(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Directions (n, 3) of the joint axes, and points (n, 3) on them (m), in the base at zero pose."""
-        zero = np.zeros(self.joint_count)
-        pin.computeJointJacobians(self._model, self._data, zero)
-        places = [self._data.oMi[joint] for joint in range(1, self.joint_count + 1)]
-        local = pin.ReferenceFrame.LOCAL
-        axes = [
-            place.rotation @ pin.getJointJacobian(self._model, self._data, joint, local)[3:, joint - 1]
-            for joint, place in enumerate(places, start=1)
-        ]
-        return np.array(axes), np.array([place.translation for place in places])
+        axes: list[Vector] = []
+        points: list[Vector] = []
+        frame = IDENTITY
+        for step in self.fixed_poses[:-1]:
+            frame = compose(frame, step)
+            axes.append((frame.rotation[2], frame.rotation[5], frame.rotation[8]))
+            points.append(frame.translation)
+        return np.array(axes), np.array(points)
+
+    def _fixed_poses(self, flange: int) -> list[Transform]:
+        """As `Tcp` takes them, for the flange of this index."""
+        model, data = self._model, self._model.createData()
+        pin.computeJointJacobians(model, data, np.zeros(self.joint_count))
+        poses: list[Transform] = []
+        before = IDENTITY.rotation
+        for joint in range(1, self.joint_count + 1):
+            axis = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL)[3:, joint - 1]
+            turned = _with_z_along(axis.tolist())
+            placement = _transform(model.jointPlacements[joint])
+            poses.append(_within(transpose(before), placement, turned))
+            before = turned
+        on_last = _transform(model.frames[flange].placement)
+        return [*poses, _within(transpose(before), on_last, IDENTITY.rotation)]
 
     def _frame(self, link: str) -> int:
         """Index of the frame of a link, which Pinocchio gives for an unknown name too (one past the end)."""
@@ -96,11 +99,41 @@ class Model:
             movable = f"the movable joints of {description.urdf_path} from the base on, {found}"
             raise RobotFault(description.settings_path, "joints", list(description.joints), movable)
         for index, name in enumerate(found, start=1):
+            if model.parents[index] != index - 1:
+                raise RobotFault(
+                    description.urdf_path, f"joint {name}: parent", "", f"a link behind {found[index - 2]}"
+                )
             kind = model.joints[index].shortname()
             if model.joints[index].nq != 1 or not kind.startswith("JointModelR"):
                 raise RobotFault(
                     description.urdf_path, f"joint {name}: type", kind, "a revolute joint with limits"
                 )
+
+
+def _transform(pose: pin.SE3) -> Transform:
+    (r0, r1, r2), (r3, r4, r5), (r6, r7, r8) = pose.rotation.tolist()
+    x, y, z = pose.translation.tolist()
+    return Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z))
+
+
+def _with_z_along(axis: Vector) -> Rotation:
+    """A rotation that turns z to an axis."""
+    x, y, z = axis
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        second = (0.0, z, -y)
+    elif abs(y) <= abs(z):
+        second = (-z, 0.0, x)
+    else:
+        second = (y, -x, 0.0)
+    length = hypot(*second)
+    a, b, c = second[0] / length, second[1] / length, second[2] / length
+    return (b * z - c * y, a, x, c * x - a * z, b, y, a * y - b * x, c, z)
+
+
+def _within(before: Rotation, pose: Transform, after: Rotation) -> Transform:
+    """A pose seen from a frame turned before it, and turned itself."""
+    origin = (0.0, 0.0, 0.0)
+    return compose(Transform(before, origin), compose(pose, Transform(after, origin)))
 
 
 def _read_urdf(description: RobotDescription) -> pin.Model:

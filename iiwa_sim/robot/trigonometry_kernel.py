@@ -11,11 +11,11 @@ import cython
 from cython.cimports.libc import math
 
 # For rounding to a whole number: doubles above this have no digits behind the point.
-_WHOLE: cython.double = 6755399441055744.0
+_WHOLE = cython.declare(cython.double, 6755399441055744.0)
 # pi / 2: the first 33 bits, the next 33, and the rest. So small multiples of the first two are exact.
-_HALF_PI_1: cython.double = 1.5707963267341256
-_HALF_PI_2: cython.double = 6.077100506303966e-11
-_HALF_PI_3: cython.double = 2.0222662487959506e-21
+_HALF_PI_1 = cython.declare(cython.double, 1.5707963267341256)
+_HALF_PI_2 = cython.declare(cython.double, 6.077100506303966e-11)
+_HALF_PI_3 = cython.declare(cython.double, 2.0222662487959506e-21)
 
 
 @cython.ccall

@@ -7,7 +7,6 @@ from math import inf, nan
 import numpy as np
 import pytest
 
-from iiwa_sim.contact.load import torques_of
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.world import Touch, World
 from iiwa_sim.contact.wrench import NO_WRENCH
@@ -33,7 +32,7 @@ def test_joint_torques_do_the_work_of_the_wrench(name: str, tool: Transform) -> 
     rng = np.random.default_rng(5)
     for joints in rng.uniform(d.position_min, d.position_max, (250, count)).tolist():
         fx, fy, fz, tx, ty, tz = rng.uniform(-100.0, 100.0, 6).tolist()
-        torques = torques_of((fx, fy, fz, tx, ty, tz), robot.model.tcp(tool), joints)
+        torques = robot.model.tcp(tool).torques(joints, (fx, fy, fz, tx, ty, tz))
         tcp = robot.tcp(joints, tool)
         force, torque = rotate(tcp.rotation, (fx, fy, fz)), rotate(tcp.rotation, (tx, ty, tz))
         for joint in range(count):
@@ -90,7 +89,7 @@ def test_a_surface_is_felt_from_the_start_and_along_the_axes_of_the_tcp() -> Non
     for _ in range(3):
         assert controller.cartesian_force()[:3] == pytest.approx(rotation.T @ up, abs=1e-9)
         assert controller.cartesian_force()[3:] == (0.0, 0.0, 0.0)
-        lifting = torques_of(controller.cartesian_force(), ROBOT.model.tcp(TOOLS[0]), controller.joints)
+        lifting = ROBOT.model.tcp(TOOLS[0]).torques(controller.joints, controller.cartesian_force())
         assert controller.joint_torque() == lifting
         assert lifting[1] < -1.0, "what lifts the hand turns A2 backwards"
         controller.step()

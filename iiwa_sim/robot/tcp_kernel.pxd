@@ -1,0 +1,16 @@
+# For kernels that have a TCP: `go_to`, then what lies in the arrays.
+cdef class Tcp:
+    cdef readonly object tool_in_flange
+    cdef readonly Py_ssize_t joint_count
+    cdef double[:, ::1] _fixed
+    cdef double[::1] _q
+    cdef double[::1] turned            # rotation of the TCP in the base, row by row
+    cdef double[::1] place             # its translation (m)
+    cdef double[:, ::1] _axes
+    cdef double[:, ::1] _points
+    cdef double[:, ::1] columns        # its Jacobian (6, n), after `find_columns`
+    cdef object _columns_array
+    cdef object _pose
+    cdef bint _has_columns
+    cdef bint go_to(self, object joints) except? -1
+    cdef void find_columns(self) noexcept
