@@ -32,6 +32,10 @@ class TcpLine:
         self._way = tuple(b - a for a, b in zip(start.translation, target.translation, strict=True))
         self.length_m = dist(start.translation, target.translation)
         """How far the TCP goes."""
+        start_pose = (*start_flange.rotation, *start_flange.translation)
+        self.numbers = np.array((*start_pose, *self._sine, *self._versine, *self._way, self._angle))
+        """What `iiwa_sim.motion.path.line_kernel` has to know (40,): start, sine, versine, twelve each, way
+        and angle."""
 
     def flange(self, s: float) -> Transform:
         """Pose of the flange in the base."""

@@ -24,6 +24,14 @@ class Inverse(Protocol):
     """
 
     @property
+    def kind(self) -> int:
+        """Which closed form `iiwa_sim.robot.inverse_kernel` has for it,"""
+
+    @property
+    def numbers(self) -> NDArray[np.float64]:
+        """and what that has to know of the arm."""
+
+    @property
     def statuses(self) -> Sequence[int]:
         """The statuses there are."""
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform, multiply
 from iiwa_sim.robot.follow import Side, follow_seed
+from iiwa_sim.robot.inverse_kernel import OPW
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.opw_batch import joints_of_regular_poses
 from iiwa_sim.robot.opw_geometry import geometry_of
@@ -57,6 +58,10 @@ class Opw:
         self._quarter = 0.25 / (upper * fore)
         self._stretched = self.geometry.stretched
         self._sp, self._cp = sin(self._stretched), cos(self._stretched)
+        self.kind = OPW
+        (sx, sz), (ux, uz), _, hand, signs, unturned = self.geometry
+        lengths = (self._ratio, self._reach2, self._quarter)
+        self.numbers = np.array((sx, sz, ux, uz, hand, *lengths, self._sp, self._cp, *signs, *unturned))
         self.statuses = range(8)
         self.redundancy_range = None
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
+from iiwa_sim.robot.inverse_kernel import SRS
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.srs_batch import joints_of_regular_poses
 from iiwa_sim.robot.srs_geometry import lengths_of
@@ -47,6 +48,8 @@ class Srs:
         self._d1, self._d3, self._d5, self._d7 = self.lengths
         self._reach2 = (self._d3 + self._d5) ** 2
         self._quarter = 0.25 / (self._d3 * self._d5)
+        self.kind = SRS
+        self.numbers = np.array(self.lengths)
         self.statuses = range(8)
         self.redundancy_range = (model.description.position_min[2], model.description.position_max[2])
 

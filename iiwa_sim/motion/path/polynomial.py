@@ -6,10 +6,10 @@ A polynomial is evaluated in a fixed number of steps, and so are its derivatives
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.path import polynomial_kernel
 from iiwa_sim.motion.sampled_path import Joints
 
 
@@ -49,8 +49,7 @@ class Polynomial:
         self.start = start
         self.end = end
         self.tcp_length_m = tcp_length_m
-        for array in (self.borders, self.offsets, self.coefficients):
-            array.flags.writeable = False
+        self._room = np.empty((1, 1, len(start)))
 
     def joints(self, s: float) -> Joints:
         """Joint positions (rad) at s; before 0 those of the start, beyond 1 those of the end."""
@@ -58,21 +57,17 @@ class Polynomial:
             return self.start
         if s >= 1.0:
             return self.end
-        return tuple(self.derivatives(np.array([s]))[0][0].tolist())
+        joints: Joints = polynomial_kernel.joints(
+            self.borders, self.offsets, self.coefficients, s, self._room
+        )
+        return joints
 
     def derivatives(self, s: Array) -> tuple[Array, Array, Array, Array]:
         """Positions (rad) and their first three derivatives (rad per unit of s ...), each (m, n), at s (m,).
 
         Outside 0..1 they are those of the first or last piece, continued.
         """
-        places = np.clip(self.borders.searchsorted(s, side="right") - 1, 0, len(self.borders) - 2)
-        found = tuple(np.empty((len(s), self.coefficients.shape[1])) for _ in range(4))
-        for k in np.unique(places):
-            rows: Array = self.coefficients[self.offsets[k] : self.offsets[k + 1]]
-            here = places == k
-            low, high = float(self.borders[k]), float(self.borders[k + 1])
-            x = (2.0 * s[here] - low - high) / (high - low)
-            for values in found:
-                values[here] = chebyshev.chebval(x, rows).T
-                rows = np.asarray(chebyshev.chebder(rows, scl=2.0 / (high - low)), dtype=np.float64)
-        return found[0], found[1], found[2], found[3]
+        values = np.empty((4, len(s), self.coefficients.shape[1]))
+        places = np.ascontiguousarray(s, dtype=np.float64)
+        polynomial_kernel.derivatives(self.borders, self.offsets, self.coefficients, places, values)
+        return values[0], values[1], values[2], values[3]

@@ -3,7 +3,6 @@
 from itertools import pairwise
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
@@ -55,11 +54,3 @@ def test_its_ends_are_exact_and_it_rests_beyond_them() -> None:
     polynomial = Polynomial([0.0, 1.0], pieces, (-0.2, 0.3), (0.4, 0.1))
     assert polynomial.joints(0.0) == polynomial.joints(-1.0) == (-0.2, 0.3)
     assert polynomial.joints(1.0) == polynomial.joints(2.0) == (0.4, 0.1)
-
-
-def test_it_cannot_be_changed() -> None:
-    polynomial = of_function([0.0, 0.5, 1.0], 8)
-    for array in (polynomial.borders, polynomial.offsets, polynomial.coefficients):
-        assert array.flags.c_contiguous
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 1

@@ -1,0 +1,209 @@
+"""The sums of `iiwa_sim.motion.path.lin`: poses along a line, their joints, and a polynomial through these.
+
+A line is given by forty numbers, those of `TcpLine.numbers`.
+"""
+
+# mypy: allow-untyped-decorators
+
+import cython
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.inverse_kernel import solve
+    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
+else:
+    from iiwa_sim.robot.inverse_kernel import solve
+    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
+
+NOT_RESOLVED = 0
+SINGULAR = -1
+OUT_OF_REACH = -2
+
+_NEAR = cython.declare(cython.int, 1)
+_OUT_OF_REACH = cython.declare(cython.int, 2)
+_PI = cython.declare(cython.double, 3.141592653589793)
+_TAU = cython.declare(cython.double, 6.283185307179586)
+# Coefficients (rad) below this are left out.
+_NOTHING = cython.declare(cython.double, 1e-13)
+# With the last three coefficients (rad) below this a piece is resolved: where derivatives have to agree with
+# those of neighbours, and where there are none.
+_RESOLVED = cython.declare(cython.double, 1e-12)
+_RESOLVED_ALONE = cython.declare(cython.double, 1e-11)
+# Near singular poses rounding shows in all coefficients: below this, and where they do not fall any more.
+_ROUNDING = cython.declare(cython.double, 1e-9)
+_LEVEL = cython.declare(cython.double, 10.0)
+
+
+def nodes_and_weights(degree: cython.int, nodes: cython.double[::1], weights: cython.double[:, ::1]) -> None:
+    """The places (degree + 1,) in -1..1 where a polynomial of that degree is fitted, ends included, and what
+    each value there counts in each coefficient (degree + 1, degree + 1)."""
+    k: cython.int
+    j: cython.int
+    weight: cython.double
+    for k in range(degree + 1):
+        nodes[k] = sine(_PI * (2 * k - degree) / (2 * degree))
+    nodes[0] = -1.0
+    nodes[degree] = 1.0
+    for j in range(degree + 1):
+        for k in range(degree + 1):
+            weight = 2.0 / degree * cosine(_PI * ((j * (degree - k)) % (2 * degree)) / degree)
+            if k == 0 or k == degree:
+                weight *= 0.5
+            if j == 0 or j == degree:
+                weight *= 0.5
+            weights[j, k] = weight
+
+
+def places(
+    kind: cython.int,
+    numbers: cython.double[::1],
+    line: cython.double[::1],
+    redundancy: cython.double,
+    redundancy_way: cython.double,
+    statuses: cython.long[::1],
+    seed: cython.double[::1],
+    aligned: cython.double,
+    s: cython.double[::1],
+    poses: cython.double[:, ::1],
+    joints: cython.double[:, ::1],
+    results: cython.schar[::1],
+) -> None:
+    """The pose of the flange (12: rotation, place in m) and the joint positions (n,) at each s (m,).
+
+    Results (m,) are those of `iiwa_sim.robot.inverse_kernel.solve_rows`.
+    """
+    row: cython.Py_ssize_t
+    own: cython.double
+    for row in range(s.shape[0]):
+        _pose(line, s[row], poses, row)
+        own = redundancy + s[row] * redundancy_way
+        results[row] = solve(kind, numbers, poses, row, own, statuses[row], seed, aligned, joints)
+
+
+def fit(
+    kind: cython.int,
+    numbers: cython.double[::1],
+    line: cython.double[::1],
+    redundancy: cython.double,
+    redundancy_way: cython.double,
+    status: cython.int,
+    seed: cython.double[::1],
+    aligned: cython.double,
+    near: cython.bint,
+    low: cython.double,
+    high: cython.double,
+    reference: cython.double[::1],
+    nodes: cython.double[::1],
+    weights: cython.double[:, ::1],
+    poses: cython.double[:, ::1],
+    joints: cython.double[:, ::1],
+    coefficients: cython.double[:, ::1],
+) -> cython.Py_ssize_t:
+    """A polynomial through the joints of a line from s = low to high, on a branch: rows of coefficients.
+
+    Each joint goes on from where it was, the first from the reference (n,), however often that is around.
+    Ends are met but for rounding. Returns how many rows there are, or one of the constants above: where there
+    is a pose out of reach or, unless they are allowed, near a singular one, or where more nodes are needed.
+    """
+    count: cython.Py_ssize_t = joints.shape[1]
+    last: cython.Py_ssize_t = nodes.shape[0] - 1
+    k: cython.Py_ssize_t
+    j: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    rows: cython.Py_ssize_t
+    result: cython.int
+    alone: cython.bint = low == 0.0 and high == 1.0
+    s: cython.double
+    own: cython.double
+    before: cython.double
+    total: cython.double
+    largest: cython.double
+    for k in range(last + 1):
+        s = high if k == last else low + 0.5 * (high - low) * (1.0 + nodes[k])
+        _pose(line, s, poses, k)
+        own = redundancy + s * redundancy_way
+        result = solve(kind, numbers, poses, k, own, status, seed, aligned, joints)
+        if result == _OUT_OF_REACH:
+            return OUT_OF_REACH
+        if result == _NEAR and not near:
+            return SINGULAR
+        for j in range(count):
+            before = joints[k - 1, j] if k > 0 else reference[j]
+            while joints[k, j] - before > _PI:
+                joints[k, j] -= _TAU
+            while joints[k, j] - before < -_PI:
+                joints[k, j] += _TAU
+    if low == 0.0:
+        for j in range(count):
+            joints[0, j] = reference[j]
+    nothing: cython.double = _NOTHING
+    tail: cython.double = 0.0
+    level: cython.double = 0.0
+    for i in range(last, -1, -1):
+        largest = 0.0
+        for j in range(count):
+            total = 0.0
+            for k in range(last + 1):
+                total += weights[i, k] * joints[k, j]
+            coefficients[i, j] = total
+            largest = max(largest, total, -total)
+        if i > last - 3:
+            tail = max(tail, largest)
+        elif i > last - last // 2:
+            level = max(level, largest)
+        elif tail > (_RESOLVED_ALONE if alone else _RESOLVED):
+            if tail > _ROUNDING or level > _LEVEL * tail:
+                return NOT_RESOLVED
+            nothing = max(nothing, 4.0 * tail)
+    rows = last + 1
+    while rows > 2:
+        largest = 0.0
+        for j in range(count):
+            largest = max(largest, coefficients[rows - 1, j], -coefficients[rows - 1, j])
+        if largest > nothing:
+            break
+        rows -= 1
+    meet(coefficients, rows, joints, last)
+    return rows
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def meet(
+    coefficients: cython.double[:, ::1],
+    rows: cython.Py_ssize_t,
+    joints: cython.double[:, ::1],
+    last: cython.Py_ssize_t,
+) -> cython.void:
+    """What is missing of the first and last joint positions, added evenly along the piece."""
+    j: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    first_off: cython.double
+    last_off: cython.double
+    sign: cython.double
+    for j in range(joints.shape[1]):
+        first_off = joints[0, j]
+        last_off = joints[last, j]
+        sign = 1.0
+        for i in range(rows):
+            first_off -= sign * coefficients[i, j]
+            last_off -= coefficients[i, j]
+            sign = -sign
+        coefficients[0, j] += 0.5 * (first_off + last_off)
+        coefficients[1, j] += 0.5 * (last_off - first_off)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _pose(
+    line: cython.double[::1], s: cython.double, poses: cython.double[:, ::1], row: cython.Py_ssize_t
+) -> cython.void:
+    """The pose of the flange in the base at s, into that row."""
+    k: cython.Py_ssize_t
+    half: cython.double = 0.5 * s * line[39]
+    a: cython.double = sine(half)
+    versine: cython.double = 2.0 * a * a
+    a = 2.0 * a * cosine(half)
+    for k in range(12):
+        poses[row, k] = line[k] + a * line[12 + k] + versine * line[24 + k]
+    for k in range(3):
+        poses[row, 9 + k] += s * line[36 + k]
