@@ -1,12 +1,18 @@
-FROM python:3.13-slim-bookworm AS build
+# Another base with Python 3.11 or newer, or this one by its digest: --build-arg BASE=python:3.13-slim-bookworm@sha256:...
+ARG BASE=python:3.13-slim-bookworm
 
+FROM ${BASE} AS build
+
+# A compiler for what is compiled: our kernels, and on ARM Ruckig, of which there are no wheels.
 # hadolint ignore=DL3008
 RUN apt-get update \
-    && apt-get install --yes --no-install-recommends binutils gcc libc6-dev libgomp1 rdfind \
+    && apt-get install --yes --no-install-recommends binutils g++ libgomp1 rdfind \
     && rm -rf /var/lib/apt/lists/*
 
+# With a link, so that no line below has to know which Python it is.
 WORKDIR /src
-RUN python -m venv /opt/iiwa-sim
+RUN python -m venv /opt/iiwa-sim \
+    && ln -s "$(basename /opt/iiwa-sim/lib/python3.*)" /opt/iiwa-sim/lib/python
 
 # The libraries on their own: a change of our code does not fetch them again.
 COPY pyproject.toml ./
@@ -17,21 +23,32 @@ RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['p
 
 # Headers, static libraries and tests go, a library under three names becomes links to one, symbols go.
 # The .pyc files stay: they halve the start.
-WORKDIR /opt/iiwa-sim/lib/python3.13/site-packages
+WORKDIR /opt/iiwa-sim/lib/python/site-packages
 RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
     && find . -type d '(' -name include -o -name tests -o -name cmake -o -name pkgconfig ')' -prune -exec rm -rf {} + \
     && find . -name '*.a' -delete \
     && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix \
     && find cmeel.prefix -type f -name '*.so*' -exec strip --strip-unneeded {} +
 
+# Isolated (-I), the check imports what is installed; otherwise the checkout in /src comes first.
 WORKDIR /src
 COPY . .
 RUN /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
-    && /opt/iiwa-sim/bin/python -c "import iiwa_sim.simulator" \
+    && /opt/iiwa-sim/bin/python -I -c "import iiwa_sim.simulator" \
     && /opt/iiwa-sim/bin/pip uninstall --yes pip
 
 
-FROM python:3.13-slim-bookworm AS robot
+FROM ${BASE} AS robot
+
+ARG BASE
+ARG VERSION
+ARG REVISION
+LABEL org.opencontainers.image.title="iiwa-sim" \
+      org.opencontainers.image.description="A robot controller in software that speaks the LBR iiwa text protocol" \
+      org.opencontainers.image.licenses="MIT" \
+      org.opencontainers.image.base.name="${BASE}" \
+      org.opencontainers.image.version="${VERSION}" \
+      org.opencontainers.image.revision="${REVISION}"
 
 # hadolint ignore=DL3008
 RUN apt-get update \
@@ -39,11 +56,16 @@ RUN apt-get update \
     && rm -rf /var/lib/apt/lists/* \
     && useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin iiwa
 COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
-ENV PATH=/opt/iiwa-sim/bin:$PATH
+# One thread for linear algebra: arrays are small here, and a pool of threads takes its time to start.
+ENV PATH=/opt/iiwa-sim/bin:$PATH \
+    OPENBLAS_NUM_THREADS=1
+# The official images have no .pyc of Python's own library, and who serves later may not write them. What server and
+# health check load gets them here.
+RUN python -I -c "import iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.serve.rosbridge"
 USER 10001
 
 EXPOSE 30000 54600 9090
-HEALTHCHECK --interval=10s --timeout=5s --start-period=10s \
+HEALTHCHECK --interval=10s --timeout=5s --start-period=10s --start-interval=1s \
     CMD ["iiwa-sim", "health"]
 ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0"]
 
@@ -56,9 +78,10 @@ USER 0
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends \
         python3-rosmaster python3-rospy python3-rosservice python3-rostopic python3-sensor-msgs python3-std-srvs \
-    && rm -rf /var/lib/apt/lists/*
+    && rm -rf /var/lib/apt/lists/* \
+    && python -I -c "import sys; sys.path.append('/usr/lib/python3/dist-packages'); import iiwa_sim.serve.ros1"
 ENV ROS_LOG_DIR=/tmp/ros \
-    ROS_PACKAGE_PATH=/opt/iiwa-sim/lib/python3.13/site-packages/iiwa_sim/protocol/rmi
+    ROS_PACKAGE_PATH=/opt/iiwa-sim/lib/python/site-packages/iiwa_sim/protocol/rmi
 USER 10001
 ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0", "--ros"]
 

@@ -1,10 +1,10 @@
-# make run | test | lint | requirements | bench, each with ARGS="..."; the first one makes .venv and installs everything into it.
+# make run | test | lint | requirements | bench | image, each with ARGS="..."; the first one makes .venv and installs everything into it.
 # Kernels (iiwa_sim/**/*_kernel.py) whose text was edited are compiled before; make kernels does only that.
 PYTHON ?= python3
 BIN := .venv/bin
 KERNELS := $(shell find iiwa_sim -name '*_kernel.py' -o -name '*_kernel.pxd')
 
-.PHONY: run test lint requirements bench kernels clean
+.PHONY: run test lint requirements bench kernels image clean
 
 run: .venv/kernels
 	@$(BIN)/iiwa-sim $(ARGS)
@@ -23,6 +23,9 @@ requirements: .venv/kernels
 
 bench: .venv/kernels
 	@$(BIN)/python -m benchmarks.bench $(ARGS)
+
+image:
+	@$(PYTHON) .ci/image
 
 clean:
 	rm -rf .venv build dist *.egg-info

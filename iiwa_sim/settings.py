@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_NAME = 100
 LONGEST_VALUE = 60
@@ -30,7 +30,7 @@ _PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
 _PART = re.compile(r"(\w+)|\[(\d+)\]")
 
 
-class SettingsFault(Exception):
+class SettingsFault(Unusable):
     """A file of settings cannot be used."""
 
     def __init__(self, file: str, key: str, value: object, expected: str) -> None:

@@ -3,6 +3,13 @@
 from __future__ import annotations
 
 
+class Unusable(Exception):
+    """What a user gave cannot be used: a file, a robot, an address, a stdout.
+
+    The message is one line for the screen; the command `iiwa-sim` ends with it and exit code 2.
+    """
+
+
 def harmless(text: str) -> str:
     """Text that cannot pass for another line, nor steer a terminal: what does not print is escaped."""
     if text.isprintable():

@@ -9,6 +9,7 @@ import re
 import signal
 import socket
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,30 @@ def test_it_ends_in_good_order_while_the_robot_moves(number: int) -> None:
         assert simulator.ends(number) == (0, "")
         with pytest.raises((OSError, EOFError)):
             robot.get_status()
+
+
+# Runs the program, and signals itself when the module argv[1] is about to be loaded.
+SIGNALLED_WHILE_LOADING = """
+import os, signal, sys
+from iiwa_sim.cli import main
+awaited = sys.argv.pop(1)
+class Finder:
+    def find_spec(name, path, target=None):
+        if name == awaited:
+            print("signalled", flush=True)
+            os.kill(os.getpid(), signal.SIGTERM)
+sys.meta_path.insert(0, Finder)
+sys.argv[1:] = ["--port", "0"]
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize("module", ["iiwa_sim.cli.serve", "asyncio", "pinocchio", "ruckig"])
+def test_a_signal_while_it_loads_ends_it(module: str) -> None:
+    """As process 1 of a container would otherwise ignore it, or crash in the midst of loading Pinocchio."""
+    command = [sys.executable, "-c", SIGNALLED_WHILE_LOADING, module]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    assert (done.stdout, done.returncode, done.stderr) == ("signalled\n", 0, "")
 
 
 def test_a_second_signal_changes_nothing() -> None:

@@ -10,39 +10,25 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from iiwa_sim.bridge.fault import BridgeFault
-from iiwa_sim.cell.settings import CellFault
-from iiwa_sim.cli.options import SUBCOMMANDS
-from iiwa_sim.cli.output import StdoutFault
-from iiwa_sim.plot.fault import PlotFault
-from iiwa_sim.robot.description import RobotFault
-from iiwa_sim.ros.fault import RosFault
-from iiwa_sim.serve.listening import ListenFault
-from iiwa_sim.transcript.fault import TranscriptFault
+from iiwa_sim.cli.early import end_while_loading
+from iiwa_sim.cli.names import BRIDGE, SERVE, SUBCOMMANDS
+from iiwa_sim.wording import Unusable
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the simulator until SIGTERM or SIGINT, or what a subcommand asks for; returns the exit code."""
-    given = sys.argv[1:] if arguments is None else arguments
-    try:
-        if given and given[0] in SUBCOMMANDS:
-            # Only what is asked for is imported: it may need an extra, and all of it takes a while.
-            subcommand = import_module(f"iiwa_sim.cli.{given[0].replace('-', '_')}")
-            code: int = subcommand.run(given[1:])
-            return code
-        from iiwa_sim.cli import serve
+    """Run the simulator until SIGTERM or SIGINT, or what a subcommand asks for; returns the exit code.
 
-        return serve.run(given)
-    except (
-        BridgeFault,
-        CellFault,
-        RobotFault,
-        ListenFault,
-        PlotFault,
-        RosFault,
-        TranscriptFault,
-        StdoutFault,
-    ) as fault:
+    Without arguments it is the program, with those of its command line.
+    """
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    name = given.pop(0) if given and given[0] in SUBCOMMANDS else SERVE
+    if arguments is None and name in (SERVE, BRIDGE):
+        end_while_loading()
+    try:
+        # Only what is asked for is imported: it may need an extra, and all of it takes a while.
+        code: int = import_module(f"iiwa_sim.cli.{name.replace('-', '_')}").run(given)
+        return code
+    except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # in a subcommand

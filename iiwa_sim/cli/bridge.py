@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from iiwa_sim import log
 from iiwa_sim.cli.ending import Ending
+from iiwa_sim.cli.names import BRIDGE
 from iiwa_sim.cli.options import (
-    BRIDGE,
     ROSBRIDGE_PORT,
     Parser,
     add_host,
@@ -27,17 +27,17 @@ from iiwa_sim.serve.listening import host_and_port
 
 def run(given: Sequence[str]) -> int:
     options = _parser().parse_args(given)
-    ending = Ending()
     if sys.stderr is not None:
         log.configure(options.log_level, options.log_json, sys.stderr.fileno())
-    asyncio.run(_serve(options, ending))
+    asyncio.run(_serve(options))
     return 0
 
 
-async def _serve(options: argparse.Namespace, ending: Ending) -> None:
+async def _serve(options: argparse.Namespace) -> None:
     from iiwa_sim.bridge.bridge import Bridge
     from iiwa_sim.robot.description import load_robot
 
+    ending = Ending()
     bridge = Bridge(
         options.server,
         load_robot(DEFAULT_ROBOT if options.robot is None else options.robot),

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from iiwa_sim.cli.options import CHECK, Parser, add_server
+from iiwa_sim.cli.names import CHECK
+from iiwa_sim.cli.options import Parser, add_server
 from iiwa_sim.cli.output import say
 
 

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from iiwa_sim.cli.options import CHECK_CELL, Parser
+from iiwa_sim.cli.names import CHECK_CELL
+from iiwa_sim.cli.options import Parser
 from iiwa_sim.cli.output import say
 
 

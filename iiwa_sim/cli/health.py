@@ -9,7 +9,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from iiwa_sim.cli import serve
-from iiwa_sim.cli.options import HEALTH, Parser, whole
+from iiwa_sim.cli.names import HEALTH
+from iiwa_sim.cli.options import Parser, whole
 from iiwa_sim.client import CommandError, Iiwa, Krc4, ReplyError
 from iiwa_sim.dialect.ports import IIWA, KRC4
 from iiwa_sim.serve.listening import host_and_port, why

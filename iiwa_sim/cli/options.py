@@ -1,4 +1,4 @@
-"""What the subcommands have in common: their names, how options are told and checked, and shared options."""
+"""What the subcommands have in common: how options are told and checked, and shared options."""
 
 import argparse
 from collections.abc import Callable
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from iiwa_sim import log
+from iiwa_sim.cli.names import ROS_PACKAGE_PATH
 from iiwa_sim.cli.output import say
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.rmi.conventions import RESULT_TYPES, Conventions, Reference
@@ -13,15 +14,6 @@ from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
 from iiwa_sim.serve.listening import MAX_PORT, why
 from iiwa_sim.wording import harmless, shortened
 
-PLOT = "plot"
-CHECK_CELL = "check-cell"
-REPLAY = "replay"
-CHECK = "check"
-BRIDGE = "bridge"
-HEALTH = "health"
-ROS_PACKAGE_PATH = "ros-package-path"
-SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, CHECK, BRIDGE, HEALTH, ROS_PACKAGE_PATH)
-"""Each a module of this package, with `run`."""
 ROSBRIDGE_PORT = 9090
 LONGEST_MESSAGE = 400
 """Characters of a message about wrong arguments, which cites them."""

@@ -3,8 +3,10 @@
 import os
 import sys
 
+from iiwa_sim.wording import Unusable
 
-class StdoutFault(Exception):
+
+class StdoutFault(Unusable):
     """A stdout that takes nothing. The message is one line."""
 
 

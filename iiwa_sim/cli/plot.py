@@ -4,7 +4,8 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from iiwa_sim.cli.options import PLOT, Parser, add_rate, add_robot, check_robot
+from iiwa_sim.cli.names import PLOT
+from iiwa_sim.cli.options import Parser, add_rate, add_robot, check_robot
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.wording import shortened

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from iiwa_sim.cli.options import REPLAY, Parser, add_servers
+from iiwa_sim.cli.names import REPLAY
+from iiwa_sim.cli.options import Parser, add_servers
 from iiwa_sim.cli.output import say
 from iiwa_sim.wording import harmless
 

@@ -10,9 +10,8 @@ from pathlib import Path
 
 from iiwa_sim import log
 from iiwa_sim.cli.ending import Ending
+from iiwa_sim.cli.names import REPLAY, SUBCOMMANDS
 from iiwa_sim.cli.options import (
-    REPLAY,
-    SUBCOMMANDS,
     Parser,
     add_host,
     add_log,
@@ -41,18 +40,18 @@ def run(given: Sequence[str]) -> int:
     if options.version:
         say(f"iiwa-sim {metadata.version('iiwa-sim')}\n")
         return 0
-    ending = Ending()
     if sys.stderr is not None:
         log.configure(options.log_level, options.log_json, sys.stderr.fileno())
     gc.disable()  # nothing made during the start is garbage
-    asyncio.run(_serve(options, ending))
+    asyncio.run(_serve(options))
     return 0
 
 
-async def _serve(options: argparse.Namespace, ending: Ending) -> None:
+async def _serve(options: argparse.Namespace) -> None:
     # Pinocchio and Ruckig take their time to load: not before the options are known to be right.
     from iiwa_sim.simulator import LOOPBACK, Simulator
 
+    ending = Ending()
     simulator = Simulator(
         options.robot,
         cell=options.cell,

@@ -1,12 +1,12 @@
 """Why there is no picture."""
 
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_MESSAGE = 400
 """Characters of a message, which may cite paths and commands."""
 
 
-class PlotFault(Exception):
+class PlotFault(Unusable):
     """A picture cannot be made. The message is one line that names the file and what is wrong."""
 
     def __init__(self, message: str) -> None:

@@ -5,7 +5,7 @@ import os
 import socket
 from collections.abc import Callable
 
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import Unusable, harmless, shortened
 
 MAX_PORT = 65535
 
@@ -16,7 +16,7 @@ LONGEST_HOST = 100
 """Characters of a host that a message shows."""
 
 
-class ListenFault(Exception):
+class ListenFault(Unusable):
     """An address that cannot be listened on. The message is one line."""
 
 

@@ -1,0 +1,102 @@
+"""`make image`: build both images, iiwa-sim and iiwa-sim-ros, and try them; exit code 1 with what is wrong.
+
+By docker, or by podman. Where podman reaches no registry of images, it builds on a base made from Debian's
+packages, with images of its own under ~/.cache/iiwa-sim: they last, so that a second build takes seconds.
+"""
+
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+import base
+import engine
+import trial
+from engine import Engine, EngineFault
+
+SOURCE = Path(__file__).parent.parent.parent
+DOCKERFILE = SOURCE / "Dockerfile"
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "iiwa-sim" / "images"
+IMAGES = {"iiwa-sim": [], "iiwa-sim-ros": ["--target", "ros"]}
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory(prefix="iiwa-sim-image-") as folder:
+        scratch = Path(folder)
+        builder, options = _builder(scratch)
+        dockerfile = _understood_by(builder, scratch)
+        for image, target in IMAGES.items():
+            builder.build(SOURCE, dockerfile, image, [*options, *_labels(), *target])
+        print(f"base: {builder.size_mb(_base()):.0f} MB", flush=True)
+        trial.try_image(builder, "iiwa-sim")
+        master = f"http://127.0.0.1:{(port := trial.free_port())}"
+        with trial.running(
+            builder,
+            "iiwa-sim-ros",
+            "--tmpfs",
+            "/tmp",
+            "--entrypoint",
+            "rosmaster",
+            then=("--core", "-p", str(port)),
+        ) as ros:
+            ros.answer(port, b"GET / HTTP/1.0\r\n\r\n")
+            node = ["--tmpfs", "/tmp", "--env", f"ROS_MASTER_URI={master}", "--env", "ROS_IP=127.0.0.1"]
+            trial.try_image(builder, "iiwa-sim-ros", *node)
+
+
+def _builder(scratch: Path) -> tuple[Engine, list[str]]:
+    """What builds here, with options for a build; the base is there, or can be pulled."""
+    name = _base()
+    for builder in (engine.docker(), engine.podman()):
+        if builder is not None and (builder.has(name) or _pulls(builder, name)):
+            return builder, []
+    builder = engine.podman(CACHE)
+    if builder is None:
+        raise EngineFault("no docker that runs, and no podman")
+    if not builder.has(name):
+        print(f"{name} cannot be pulled here: a base from Debian's packages takes its place", flush=True)
+        base.make(builder, name)
+    return builder, ["--pull=never", *base.settings(scratch)]
+
+
+def _base() -> str:
+    found = re.search(r"^ARG BASE=(\S+)$", DOCKERFILE.read_text(), re.MULTILINE)
+    assert found
+    return found[1]
+
+
+def _pulls(builder: Engine, name: str) -> bool:
+    try:
+        builder("pull", name, timeout_s=300)
+    except EngineFault:
+        return False
+    return True
+
+
+def _understood_by(builder: Engine, scratch: Path) -> Path:
+    """Our Dockerfile; for a podman before 4.9 without --start-interval, which it does not know."""
+    version = re.search(r"podman version (\d+)\.(\d+)", builder("--version"))
+    if version is None or (int(version[1]), int(version[2])) >= (4, 9):
+        return DOCKERFILE
+    print("this podman does not know --start-interval of HEALTHCHECK: built without it", flush=True)
+    copy = scratch / "Dockerfile"
+    copy.write_text(DOCKERFILE.read_text().replace(" --start-interval=1s", ""))
+    return copy
+
+
+def _labels() -> list[str]:
+    version = tomllib.loads((SOURCE / "pyproject.toml").read_text())["project"]["version"]
+    commit = subprocess.run(
+        ["git", "-C", str(SOURCE), "rev-parse", "HEAD"], capture_output=True, text=True, check=False
+    ).stdout.strip()
+    return ["--build-arg", f"VERSION={version}", "--build-arg", f"REVISION={commit}"]
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except EngineFault as fault:
+        sys.exit(f"image: {fault}")
