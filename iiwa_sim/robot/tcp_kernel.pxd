@@ -2,6 +2,7 @@
 cdef class Tcp:
     cdef readonly object tool_in_flange
     cdef readonly Py_ssize_t joint_count
+    cdef readonly object fixed         # for kernels that have no object: (n + 1, 12)
     cdef double[:, ::1] _fixed
     cdef double[::1] _q
     cdef double[::1] turned            # rotation of the TCP in the base, row by row

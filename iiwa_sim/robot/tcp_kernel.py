@@ -35,7 +35,8 @@ class Tcp:
         self.tool_in_flange = tool_in_flange
         self.joint_count = len(fixed) - 1
         rows = [*fixed[: self.joint_count], compose(fixed[self.joint_count], tool_in_flange)]
-        self._fixed = np.array([(*rotation, *translation) for rotation, translation in rows])
+        self.fixed = np.array([(*rotation, *translation) for rotation, translation in rows])
+        self._fixed = self.fixed
         self._q = np.full(self.joint_count, np.nan)  # different from any
         self.turned = np.empty(9)
         self.place = np.empty(3)
