@@ -4,10 +4,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from copy import copy
 from math import dist
-from typing import Protocol, Self
+from typing import Self
 
 from iiwa_sim.frames import Vector
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.sampled_path import Joints, Path
 
 HALF = 0.49
 """A path is left to blends up to this part from either end, so that it is never all blends."""
@@ -15,17 +15,6 @@ STANDSTILL = 1e-7  # m or rad
 _PLACES = 6  # looked at between a target and half of the way, to find where the path leaves the zone
 _NARROWINGS = 5
 AIM = 0.99  # of a radius: exactly at its border rounding would decide
-
-
-class Curve(Protocol):
-    """A move's path, as far as a zone looks at it."""
-
-    @property
-    def tcp_length_m(self) -> float | None:
-        """How far the TCP goes, where it goes straight and evenly with s."""
-
-    def joints(self, s: float) -> Joints:
-        """Joint positions (rad) at 0 <= s <= 1."""
 
 
 class Zone(ABC):
@@ -38,7 +27,7 @@ class Zone(ABC):
     def distance(self, joints: Sequence[float]) -> float:
         """How far joint positions (rad) are from the target."""
 
-    def clipped(self, first: Curve, second: Curve) -> Self:
+    def clipped(self, first: Path, second: Path) -> Self:
         """The zone, no larger than reaches to the half of the paths to and from its target."""
         halves = self.distance(first.joints(1.0 - HALF)), self.distance(second.joints(HALF))
         clipped = copy(self)
@@ -73,7 +62,7 @@ class JointBall(Zone):
         return max([abs(b - a) for a, b in zip(joints, self._centre, strict=True)])
 
 
-def way_inside(path: Curve, zone: Zone, *, at_end: bool) -> float:
+def way_inside(path: Path, zone: Zone, *, at_end: bool) -> float:
     """The part of a path, up to `HALF`, that lies in a zone round one of its ends without leaving it."""
     if isinstance(zone, Sphere) and path.tcp_length_m is not None:
         return HALF if zone.radius >= HALF * path.tcp_length_m else zone.radius / path.tcp_length_m

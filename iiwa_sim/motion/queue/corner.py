@@ -14,14 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.zone import Zone
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.zone import Zone, way_inside
 
 SHARES = (1.0, 0.7, 0.4, 0.2)
 """Parts of what a zone allows that are tried, until the robot stays in it and within its position limits."""
 PLACES = np.linspace(0.0, 1.0, 9)[1:-1]
-"""v, where that is looked at."""
+"""v, where that is looked at; even, so that read backwards they are 1 - v."""
 ROUNDING = 1.0 + 1e-9
 SHORTEST_WAY_RAD = 1e-6
 """Of the joints on either side; to leave out less is to stop at the target."""
@@ -33,6 +32,9 @@ GENTLE_RHO = 0.35
 SHARP = 0.5
 """The cosine of a turn. Sharper ones, up to a right angle, are taken more and more as the end of one move and
 the beginning of another, with as large a part of either as it takes to build up acceleration."""
+
+
+_START, _END = np.zeros(1), np.ones(1)
 
 
 class Corner(NamedTuple):
@@ -66,77 +68,91 @@ def corner(
     if first.zone is None or first.length_s == 0.0 or second.length_s == 0.0:
         return None
     zone = first.zone.clipped(first.path, second.path)
-    before = min(share * way_inside(first.path, zone, at_end=True), free)
-    after = share * way_inside(second.path, zone, at_end=False)
+    before = min(share * zone.part_inside(first.path, at_end=True), free)
+    after = share * zone.part_inside(second.path, at_end=False)
+    turn = _Turn.between(first, second)
     for smaller in SHARES:
-        found = _rounded(first, second, smaller * before, smaller * after)
+        found = turn.rounded(smaller * before, smaller * after)
         if found is None or _keeps_inside(found, first, second, zone, lowest, highest):
             return found
     return None
 
 
-def _rounded(first: Move, second: Move, before: float, after: float) -> Corner | None:
-    """With the rho that suits it; None where it is too small."""
-    end, start = _slope(first.path, 1.0), _slope(second.path, 0.0)
-    if (
-        before * float(np.abs(end).max()) < SHORTEST_WAY_RAD
-        or after * float(np.abs(start).max()) < SHORTEST_WAY_RAD
-    ):
-        return None
-    times_s = _time_s(first, end, before), _time_s(second, start, after)
-    one, other = end / first.limits.acceleration, start / second.limits.acceleration
-    cosine = float(one @ other) / sqrt(float(one @ one) * float(other @ other))
-    if cosine < SHARP and min(times_s) < SHORTEST_S:
-        return None
-    most = GENTLE_RHO + (1.0 - GENTLE_RHO) * min(max(1.0 - cosine / SHARP, 0.0), 1.0)
-    building_s = _building_s(first, end), _building_s(second, start)
-    wanted = min(building / time for building, time in zip(building_s, times_s, strict=True))
-    return Corner(before, after, min(max(wanted, LEAST_RHO), most))
+class _Setting(NamedTuple):
+    """How a move sets out from a target, or comes to rest at it, as fast as its limits allow."""
+
+    way: float
+    """Of the joint that goes farthest, rad per unit of s"""
+    speed: float
+    """Units of s per s, and so on"""
+    acceleration: float
+    jerk: float
+
+    @classmethod
+    def of(cls, move: Move, slope: Array) -> "_Setting":
+        """`slope` is dq/ds (n,) at the target."""
+        way = np.abs(slope)
+        return cls(float(way.max()), *(1.0 / (way / np.array(move.limits)).max(axis=1)).tolist())
+
+    @property
+    def building_s(self) -> float:
+        """How long its acceleration takes to build up."""
+        return self.acceleration / self.jerk
+
+    def time_s(self, part: float) -> float:
+        """How long it takes to go a part of the path from rest."""
+        building_s = self.building_s
+        # From rest to its full speed, then on evenly.
+        rising_s = min(building_s, sqrt(2.0 * self.speed / self.jerk))
+        gone = self.jerk * rising_s**3 / 6.0
+        if part <= gone:
+            return float((6.0 * part / self.jerk) ** (1.0 / 3.0))
+        if rising_s < building_s:
+            return rising_s + (part - gone) / self.speed
+        # Then it has gone acceleration ((t - building / 2)^2 + building^2 / 12) / 2 after a time t.
+        full_s = self.speed / self.acceleration + 0.5 * building_s
+        gone = 0.5 * self.acceleration * ((full_s - 0.5 * building_s) ** 2 + building_s**2 / 12.0)
+        if part <= gone:
+            return 0.5 * building_s + sqrt(2.0 * part / self.acceleration - building_s**2 / 12.0)
+        return full_s + (part - gone) / self.speed
 
 
-def _slope(path: Polynomial, s: float) -> Array:
-    """dq/ds (n,) at s."""
-    slope: Array = path.derivatives(np.array([s]))[1][0]
-    return slope
+class _Turn(NamedTuple):
+    """What lies on either side of a target."""
 
+    ending: _Setting
+    leaving: _Setting
+    cosine: float
+    """of the angle by which the joints turn, each counted by its acceleration"""
 
-def _reach(limit: Array, slope: Array) -> float:
-    """What a limit of the joints (n,) allows along a path."""
-    return float(1.0 / (np.abs(slope) / limit).max())
+    @classmethod
+    def between(cls, first: Move, second: Move) -> "_Turn":
+        end, start = first.path.derivatives(_END)[1][0], second.path.derivatives(_START)[1][0]
+        one, other = end / first.limits.acceleration, start / second.limits.acceleration
+        size = sqrt(float(one @ one) * float(other @ other))
+        return cls(_Setting.of(first, end), _Setting.of(second, start), float(one @ other) / size)
 
-
-def _building_s(move: Move, slope: Array) -> float:
-    """How long acceleration takes to build up along a path."""
-    return _reach(move.limits.acceleration, slope) / _reach(move.limits.jerk, slope)
-
-
-def _time_s(move: Move, slope: Array, way: float) -> float:
-    """How long the move takes from rest along a part of its path as straight as at its end, or to rest."""
-    acceleration, jerk = _reach(move.limits.acceleration, slope), _reach(move.limits.jerk, slope)
-    speed = _reach(move.limits.velocity, slope)
-    building_s = acceleration / jerk
-    # From rest to its full speed, then on evenly.
-    rising_s = min(building_s, sqrt(2.0 * speed / jerk))
-    gone = jerk * rising_s**3 / 6.0
-    if way <= gone:
-        return float((6.0 * way / jerk) ** (1.0 / 3.0))
-    if rising_s < building_s:
-        return rising_s + (way - gone) / speed
-    # Then it has gone acceleration ((t - building / 2)^2 + building^2 / 12) / 2 after a time t.
-    full_s = speed / acceleration + 0.5 * building_s
-    gone = 0.5 * acceleration * ((full_s - 0.5 * building_s) ** 2 + building_s**2 / 12.0)
-    if way <= gone:
-        return 0.5 * building_s + sqrt(2.0 * way / acceleration - building_s**2 / 12.0)
-    return full_s + (way - gone) / speed
+    def rounded(self, before: float, after: float) -> Corner | None:
+        """The corner with the rho that suits it; None where it is too small."""
+        if min(before * self.ending.way, after * self.leaving.way) < SHORTEST_WAY_RAD:
+            return None
+        times_s = self.ending.time_s(before), self.leaving.time_s(after)
+        if self.cosine < SHARP and min(times_s) < SHORTEST_S:
+            return None
+        wanted = min(self.ending.building_s / times_s[0], self.leaving.building_s / times_s[1])
+        sharpness = min(max(1.0 - self.cosine / SHARP, 0.0), 1.0)
+        most = GENTLE_RHO + (1.0 - GENTLE_RHO) * sharpness
+        return Corner(before, after, min(max(wanted, LEAST_RHO), most))
 
 
 def _keeps_inside(
     found: Corner, first: Move, second: Move, zone: Zone, lowest: Array, highest: Array
 ) -> bool:
     """Whether the robot stays in the zone and within its position limits, where that is looked at."""
-    ending = first.path.derivatives(1.0 - found.before * shape(1.0 - PLACES, found.rho))[0]
-    leaving = second.path.derivatives(found.after * shape(PLACES, found.rho))[0]
+    gone = shape(PLACES, found.rho)
+    ending = first.path.derivatives(1.0 - found.before * gone[::-1])[0]
+    leaving = second.path.derivatives(found.after * gone)[0]
     q = ending + (leaving - np.array(second.path.start))
     if (q < lowest).any() or (q > highest).any():
         return False
-    return all(zone.distance(joints) <= zone.radius * ROUNDING for joints in q.tolist())
+    return bool((zone.distances(q) <= zone.radius * ROUNDING).all())

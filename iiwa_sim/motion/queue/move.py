@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.zone import Zone
 from iiwa_sim.motion.sampled_path import Joints
-from iiwa_sim.motion.zone import Zone
 
 
 class Move(NamedTuple):

@@ -5,11 +5,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from iiwa_sim.frames import IDENTITY
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.zone import HALF, JointBall, Sphere, Zone
 from iiwa_sim.motion.queue.corner import GENTLE_RHO, Corner, corner, shape
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.zone import HALF, JointBall, Sphere, Zone
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 
@@ -50,7 +51,7 @@ def _move(
 
 
 def sphere(radius_m: float, target: Array = TARGET) -> Sphere:
-    return Sphere(radius_m, tuple(target.tolist()), lambda joints: MODEL.flange(joints).translation)
+    return Sphere(radius_m, tuple(target.tolist()), MODEL.tcp(IDENTITY))
 
 
 def round_corner(found: Corner, first: Move, second: Move, v: Array = V) -> Array:
