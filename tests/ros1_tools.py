@@ -14,10 +14,9 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.server import SimpleXMLRPCServer
 
-import pytest
-
 from iiwa_sim.dialect.rmi.definitions import message_md5
 from iiwa_sim.ros.side import SYSTEM_PACKAGES
+from tests.needed import lacks
 from tests.processes import IIWA_SIM
 from tests.talking import DEADLINE_S
 
@@ -25,9 +24,9 @@ PROGRAMS = ("rosmaster", "rostopic", "rosservice")
 SYSTEM_PYTHON = "/usr/bin/python3"
 
 
-def skip_without_ros() -> None:
+def needs_ros() -> None:
     if not (SYSTEM_PACKAGES / "rospy").is_dir() or not all(map(shutil.which, PROGRAMS)):
-        pytest.skip("Debian's ROS 1 packages are not installed here (.ci/run names them)")
+        lacks("ROS 1 of Debian's packages")
 
 
 class Terminal:

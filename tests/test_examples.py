@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import socket
 import subprocess
 import sys
@@ -11,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.needed import program
 from tests.processes import running
 from tests.talking import DEADLINE_S
 
@@ -25,15 +24,10 @@ def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
 @pytest.fixture(scope="module")
 def cpp_client(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """examples/client.cpp, compiled."""
-    compiler = shutil.which("c++")
-    if compiler is None:
-        if "CI" in os.environ:
-            pytest.fail("a C++ compiler is not installed")
-        pytest.skip("a C++ compiler is not installed")
-    program = tmp_path_factory.mktemp("cpp") / "client"
-    done = run(compiler, *STRICT, EXAMPLES / "client.cpp", "-o", program)
+    client = tmp_path_factory.mktemp("cpp") / "client"
+    done = run(program("c++"), *STRICT, EXAMPLES / "client.cpp", "-o", client)
     assert done.returncode == 0, done.stderr
-    return program
+    return client
 
 
 def frames(said: str) -> dict[str, list[float]]:

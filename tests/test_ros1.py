@@ -23,7 +23,7 @@ from tests.ros1_tools import (
     asked_of_a_publisher,
     deaf_subscriber,
     master,
-    skip_without_ros,
+    needs_ros,
 )
 from tests.talking import DEADLINE_S
 
@@ -41,7 +41,7 @@ PTP = "command_type: PTP, pose_type: JOINTS, velocity_type: '%', velocity: [0.5]
 
 @pytest.fixture(scope="module")
 def terminal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
-    skip_without_ros()
+    needs_ros()
     with master(tmp_path_factory.mktemp("home")) as terminal:
         yield terminal
 
@@ -273,7 +273,7 @@ def test_at_the_end_the_master_forgets_the_node(
 def test_a_master_that_is_started_anew_is_told_of_the_node(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    skip_without_ros()
+    needs_ros()
     with ExitStack() as robots:
         with master(tmp_path) as before:
             for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
@@ -357,7 +357,7 @@ def test_a_process_starts_one_node() -> None:
 
 
 def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    skip_without_ros()
+    needs_ros()
     monkeypatch.setenv("HOME", str(tmp_path))
     for uri in ("http://127.0.0.1:1", "nonsense"):
         monkeypatch.setenv("ROS_MASTER_URI", uri)

@@ -23,6 +23,7 @@ from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.serve.rosbridge import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.simulator import Simulator
+from tests.needed import lacks, program
 from tests.processes import IIWA_SIM, Process, running
 from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client
@@ -105,22 +106,18 @@ def test_roslibpy_drives_the_robot() -> None:
     assert "'id': {'group_id': 'DO', 'pin_number': 6}, 'value': True, 'stamp':" in get_ios
 
 
-@pytest.fixture(scope="session")
-def roslibjs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the package roslib in it."""
-    npm = shutil.which("npm")
-    if npm is None or shutil.which("node") is None:
-        pytest.skip("there is no node and npm on this machine")
-    folder = tmp_path_factory.mktemp("roslibjs")
-    got = subprocess.run(
-        [npm, "install", "--prefix", str(folder), "--no-audit", "--no-fund", "--fetch-retries=0", "roslib@2"],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
-    if got.returncode:
-        pytest.skip("npm cannot have the package roslib here")
+@pytest.fixture
+def roslibjs(pytestconfig: pytest.Config) -> Path:
+    """A folder with the package roslib in it, which stays for the next run."""
+    npm, _ = program("npm"), program("node")
+    folder = pytestconfig.cache.mkdir("roslibjs")
+    there = folder / "roslib-2-is-there"
+    if not there.exists():
+        install = [npm, "install", "--prefix", str(folder), "--no-audit", "--no-fund", "roslib@2"]
+        got = subprocess.run(install, capture_output=True, text=True, timeout=10 * DEADLINE_S, check=False)
+        if got.returncode:
+            lacks(f"roslib of npm ({got.stderr[-400:]})")
+        there.touch()
     return folder
 
 

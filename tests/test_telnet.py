@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import pty
 import select
-import shutil
 import signal
 import subprocess
 import sys
@@ -15,6 +14,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from tests.needed import program
 from tests.processes import running
 from tests.talking import DEADLINE_S
 
@@ -54,14 +54,10 @@ class Terminal:
 
 @contextmanager
 def telnet(port: int) -> Iterator[Terminal]:
-    program = shutil.which("telnet")
-    if program is None:
-        if "CI" in os.environ:
-            pytest.fail("telnet is not installed")
-        pytest.skip("telnet is not installed")
+    telnet_itself = program("telnet")
     ours, theirs = pty.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-c", AT_ITS_TERMINAL, program, "127.0.0.1", str(port)],
+        [sys.executable, "-c", AT_ITS_TERMINAL, telnet_itself, "127.0.0.1", str(port)],
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,

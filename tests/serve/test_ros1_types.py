@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.dialect.rmi.definitions import Definition, Field, message, message_md5, service, type_of
-from tests.ros1_tools import see_system_packages, skip_without_ros
+from tests.ros1_tools import needs_ros, see_system_packages
 from tests.ros_messages import MESSAGES, VALUES, Rosbags, contents
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ SERVICE = "robot_movement_interface/GetDigitalIOs"
 @pytest.fixture(scope="module")
 def module() -> Any:
     """What needs genpy."""
-    skip_without_ros()
+    needs_ros()
     see_system_packages()
     return import_module("iiwa_sim.serve.ros1_types")
 
