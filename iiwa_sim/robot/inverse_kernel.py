@@ -49,7 +49,7 @@ def solve_rows(
     numbers: cython.double[::1],
     poses: cython.double[:, ::1],
     redundancies: cython.double[::1],
-    statuses: cython.long[::1],
+    statuses: cython.longlong[::1],
     seed: cython.double[::1],
     aligned: cython.double,
     joints: cython.double[:, ::1],

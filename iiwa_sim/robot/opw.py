@@ -8,37 +8,28 @@ is above zero. Turn: bit i is set where A(i + 1) is negative.
 
 The form is that of Brandstoetter, Angerer and Hofbaur (2014), without lateral offset. py-opw-kinematics has
 it, too. We do without: it loses branches where they meet (of 500 poses with A5 = 0, up to a fifth), has no
-say in which joint keeps its position there, takes 1.7 ms for 200 poses of a line where this takes 0.2, and
+say in which joint keeps its position there, takes 1.7 ms for 200 poses of a line where this takes 0.05, and
 brings SciPy.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2, cos, pi, remainder, sin, sqrt, tau
+from math import cos, remainder, sin, tau
 
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform, multiply
+from iiwa_sim.frames import Transform
 from iiwa_sim.robot.follow import Side, follow_seed
-from iiwa_sim.robot.inverse_kernel import OPW
+from iiwa_sim.robot.inverse_kernel import NEAR, OPW, OUT_OF_REACH, solve_one
+from iiwa_sim.robot.inverse_rows import solved_rows
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.opw_batch import joints_of_regular_poses
 from iiwa_sim.robot.opw_geometry import geometry_of
+from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
-ON_AXIS_M2 = 4e-20
-"""Square of the wrist point's distance from the axis of A1 where it is on it, and A1 is free."""
-NEAR_AXIS_M2 = 1e-10
-"""With less than this rounding shows in A1, and the seed is followed."""
 ALIGNED_RAD = 4e-10
 """With less than this between the axes of A4 and A6, A5 is zero and A4 is free."""
-NEARLY_ALIGNED_RAD = 2e-8
-"""With less than this rounding shows in A4 by more than 1e-8 rad."""
-NEAR_STRAIGHT = 2.5e-10
-"""Square of the sine of half the bend of the elbow where the arm counts as nearly straight (3e-5 rad)."""
-REACH = 1e-10
-"""Farther than this out of reach, in that square, is out of reach; closer is rounding."""
 
 # Wider than the neighbourhood in which the seed is followed: lines keep out of it.
 _STRETCHED_RAD = 1e-3
@@ -53,116 +44,34 @@ class Opw:
         self._model = model
         self.geometry = geometry_of(model)
         upper, fore = self.geometry.lengths
-        self._ratio = fore / upper
-        self._reach2 = (upper + fore) ** 2
-        self._quarter = 0.25 / (upper * fore)
         self._stretched = self.geometry.stretched
-        self._sp, self._cp = sin(self._stretched), cos(self._stretched)
         self.kind = OPW
         (sx, sz), (ux, uz), _, hand, signs, unturned = self.geometry
-        lengths = (self._ratio, self._reach2, self._quarter)
-        self.numbers = np.array((sx, sz, ux, uz, hand, *lengths, self._sp, self._cp, *signs, *unturned))
+        lengths = (fore / upper, (upper + fore) ** 2, 0.25 / (upper * fore))
+        turned = (sine(self._stretched), cosine(self._stretched))
+        self.numbers = np.array((sx, sz, ux, uz, hand, *lengths, *turned, *signs, *unturned))
+        self._room = np.empty((3, 12))
         self.statuses = range(8)
         self.redundancy_range = None
 
     def joints(
         self,
         flange: Transform,
-        redundancy: float,  # noqa: ARG002  the interface has it
+        redundancy: float,
         status: int,
         seed: Sequence[float],
     ) -> tuple[float, ...] | None:
-        (sx, sz), (ux, uz), _, hand, signs, unturned = self.geometry
-        sign1, sign2, sign3, sign4, sign5, sign6 = signs
-        px, py, pz = flange.translation
-        r00, r01, r02, r10, r11, r12, r20, r21, r22 = multiply(flange.rotation, unturned)
-        wx = px - hand * r00
-        wy = py - hand * r10
-        tz = pz - hand * r20 - sz
-        h2 = wx * wx + wy * wy
-        x1 = -sqrt(h2) if status & 1 else sqrt(h2)
-        tx = x1 - sx
-
-        # bend of the elbow from the half angle, which keeps its digits near the straight arm
-        half2 = (self._reach2 - tx * tx - tz * tz) * self._quarter
-        if half2 > 1.0 or half2 < -REACH:
+        result, joints = solve_one(
+            OPW, self.numbers, *flange, redundancy, status, seed, ALIGNED_RAD, self._room
+        )
+        if result == OUT_OF_REACH:
             return None
-        if half2 < NEAR_STRAIGHT or h2 < NEAR_AXIS_M2:
+        if result == NEAR:
             followed = self._follow(flange, status, seed)
             if followed is not None:
                 return followed
-            half2 = max(half2, 0.0)
-        sd = 2.0 * sqrt(half2 * (1.0 - half2))
-        cd = 1.0 - 2.0 * half2
-        if (sign3 < 0.0) == bool(status & 2):
-            sd = -sd
-
-        if h2 > ON_AXIS_M2:
-            c1 = wx / x1
-            s1 = wy / x1
-            q1 = atan2(s1, c1)
-        else:
-            q1 = sign1 * seed[0]
-            c1 = cos(q1)
-            s1 = sin(q1)
-        # A2 turns (vx, vz), from shoulder to wrist, to (tx, tz)
-        k = self._ratio
-        vx = ux + k * (ux * cd + uz * sd)
-        vz = uz + k * (uz * cd - ux * sd)
-        c2 = tx * vx + tz * vz
-        s2 = tx * vz - tz * vx
-        n = sqrt(c2 * c2 + s2 * s2)
-        if n > 1e-20:
-            c2 /= n
-            s2 /= n
-            q2 = atan2(s2, c2)
-        else:  # wrist point in the shoulder
-            q2 = sign2 * seed[1]
-            c2 = cos(q2)
-            s2 = sin(q2)
-        sp, cp = self._sp, self._cp
-        s3 = sd * cp + cd * sp
-        c3 = cd * cp - sd * sp
-        q3 = atan2(s3, c3)
-        s23 = s2 * c3 + c2 * s3
-        c23 = c2 * c3 - s2 * s3
-
-        # direction of A6 in the frame that A1 to A3 turn
-        x = c1 * r00 + s1 * r10
-        y = c1 * r10 - s1 * r00
-        t0 = x * c23 - r20 * s23
-        z = x * s23 + r20 * c23
-        s5 = sqrt(y * y + z * z)
-        above = bool(status & 4) == (sign5 > 0.0)
-        if s5 > ALIGNED_RAD:
-            if s5 < NEARLY_ALIGNED_RAD:
-                followed = self._follow(flange, status, seed)
-                if followed is not None:
-                    return followed
-            if not above:
-                s5 = -s5
-            s4 = y / s5
-            c4 = -z / s5
-            q4 = atan2(s4, c4)
-        else:
-            q4 = sign4 * seed[3]
-            s4 = sin(q4)
-            c4 = cos(q4)
-            s5 = s4 * y - c4 * z
-            s5 = max(s5, 0.0) if above else min(s5, 0.0)
-        # axis of A5 in the base: seen from there A6 has turned the flange's y and z
-        x = s4 * s23
-        z = s4 * c23
-        x, y = c1 * x - s1 * c4, s1 * x + c1 * c4
-        q6 = atan2(-(x * r02 + y * r12 + z * r22), x * r01 + y * r11 + z * r21)
-        return (
-            _half_open(sign1 * q1),
-            _half_open(sign2 * q2),
-            _half_open(sign3 * q3),
-            _half_open(sign4 * q4),
-            _half_open(sign5 * atan2(s5, t0)),
-            _half_open(sign6 * q6),
-        )
+        solved: tuple[float, ...] = joints
+        return solved
 
     def branches(
         self, flange: Transform, redundancy: float, seed: Sequence[float]
@@ -178,21 +87,7 @@ class Opw:
         status: int | NDArray[np.int64],
         seed: Sequence[float],
     ) -> NDArray[np.float64]:
-        joints, near = joints_of_regular_poses(
-            self.geometry,
-            rotations,
-            translations,
-            status,
-            (NEAR_STRAIGHT, NEAR_AXIS_M2, NEARLY_ALIGNED_RAD),
-        )
-        statuses = np.broadcast_to(status, len(joints))
-        for row in near.nonzero()[0]:
-            r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotations[row].ravel().tolist()
-            x, y, z = translations[row].tolist()
-            flange = Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z))
-            found = self.joints(flange, float(redundancies[row]), int(statuses[row]), seed)
-            joints[row] = np.nan if found is None else found
-        return joints
+        return solved_rows(self, rotations, translations, redundancies, status, seed, ALIGNED_RAD)
 
     def status(self, q: Sequence[float]) -> int:
         return (self._wrist_x(q) < 0.0) | (self._bend(q) >= 0.0) << 1 | (q[4] > 0.0) << 2
@@ -239,11 +134,3 @@ class Opw:
         if abs(x) > 1e-9 and (x < 0.0) != bool(status & 1):
             return None
         return q
-
-
-def _half_open(angle: float) -> float:
-    """The angle (rad) in (-pi, pi]."""
-    if -pi < angle <= pi:
-        return angle
-    turned = remainder(angle, tau)
-    return turned if turned != -pi else pi

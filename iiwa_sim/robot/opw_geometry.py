@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from math import atan2, hypot
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from iiwa_sim.frames import Rotation, transpose
+from iiwa_sim.robot.arctangent_kernel import arctangent
 from iiwa_sim.robot.fault import RobotFault
 from iiwa_sim.robot.model import Model
 
@@ -43,13 +44,15 @@ class Geometry(NamedTuple):
     @property
     def lengths(self) -> tuple[float, float]:
         """Of upper arm and forearm."""
-        return hypot(*self.upper_arm), hypot(*self.forearm)
+        (ux, uz), (fx, fz) = self.upper_arm, self.forearm
+        return sqrt(ux * ux + uz * uz), sqrt(fx * fx + fz * fz)
 
     @property
     def stretched(self) -> float:
         """How far A3 would have to turn about y, from zero, for the wrist point to be farthest (rad)."""
         (ux, uz), (fx, fz) = self.upper_arm, self.forearm
-        return atan2(ux * fz - uz * fx, ux * fx + uz * fz)
+        stretched: float = arctangent(ux * fz - uz * fx, ux * fx + uz * fz)
+        return stretched
 
 
 def geometry_of(model: Model) -> Geometry:

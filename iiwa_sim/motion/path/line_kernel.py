@@ -59,7 +59,7 @@ def places(
     line: cython.double[::1],
     redundancy: cython.double,
     redundancy_way: cython.double,
-    statuses: cython.long[::1],
+    statuses: cython.longlong[::1],
     seed: cython.double[::1],
     aligned: cython.double,
     s: cython.double[::1],

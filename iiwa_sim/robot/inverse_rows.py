@@ -1,0 +1,55 @@
+"""The closed form of an arm for many poses at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.frames import Transform
+from iiwa_sim.robot.inverse_kernel import NEAR, OUT_OF_REACH, solve_rows
+
+
+class _Arm(Protocol):
+    """What is wanted of an `iiwa_sim.robot.inverse.Inverse`."""
+
+    kind: int
+    numbers: NDArray[np.float64]
+
+    def joints(
+        self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
+    ) -> tuple[float, ...] | None: ...
+
+
+def solved_rows(
+    arm: _Arm,
+    rotations: NDArray[np.float64],
+    translations: NDArray[np.float64],
+    redundancies: NDArray[np.float64],
+    status: int | NDArray[np.int64],
+    seed: Sequence[float],
+    aligned: float,
+) -> NDArray[np.float64]:
+    """See `Inverse.joints_batch`. Rows near singular poses are solved one by one, following the seed.
+
+    With axes `aligned` to this angle (rad) a joint is free and keeps its position in the seed.
+    """
+    count = len(redundancies)
+    poses = np.empty((count, 12))
+    poses[:, :9] = np.reshape(rotations, (count, 9))
+    poses[:, 9:] = translations
+    places = np.array(redundancies, dtype=np.float64)
+    statuses = np.array(np.broadcast_to(status, count), dtype=np.int64)
+    joints = np.empty((count, len(seed)))
+    results = np.empty(count, dtype=np.int8)
+    seeds = np.array(seed, dtype=np.float64)
+    solve_rows(arm.kind, arm.numbers, poses, places, statuses, seeds, aligned, joints, results)
+    joints[results == OUT_OF_REACH] = np.nan
+    for row in (results == NEAR).nonzero()[0].tolist():
+        r0, r1, r2, r3, r4, r5, r6, r7, r8, x, y, z = poses[row].tolist()
+        flange = Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z))
+        found = arm.joints(flange, float(places[row]), int(statuses[row]), seed)
+        joints[row] = np.nan if found is None else found
+    return joints
