@@ -70,6 +70,16 @@ class SessionLog:
             extra={"fields": {"session": session, "line": line, "code": code, "reason": reason}},
         )
 
+    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
+        logger.warning(
+            "%s sends %d more than '%s' takes (%s): ignored, and not told again",
+            session,
+            beyond,
+            command,
+            takes,
+            extra={"fields": {"session": session, "command": command, "beyond": beyond}},
+        )
+
     def stopped(self, session: str, vanished: bool) -> None:
         logger.log(
             logging.WARNING if vanished else logging.INFO,

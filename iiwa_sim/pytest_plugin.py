@@ -41,6 +41,7 @@ _OPTIONS = {
     "port": _PORT,
     "status_port": _PORT,
     "status_rate_hz": _Option(int, "a whole number"),
+    "strict": _Option(bool, "True or False"),
     "exclusive": _Option(bool, "True or False"),
     "reconnect_pause_s": _SECONDS,
     "transcript": _FILE,
@@ -51,6 +52,7 @@ _INI = {
     "dialect": "what is spoken: iiwa (default), krc4, or both with a comma between",
     "clock": f"how simulated time passes: real, 10x, fast or stepped (default: {DEFAULT_CLOCK})",
     "rate": "ticks per second, 100 to 1000",
+    "strict": "whether more values than a command takes are an error: true or false (default: false)",
 }
 _NAMES = {"rate": "rate_hz", "dialect": "dialects"}
 
@@ -165,6 +167,10 @@ def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
         given["transcript"] = folder / given["transcript"]
     if isinstance(given.get("dialects"), str):
         given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
+    if isinstance(given.get("strict"), str):
+        if given["strict"] not in ("true", "false"):
+            raise _fault(f"strict {given['strict']!r}: expected true or false")
+        given["strict"] = given["strict"] == "true"
     if isinstance(given.get("rate_hz"), str):
         if not given["rate_hz"].isdigit():
             raise _fault(f"rate {given['rate_hz']!r}: expected a whole number")

@@ -68,6 +68,9 @@ class Simulator(LoopOrThread):
     that know the `rosbridge_secret` if there is one. With `ros` it is a node of ROS 1, of which a process has
     one. Both follow the `ros_conventions`.
 
+    With `strict`, a line of the iiwa's protocol with more values than its command takes is an `error`; else
+    they are ignored, as by the original, and told in the log.
+
     With `exclusive`, clients are served one after the other, and in any case the next one
     `reconnect_pause_s` after the last has gone. `on_bye` is called when a client has said bye, as one can in
     iiwa, and been answered: there the caller may leave the context.
@@ -103,6 +106,7 @@ class Simulator(LoopOrThread):
         rosbridge_secret: str | None = None,
         ros: bool = False,
         ros_conventions: Conventions = TODAYS,
+        strict: bool = False,
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
         backdoor_port: int | None = None,
@@ -132,6 +136,7 @@ class Simulator(LoopOrThread):
         self.dialogue = Dialogue(lambda: self.controller.tick)
         """What is said in all dialects; `dialogue.listeners.append(listener)` hears it."""
         self._log = SessionLog()
+        self._strict = strict
         faults, turns = WireFaults(self.dialogue.on_wire), Turns(exclusive, reconnect_pause_s)
         spoken = [dialect_for(name, self.cell.description) for name in dialects]
         self._servers = {
@@ -317,7 +322,9 @@ class Simulator(LoopOrThread):
         return BackdoorSession(self.backdoor, self._log, f"{name} (backdoor)")
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], DialectSession]:
-        return lambda name: dialect.open_session(self.controller, self._log, name, self.dialogue)
+        return lambda name: dialect.open_session(
+            self.controller, self._log, name, self.dialogue, self._strict
+        )
 
     def _recording(self, path: Path) -> Recorder:
         title = f"{self.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"

@@ -38,7 +38,7 @@ def running(
         try:
             assert process.stdout is not None
             line = process.stdout.readline()  # or the end of the stream, if it does not come to that
-            assert line.startswith("listening on 127.0.0.1:"), line
+            assert line.startswith(("listening on 127.0.0.1:", "krc4 on 127.0.0.1:")), line
             yield Process(process, int(line.rsplit(":", 1)[1]))
         finally:
             process.kill()

@@ -223,6 +223,31 @@ def test_options_come_from_marker_command_line_and_ini(project: Project, pyteste
     result.assert_outcomes(passed=3)
 
 
+def test_more_values_than_a_command_takes_are_an_error_where_a_test_is_strict(
+    project: Project, pytester: pytest.Pytester
+) -> None:
+    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function\niiwa_strict = true\n")
+    code = """
+        import socket
+
+        def answer(iiwa):
+            with socket.create_connection((iiwa.host, iiwa.port)) as client:
+                client.sendall(b"set override : 1 1\\n")
+                return client.recv(1024)
+
+        def test_ini(iiwa):
+            assert answer(iiwa) == b"error\\r\\n"
+
+        @pytest.mark.iiwa(strict=False)
+        def test_marker_over_ini(iiwa):
+            assert answer(iiwa) == b"done\\r\\n"
+        """
+    project.tests(code).assert_outcomes(passed=2)
+    result = project.tests("def test_wrong(iiwa):\n    pass\n", "--iiwa-strict", "yes")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["fixture iiwa: strict 'yes': expected true or false"])
+
+
 def test_a_project_for_krc4_says_so_once(project: Project, pytester: pytest.Pytester) -> None:
     pytester.makeini(
         """

@@ -12,7 +12,7 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.calls import CALLS, TAKES_TIME
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.dialect.decimals import readable
-from iiwa_sim.dialect.help import alternatives, overview, usage
+from iiwa_sim.dialect.help import alike, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.table import ERROR, Refusal, load_table
@@ -96,6 +96,10 @@ class BackdoorSession:
         if isinstance(request, Refusal):
             return self._error(line, request.code, request.reason)
         name = request.command.name
+        if request.beyond:
+            count = len(request.values) + request.beyond
+            reason = f"{name} takes {request.command.takes()}, got {count}"
+            return self._error(line, COMMUNICATION_FAILURE, reason)
         takes_time = TAKES_TIME.get(name)
         if takes_time is not None:
             coroutine = takes_time(self._backdoor, request)
@@ -131,7 +135,10 @@ class BackdoorSession:
             return overview(self._table, _EXAMPLE)
         command = self._table.commands.get(phrase)
         if command is None:
-            raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, phrase))
+            names = alike(self._table, phrase)
+            if not names:
+                raise Refused(COMMUNICATION_FAILURE, "no such command")
+            return f"alike: {names}"
         return usage(command)
 
 

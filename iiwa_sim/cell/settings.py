@@ -15,7 +15,8 @@ from iiwa_sim.settings import Range, Reader, SettingsFault
 
 HOME = "home"
 DEFAULT_CONTACT_RADIUS_MM = 5.0
-LARGEST_IO_COUNT = 1024
+LARGEST_IO_COUNT = 499
+"""As many as `get outputs` tells in a reply of 1,000 bytes."""
 
 _SIZE: Range = (0.01, 10_000.0, " mm")
 POSE_RANGES: dict[str, Range] = {

@@ -1,4 +1,4 @@
-"""Probes that move the robot: A7 by at most 0.1 rad, slowly, and back."""
+"""Probes that move the robot: A7 by at most 0.1 rad, the TCP by at most 40 mm upwards, slowly, and back."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -10,6 +10,11 @@ from iiwa_sim.transcript.wire import NoReply
 
 WAY_RAD = 0.1
 SLOW = 0.02
+UP_MM = 40.0
+UP_SPEED = 0.05
+STILL_MM = 0.05
+STILL_LOOKS = 3
+"""A robot that turns round is still for a moment."""
 REST_S = 20.0
 AT_REST_RAD = 1e-4
 """What an encoder may show of a robot at rest."""
@@ -66,6 +71,53 @@ def _malformed_move(link: Link) -> Finding:
             return deviates(f"'lin move : 1' was answered '{reply}'")
         time.sleep(0.3)
         return ours() if _moves(talk, talk.numbers("get joint position")) else same()
+
+
+def _stiffness_move_replaces(link: Link) -> Finding:
+    with _moved(link) as (talk, _):
+        frame = talk.numbers("get tool frame")
+        if (reply := talk.ask(_upwards(frame, UP_MM))) != "done":
+            return untried(f"linstiff move was answered '{reply}'")
+        time.sleep(0.3)
+        if (reply := talk.ask(_upwards(frame, 0.0))) != "done":
+            return deviates(f"a stiffness move while another runs was answered '{reply}'")
+        if _highest_mm(talk, frame) > 0.9 * UP_MM:
+            return deviates("it waits until the one before is done")
+        return same()
+
+
+def _hold_cancels(link: Link) -> Finding:
+    with _moved(link) as (talk, start):
+        frame = talk.numbers("get tool frame")
+        if (reply := talk.ask(_upwards(frame, UP_MM))) != "done":
+            return untried(f"linstiff move was answered '{reply}'")
+        time.sleep(0.3)
+        if (reply := talk.ask("start gravity : 4000")) != "done":
+            return deviates(f"`start gravity` while a move runs was answered '{reply}'")
+        if _highest_mm(talk, frame) > 0.9 * UP_MM:
+            return deviates("the hold begins when the move is done")
+        refused = talk.ask(_a7("joint move", start, SLOW, 0.0)) == "error"
+        return ours() if refused else same()
+
+
+def _upwards(frame: Sequence[float], way_mm: float) -> str:
+    x, y, z, *angles = frame
+    words = [f"{value:.9f}" for value in (x, y, z + way_mm, *angles)]
+    return f"linstiff move : {' '.join(words)} {UP_SPEED} 4000 0 0 0 0 0 0"
+
+
+def _highest_mm(talk: Talk, frame: Sequence[float]) -> float:
+    """How far above a frame the TCP comes until it is still."""
+    highest = 0.0
+    deadline = time.monotonic() + REST_S
+    still = 0
+    while still < STILL_LOOKS and time.monotonic() < deadline:
+        before = talk.numbers("get tool frame")[2] - frame[2]
+        time.sleep(0.1)
+        after = talk.numbers("get tool frame")[2] - frame[2]
+        still = still + 1 if abs(after - before) < STILL_MM else 0
+        highest = max(highest, before, after)
+    return highest
 
 
 @contextmanager
@@ -132,6 +184,20 @@ PROBES = (
         "`error`, and yet the running motion is stopped",
         "`error`, and nothing changes",
         _malformed_move,
+        True,
+    ),
+    Probe(
+        "a stiffness move while another runs",
+        "it replaces that one",
+        "",
+        _stiffness_move_replaces,
+        True,
+    ),
+    Probe(
+        "`start gravity` while a move runs, and a joint move then",
+        "the move is cancelled, the robot holds; the joint move waits for ever",
+        "the same, and the joint move is refused: a queue that never moves helps nobody",
+        _hold_cancels,
         True,
     ),
     Probe(

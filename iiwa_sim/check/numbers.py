@@ -100,7 +100,7 @@ PROBES = (
     Probe(
         "too many parameters",
         "those beyond are ignored",
-        "`error`: a driver that sends too many is wrong and should learn it here",
+        "the same, with a warning in the log; with --strict `error`",
         _too_many,
     ),
     Probe("`NaN`, `Infinity` as a parameter", "are taken", "`error`", _not_finite),

@@ -67,6 +67,7 @@ async def _serve(options: argparse.Namespace) -> None:
         rosbridge_secret=options.rosbridge_secret,
         ros=options.ros,
         ros_conventions=ros_conventions(options),
+        strict=options.strict,
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
         backdoor_port=options.backdoor_port,
@@ -75,8 +76,9 @@ async def _serve(options: argparse.Namespace) -> None:
     )
     async with simulator:
         ending.watch()
-        for port in simulator.ports.values():
-            say(f"listening on {host_and_port(simulator.host, port)}\n")
+        for name, port in simulator.ports.items():
+            what = "listening" if name == DEFAULT_DIALECT else name
+            say(f"{what} on {host_and_port(simulator.host, port)}\n")
         if simulator.status_port is not None:
             say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
         if simulator.rosbridge_port is not None:
@@ -209,6 +211,12 @@ def _parser() -> Parser:
         metavar="PORT",
         help="on this port of 127.0.0.1, take the commands of a test bench: faults, pushes, and more; 0 "
         "picks a port (default: no such port)",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="answer error to a line with more values than its command takes (default: they are ignored, as "
+        "by the original, with a warning in the log)",
     )
     parser.add_argument(
         "--exclusive",

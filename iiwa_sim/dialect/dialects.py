@@ -34,15 +34,21 @@ class Dialect(NamedTuple):
     """How many a robot may have for it."""
     says_bye: bool
     """Whether a client can say good-bye in it."""
-    open_session: Callable[[Controller, DialectLog, str, Dialogue], DialectSession]
-    """For a connection of this name in log and dialogue."""
+    open_session: Callable[[Controller, DialectLog, str, Dialogue, bool], DialectSession]
+    """For a connection of this name in log and dialogue; whether it is strict, see `Session`."""
+
+
+def _krc4(
+    controller: Controller, log: DialectLog, name: str, dialogue: Dialogue, _strict: bool
+) -> Krc4Session:
+    return Krc4Session(controller, log, name, dialogue)  # its messages name their fields: none is too many
 
 
 DIALECTS = {
     dialect.name: dialect
     for dialect in (
         Dialect(IIWA, range(7, 8), True, Session),
-        Dialect(KRC4, range(1, REGISTERS + 1), False, Krc4Session),
+        Dialect(KRC4, range(1, REGISTERS + 1), False, _krc4),
     )
 }
 

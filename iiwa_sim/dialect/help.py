@@ -7,7 +7,11 @@ EXAMPLE = "lin move"
 
 def overview(table: Table, example: str = EXAMPLE) -> str:
     """The names of all commands in one line; `example` is one that takes parameters."""
-    return f"{', '.join(map(_marked, table.commands.values()))} (help : {example} tells its usage)"
+    names = ", ".join(command.name for command in table.commands.values() if not command.extension)
+    extensions = ", ".join(command.name for command in table.commands.values() if command.extension)
+    if extensions:
+        names = f"commands: {names}; extensions: {extensions}"
+    return f"{names} (help : {example} tells its usage)"
 
 
 def usage(command: Command) -> str:
@@ -15,11 +19,6 @@ def usage(command: Command) -> str:
     return f"{command.usage()}; {command.summary}{' (extension)' if command.extension else ''}"
 
 
-def alternatives(table: Table, phrase: str) -> str:
-    """What to say to someone who asks for a command that is not there: those with these letters, if any."""
-    alike = [name for name in table.commands if phrase in name]
-    return f"no such command; alike: {', '.join(alike)}" if alike else "no such command"
-
-
-def _marked(command: Command) -> str:
-    return f"{command.name} (extension)" if command.extension else command.name
+def alike(table: Table, phrase: str) -> str:
+    """The names of commands with these letters, or of the one that differs in a letter; empty for none."""
+    return ", ".join(name for name in table.commands if phrase in name) or table.meant(phrase.encode()) or ""

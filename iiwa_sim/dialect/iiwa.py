@@ -14,14 +14,17 @@ from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.poses import from_quaternion
 from iiwa_sim.dialect.decimals import format_decimals, readable
 from iiwa_sim.dialect.dialogue import Dialogue
-from iiwa_sim.dialect.help import alternatives, overview, usage
+from iiwa_sim.dialect.help import alike, overview, usage
 from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.own_moves import OwnMoves
 from iiwa_sim.dialect.ports import IIWA
-from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Refusal, Request, load_table
+from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Refusal, Request, in_degrees, load_table
 from iiwa_sim.frames import Frame
-from iiwa_sim.wording import harmless
+from iiwa_sim.wording import harmless, shortened
+
+LONGEST_REPLY = 1000
+"""Bytes. The public driver receives 1024 of them at once: a longer reply puts it out of step for good."""
 
 _LINES_AT_ONCE = 512  # answered in a few milliseconds; then the event loop gets its turn
 _DONE = b"done\r\n"
@@ -37,9 +40,18 @@ class Session:
     """One connection to the robot."""
 
     def __init__(
-        self, controller: Controller, log: DialectLog, name: str, dialogue: Dialogue | None = None
+        self,
+        controller: Controller,
+        log: DialectLog,
+        name: str,
+        dialogue: Dialogue | None = None,
+        strict: bool = False,
     ) -> None:
-        """`name` tells this connection from others in the log and in the dialogue, if somebody hears that."""
+        """`name` tells this connection from others in the log and in the dialogue, if somebody hears that.
+
+        Values behind the last parameter of a command are ignored, as by the original, and told in the log
+        once for each command; with `strict` they are refused.
+        """
         self._controller = controller
         self._log = log
         self._name = name
@@ -51,6 +63,8 @@ class Session:
         self._moves = OwnMoves(controller.is_pending)
         self._planned = False  # a move, within the present answer()
         self._closing = False
+        self._strict = strict
+        self._beyond_told: set[str] = set()  # commands with values behind their last parameter
         self._written: dict[str, tuple[Values, bytes]] = {}
 
     @property
@@ -113,14 +127,26 @@ class Session:
             if line is TIMING_MARK:
                 return WONT_TIMING_MARK
             return self._refuse(line, request)
+        if request.beyond and not self._ignores_beyond(request):
+            count = len(request.values) + request.beyond
+            reason = f"{request.command.name} takes {request.command.takes()}, got {count}"
+            return self._refuse(line, Refusal(ERROR, COMMUNICATION_FAILURE, reason))
         try:
             return self._carry_out(request)
         except Refused as refused:
-            return self._refuse(line, Refusal(ERROR, refused.code, refused.reason))
+            return self._refuse(line, Refusal(ERROR, refused.code, refused.reason + in_degrees(request)))
         except Exception as fault:  # a fault of ours must not cost the client its connection
             log.exception(self._name, _text(line), fault)
             self._controller.record_error(EXECUTION, f"internal fault at '{_text(line)}', told in the log")
         return _line(ERROR)
+
+    def _ignores_beyond(self, request: Request) -> bool:
+        """Whether values behind the last parameter are ignored; they are told once for each command."""
+        name = request.command.name
+        if not self._strict and name not in self._beyond_told:
+            self._beyond_told.add(name)
+            self._log.ignored(self._name, name, request.command.takes(), request.beyond)
+        return not self._strict
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
         self._log.refused(self._name, _text(line), refusal.code, refusal.reason)
@@ -145,18 +171,18 @@ class Session:
         check = _CHECKS.get(name)
         if check is not None:
             self._planned = True
-            return self._is_possible(check, request.values)
+            return self._is_possible(check, request)
         switch = _SWITCHES.get(name)
         if switch is not None:
             switch(self._controller, request.values)
             return _DONE
         return _OTHERS[name](self, request)
 
-    def _is_possible(self, check: Callable[[Controller, Values], None], values: Values) -> bytes:
+    def _is_possible(self, check: Callable[[Controller, Values], None], request: Request) -> bytes:
         try:
-            check(self._controller, values)
+            check(self._controller, request.values)
         except Refused as refused:
-            return _line(f"unreachable {refused.code} {harmless(refused.reason)}")
+            return _prose(f"unreachable {refused.code} {refused.reason}{in_degrees(request)}")
         return _line("reachable")
 
     def _write(self, name: str, values: Sequence[float]) -> bytes:
@@ -188,7 +214,7 @@ class Session:
 
     def _error(self, _: Request) -> bytes:
         last = self._controller.last_error
-        return _line("0 none" if last is None else f"{last.code} {harmless(last.reason)}")
+        return _prose("0 none" if last is None else f"{last.code} {last.reason}")
 
     def _help(self, request: Request) -> bytes:
         if not request.phrase:
@@ -196,8 +222,15 @@ class Session:
         phrase = request.phrase.lower()
         command = self._table.commands.get(phrase)
         if command is None:
-            raise Refused(COMMUNICATION_FAILURE, alternatives(self._table, phrase))
+            names = alike(self._table, phrase)
+            if not names:
+                raise Refused(COMMUNICATION_FAILURE, "no such command")
+            return _line(f"alike: {names}")
         return _line(usage(command))
+
+
+def _prose(text: str) -> bytes:
+    return _line(shortened(harmless(text), LONGEST_REPLY - len("\r\n")))
 
 
 def _line(text: str) -> bytes:

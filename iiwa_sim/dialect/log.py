@@ -16,6 +16,9 @@ class DialectLog(Protocol):
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         """The reason of an `error` or `unknown command`; codes are robot_movement_interface's results."""
 
+    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
+        """A session sends so many values more than a command takes, for the first time: they are ignored."""
+
     def stopped(self, session: str, vanished: bool) -> None:
         """The robot moved and stops, since its client has vanished, or has said bye."""
 

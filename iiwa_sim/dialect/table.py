@@ -2,13 +2,14 @@
 
 A line reads `command : parameters`. Letter case is ignored, any run of blanks and tabs counts as one blank. A
 line that names no command (empty, `:`, more than one `:`) is answered `unknown command`, one with wrong
-parameters (too few, too many, no number, out of range) `error`. Parameters behind a command that takes none
-are ignored.
+parameters (too few, no number, out of range) `error`. Values behind the last parameter are counted: whoever
+carries out the request ignores or refuses them. Parameters behind a command that takes none are ignored.
 """
 
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
+from math import tau
 from typing import NamedTuple
 
 import msgspec
@@ -16,6 +17,7 @@ import msgspec
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.decimals import NotANumberError, parse_decimal, quoted
 from iiwa_sim.dialect.lines import MAX_LINE_BYTES, OVERLONG
+from iiwa_sim.dialect.names import Names
 
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
@@ -83,6 +85,15 @@ class Command(NamedTuple):
     optional: tuple[Quantity, ...]
     reply_list: Quantity | None
 
+    def takes(self) -> str:
+        """Its parameters by name and number: `x y z speed: 4 values`."""
+        names = [each.name for each in _in_series(self.parameters)]
+        names += [f"({each.name})" for each in self.optional]
+        more = f" or {len(self.parameters) + len(self.optional)}" if self.optional else ""
+        phrase = f"{self.phrase} and " if self.phrase else ""
+        plural = "" if len(self.parameters) == 1 and not more else "s"
+        return f"{phrase}{' '.join(names)}: {len(self.parameters)}{more} value{plural}"
+
     def usage(self) -> str:
         """How to write it, with units and ranges, and what it answers."""
         takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in _in_series(self.parameters))
@@ -129,6 +140,8 @@ class Request(NamedTuple):
     command: Command
     values: tuple[float, ...]
     phrase: str
+    beyond: int = 0
+    """So many values stand behind the last parameter."""
 
 
 class Refusal(NamedTuple):
@@ -144,6 +157,7 @@ class Table:
 
     def __init__(self, commands: dict[str, Command]) -> None:
         self.commands = commands
+        self._names = Names(commands)
         self._by_spelling: dict[bytes, Command] = {}
         self._lines: dict[bytes, Request | Refusal] = {}
         self._forget_lines()
@@ -164,6 +178,10 @@ class Table:
                 self._by_spelling[spelling] = command
         return command
 
+    def meant(self, spelling: bytes) -> str | None:
+        """The name of the command that may be meant by a spelling that is none."""
+        return self._names.nearest(spelling)
+
     def _parse(self, line: bytes) -> Request | Refusal:
         spelling, colon, rest = line.partition(b":")
         command = self.find(spelling)
@@ -182,24 +200,22 @@ class Table:
         if command.phrase:  # what is left of the numbers
             named, words = words[: -len(quantities)], words[-len(quantities) :]
             if not named:
-                return _error(f"{command.name} takes {command.phrase} and {len(quantities)} parameters")
+                return _error(f"{command.name} takes {command.takes()}")
             phrase = " ".join(word.decode("ascii", "backslashreplace") for word in named)
         if len(words) > len(quantities):
             quantities += command.optional
-        if len(words) != len(quantities):
-            more = f" or {len(command.parameters) + len(command.optional)}" if command.optional else ""
-            count = f"{len(command.parameters)}{more}"
-            return _error(f"{command.name} takes {count} parameters, got {len(words)}")
+        if len(words) < len(quantities):
+            return _error(f"{command.name} takes {command.takes()}, got {len(words)}{_commas(rest)}")
         values = []
-        for quantity, word in zip(quantities, words, strict=True):
+        for quantity, word in zip(quantities, words, strict=False):
             try:
                 value = parse_decimal(word)
             except NotANumberError as fault:
-                return _error(f"{quantity.name} = {fault}")
+                return _error(f"{quantity.name} = {fault}{_commas(word)}")
             if expected := quantity.expectation(value):
                 return _error(f"{quantity.name} = {quoted(word)}: {expected}")
             values.append(value)
-        return Request(command, tuple(values), phrase)
+        return Request(command, tuple(values), phrase, len(words) - len(values))
 
     def _why_unknown(self, line: bytes) -> str:
         spelling, colon, _ = line.partition(b":")
@@ -212,7 +228,8 @@ class Table:
             command = self.commands.get(" ".join(words[:count]).lower())
             if command is not None and not colon and (command.parameters or command.phrase):
                 return f"expected a colon behind '{command.name}'"
-        return "no such command"
+        meant = self._names.nearest(spelling)
+        return f"no such command; did you mean {meant}" if meant else "no such command"
 
     def _remember(self, line: bytes, request: Request) -> Request:
         if len(self._lines) >= _CACHED_LINES:
@@ -227,6 +244,20 @@ class Table:
 
 def _words(text: bytes) -> list[str]:
     return [word for word in text.replace(b"\t", b" ").decode("ascii", "backslashreplace").split(" ") if word]
+
+
+def in_degrees(request: Request) -> str:
+    """What to say of angles that are more than a turn, and so perhaps in degrees."""
+    quantities = request.command.parameters + request.command.optional
+    for quantity, value in zip(quantities, request.values, strict=False):
+        if quantity.unit == "rad" and abs(value) > tau:
+            return f"; {quantity.name} = {value:.7g} is more than a turn: angles are in rad, not in degrees"
+    return ""
+
+
+def _commas(text: bytes) -> str:
+    """What to say of commas in parameters."""
+    return "; no commas: blanks between values, a point in a decimal" if b"," in text else ""
 
 
 def _unknown(reason: str) -> Refusal:

@@ -148,6 +148,9 @@ class _Refusal:
         del session, line, code  # the file and the number of the line name the command
         self.reason = reason
 
+    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
+        pass
+
     def stopped(self, session: str, vanished: bool) -> None:
         pass
 

@@ -203,10 +203,10 @@ def test_the_state_is_that_of_the_status_port() -> None:
     ("line", "reply"),
     [
         ("", "error 3040 empty line"),
-        ("push", "error 3040 push takes 6 parameters, got 0"),
+        ("push", "error 3040 push takes fx fy fz tx ty tz: 6 values, got 0"),
         ("jump : 1", "error 3040 no such command"),
         ("push : 1 2 3 4 5 nan", "error 3040 tz = nan: expected a number"),
-        ("add sphere : 600 300 50 0 0 0 40 5e4 1 0", "error 3040 add sphere takes name and 10 parameters"),
+        ("add sphere : 600 300 50 0 0 0 40 5e4 1 0", "error 3040 add sphere takes name and x y z alpha"),
         (
             "add box : table 0 0 -10 0 0 0 1 1 1 1e5 0 0",
             "error 3000 surface: name = 'table': expected a name no",
@@ -232,7 +232,7 @@ def test_the_state_is_that_of_the_status_port() -> None:
         ("set input : 1 0.5", "error 3040 value = 0.5: expected a whole number"),
         ("place : 0 0 0 3 0 0 0", "error 3023 A4 at 3 rad is outside"),
         ("place : 0 2 0 -1.5 0 0 0", "error 3000 the TCP would be "),
-        ("place : 0 0 0 -1.5 0 0", "error 3040 place takes 7 parameters, got 6"),
+        ("place : 0 0 0 -1.5 0 0", "error 3040 place takes j0..j6: 7 values, got 6"),
         ("set override : 1.5", "error 3040 override = 1.5: expected at least 0 and up to 1"),
         ("save state : start", "error 3000 start is the state at the beginning: expected another name"),
         ("save state", "error 3000 expected a name of up to 100 characters that print"),
@@ -245,7 +245,7 @@ def test_the_state_is_that_of_the_status_port() -> None:
         ("delay replies : 0 1 4000", "error 3040 delay = 4000: expected at least 0 and up to 3600"),
         ("reset connections : 4", "error 3000 no connection 4: there are none"),
         ("set clock : soon", "error 3000 clock 'soon': expected real, a multiple"),
-        ("help : lin", "error 3040 no such command"),
+        ("help : launch", "error 3040 no such command"),
     ],
 )
 def test_what_is_wrong_is_answered_with_its_reason_and_changes_nothing(line: str, reply: str) -> None:
@@ -260,10 +260,10 @@ def test_what_is_wrong_is_answered_with_its_reason_and_changes_nothing(line: str
 @pytest.mark.parametrize(
     ("line", "reply"),
     [
-        ("place : 0 0.4 0 -1.2 0 1.5 0", "error 3040 place takes 6 parameters, got 7"),
+        ("place : 0 0.4 0 -1.2 0 1.5 0", "error 3040 place takes j0..j5: 6 values, got 7"),
         ("place : 0 -90 90 0 90 0", "error 3023 A2 at -90 rad is outside -3.316126 to 0.7853982 rad"),
         ("place : 0 0.7 0.2 0 0 0", "error 3000 the TCP would be "),
-        ("push joints : 0 0 0 0 0 0 1", "error 3040 push joints takes 6 parameters, got 7"),
+        ("push joints : 0 0 0 0 0 0 1", "error 3040 push joints takes t0..t5: 6 values, got 7"),
         ("following error : 7", "error 3000 no joint 7: there are 1 to 6"),
     ],
 )

@@ -187,12 +187,12 @@ FAULTS = [
     ("[noise]\nforce_n = -1", "noise.force_n", "-1.0", "a number from 0 to 1000 N$"),
     ("[noise]\ntorque_nm = inf", "noise.torque_nm", "inf", "a number from 0 to 1000 Nm"),
     ("[noise]\nforce = 1", "noise.force", "1", "no key of this name"),
-    ("[io]\ninputs = -1", "io.inputs", "-1", "a number from 0 to 1024"),
-    ("[io]\noutputs = 1025", "io.outputs", "1025", "a number from 0 to 1024"),
+    ("[io]\ninputs = -1", "io.inputs", "-1", "a number from 0 to 499"),
+    ("[io]\noutputs = 500", "io.outputs", "500", "a number from 0 to 499"),
     ("[io]\ninputs = 1.5", "io.inputs", "1.5", "int | array, not float"),
     ('[io]\noutputs = ["a", "b", "a"]', r"io.outputs\[2\]", "'a'", "each name once"),
     ('[io]\noutputs = ["a", ""]', r"io.outputs\[1\]", "''", "a name"),
-    (f"[io]\noutputs = {['x'] * 1025}", "io.outputs", ".*", "at most 1024 names"),
+    (f"[io]\noutputs = {['x'] * 500}", "io.outputs", ".*", "at most 499 names"),
 ]
 
 

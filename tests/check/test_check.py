@@ -22,7 +22,7 @@ BLANKS = "blanks and tabs round a command and between its words"
 NEXT = "a client that comes when another has gone"
 ON_PURPOSE = {
     BLANKS,
-    "too many parameters",
+    "`start gravity` while a move runs, and a joint move then",
     "`NaN`, `Infinity` as a parameter",
     "numbers in replies",
     "a second client",

@@ -164,6 +164,7 @@ class Journal:
         self.commands = commands
         self.said: list[tuple[str, str, str]] = []
         self.refusals: list[tuple[str, str, int, str]] = []
+        self.extras: list[tuple[str, str, int]] = []
         self.stops: list[tuple[str, bool]] = []
         self.faults: list[tuple[str, str, Exception]] = []
 
@@ -172,6 +173,10 @@ class Journal:
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
         self.refusals.append((session, line, code, reason))
+
+    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
+        assert takes.endswith(("value", "values"))
+        self.extras.append((session, command, beyond))
 
     def stopped(self, session: str, vanished: bool) -> None:
         self.stops.append((session, vanished))
@@ -188,10 +193,11 @@ class Conversation:
         robot: FakeRobot | Controller | None = None,
         journal: Journal | None = None,
         name: str = "client",
+        strict: bool = False,
     ) -> None:
         self.robot = robot or FakeRobot()
         self.journal = journal or Journal()
-        self.session = Session(self.robot, self.journal, name)
+        self.session = Session(self.robot, self.journal, name, strict=strict)
 
     def send(self, packets: Iterable[bytes]) -> list[str]:
         """Everything answered to these packets, line by line."""

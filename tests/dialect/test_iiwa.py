@@ -34,7 +34,7 @@ exchanges = st.sampled_from(
         ("get joint torque", "7.0 6.0 5.0 4.0 3.0 2.0 1.0"),
         ("stop", "done"),
         (LIN, "done"),
-        ("ptp move : 1 2 3 4 5 6 0.5 0 7", "error"),
+        ("ptp move : 1 2 3 4 5 6 0.5 0 7", "done"),
         ("joint move : 1 2", "error"),
         ("smart joint move :" + " 0.1" * 14, "done"),
         ("direct cartesian move : 1 2 3 4 5 6 1.5", "error"),
@@ -140,8 +140,9 @@ def test_reachability_is_told_with_its_reason_and_is_no_error():
     assert talk.ask("get error") == "0 none"
     assert talk.journal.refusals == []
     assert robot.moves == []
-    assert talk.ask("is reachable : 600 0 500 0 1 0 0.5 1") == "error"
-    assert talk.ask("get error") == "3040 is reachable takes 6 or 7 parameters, got 8"
+    assert talk.ask("is reachable : 600 0 500 0 1") == "error"
+    told = "3040 is reachable takes x y z alpha beta gamma (r): 6 or 7 values, got 5"
+    assert talk.ask("get error") == told
 
 
 @pytest.mark.requirement("FRA006", "FRC001")
@@ -223,7 +224,8 @@ def test_the_last_error_can_be_asked_for():
     talk, other = Conversation(robot), Conversation(robot)
     assert talk.ask("get error") == "0 none"
     talk.ask("lin move : 1 2")
-    assert talk.ask("get error") == "3040 lin move takes 8 parameters, got 2"
+    told = "3040 lin move takes x y z alpha beta gamma speed blending: 8 values, got 2"
+    assert talk.ask("get error") == told
     talk.ask("\u00fc")
     assert talk.ask("get error") == "3040 no such command"
     robot.refuses = Refused(3021, "out\n of r\u00e9ach\x1b")
@@ -462,28 +464,6 @@ def test_help_names_every_command_and_its_usage():
         assert usage.startswith(command.usage())
         assert command.summary in usage
         assert ("(extension)" in usage) == command.extension
-    names, _, hint = overview.partition(" (help : ")
-    assert [name for name in names.split(", ") if name.endswith(" (extension)")] == [
-        f"{name} (extension)" for name, each in TABLE.commands.items() if each.extension
-    ]
-    assert hint == "lin move tells its usage)"
-    assert len(overview) < 1500
-
-
-@pytest.mark.parametrize(
-    ("phrase", "told"),
-    [
-        ("gravity", "no such command; alike: start gravity"),
-        ("LINR", "no such command; alike: linr move"),
-        ("frame", "no such command; alike: get tool frame, get flange frame, get goal frame"),
-        ("nonsense", "no such command"),
-    ],
-)
-def test_help_for_what_is_no_command_suggests_some_that_are(phrase, told):
-    talk = Conversation()
-    assert talk.ask(f"help : {phrase}") == "error"
-    ((_, _, _, reason),) = talk.journal.refusals
-    assert reason == told
 
 
 MOVES = {
@@ -514,7 +494,7 @@ def test_malformed_lines_in_mid_motion_change_nothing(mode):
         for line in malformed(name, len(command.parameters))
     ]
     bothered, left_alone = (Controller(load_robot(), 0.002) for _ in range(2))
-    talk = Conversation(bothered)
+    talk = Conversation(bothered, strict=True)  # else one with a value more is a move
     for robot in (bothered, left_alone):
         assert Conversation(robot).ask(MOVES[mode]) == "done"
         for _ in range(20):

@@ -1,0 +1,156 @@
+"""Replies of the iiwa's protocol: none is longer than what a driver receives at once, and all help."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+from iiwa_sim.cell.settings import LARGEST_IO_COUNT
+from iiwa_sim.contact.noise import Noise, NoiseLevels
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.io import Io
+from iiwa_sim.dialect.iiwa import LONGEST_REPLY
+from iiwa_sim.dialect.table import load_table
+from iiwa_sim.robot.description import load_robot
+from tests.dialect.fake_robot import Conversation, FakeRobot
+
+TABLE = load_table("iiwa")
+FRAME = "450 0 520 0 -1.57 0"
+SEVEN = "0 0.5 0 -1 0 1.5 0"
+ONES = "1 1 1 1 1 1 1"
+NO_COMMAS = "; no commas: blanks between values, a point in a decimal"
+
+
+def worst_lines() -> list[str]:
+    """Of each command: alone, with help, with numbers as long as a line holds, with what is no number."""
+    lines = ["help", "help : move", "help : e", "", ":", "x" * 4000, "get error" + " x" * 1000]
+    for name, command in TABLE.commands.items():
+        if name == "bye":
+            continue
+        count = len(command.parameters) + len(command.optional)
+        lines += [name, f"help : {name}", f"help : {name[1:]}"]
+        lines += [f"{name} : {'9' * 3900}", f"{name} : {'x' * 3900}"]
+        for number in ("0", "1", "-0.123456789012345", "1e308", "9" * 200, "\\xff" * 90, "1,5"):
+            lines += [f"{name} : {' '.join([number] * some)}" for some in (1, count, count + 1)]
+    return lines
+
+
+def test_no_reply_is_longer_than_a_driver_receives_at_once() -> None:
+    io = Io(*([f"{kind} {n}" for n in range(LARGEST_IO_COUNT)] for kind in ("input", "output")))
+    robot = Controller(load_robot(), 0.002, io=io, noise=Noise(NoiseLevels(1, 1e5, 1e5, 1e5), 7))
+    talk = Conversation(robot)
+    robot.load.wrench = (-123456.123456789,) * 6
+    robot.load.joint_push = (-123456.123456789,) * 7
+    longest = 0
+    for line in worst_lines():
+        for asked in (line, "get error"):
+            reply = talk.ask(asked)
+            longest = max(longest, len(reply))
+            assert len(reply) + 2 <= LONGEST_REPLY, (asked, reply)
+        robot.stop()
+        robot.step()
+    assert longest > 800, "help is among them"
+
+
+def test_an_internal_fault_at_a_long_line_is_told_in_a_short_reply() -> None:
+    robot = FakeRobot()
+    robot.breaks = ValueError("broken")
+    talk = Conversation(robot)
+    assert talk.ask("lin move : 1 2 3 4 5 6 " + "0." + "1" * 3900 + " 0") == "error"
+    told = talk.ask("get error")
+    assert told.startswith("3000 internal fault")
+    assert len(told) + 2 <= LONGEST_REPLY
+
+
+# More values than a command takes
+
+
+@pytest.mark.parametrize(
+    ("line", "count"),
+    [
+        (f"joint move : {SEVEN} {ONES} 10", 1),
+        (f"lin move : {FRAME} 0.5 0 1 2", 2),
+        (f"smart joint move : {SEVEN} {ONES} x", 1),
+        (f"is reachable : {FRAME} 0 0", 1),
+        ("set override : 0.5 0.5", 1),
+    ],
+)
+def test_values_beyond_are_ignored_and_told_once_for_each_command(line: str, count: int) -> None:
+    talk = Conversation(Controller(load_robot(), 0.002))
+    wanted = "reachable" if line.startswith("is") else "done"
+    assert [talk.ask(line) for _ in range(3)] == [wanted] * 3
+    assert talk.journal.extras == [("client", line.partition(" :")[0], count)]
+    other = Conversation(talk.robot, talk.journal, "another")
+    other.ask(line)
+    assert len(talk.journal.extras) == 2, "once for each client"
+    assert not talk.journal.refusals
+
+
+def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
+    talk = Conversation(Controller(load_robot(), 0.002), strict=True)
+    assert talk.ask(f"joint move : {SEVEN} {ONES} 10") == "error"
+    assert talk.ask("get error") == "3040 joint move takes j0..j6 v0..v6: 14 values, got 15"
+    assert talk.ask("get status") == "stopped"
+    assert talk.ask(f"joint move : {SEVEN} {ONES}") == "done"
+    assert talk.journal.extras == []
+
+
+# Reasons that say what to do
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("lin move : 1 2 3 4 5 6 7", "lin move takes x y z alpha beta gamma speed blending: 8 values, got 7"),
+        ("is reachable : 1", "is reachable takes x y z alpha beta gamma (r): 6 or 7 values, got 1"),
+        ("set override : ", "set override takes override: 1 value, got 0"),
+        ("set override : 0,5", f"override = 0,5: expected a number{NO_COMMAS}"),
+        (
+            "lin move : 450,0,520,0,0,0,1,0",
+            f"lin move takes x y z alpha beta gamma speed blending: 8 values, got 1{NO_COMMAS}",
+        ),
+        ("get statuss", "no such command; did you mean get status"),
+        ("getstatus", "no such command; did you mean get status"),
+        ("get stauts", "no such command; did you mean get status"),
+        ("lin mov : 1", "no such command; did you mean lin move"),
+        ("LIN MOOVE : 1", "no such command; did you mean lin move"),
+        ("launch", "no such command"),
+    ],
+)
+def test_a_reason_names_what_was_expected(line: str, reason: str) -> None:
+    talk = Conversation(Controller(load_robot(), 0.002))
+    assert talk.ask(line) in ("error", "unknown command")
+    assert talk.ask("get error") == f"3040 {reason}"
+    assert talk.journal.refusals[-1][3] == reason, "in the log, too"
+
+
+@pytest.mark.parametrize(
+    ("line", "angle"),
+    [
+        ("ptp move : 2000 0 520 180 0 180 1 0", "alpha = 180"),
+        ("joint move : 0 30 0 -60 0 90 0 1 1 1 1 1 1 1", "j1 = 30"),
+        ("lin relative move : 3000 0 0 0 0 90 0.5 0", "dgamma = 90"),
+    ],
+)
+def test_angles_beyond_a_turn_get_a_hint_where_they_are_refused(line: str, angle: str) -> None:
+    talk = Conversation(Controller(load_robot(), 0.002))
+    assert talk.ask(line) == "error"
+    assert talk.ask("get error").endswith(f"; {angle} is more than a turn: angles are in rad, not in degrees")
+    within = talk.ask(f"is reachable : 2000 0 520 {pi} 0 {2 * pi}")
+    assert "degrees" not in within
+    assert "degrees" in talk.ask("is reachable : 2000 0 520 180 0 0")
+
+
+def test_help_lists_commands_and_extensions_and_what_is_alike() -> None:
+    talk = Conversation()
+    commands, extensions = talk.ask("help").removesuffix(" (help : lin move tells its usage)").split("; ")
+    own = commands.removeprefix("commands: ").split(", ")
+    assert own == [name for name, command in TABLE.commands.items() if not command.extension]
+    others = extensions.removeprefix("extensions: ").split(", ")
+    assert others == [name for name, command in TABLE.commands.items() if command.extension]
+    moves = talk.ask("help : move").removeprefix("alike: ").split(", ")
+    assert moves == [name for name in TABLE.commands if "move" in name]
+    assert talk.ask("help : get statuss") == "alike: get status"
+    assert talk.ask("help : lin move").startswith("lin move : x[mm]")
+    assert talk.ask("help : launch") == "error"
