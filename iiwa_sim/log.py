@@ -6,17 +6,15 @@ clients that are dropped, vanish while the robot moves, or leave a servo mode wi
 that end a move, `info` of clients that come and go, `debug` of every command.
 """
 
-import contextlib
 import json
 import logging
-import os
-import select
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.never_waiting import NeverWaiting
 from iiwa_sim.wording import harmless
 
 REFUSALS_TOLD = 20
@@ -149,36 +147,30 @@ def configure(level: str, as_json: bool, descriptor: int) -> None:
 class _NeverWaitingHandler(logging.Handler):
     """Loses lines rather than wait for whoever reads them.
 
-    Whoever starts the simulator with a pipe for stderr and never reads it would otherwise stop the robot in
-    mid-air once the pipe is full. How many lines were lost is said when the reader is back.
+    Whoever starts the simulator with a pipe for stderr and never reads it, or stops the terminal, would
+    otherwise stop the robot in mid-air. How many lines were lost is said when the reader is back.
     """
 
     def __init__(self, descriptor: int) -> None:
         super().__init__()
-        self._descriptor = descriptor
-        self._poll = select.poll()
-        self._poll.register(descriptor, select.POLLOUT)
-        self._lost = 0
-        self._cut = False
+        self._writer = NeverWaiting(descriptor, self._told)
 
     def emit(self, record: logging.LogRecord) -> None:
-        if self._lost:
-            words = ("%d log lines lost: nobody read them", (self._lost,))
-            note = logger.makeRecord(logger.name, logging.WARNING, __file__, 0, *words, None)
-            if self._write(note):
-                self._lost = 0
-        if self._lost or not self._write(record):
-            self._lost += 1
+        self._writer.put(self._line(record))
 
-    def _write(self, record: logging.LogRecord) -> bool:
-        line = self.format(record).encode() + b"\n"
-        rest = b"\n" + line if self._cut else line
-        with contextlib.suppress(OSError):  # the reader has gone
-            while rest and self._poll.poll(0):
-                # A pipe that is ready takes as much as this without making the writer wait.
-                rest = rest[os.write(self._descriptor, rest[: select.PIPE_BUF]) :]
-                self._cut = bool(rest)
-        return not rest
+    def flush(self) -> None:
+        self._writer.flush()
+
+    def close(self) -> None:
+        self._writer.close()
+        super().close()
+
+    def _line(self, record: logging.LogRecord) -> bytes:
+        return self.format(record).encode() + b"\n"
+
+    def _told(self, lost: int) -> bytes:
+        words = ("%d log lines lost: nobody read them", (lost,))
+        return self._line(logger.makeRecord(logger.name, logging.WARNING, __file__, 0, *words, None))
 
 
 class _PlainFormatter(logging.Formatter):

@@ -31,9 +31,11 @@ from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve import status_stream
+from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.serve.turns import Turns
+from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.transcript.record import Recorder
 
 LOOPBACK = "127.0.0.1"
@@ -65,8 +67,10 @@ class Simulator(LoopOrThread):
 
     With a `status_port`, 0 for a free one, the robot's state is broadcast there `status_rate_hz` times a
     second of simulated time. With a `rosbridge_port` the robot is on ROS there (docs/ros.md), for clients
-    that know the `rosbridge_secret` if there is one. With `ros` it is a node of ROS 1, of which a process has
-    one. Both follow the `ros_conventions`.
+    that know the `rosbridge_secret` if there is one; for web pages of this machine and of the
+    `rosbridge_origins` (scheme://host[:port]), by the addresses of this machine, localhost and the names
+    `rosbridge_hosts`. With `ros` it is a node of ROS 1, of which a process has one. Both follow the
+    `ros_conventions`.
 
     With `strict`, a line of the iiwa's protocol with more values than its command takes is an `error`; else
     they are ignored, as by the original, and told in the log.
@@ -104,6 +108,8 @@ class Simulator(LoopOrThread):
         status_rate_hz: int = status_stream.DEFAULT_RATE_HZ,
         rosbridge_port: int | None = None,
         rosbridge_secret: str | None = None,
+        rosbridge_origins: Sequence[str] = (),
+        rosbridge_hosts: Sequence[str] = (),
         ros: bool = False,
         ros_conventions: Conventions = TODAYS,
         strict: bool = False,
@@ -138,6 +144,7 @@ class Simulator(LoopOrThread):
         self._log = SessionLog()
         self._strict = strict
         faults, turns = WireFaults(self.dialogue.on_wire), Turns(exclusive, reconnect_pause_s)
+        budget = Budget(self.clock.catch_up)
         spoken = [dialect_for(name, self.cell.description) for name in dialects]
         self._servers = {
             dialect.name: TcpServer(
@@ -145,6 +152,7 @@ class Simulator(LoopOrThread):
                 host,
                 own_port,
                 turns=turns,
+                budget=budget,
                 on_answered=self._heed,
                 on_good_bye=on_bye if dialect.says_bye else None,
                 faults=faults,
@@ -159,7 +167,7 @@ class Simulator(LoopOrThread):
         self.backdoor = Backdoor(self.controller, faults, entrances, self.clock, self.call)
         self._backdoor_server: TcpServer | None = None
         if backdoor_port is not None:
-            self._backdoor_server = TcpServer(self._open_backdoor, LOOPBACK, backdoor_port)
+            self._backdoor_server = TcpServer(self._open_backdoor, LOOPBACK, backdoor_port, budget=budget)
         self._status: StatusStream | None = None
         if status_port is not None:
             self._status = StatusStream(
@@ -169,6 +177,7 @@ class Simulator(LoopOrThread):
                 status_port,
                 rate_hz=status_rate_hz,
                 tick_rate_hz=rate_hz,
+                budget=budget,
             )
         self._ros: RosSide | None = None
         if rosbridge_port is not None or ros:
@@ -182,6 +191,8 @@ class Simulator(LoopOrThread):
                 rospy=ros,
                 conventions=ros_conventions,
                 on_heard=self._heed,
+                budget=budget,
+                access=WebAccess(rosbridge_origins, rosbridge_hosts),
             )
 
     @property

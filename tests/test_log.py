@@ -37,6 +37,8 @@ class Pipe:
 
     def lines(self) -> list[str]:
         """All that was logged; no more can be."""
+        for handler in logging.getLogger().handlers:
+            handler.flush()
         os.close(self._theirs)
         with os.fdopen(self._ours, "rb") as reader:
             return reader.read().decode().removesuffix("\n").split("\n")

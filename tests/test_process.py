@@ -142,7 +142,7 @@ def test_a_log_that_nobody_reads_does_not_stop_the_robot() -> None:
         socket.create_connection(("127.0.0.1", simulator.port)) as client,
     ):
         client.settimeout(DEADLINE_S)
-        refused = 3_000  # some 300 kB of log, into a pipe that holds 64
+        refused = 6_000  # some 600 kB of log, into a pipe that holds 64 and a queue of 256
         client.sendall(b"lin move : this is not a frame at all, and will be refused\r\n" * refused)
         replies = b""
         while len(replies) < len(b"error\r\n" * refused):

@@ -349,7 +349,7 @@ async def test_a_port_in_use_is_told_and_nothing_is_left_listening(simulator: Si
 @pytest.mark.parametrize(
     ("library", "used_by"),
     [
-        ("websockets.asyncio.server", "iiwa_sim.serve.rosbridge"),
+        ("websockets.server", "iiwa_sim.serve.rosbridge"),
         ("cbor2", "iiwa_sim.dialect.rmi.encodings"),
     ],
 )
@@ -393,7 +393,7 @@ def _deaf(port: int) -> socket.socket:
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     connection.connect(("127.0.0.1", port))
     connection.sendall(
-        b"GET / HTTP/1.1\r\nHost: robot\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
     )
     head = b""

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Self
 
@@ -14,6 +15,7 @@ from iiwa_sim.log import SessionLog
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve.listening import host_and_port, why
+from iiwa_sim.serve.web_access import WebAccess
 
 RATE_HZ = 100
 """Rounds in a second, where the connection is fast enough for them."""
@@ -39,9 +41,12 @@ class Bridge:
         host: str,
         rosbridge_port: int | None,
         rosbridge_secret: str | None = None,
+        rosbridge_origins: Sequence[str] = (),
+        rosbridge_hosts: Sequence[str] = (),
         ros: bool = False,
         conventions: Conventions = TODAYS,
     ) -> None:
+        """`rosbridge_origins` and `rosbridge_hosts` as of `Simulator`, and ValueError for what is none."""
         self._server = server
         self._client = AsyncIiwa(*server)
         self._robot = RemoteRobot(self._client, description)
@@ -56,6 +61,7 @@ class Bridge:
             rospy=ros,
             conventions=conventions,
             on_heard=self._wake.set,
+            access=WebAccess(rosbridge_origins, rosbridge_hosts),
         )
 
     @property

@@ -44,6 +44,8 @@ async def _serve(options: argparse.Namespace) -> None:
         host=options.host,
         rosbridge_port=options.rosbridge_port,
         rosbridge_secret=options.rosbridge_secret,
+        rosbridge_origins=options.rosbridge_origin,
+        rosbridge_hosts=options.rosbridge_host,
         ros=options.ros,
         conventions=ros_conventions(options),
     )

@@ -12,6 +12,7 @@ from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.rmi.conventions import RESULT_TYPES, Conventions, Reference
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
 from iiwa_sim.serve.listening import MAX_PORT, why
+from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import harmless, shortened
 
 ROSBRIDGE_PORT = 9090
@@ -111,6 +112,24 @@ def add_rosbridge(parser: Parser, port: int | None = None) -> None:
         metavar="FILE",
         help="take only clients of rosbridge that know the secret in this file (default: all)",
     )
+    parser.add_argument(
+        "--rosbridge-origin",
+        type=_origin,
+        action="append",
+        default=[],
+        metavar="ORIGIN",
+        help="let web pages from there use rosbridge, scheme://host or scheme://host:port; can be repeated "
+        "(default: pages of this machine only)",
+    )
+    parser.add_argument(
+        "--rosbridge-host",
+        type=_host,
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="let clients use rosbridge by this name of the machine, too; can be repeated (default: its "
+        "addresses and localhost only)",
+    )
 
 
 def add_ros(parser: Parser) -> None:
@@ -164,6 +183,22 @@ def _secret(path: str) -> str:
     if not secret:
         raise argparse.ArgumentTypeError(f"{shown} is empty, expected a secret")
     return secret
+
+
+def _origin(text: str) -> str:
+    return _accepted(text, lambda: WebAccess(origins=[text]))
+
+
+def _host(text: str) -> str:
+    return _accepted(text, lambda: WebAccess(hosts=[text]))
+
+
+def _accepted(text: str, check: Callable[[], object]) -> str:
+    try:
+        check()
+    except ValueError as fault:
+        raise argparse.ArgumentTypeError(str(fault)) from None
+    return text
 
 
 def whole(low: int, high: int) -> Callable[[str], int]:

@@ -65,6 +65,8 @@ async def _serve(options: argparse.Namespace) -> None:
         status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
         rosbridge_port=options.rosbridge_port,
         rosbridge_secret=options.rosbridge_secret,
+        rosbridge_origins=options.rosbridge_origin,
+        rosbridge_hosts=options.rosbridge_host,
         ros=options.ros,
         ros_conventions=ros_conventions(options),
         strict=options.strict,
@@ -124,6 +126,9 @@ def parsed(given: Sequence[str]) -> argparse.Namespace:
             parser.error(f"argument --status-rate: {options.status_rate} is above {limit}")
     if options.rosbridge_secret is not None and options.rosbridge_port is None:
         parser.error("argument --rosbridge-secret: expected --rosbridge-port with it")
+    for name, given in (("origin", options.rosbridge_origin), ("host", options.rosbridge_host)):
+        if given and options.rosbridge_port is None:
+            parser.error(f"argument --rosbridge-{name}: expected --rosbridge-port with it")
     return options
 
 

@@ -133,6 +133,7 @@ class Clock:
         if self._timer is not None:
             self._timer.close()
             self._timer = None
+            self._asked_ns = 0
         while self._errands:
             errand = self._errands.popleft()
             if not errand.done.done():
@@ -173,6 +174,11 @@ class Clock:
                     self._held_since_ns = now_ns
                 self._held_until_ns = min(now_ns + HOLD_NS, self._held_since_ns + LONGEST_HOLD_NS)
             self._sleep()
+
+    def catch_up(self) -> None:
+        """Make the ticks that are due by now: for whoever is about to do something else."""
+        if 1 < self._asked_ns <= self._now_ns():  # below, nothing is asked for, or what is in haste
+            self._wake()
 
     async def advance(self, seconds: float) -> None:
         """Make as many ticks as `seconds` (0 to a day, simulated) need, the last one begun counted whole.

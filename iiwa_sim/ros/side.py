@@ -3,6 +3,7 @@
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,8 @@ from iiwa_sim.dialect.rmi.outbox import Outbox
 from iiwa_sim.dialect.rmi.robot import Robot
 from iiwa_sim.dialect.rmi.rosapi import RosApi
 from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.web_access import WebAccess
 
 if TYPE_CHECKING:
     from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
@@ -45,8 +48,14 @@ class RosSide:
         rospy: bool = False,
         conventions: Conventions = TODAYS,
         on_heard: Callable[[], None],
+        budget: Budget | None = None,
+        access: WebAccess | None = None,
     ) -> None:
-        """`on_heard` is called when someone has said something that may have set off a command."""
+        """`on_heard` is called when someone has said something that may have set off a command.
+
+        `budget` is shared with other servers of the loop; `access` says which web pages rosbridge lets in.
+        """
+        budget = budget or Budget()
         self._node = Node(robot, time.time_ns, tick_rate_hz, log, conventions)
         self.step = self._node.step
         """To be called after every tick."""
@@ -54,9 +63,10 @@ class RosSide:
         self._ros1: Ros1Node | None = None
         if rosbridge_port is not None:
             secret = None if rosbridge_secret is None else Secret(rosbridge_secret, time.time_ns)
-            self._rosbridge = _rosbridge(self._node, log, (host, rosbridge_port), secret, on_heard)
+            front = partial(_rosbridge, self._node, log, (host, rosbridge_port), secret, on_heard)
+            self._rosbridge = front(budget, access or WebAccess())
         if rospy:
-            self._ros1 = _ros1(self._node, log, on_heard)
+            self._ros1 = _ros1(self._node, log, on_heard, budget)
 
     async def start(self) -> None:
         """Be there for others. Raises ListenFault and RosFault, and then nothing is left open."""
@@ -97,7 +107,13 @@ class RosSide:
 
 
 def _rosbridge(
-    node: Node, log: DialectLog, address: tuple[str, int], secret: Secret | None, on_heard: Callable[[], None]
+    node: Node,
+    log: DialectLog,
+    address: tuple[str, int],
+    secret: Secret | None,
+    on_heard: Callable[[], None],
+    budget: Budget,
+    access: WebAccess,
 ) -> "RosbridgeServer":
     try:
         from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
@@ -113,10 +129,10 @@ def _rosbridge(
         outbox = Outbox(wake)
         return RosbridgeSession(node, api, outbox, log, name, secret=secret), outbox
 
-    return RosbridgeServer(open_session, *address, on_heard)
+    return RosbridgeServer(open_session, *address, on_heard, budget=budget, access=access)
 
 
-def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None]) -> "Ros1Node":
+def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> "Ros1Node":
     if (SYSTEM_PACKAGES / "rospy").is_dir() and str(SYSTEM_PACKAGES) not in sys.path:
         sys.path.append(str(SYSTEM_PACKAGES))  # behind everything else, which so stays what it is
     try:
@@ -128,4 +144,4 @@ def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None]) -> "Ros1Nod
             f"--ros needs rospy ({fault}): on Debian and Ubuntu, apt install python3-rospy, or source the "
             "setup.bash of a ROS 1"
         ) from None
-    return Ros1Node(node, log, on_heard)
+    return Ros1Node(node, log, on_heard, budget)

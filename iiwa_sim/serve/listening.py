@@ -1,8 +1,11 @@
-"""An address to listen on, and what to say when that does not work."""
+"""An address to listen on, who connects there, and what to say when that does not work."""
 
 import asyncio
+import errno
+import logging
 import os
 import socket
+import time
 from collections.abc import Callable
 
 from iiwa_sim.wording import Unusable, harmless, shortened
@@ -15,15 +18,108 @@ BACKLOG = 512
 LONGEST_HOST = 100
 """Characters of a host that a message shows."""
 
+AGAIN_S = 0.25
+"""Until it is tried again to accept connections, where the system had nothing left for them."""
+TELL_S = 1.0
+"""Between two log lines that say so, whatever the number of ports."""
+
+_USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
+
+logger = logging.getLogger(__name__)
+
 
 class ListenFault(Unusable):
     """An address that cannot be listened on. The message is one line."""
 
 
-async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, port: int) -> asyncio.Server:
-    """A server that listens on `host`:`port` with a protocol for every connection. Raises ListenFault."""
-    listener = await open_listener(host, port)
-    return await asyncio.get_running_loop().create_server(open_protocol, sock=listener, backlog=BACKLOG)
+async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, port: int) -> "Acceptor":
+    """Listen on `host`:`port` with a protocol for every connection. Raises ListenFault."""
+    return Acceptor(await open_listener(host, port), open_protocol)
+
+
+class Acceptor:
+    """Accepts connections at a listening socket, from its making until `close`.
+
+    One in a turn of the event loop: those who knock in numbers keep nobody waiting. Where the system has no
+    descriptor left it says so and tries again later; asyncio's own server would try and complain hundreds of
+    times at once.
+    """
+
+    def __init__(self, listening: socket.socket, open_protocol: Callable[[], asyncio.BaseProtocol]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._listening = listening
+        self._open_protocol = open_protocol
+        self._again: asyncio.TimerHandle | None = None
+        self._opening: set[asyncio.Task[None]] = set()
+        listening.setblocking(False)
+        self._loop.add_reader(listening, self._accept)
+
+    @property
+    def bound_to(self) -> tuple[int, tuple[str, int]]:
+        """Family and address of the socket, as for another one at the same place."""
+        return self._listening.family, self._listening.getsockname()
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on."""
+        host, port = self._listening.getsockname()[:2]
+        return host, port
+
+    def close(self) -> None:
+        """Listen no more; who has been accepted is served."""
+        if self._again is not None:
+            self._again.cancel()
+            self._again = None
+        self._loop.remove_reader(self._listening)
+        self._listening.close()
+
+    def _accept(self) -> None:
+        try:
+            connection, _ = self._listening.accept()
+        except OSError as fault:
+            if fault.errno in _USED_UP:
+                self._loop.remove_reader(self._listening)
+                self._again = self._loop.call_later(AGAIN_S, self._try_again)
+                _tell_used_up(fault)
+            return  # else whoever knocked has gone already
+        connection.setblocking(False)
+        opening = self._loop.create_task(self._open(connection))
+        self._opening.add(opening)
+        opening.add_done_callback(self._opening.discard)
+
+    async def _open(self, connection: socket.socket) -> None:
+        try:
+            await self._loop.connect_accepted_socket(self._open_protocol, connection)
+        except OSError as fault:
+            logger.debug("a connection could not be opened: %s", why(fault))
+            connection.close()
+
+    def _try_again(self) -> None:
+        self._again = None
+        self._loop.add_reader(self._listening, self._accept)
+
+
+def wait_if_used_up(fault: OSError) -> bool:
+    """Whether a connection was not accepted for want of descriptors; then this has waited for AGAIN_S.
+
+    To be called in a thread that has nothing else to do.
+    """
+    if fault.errno not in _USED_UP:
+        return False
+    _tell_used_up(fault)
+    time.sleep(AGAIN_S)
+    return True
+
+
+_told_at_s = -TELL_S  # of all ports of the process, which share its descriptors
+
+
+def _tell_used_up(fault: OSError) -> None:
+    global _told_at_s  # noqa: PLW0603
+    now_s = time.monotonic()
+    if now_s >= _told_at_s + TELL_S:
+        _told_at_s = now_s
+        logger.warning("nobody can connect for the time being: %s", why(fault))
 
 
 async def open_listener(host: str, port: int) -> socket.socket:
@@ -41,14 +137,6 @@ async def open_listener(host: str, port: int) -> socket.socket:
     except (OSError, ValueError) as fault:  # ValueError for characters no host name has
         shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
         raise ListenFault(f"cannot listen on {shown}: {why(fault)}") from fault
-
-
-def address_of(server: asyncio.Server | None) -> tuple[str, int]:
-    """Host and port listened on. Raises RuntimeError where there is no server."""
-    if server is None:
-        raise RuntimeError("the server does not listen")
-    host, port = server.sockets[0].getsockname()[:2]
-    return host, port
 
 
 def peer_of(transport: asyncio.BaseTransport) -> str:

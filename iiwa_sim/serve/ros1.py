@@ -3,9 +3,11 @@
 import asyncio
 import contextlib
 import logging
+import sys
 import threading
 import time
-from collections.abc import Callable
+from collections import OrderedDict, deque
+from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from functools import partial
 from typing import Any, TypeVar
@@ -15,11 +17,12 @@ import rospy
 
 from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.dialect.log import DialectLog
-from iiwa_sim.dialect.rmi.definitions import message, service
+from iiwa_sim.dialect.rmi.definitions import Definition, service
 from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
-from iiwa_sim.serve.allowance import Allowance, Allowances
+from iiwa_sim.dialect.rmi.serialized import NoSuchMessage, deserialized
+from iiwa_sim.serve.budget import Budget, Share
 from iiwa_sim.serve.ros1_master import MasterWatch, start_node
-from iiwa_sim.serve.ros1_types import Types, told
+from iiwa_sim.serve.ros1_types import Types
 from iiwa_sim.wording import harmless, shortened
 
 NODE_NAME = "iiwa_sim"
@@ -30,6 +33,14 @@ MASTER_S = 5.0
 """For the master to answer."""
 STARTING_S = 30.0
 ENDING_S = 5.0
+LONGEST_MESSAGE_BYTES = 262_144
+"""Longer ones are not taken apart: some hundred commands fit in."""
+MOST_SENDERS = 1000
+"""That are told from each other by name: publishers and callers."""
+RESTS = 3.0
+"""Of the time that rospy's threads have used up: all of them together take a quarter at most."""
+SWITCH_S = 0.0005
+"""For so long a thread of rospy's may keep the interpreter while the loop waits for it."""
 
 logger = logging.getLogger(__name__)
 
@@ -40,18 +51,41 @@ class NodeFault(Exception):
     """There can be no node. The message is one line."""
 
 
-class _Publisher(threading.local):
-    """Who publishes: rospy hears each in a thread of its own."""
-
-    def __init__(self) -> None:
-        self.allowance = Allowance()
-
-
-class _Caller(threading.local):
-    """Who calls a service: rospy hears each connection in a thread of its own."""
+class _Spent(threading.local):
+    """What a thread of rospy's, which has one each for publishers and callers, has used up itself."""
 
     counted_s = 0.0
-    """Of the thread's time."""
+
+    def since_asked(self) -> float:
+        now_s = time.thread_time()
+        spent_s, self.counted_s = now_s - self.counted_s, now_s
+        return spent_s
+
+
+Job = Generator[None, None, None]
+"""What is to be done in the loop, in steps."""
+
+
+class _Sender:
+    """A publisher or caller: what it asks for is done in the loop, one after the other."""
+
+    def __init__(self, budget: Budget) -> None:
+        self._share: Share = budget.share(self._work)
+        self._jobs: deque[Job] = deque()
+
+    def ask(self, job: Job, spent_s: float) -> None:
+        """`spent_s` has been used up elsewhere on what it sent."""
+        self._jobs.append(job)
+        self._share.charge(spent_s)
+        self._share.ask()
+
+    def _work(self, until_s: float) -> bool:
+        while self._jobs and time.monotonic() < until_s:
+            try:
+                next(self._jobs[0])
+            except StopIteration:
+                self._jobs.popleft()
+        return bool(self._jobs)
 
 
 class Ros1Node:
@@ -60,8 +94,8 @@ class Ros1Node:
     rospy has one node per process: if the process has one already, topics and services become part of it.
     """
 
-    def __init__(self, node: Node, log: DialectLog, on_heard: Callable[[], None]) -> None:
-        """`on_heard` is called after every message and every call."""
+    def __init__(self, node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> None:
+        """`on_heard` is called after every message and every call; `budget` is shared with the servers."""
         self._node = node
         self._log = log
         self._on_heard = on_heard
@@ -70,9 +104,11 @@ class Ros1Node:
         self._listeners: dict[str, Callable[[Message], None]] = {}
         self._handles: list[Any] = []  # of rospy: publishers, services, subscribers
         self._waiting: set[Future[Any]] = set()  # of rospy's threads for the loop, which alone uses this
-        self._publisher = _Publisher()
-        self._caller = _Caller()
-        self._callers = Allowances()
+        self._budget = budget
+        self._senders: OrderedDict[str, _Sender] = OrderedDict()
+        self._spent = _Spent()
+        self._one_thread = threading.Lock()
+        self._switch_s = sys.getswitchinterval()
         self._ended = threading.Event()
         self._watch: MasterWatch | None = None
         self._own = False
@@ -98,6 +134,7 @@ class Ros1Node:
                 "--core), or set ROS_MASTER_URI"
             )
         self._own = not rospy.core.is_initialized()
+        sys.setswitchinterval(min(self._switch_s, SWITCH_S))
         try:
             await _beside(self._open, STARTING_S)
         except (TimeoutError, OSError, rospy.ROSException, ValueError) as fault:
@@ -114,6 +151,7 @@ class Ros1Node:
         if self._loop is None or self._ended.is_set():
             return
         self._ended.set()
+        sys.setswitchinterval(self._switch_s)
         for topic, listener in self._listeners.items():
             self._node.unlisten(topic, listener)
         for future in self._waiting:
@@ -165,45 +203,31 @@ class Ros1Node:
         if publisher.get_num_connections() == 0:
             return
         try:
-            publisher.publish(self._types.filled(message(kind), content))
+            publisher.publish(self._types.filled(self._node.definition(kind), content))
         except rospy.ROSException as fault:  # while the node is being shut down
             logger.debug("not published: %s", fault)
 
     def _heard(self, topic: str, kind: str, received: Any) -> None:
         """A message has come, in a thread of its publisher: this takes no other before it returns."""
-        begun_s = time.thread_time()
-        sender = harmless(str(received._connection_header.get("callerid", "?")))
-        content = None if received.fault else told(message(kind), received)
-        took_s = time.thread_time() - begun_s
+        sender = _sender_of(received)
 
-        def receive(done: Future[float]) -> None:
-            begun_s = time.thread_time()
+        def receive(done: Future[None]) -> Job:
             try:
-                if content is None:
-                    raise BadMessage(received.fault)
+                content = yield from _content(self._node.definition(kind), received.data)
                 self._node.receive(topic, content)
             except BadMessage as fault:
                 self._log.refused(f"{sender} (ROS)", topic, EXECUTION, str(fault))
-            done.set_result(took_s + time.thread_time() - begun_s)
+            done.set_result(None)
 
-        try:
-            took_s = self._in_loop(topic, receive)
-        except rospy.ServiceException:  # the node ends
-            return
-        if (rest_s := self._publisher.allowance.rest_s(took_s, time.monotonic())) > 0.0:
-            self._ended.wait(rest_s)
+        with contextlib.suppress(rospy.ServiceException):  # the node ends
+            self._in_loop(sender, topic, receive)
 
     def _called(self, name: str, kind: str, request: Any) -> Any:
         """A service is called, in a thread of its own. rospy.ServiceException tells the caller."""
-        took_s = 0.0  # in the loop
+        definition = service(kind)
 
-        def call(answered: Future[Message]) -> None:
-            begun_s: float | None = time.thread_time()
-
+        def call(answered: Future[Message]) -> Job:
             def end(tell: Callable[[], None]) -> None:
-                nonlocal took_s
-                if begun_s is not None:  # else it has taken its time, but not ours
-                    took_s = time.thread_time() - begun_s
                 if not answered.done():
                     tell()
 
@@ -214,52 +238,71 @@ class Ros1Node:
                 end(lambda: answered.set_result(response))
 
             try:
+                content = yield from _content(definition.request, request.data)
                 self._node.call(name, content, answer, fail)
             except BadMessage as fault:
                 fail(str(fault))
-            begun_s = None
 
-        definition = service(kind)
-        try:
-            if request.fault:
-                raise rospy.ServiceException(request.fault)
-            content = told(definition.request, request)
-            return self._types.filled(definition.response, self._in_loop(name, call))
-        finally:
-            self._rest(str(request._connection_header.get("callerid", "?")), took_s)
+        response = self._in_loop(_sender_of(request), name, call)
+        with self._one_thread:
+            return self._types.filled(definition.response, response)
 
-    def _rest(self, caller: str, in_loop_s: float) -> None:
-        """Listen to others for a while, where a caller has taken much time, in the loop and here."""
-        now_s = time.thread_time()
-        took_s = in_loop_s + now_s - self._caller.counted_s
-        self._caller.counted_s = now_s
-        if (rest_s := self._callers.rest_s(caller, took_s, time.monotonic())) > 0.0:
-            self._ended.wait(rest_s)
+    def _in_loop(self, sender: str, what: str, job: Callable[[Future[T]], Job]) -> T:
+        """What `job` sets, done in the loop when it is the sender's turn.
 
-    def _in_loop(self, what: str, function: Callable[[Future[T]], None]) -> T:
-        """What `function`, called in the loop, sets. Raises rospy.ServiceException when the node ends."""
+        Raises rospy.ServiceException when the node ends.
+        """
         future: Future[T] = Future()
 
-        def run() -> None:
-            if self._ended.is_set():
-                future.set_exception(rospy.ServiceException("the robot's node ends"))
-                return
-            self._waiting.add(future)
-            future.add_done_callback(self._waiting.discard)
+        def do() -> Job:
             try:
-                function(future)
+                yield from job(future)
             except Exception as fault:  # noqa: BLE001  # the server goes on
                 self._log.exception("ROS", what, fault)
                 future.set_exception(rospy.ServiceException("internal fault, told in the log"))
             finally:
                 self._on_heard()
 
+        def ask(spent_s: float) -> None:
+            if self._ended.is_set():
+                future.set_exception(rospy.ServiceException("the robot's node ends"))
+                return
+            self._waiting.add(future)
+            future.add_done_callback(self._waiting.discard)
+            self._sender(sender).ask(do(), spent_s)
+
+        spent_s = self._spent.since_asked()
+        with self._one_thread:  # of all, so that they are bounded in sum
+            self._ended.wait(spent_s * RESTS)
         assert self._loop is not None
         try:
-            self._loop.call_soon_threadsafe(run)
+            self._loop.call_soon_threadsafe(ask, spent_s)
         except RuntimeError:  # it is closed
             raise rospy.ServiceException("the robot's node has ended") from None
         return future.result()
+
+    def _sender(self, name: str) -> _Sender:
+        """Of many the last are remembered; one that is forgotten begins anew."""
+        if name not in self._senders:
+            self._senders[name] = _Sender(self._budget)
+            if len(self._senders) > MOST_SENDERS:
+                self._senders.popitem(last=False)
+        self._senders.move_to_end(name)
+        return self._senders[name]
+
+
+def _content(definition: Definition, data: bytes) -> Generator[None, None, Message]:
+    """A message in plain words, in steps. Raises BadMessage."""
+    if len(data) > LONGEST_MESSAGE_BYTES:
+        raise BadMessage(f"a message of {len(data)} bytes: expected up to {LONGEST_MESSAGE_BYTES}")
+    try:
+        return (yield from deserialized(definition, data))
+    except NoSuchMessage:
+        raise BadMessage(f"what came is no {definition.name}") from None
+
+
+def _sender_of(received: Any) -> str:
+    return harmless(str(received._connection_header.get("callerid", "?")))
 
 
 async def _beside(function: Callable[[], T], limit_s: float) -> T:

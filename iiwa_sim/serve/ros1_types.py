@@ -6,14 +6,10 @@ Needs genpy, which comes with rospy.
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from genpy import DeserializationError, Time
+from genpy import Time
 from genpy.dynamic import generate_dynamic
-from numpy import float32
 
 from iiwa_sim.dialect.rmi.definitions import Definition, Field, full_text, message, service, service_md5
-
-LONGEST_MESSAGE_BYTES = 262_144
-"""Longer ones are not taken apart: some hundred commands fit in."""
 
 
 class Types:
@@ -31,21 +27,16 @@ class Types:
         return self._made[name]
 
     def heard(self, name: str) -> Any:
-        """The class of what comes in. What cannot be taken apart is marked with a `fault`: rospy would say so
-        with tracebacks, and for services not at all."""
+        """The class of what comes in. It keeps the bytes: rospy would take them apart at once, in
+        a thread of its own, and of what cannot be it would say so with tracebacks, and for services not at
+        all."""
         made = self._made[name]
 
         def deserialize(self: Any, data: bytes) -> Any:
-            if len(data) > LONGEST_MESSAGE_BYTES:
-                self.fault = f"a message of {len(data)} bytes: expected up to {LONGEST_MESSAGE_BYTES}"
-                return self
-            try:
-                return made.deserialize(self, data)
-            except DeserializationError:
-                self.fault = f"what came is no {name}"
-                return self
+            self.data = data
+            return self
 
-        return type(made.__name__, (made,), {"fault": None, "deserialize": deserialize})
+        return type(made.__name__, (made,), {"data": b"", "deserialize": deserialize})
 
     def filled(self, definition: Definition, content: dict[str, Any]) -> Any:
         """A message; fields that are not given have the defaults of ROS."""
@@ -74,25 +65,6 @@ class Types:
             "_response_class": self._made[f"{name}Response"],
         }
         return type(name.split("/")[1], (), members)
-
-
-def told(definition: Definition, received: Any) -> dict[str, Any]:
-    """A message in plain words, as `Node` takes it."""
-    return {field.name: _told(field, getattr(received, field.name)) for field in definition.fields}
-
-
-def _told(field: Field, value: Any) -> Any:
-    if field.is_list:
-        one = field._replace(is_list=False)
-        return [_told(one, each) for each in value]
-    if field.type == "float32":
-        # The shortest number it stands for: 0.1 and not 0.10000000149, which could be beyond a limit.
-        return float(str(float32(value)))
-    if field.type == "time":
-        return {"secs": value.secs, "nsecs": value.nsecs}
-    if hasattr(value, "_slot_types"):
-        return told(message(field.type), value)
-    return value
 
 
 def _generated(definitions: Sequence[Definition]) -> dict[str, Any]:

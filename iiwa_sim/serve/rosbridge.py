@@ -1,29 +1,43 @@
-"""rosbridge on a WebSocket port: frames in, frames out. Needs the library websockets."""
+"""rosbridge on a WebSocket port: messages in, messages out. Needs the library websockets.
+
+The library takes frames apart and makes them; bytes are read and written here, so that all a client causes,
+its pings and the messages of its topics too, comes out of the one budget.
+"""
 
 import asyncio
-import contextlib
 import logging
 import socket
+import time
+from collections import deque
 from collections.abc import Callable
-from time import thread_time
 from typing import Protocol
 
-from websockets.asyncio.server import Server, ServerConnection, serve
-from websockets.exceptions import ConnectionClosed
+from websockets.frames import Frame, Opcode
+from websockets.http11 import Request
+from websockets.protocol import State
+from websockets.server import ServerProtocol
 
-from iiwa_sim.serve.allowance import Allowance
-from iiwa_sim.serve.listening import host_and_port, open_listener
+from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.listening import Acceptor, open_listener, peer_of, why
+from iiwa_sim.serve.socket_options import find_out
+from iiwa_sim.serve.web_access import WebAccess
 
 LONGEST_FRAME_BYTES = 262_144
 """A longer message closes its connection: some hundred commands fit in, and are read in some milliseconds."""
-FRAMES_AHEAD = 16
-"""Taken from a client before it is made to wait."""
+RECEIVE_BYTES = 65_536
+"""Bytes taken from a connection at once."""
+BITE_BYTES = 128
+"""Of these, taken apart before the clock is looked at: some twenty of the smallest frames."""
+MOST_UNREAD_BYTES = 65_536
+"""Of answers to pings that a client leaves unread, before nothing more is heard of it."""
 SYSTEM_BYTES = 16_384
-"""What the system is asked to hold each way: the less, the newer is what a slow client gets next, and the
-fewer small frames are there at once, which are all taken apart before anything else happens."""
+"""What the system is asked to hold each way: the less, the newer is what a slow client gets next."""
+OPENING_S = 10.0
+"""For a client to say what a WebSocket begins with."""
 CLOSING_S = 1.0
 """For a client to answer that it is closed."""
 POLICY_VIOLATION = 1008
+FORBIDDEN = 403
 
 logger = logging.getLogger(__name__)
 
@@ -54,7 +68,7 @@ class ClientSession(Protocol):
 
 
 class RosbridgeServer:
-    """Serves every connection to `host`:`port`, whatever path it asks for."""
+    """Serves every connection to `host`:`port` that has access, whatever path it asks for."""
 
     def __init__(
         self,
@@ -62,108 +76,258 @@ class RosbridgeServer:
         host: str,
         port: int,
         on_heard: Callable[[], None],
+        *,
+        budget: Budget | None = None,
+        access: WebAccess | None = None,
     ) -> None:
         """`open_session` takes the client's name and what is to be called when there is something to send.
 
-        `on_heard` is called after every message.
+        `on_heard` is called after messages. `budget` is shared with other servers of the loop.
         """
-        self._open_session = open_session
-        self._on_heard = on_heard
+        self.open_session = open_session
+        self.on_heard = on_heard
+        self.budget = budget or Budget()
+        self.access = access or WebAccess()
+        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # of all clients: it is emptied at once
+        self.connections: set[Connection] = set()
         self._asked = (host, port)
-        self._server: Server | None = None
+        self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
         """Listen. Raises ListenFault."""
         listener = await open_listener(*self._asked)
         for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # of the connections, too
             listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
-        self._server = await serve(
-            self._serve,
-            sock=listener,
-            max_size=LONGEST_FRAME_BYTES,
-            max_queue=FRAMES_AHEAD,
-            write_limit=0,
-            close_timeout=CLOSING_S,
-            compression=None,  # it would cost more time than it saves on a local network
-            logger=_quiet,
-        )
+        self._acceptor = Acceptor(listener, lambda: Connection(self))
+
+    @property
+    def listening(self) -> bool:
+        return self._acceptor is not None
 
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._server is None:
+        if self._acceptor is None:
             raise RuntimeError("the server does not listen")
-        host, port = next(iter(self._server.sockets)).getsockname()[:2]
-        return host, port
+        return self._acceptor.address
 
     async def close(self) -> None:
-        """Listen no more and close every connection."""
-        if self._server is not None:
-            self._server.close()
-            await self._server.wait_closed()
-            self._server = None
+        """Listen no more and close every connection; takes a little more than CLOSING_S at most."""
+        if self._acceptor is None:
+            return
+        self._acceptor.close()
+        self._acceptor = None
+        for connection in list(self.connections):
+            connection.close()
+        if gone := [connection.gone for connection in self.connections]:
+            await asyncio.wait(gone)
 
-    async def _serve(self, connection: ServerConnection) -> None:
-        name = f"{host_and_port(*connection.remote_address[:2])} (rosbridge)"
-        mark = {"fields": {"session": name}}
-        logger.info("%s connected", name, extra=mark)
-        loop = asyncio.get_running_loop()
-        allowance = Allowance()
-        there_is_more = asyncio.Event()
-        session, waiting = self._open_session(name, there_is_more.set)
-        sending = asyncio.create_task(_send(connection, waiting, there_is_more))
+
+class Connection(asyncio.BufferedProtocol):
+    """One client.
+
+    What it sends is taken apart and heard as the budget has time for it; meanwhile little more is read. While
+    it leaves unread what is sent to it, what waits for it stays in its outbox.
+    """
+
+    _transport: asyncio.Transport
+    gone: asyncio.Future[None]
+    """Done once the connection is."""
+
+    def __init__(self, server: RosbridgeServer) -> None:
+        self._server = server
+        self._loop = asyncio.get_running_loop()
+        self._share = server.budget.share(self._work)
+        self._websocket = ServerProtocol(max_size=LONGEST_FRAME_BYTES, logger=_quiet)
+        self._received = memoryview(b"")  # and not taken apart yet
+        self._sent_end = False
+        self._messages: deque[bytes] = deque()  # and not heard yet
+        self._parts = bytearray()  # of a message that comes in several frames
+        self._session: ClientSession | None = None  # until the WebSocket is open
+        self._waiting: Waiting
+        self._heard = False  # a message, and nobody has been told
+        self._unread = False  # what has been sent last
+        self._due: asyncio.TimerHandle | None = None  # when a message of a topic may be sent
+        self._limit: asyncio.TimerHandle | None = None  # for what the client has to do now
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        transport.set_write_buffer_limits(0)
+        self.gone = self._loop.create_future()
+        self._name = f"{peer_of(transport)} (rosbridge)"
+        self._mark = {"fields": {"session": self._name}}
+        find_out(transport.get_extra_info("socket"))
+        self._server.connections.add(self)
+        self._grant(OPENING_S)
+        if not self._server.listening:  # accepted while the server closed
+            self._transport.abort()
+
+    def get_buffer(self, _sizehint: int) -> memoryview:
+        return self._server.buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
+        self._received = memoryview(bytes(self._received) + self._server.buffer[:nbytes])
+        if self._share.waits:
+            self._transport.pause_reading()
+        else:
+            self._share.ask()
+
+    def eof_received(self) -> bool:
+        self._sent_end = True
+        self._share.ask()
+        return True  # closed when what came before has been heard
+
+    def pause_writing(self) -> None:
+        self._unread = True
+
+    def resume_writing(self) -> None:
+        self._unread = False
+        self._share.ask()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._share.leave()
+        for timer in (self._due, self._limit):
+            if timer is not None:
+                timer.cancel()
+        self._server.connections.discard(self)
+        self.gone.set_result(None)
+        if self._session is not None:
+            self._session.end()
+            logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
+
+    def close(self, code: int = 1001, reason: str = "") -> None:
+        """Say so, and close when the client has said so, too, or after CLOSING_S."""
+        if self._websocket.state is State.OPEN:
+            self._websocket.send_close(code, reason)
+            self._write()
+            self._grant(CLOSING_S)
+        elif self._websocket.state is State.CONNECTING:
+            self._transport.abort()
+
+    def _grant(self, seconds: float) -> None:
+        if self._limit is not None:
+            self._limit.cancel()
+        self._limit = self._loop.call_later(seconds, self._transport.abort)
+
+    def _work(self, until_s: float) -> bool:
+        """Hear and say what there is until then; whether there is more."""
         try:
-            while not (session.closing or waiting.overflown):
-                message = await connection.recv(decode=False)
-                begun_s = thread_time()
-                session.receive(message)
-                self._on_heard()
-                await _rest(connection, allowance.rest_s(thread_time() - begun_s, loop.time()))
-        except ConnectionClosed:
-            pass
-        finally:
-            session.end()
-            sending.cancel()
-            await asyncio.wait([sending])
-        if waiting.overflown:
-            logger.warning("%s asks and does not read the answers: it is dropped", name, extra=mark)
-            connection.transport.abort()
-        elif session.closing:
-            await _send_last(connection, waiting)
-        logger.info("%s disconnected", name, extra=mark)
+            while not self._transport.is_closing() and self._does_something():
+                if time.monotonic() >= until_s:
+                    break
+            if self._heard:
+                self._heard = False
+                self._server.on_heard()
+        except Exception:
+            logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
+            self._transport.abort()
+        return self._goes_on()
 
+    def _does_something(self) -> bool:
+        """One step, if there is any to do."""
+        if self._session is not None:
+            if self._waiting.overflown:
+                logger.warning(
+                    "%s asks and does not read the answers: it is dropped", self._name, extra=self._mark
+                )
+                self._transport.abort()
+                return False
+            if self._session.closing:
+                self._turn_out()
+            if self._says():
+                return True
+            if self._messages:
+                self._session.receive(self._messages.popleft())
+                self._heard = True
+                return True
+        if self._received and self._takes_more:
+            self._take_apart()
+            return True
+        return False
 
-async def _rest(connection: ServerConnection, rest_s: float) -> None:
-    """Listen to others for so long, or until the connection is closed."""
-    # Also where it is 0: frames that are there already would be taken one after the other.
-    await asyncio.sleep(0)
-    if rest_s > 0.0:
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(rest_s):
-                await connection.wait_closed()
+    @property
+    def _takes_more(self) -> bool:
+        """Not from one who pings and does not read the answers."""
+        return self._transport.get_write_buffer_size() <= MOST_UNREAD_BYTES
 
+    def _goes_on(self) -> bool:
+        """Whether there is more to do now; if not, see to it that it goes on or ends."""
+        if self._transport.is_closing():
+            return False
+        if self._messages or (self._received and self._takes_more):
+            return True
+        if self._sent_end:
+            self._transport.close()
+        elif self._received:
+            self._transport.pause_reading()
+        else:
+            self._transport.resume_reading()
+        return False
 
-async def _send(connection: ServerConnection, waiting: Waiting, there_is_more: asyncio.Event) -> None:
-    """Send what waits, as fast as the client takes it, until it is gone."""
-    loop = asyncio.get_running_loop()
-    try:
-        while True:
-            there_is_more.clear()
-            message, wait_s = waiting.next(loop.time())
-            if message is not None:
-                await connection.send(message)
-                continue
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(wait_s):
-                    await there_is_more.wait()
-    except ConnectionClosed:
-        return
+    def _says(self) -> bool:
+        """Send the next message, if there is one and the client has taken those before; whether it is so."""
+        if self._unread or self._websocket.state is not State.OPEN:
+            return False
+        message, wait_s = self._waiting.next(self._loop.time())
+        if message is not None:
+            self._send(message)
+            return True
+        if wait_s is not None and self._due is None:
+            self._due = self._loop.call_later(wait_s, self._is_due)
+        return False
 
+    def _is_due(self) -> None:
+        self._due = None
+        self._share.ask()
 
-async def _send_last(connection: ServerConnection, waiting: Waiting) -> None:
-    """Send why the client is closed, if it takes that, and close."""
-    with contextlib.suppress(ConnectionClosed, TimeoutError):
-        async with asyncio.timeout(CLOSING_S):
-            while (message := waiting.next(0.0)[0]) is not None:
-                await connection.send(message)
-    await connection.close(POLICY_VIOLATION)
+    def _send(self, message: str | bytes) -> None:
+        if isinstance(message, str):
+            self._websocket.send_text(message.encode())
+        else:
+            self._websocket.send_binary(message)
+        self._write()
+
+    def _write(self) -> None:
+        for data in self._websocket.data_to_send():
+            if data:
+                self._transport.write(data)
+            else:  # the end, behind which the client may still send
+                self._transport.write_eof()
+                self._grant(CLOSING_S)
+
+    def _turn_out(self) -> None:
+        """Send why the client is closed, and close."""
+        self._messages.clear()
+        if self._websocket.state is State.OPEN:
+            while (message := self._waiting.next(0.0)[0]) is not None:
+                self._send(message)
+            self.close(POLICY_VIOLATION)
+
+    def _take_apart(self) -> None:
+        bite, self._received = self._received[:BITE_BYTES], self._received[BITE_BYTES:]
+        self._websocket.receive_data(bytes(bite))
+        for event in self._websocket.events_received():
+            if isinstance(event, Request):
+                self._open(event)
+            elif isinstance(event, Frame) and event.opcode in (Opcode.TEXT, Opcode.BINARY, Opcode.CONT):
+                self._parts += event.data
+                if event.fin:
+                    self._messages.append(bytes(self._parts))
+                    self._parts.clear()
+        self._write()
+
+    def _open(self, request: Request) -> None:
+        headers = request.headers
+        refusal = self._server.access.refusal(headers.get_all("Host"), headers.get_all("Origin"))
+        if refusal is None:
+            response = self._websocket.accept(request)
+        else:
+            response = self._websocket.reject(FORBIDDEN, f"{refusal}\n")
+            logger.warning("%s refused: %s", self._name, refusal, extra=self._mark)
+        self._websocket.send_response(response)
+        if self._websocket.state is State.OPEN:
+            if self._limit is not None:
+                self._limit.cancel()
+            self._session, self._waiting = self._server.open_session(self._name, self._share.ask_later)
+            logger.info("%s connected", self._name, extra=self._mark)

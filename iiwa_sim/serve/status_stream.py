@@ -7,7 +7,9 @@ import socket
 from collections.abc import Callable
 from typing import Protocol
 
-from iiwa_sim.serve.listening import address_of, listen, peer_of, why
+from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
+from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
 
 RECEIVE_BYTES = 1024
 """Taken from a reader at once: what it says in a hurry is heard in small portions, with ticks in between."""
@@ -53,33 +55,42 @@ class StatusStream:
         *,
         rate_hz: int = DEFAULT_RATE_HZ,
         tick_rate_hz: int,
+        budget: Budget | None = None,
     ) -> None:
-        """Raises ValueError for a rate outside 1 to 500 Hz or beyond that of the ticks."""
+        """`budget` is shared with other servers of the loop.
+
+        Raises ValueError for a rate outside 1 to 500 Hz or beyond that of the ticks.
+        """
         most_hz = min(MAX_RATE_HZ, tick_rate_hz)
         if not MIN_RATE_HZ <= rate_hz <= most_hz:
             ticks = f", one line per tick at {tick_rate_hz} Hz" if most_hz == tick_rate_hz else ""
             raise ValueError(f"status_rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {most_hz}{ticks}")
         self.open_session = open_session
+        self.budget = budget or Budget()
+        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # of all readers: it is emptied at once
+        self.newest = b""
         self.readers: set[Reader] = set()
         self._line = line
         self._rate_hz = rate_hz
         self._tick_rate_hz = tick_rate_hz
         self._due = 0  # in parts of 1 / tick_rate_hz of a line
         self._asked = (host, port)
-        self._server: asyncio.Server | None = None
+        self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
         """Listen. Raises ListenFault."""
-        self._server = await listen(lambda: Reader(self), *self._asked)
+        self._acceptor = await listen(lambda: Reader(self), *self._asked)
 
     @property
     def listening(self) -> bool:
-        return self._server is not None
+        return self._acceptor is not None
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host and port listened on."""
-        return address_of(self._server)
+        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
+        if self._acceptor is None:
+            raise RuntimeError("the stream does not listen")
+        return self._acceptor.address
 
     def tick(self) -> None:
         """A tick has been made: send a line if one is due."""
@@ -90,10 +101,10 @@ class StatusStream:
 
     async def close(self) -> None:
         """Listen no more and close every connection."""
-        if self._server is None:
+        if self._acceptor is None:
             return
-        self._server.close()
-        self._server = None
+        self._acceptor.close()
+        self._acceptor = None
         gone = [reader.gone for reader in self.readers]
         for reader in list(self.readers):
             reader.close()
@@ -103,9 +114,9 @@ class StatusStream:
     def _broadcast(self) -> None:
         ready = [reader for reader in self.readers if reader.ready]
         if ready:
-            line = self._line()
+            self.newest = self._line()
             for reader in ready:
-                reader.send(line)
+                reader.offer()
 
 
 class Reader(asyncio.BufferedProtocol):
@@ -117,7 +128,12 @@ class Reader(asyncio.BufferedProtocol):
 
     def __init__(self, stream: StatusStream) -> None:
         self._stream = stream
-        self._buffer = memoryview(bytearray(RECEIVE_BYTES))
+        self._share = stream.budget.share(self._work)
+        self._first_line = FirstLine()
+        self._received = b""  # and not handed to the session yet
+        self._sent_end = False
+        self._told_end = False  # the session knows
+        self._offered = False  # a line, and it has not been sent yet
         self._before_line = b""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -135,18 +151,27 @@ class Reader(asyncio.BufferedProtocol):
             self.close()
 
     def get_buffer(self, _sizehint: int) -> memoryview:
-        return self._buffer
+        return self._stream.buffer
 
     def buffer_updated(self, nbytes: int) -> None:
-        # Where a session fails, asyncio logs why and closes the connection.
-        answer = self._session.receive(self._buffer[:nbytes].tobytes())
-        self._before_line = answer or self._before_line
+        self._received += self._stream.buffer[:nbytes]
+        if self._share.waits:
+            self._transport.pause_reading()
+        else:
+            self._share.ask()
 
     def eof_received(self) -> bool:
-        self._session.end()
+        self._sent_end = True
+        self._share.ask()
         return True  # the transport stays open for the lines
 
+    def offer(self) -> None:
+        """There is a line to be sent; who has to wait for that gets the one that is the newest then."""
+        self._offered = True
+        self._share.ask_later()
+
     def connection_lost(self, exc: Exception | None) -> None:
+        self._share.leave()
         self._stream.readers.discard(self)
         self.gone.set_result(None)
         logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
@@ -156,13 +181,48 @@ class Reader(asyncio.BufferedProtocol):
         """Whether all that was sent has been taken by the system."""
         return not (self._transport.get_write_buffer_size() or self._transport.is_closing())
 
-    def send(self, line: bytes) -> None:
-        self._transport.write(self._before_line + line)
-        self._before_line = b""
-
     def close(self) -> None:
         """Close at once, in good order unless a line has been sent in part."""
         if self.ready:
             self._transport.close()
         else:
             self._transport.abort()
+
+    def _work(self, _until_s: float) -> bool:
+        """Hear what has been said, and send the newest line; that is short."""
+        if self._transport.is_closing():
+            return False
+        try:
+            self._hand_on()
+        except FromBrowserFault as fault:
+            logger.warning(
+                "%s closed: it sent %s, as a web page would have it", self._name, fault, extra=self._mark
+            )
+            self._transport.abort()
+            return False
+        except Exception:
+            logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
+            self._transport.abort()
+            return False
+        if self._offered and self.ready:
+            self._offered = False
+            self._transport.write(self._before_line + self._stream.newest)
+            self._before_line = b""
+        if not self._sent_end:
+            self._transport.resume_reading()
+        return False
+
+    def _hand_on(self) -> None:
+        """To the session, what has been received."""
+        data, self._received = self._received, b""
+        first = self._first_line
+        if data:
+            self._hear(data if first.passed else first.take(data))
+        if self._sent_end and not self._told_end:
+            self._told_end = True
+            if not first.passed:
+                self._hear(first.rest())
+            self._session.end()
+
+    def _hear(self, data: bytes) -> None:
+        self._before_line = self._session.receive(data) or self._before_line

@@ -2,11 +2,14 @@
 
 import asyncio
 import logging
+import time
 from collections.abc import Callable
 from functools import partial
 
 from iiwa_sim.dialect.faults import Reset, Send, Step, Wait, WireFaults
+from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.door import Door
+from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
 from iiwa_sim.serve.in_order import InOrder
 from iiwa_sim.serve.line_session import LineSession, PatientSession
 from iiwa_sim.serve.listening import peer_of, why
@@ -16,6 +19,10 @@ from iiwa_sim.serve.turns import Turns
 RECEIVE_BYTES = 65_536
 """Bytes taken from a connection at once. A buffer of our own instead of asyncio's, which allocates 256 KiB
 for every read, makes an answer 30 us faster."""
+CROWDED_BYTES = 4096
+"""The same while others wait: to take lines apart costs time, too."""
+MOST_BYTES = 32_768
+"""Of replies that are sent at once."""
 
 UNREAD_S = 10.0
 """For how long a client may leave its replies unread once all buffers are full."""
@@ -47,18 +54,22 @@ class TcpServer:
         *,
         unread_s: float = UNREAD_S,
         turns: Turns | None = None,
+        budget: Budget | None = None,
         on_answered: Callable[[], None] | None = None,
         on_good_bye: Callable[[], None] | None = None,
         faults: WireFaults | None = None,
         dialect: str = "",
     ) -> None:
-        """`turns` says who is served when; all clients at once, if it is not given.
+        """`turns` says who is served when; all clients at once, if it is not given. `budget` is shared with
+        other servers of the loop.
 
         `dialect` is what is spoken here, where clients of others are among the same `faults`.
         """
         self.open_session = open_session
         self.unread_s = unread_s
         self.turns = turns or Turns()
+        self.budget = budget or Budget()
+        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # of all connections: it is emptied at once
         self.on_answered = on_answered
         self.on_good_bye = on_good_bye
         self.faults = faults or WireFaults()
@@ -105,10 +116,10 @@ class TcpServer:
 class Connection(asyncio.BufferedProtocol):
     """One client.
 
-    Lines are answered a slice at a time, with other clients and ticks in between. While lines wait nothing
-    more is read, and while the client leaves replies unread no line is answered: a client in a hurry fills
-    its own buffers and nobody else's. Until its turn comes nothing is read either. While faults are set for
-    it, lines are answered one by one, and replies sent in the steps that the faults make of them.
+    Lines are answered as the budget has time for them, with other clients and ticks in between. While lines
+    wait nothing more is read, and while the client leaves replies unread no line is answered: a client in a
+    hurry fills its own buffers and nobody else's. Until its turn comes nothing is read either. While faults
+    are set for it, lines are answered one by one, and replies sent in the steps that the faults make of them.
     """
 
     _transport: asyncio.Transport
@@ -119,11 +130,13 @@ class Connection(asyncio.BufferedProtocol):
     def __init__(self, server: TcpServer) -> None:
         self._server = server
         self._loop = asyncio.get_running_loop()
-        self._buffer = memoryview(bytearray(RECEIVE_BYTES))
+        self._first_line = FirstLine()
+        self._received = b""  # and not handed to the session yet
         self._unread: asyncio.TimerHandle | None = None  # runs while replies pile up
         self._served = False
         self._reading = True
         self._sent_end = False
+        self._told_end = False  # the session knows
         self._ends = False  # with what is still to be sent
         self._finished = False
 
@@ -136,7 +149,8 @@ class Connection(asyncio.BufferedProtocol):
         tune(transport.get_extra_info("socket"))
         self._session = self._server.open_session(self._name)
         self._patient = self._session if isinstance(self._session, PatientSession) else None
-        self._outgoing = InOrder(self._answer)
+        self._share = self._server.budget.share(self._work)
+        self._outgoing = InOrder(self._share.ask)
         self._number = self._server.faults.arrives(self, self._name, self._server.dialect)
         self._server.connections.add(self)
         logger.info("%s connected", self._name, extra=self._mark)
@@ -155,17 +169,19 @@ class Connection(asyncio.BufferedProtocol):
         self._read(True)
 
     def get_buffer(self, _sizehint: int) -> memoryview:
-        return self._buffer
+        server = self._server
+        return server.buffer[:CROWDED_BYTES] if server.budget.crowded else server.buffer
 
     def buffer_updated(self, nbytes: int) -> None:
-        self._session.receive(self._buffer[:nbytes].tobytes())
-        self._answer()
+        self._received += self._server.buffer[:nbytes]
+        if self._share.waits:
+            self._read(False)
+        else:
+            self._share.ask()
 
     def eof_received(self) -> bool:
         self._sent_end = True
-        if not self._finished:
-            self._session.end()
-            self._answer()
+        self._share.ask()
         return True  # the transport stays open for the replies
 
     def pause_writing(self) -> None:
@@ -175,10 +191,11 @@ class Connection(asyncio.BufferedProtocol):
         if self._unread is not None:
             self._unread.cancel()
             self._unread = None
-        self._answer()
+        self._share.ask()
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._finished = True
+        self._share.leave()
         if self._unread is not None:
             self._unread.cancel()
         self._outgoing.forget()
@@ -192,7 +209,7 @@ class Connection(asyncio.BufferedProtocol):
     def go_on(self) -> None:
         """Answer what waits, if it is no more kept from it."""
         if self._served:
-            self._answer()
+            self._share.ask()
 
     def take(self, steps: list[Step]) -> None:
         """Take these steps, behind those that are still to be taken."""
@@ -217,51 +234,99 @@ class Connection(asyncio.BufferedProtocol):
         """Close at once."""
         self._transport.abort()
 
-    def _answer(self) -> None:
+    def _work(self, until_s: float) -> bool:
+        """Answer lines until then; whether more can be answered."""
         if self._finished or self._ends:
-            return
-        faults, waiting = self._server.faults, self._session.waiting
-        if faults.silences(self._number, waiting) or len(self._outgoing) > MOST_LATE:
-            self._read(not waiting)
-            return
+            return False
         try:
-            if faults.concerns(self._number):
-                self.take(list(faults.steps(self._number, self._session.answer(1))))
-            elif replies := self._session.answer():
-                self._send(replies)
+            self._hand_on()
+            answered = self._session.waiting
+            self._answer(until_s)
+        except FromBrowserFault as fault:
+            logger.warning(
+                "%s closed: it sent %s, as a web page would have it", self._name, fault, extra=self._mark
+            )
+            self.abort()
+            return False
         except Exception:
             logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
             self.abort()
-        else:
-            if waiting and self._server.on_answered is not None:
-                self._server.on_answered()
-            self._go_on_or_end()
+            return False
+        if answered and self._server.on_answered is not None:
+            self._server.on_answered()
+        return self._goes_on()
 
-    def _send(self, replies: bytes) -> None:
-        if self._outgoing.busy:
-            self.take([Send(replies)])
-        else:
-            self._transport.write(replies)
+    def _hand_on(self) -> None:
+        """To the session, what has been received."""
+        data, self._received = self._received, b""
+        first = self._first_line
+        if data:
+            self._session.receive(data if first.passed else first.take(data))
+        if self._sent_end and not self._told_end:
+            self._told_end = True
+            if not first.passed:
+                self._session.receive(first.rest())
+            self._session.end()
 
-    def _go_on_or_end(self) -> None:
-        if self._finished or self._ends:
+    def _answer(self, until_s: float) -> None:
+        session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
+        try:
+            while session.waiting and not (self._ends or self._is_kept_from_answering()):
+                if faults.concerns(self._number):
+                    self._send(replies)
+                    self.take(list(faults.steps(self._number, session.answer(1))))
+                else:
+                    replies.append(session.answer(most))
+                    size += len(replies[-1])
+                    most *= 2  # the clock is looked at seldom, and yet soon where lines take their time
+                if size >= MOST_BYTES or time.monotonic() >= until_s:
+                    break
+        finally:
+            self._send(replies)
+
+    def _is_kept_from_answering(self) -> bool:
+        """By a fault that is set, by replies that are not sent or not read yet, or by what takes its time."""
+        pending = None if self._patient is None else self._patient.pending
+        return (
+            self._server.faults.silences(self._number)
+            or len(self._outgoing) > MOST_LATE
+            or self._unread is not None
+            or (pending is not None and not pending.done())
+        )
+
+    def _send(self, replies: list[bytes]) -> None:
+        """And forget them."""
+        data = b"".join(replies)
+        replies.clear()
+        if not data:
             return
-        if self._session.closing:
+        if self._outgoing.busy:
+            self.take([Send(data)])
+        else:
+            self._transport.write(data)
+
+    def _goes_on(self) -> bool:
+        """Whether lines can be answered at once; if not, see to it that it goes on or ends."""
+        session = self._session
+        if self._finished or self._ends:
+            return False
+        if session.closing:
             self._ends = True
             self._outgoing.do(self._good_bye)
-        elif self._unread is not None:
+            return False
+        if session.waiting:
             self._read(False)
-        elif self._patient is not None and self._patient.pending is not None:
-            self._read(False)
-            self._patient.pending.add_done_callback(lambda _: self._answer())
-        elif self._session.waiting:
-            self._read(False)
-            self._loop.call_soon(self._answer)
-        elif self._sent_end:
+            pending = None if self._patient is None else self._patient.pending
+            if pending is not None and not pending.done():
+                pending.add_done_callback(lambda _: self._share.ask())
+                return False
+            return not self._is_kept_from_answering()
+        if self._sent_end:
             self._ends = True
             self._outgoing.do(self.close)
-        else:
-            self._read(True)
+            return False
+        self._read(self._unread is None)
+        return False
 
     def _good_bye(self) -> None:
         self.close()

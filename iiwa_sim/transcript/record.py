@@ -1,7 +1,8 @@
 """Sessions with the simulator, written down as a transcript while they happen."""
 
-import contextlib
 import logging
+import os
+import stat
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from iiwa_sim.dialect.dialogue import Said as Told
 from iiwa_sim.dialect.krc4_short import NO_MESSAGE
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, KRC4
 from iiwa_sim.dialect.table import load_table
+from iiwa_sim.never_waiting import NeverWaiting
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.krc4 import answers_reals
 
@@ -27,7 +29,8 @@ class Recorder:
 
     Clients are called client1, client2, ... in the order in which they come. Replies of numbers are recorded
     as numbers, all others as they are. A file that takes no more, such as on a full disk, ends the recording
-    with a line in the log, and nothing else.
+    with a line in the log, and nothing else. For a FIFO or a terminal nothing waits: lines that it does not
+    take are lost, and a comment says how many.
     """
 
     def __init__(
@@ -53,14 +56,19 @@ class Recorder:
         self._last_said = ""
         self._broken = False
         self._table = load_table("iiwa")
+        header = f"# {title}\n# [simulated real] time in s\n"
+        if tuple(dialects) != (DEFAULT_DIALECT,):
+            header += f"dialect {','.join(dialects)}\n"
         try:
-            self._file = path.open("w", encoding="ascii", errors="backslashreplace", buffering=1)
+            self._descriptor = _opened(path)
+            self._out = NeverWaiting(self._descriptor, _lost)
             try:
-                self._file.write(f"# {title}\n# [simulated real] time in s\n")
-                if tuple(dialects) != (DEFAULT_DIALECT,):
-                    self._file.write(f"dialect {','.join(dialects)}\n")
+                if _may_wait(self._descriptor):
+                    self._out.put(_bytes(header))
+                else:
+                    os.write(self._descriptor, _bytes(header))
             except OSError:
-                self._close()
+                os.close(self._descriptor)
                 raise
         except OSError as fault:
             raise TranscriptFault(f"{path}: cannot be written: {fault.strerror}") from None
@@ -77,22 +85,25 @@ class Recorder:
     def close(self) -> None:
         """Hears no more; what the context does at its end."""
         self._dialogue.listeners.remove(self._hear)
-        self._close()
+        taken = self._out.close()
+        if self._out.fault is not None and not self._broken:
+            self._break(self._out.fault)
+        if taken:  # else the thread that waits for it still has it
+            os.close(self._descriptor)
 
     def _hear(self, told: Told) -> None:
         if self._broken:
             return
         real_s = (told.instant_ns - self._began_ns) * 1e-9
         times = f"[{told.tick * self._tick_s:.3f} {real_s:.6f}]"
-        try:
-            self._file.write(self._line(told, times) + "\n")
-        except OSError as fault:
-            logger.error("%s: the transcript ends here: %s", self._path, fault.strerror)
-            self._broken = True
+        if self._out.fault is None:
+            self._out.put(_bytes(self._line(told, times) + "\n"))
+        else:
+            self._break(self._out.fault)
 
-    def _close(self) -> None:
-        with contextlib.suppress(OSError):  # of what a full disk has not taken
-            self._file.close()
+    def _break(self, fault: OSError) -> None:
+        logger.error("%s: the transcript ends here: %s", self._path, fault.strerror)
+        self._broken = True
 
     def _line(self, told: Told, times: str) -> str:
         if told.direction is Direction.EVENT:
@@ -131,3 +142,22 @@ class Recorder:
             self._clients += 1
             self._names[session] = f"client{self._clients}"
         return self._names[session]
+
+
+def _opened(path: Path) -> int:
+    """For writing; a FIFO also for reading, or this would wait until somebody else does that."""
+    is_fifo = path.exists() and stat.S_ISFIFO(path.stat().st_mode)
+    how = os.O_RDWR if is_fifo else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
+    return os.open(path, how | os.O_NOCTTY | os.O_CLOEXEC, 0o666)
+
+
+def _may_wait(descriptor: int) -> bool:
+    return stat.S_ISFIFO(os.fstat(descriptor).st_mode) or os.isatty(descriptor)
+
+
+def _bytes(text: str) -> bytes:
+    return text.encode("ascii", "backslashreplace")
+
+
+def _lost(count: int) -> bytes:
+    return b"# %d lines lost: nobody read them\n" % count

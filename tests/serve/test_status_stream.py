@@ -168,8 +168,10 @@ async def test_a_line_that_is_larger_than_all_buffers_arrives_whole() -> None:
     async with streaming(500, line_bytes=1_000_000) as served:
         reader = await served.connect_silently()
         for k in (1, 2, 3):
+            served.stream.tick()
+            await until(lambda: bool(served.held()))
             for _ in range(10):
-                served.stream.tick()  # one line, and no other while that is under way
+                served.stream.tick()  # no other line is made while that one is under way
             assert served.made == k
             received = b""
             while not received.endswith(b"\n"):
@@ -207,8 +209,8 @@ async def test_what_a_session_answers_comes_before_the_next_line_and_once() -> N
         reader.send(b"?")
         await until(lambda: served.sessions[0].heard == b"?")
         served.stream.tick()
-        served.stream.tick()
         assert (await reader.line()).split() == ["!1"]
+        served.stream.tick()
         assert await number(reader) == 2
 
 
@@ -237,7 +239,7 @@ async def test_readers_come_and_go(how: str, caplog: pytest.LogCaptureFixture) -
 async def test_a_fault_in_a_session_costs_that_reader_only(caplog: pytest.LogCaptureFixture) -> None:
     async with streaming(500) as served:
         other, reader = await served.connect(), await served.connect()
-        reader.send(b"fault")
+        reader.send(b"fault\n")
         await until(lambda: len(served.stream.readers) == 1)
         served.stream.tick()
         assert await number(other) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 from pathlib import Path
 
@@ -111,9 +112,9 @@ def test_a_disk_that_fills_up_ends_the_recording_only(
     dialogue = Dialogue(lambda: 0)
     heard: list[Told] = []
     recorder = Recorder(tmp_path / "file", dialogue, 0.002, "a robot")
-    recorder._file.close()
-    with Path("/dev/full").open("w", buffering=1) as full, recorder:
-        recorder._file = full
+    with recorder:
+        with Path("/dev/full").open("wb") as full:
+            os.dup2(full.fileno(), recorder._descriptor)
         dialogue.listeners.append(heard.append)
         for _ in range(3):
             dialogue.exchange("127.0.0.1:4000", "hello", "hello")

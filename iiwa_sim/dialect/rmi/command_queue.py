@@ -28,6 +28,10 @@ class Result(NamedTuple):
     information: str
 
 
+RESULTS_AT_ONCE = 50
+"""Published in a tick; more wait for the next one."""
+
+
 class _Command:
     """One that has no published result yet."""
 
@@ -163,7 +167,10 @@ class CommandQueue:
         self._robot.stop(done)
 
     def _publish_ended(self) -> None:
-        while self._begun and (result := self._begun[0].result) is not None:
+        """Some of those that have ended; the rest in the next ticks, which do not wait for a long list."""
+        for _ in range(RESULTS_AT_ONCE):
+            if not self._begun or (result := self._begun[0].result) is None:
+                break
             self._begun.popleft()
             self._publish(result)
 

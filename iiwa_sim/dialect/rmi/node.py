@@ -123,6 +123,8 @@ class Node:
             listener(content)
 
     def _publish_result(self, result: Result) -> None:
+        if not self._listeners[COMMAND_RESULT]:
+            return
         content = {
             "header": self._header(COMMAND_RESULT),
             "command_id": result.command_id,

@@ -1,0 +1,107 @@
+"""Lines for a file that may take its time, as a terminal that is stopped, or a FIFO that nobody reads."""
+
+import contextlib
+import os
+import select
+import threading
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+
+MOST_BYTES = 262_144
+"""That wait to be written; beyond, lines are lost."""
+AT_ONCE_BYTES = 65_536
+PATIENCE_S = 1.0
+"""For how long `flush` and `close` wait for a file that takes nothing."""
+
+
+class NeverWaiting:
+    """Writes lines in a thread of its own, which alone waits for the file; the thread is a daemon.
+
+    Lines that find no room, or that the file refuses, are lost and counted. When writing goes on, the number
+    is told in a line of its own.
+    """
+
+    def __init__(self, descriptor: int, told: Callable[[int], bytes]) -> None:
+        """`told` makes the line that says how many were lost."""
+        self.fault: OSError | None = None
+        """Why the file has refused a line."""
+        self._descriptor = descriptor
+        self._told = told
+        self._changed = threading.Condition()
+        self._lines: deque[bytes] = deque()
+        self._waiting_bytes = 0  # in them, and in what is being written
+        self._lost = 0
+        self._closed = False
+        self._thread: threading.Thread | None = None
+
+    def put(self, line: bytes) -> None:
+        """A line with its end."""
+        with self._changed:
+            if self._closed or (self._waiting_bytes and self._waiting_bytes + len(line) > MOST_BYTES):
+                self._lost += 1
+                return
+            self._add(line)
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._go_on, name="iiwa-sim-writer", daemon=True)
+                self._thread.start()
+            self._changed.notify_all()
+
+    def flush(self) -> bool:
+        """Wait until all is written, or nothing of it for PATIENCE_S; whether it is."""
+        with self._changed:
+            while self._waiting_bytes:
+                if not self._changed.wait_for(partial(self._taken_of, self._waiting_bytes), PATIENCE_S):
+                    return False
+        return True
+
+    def close(self) -> bool:
+        """`flush`, and write no more; what the file has not taken then is lost. The file stays open."""
+        done = self.flush()
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        return done
+
+    def _taken_of(self, waiting_bytes: int) -> bool:
+        return self._waiting_bytes < waiting_bytes
+
+    def _add(self, line: bytes) -> None:
+        self._lines.append(line)
+        self._waiting_bytes += len(line)
+
+    def _go_on(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._lines or self._closed)
+                if self._closed:
+                    return
+                lines = [self._lines.popleft()]
+                size = len(lines[0])
+                while self._lines and size + len(self._lines[0]) <= AT_ONCE_BYTES:
+                    lines.append(self._lines.popleft())
+                    size += len(lines[-1])
+            fault = self._written(b"".join(lines))
+            with self._changed:
+                self._waiting_bytes -= size
+                if fault is not None:
+                    self.fault = fault
+                    self._lost += len(lines)
+                elif self._lost:
+                    self._add(self._told(self._lost))
+                    self._lost = 0
+                self._changed.notify_all()
+
+    def _written(self, data: bytes) -> OSError | None:
+        rest = memoryview(data)
+        while rest:
+            try:
+                rest = rest[os.write(self._descriptor, rest) :]
+            except BlockingIOError:  # someone has set it so
+                with contextlib.suppress(OSError):
+                    ready = select.poll()
+                    ready.register(self._descriptor, select.POLLOUT)
+                    ready.poll()
+            except OSError as fault:
+                return fault
+        return None
