@@ -1,16 +1,19 @@
-# make run | test | lint | requirements | bench | image, each with ARGS="..."; the first one makes .venv and installs everything into it.
+# make run | test | test-slow | lint | requirements | bench | image, each with ARGS="..."; the first one makes .venv and installs everything into it.
 # Kernels (iiwa_sim/**/*_kernel.py) whose text was edited are compiled before; make kernels does only that.
 PYTHON ?= python3
 BIN := .venv/bin
 KERNELS := $(shell find iiwa_sim -name '*_kernel.py' -o -name '*_kernel.pxd')
 
-.PHONY: run test lint requirements bench kernels image clean
+.PHONY: run test test-slow lint requirements bench kernels image clean
 
 run: .venv/kernels
 	@$(BIN)/iiwa-sim $(ARGS)
 
 test: .venv/kernels
-	$(BIN)/pytest --numprocesses auto --dist worksteal $(ARGS)
+	$(BIN)/pytest --numprocesses auto --dist worksteal -m 'not slow' $(ARGS)
+
+test-slow: .venv/kernels
+	$(BIN)/pytest --numprocesses auto --dist worksteal -m slow $(ARGS)
 
 lint: .venv/kernels
 	$(BIN)/ruff check

@@ -101,16 +101,16 @@ def pytest_configure(config):
 """
 
 
-@pytest.mark.parametrize("spread", [["-p", "no:xdist"], ["-n", "2"]], ids=["one process", "two processes"])
+@pytest.mark.parametrize("spread", [[], ["-p", "xdist", "-n", "1"]], ids=["one process", "xdist"])
 def test_a_run_is_remembered_until_the_test_runs_again(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, spread: list[str]
 ) -> None:
     monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parent.parent))
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     pytester.makeconftest(CONFTEST)
-    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function")
     (pytester.path / "test_outcomes.py").write_text(OUTCOMES.format(bad=False))
     (pytester.path / "test_without.py").write_text(NO_MARK)
-    pytester.runpytest_subprocess("-p", "no:iiwa-sim", *spread)
+    pytester.runpytest_subprocess(*spread)
     assert _remembered(pytester) == {
         "test_outcomes.py::test_good": "passed",
         "test_outcomes.py::test_bad": "failed",
@@ -119,7 +119,7 @@ def test_a_run_is_remembered_until_the_test_runs_again(
     }
 
     (pytester.path / "test_outcomes.py").write_text(OUTCOMES.format(bad=True))
-    pytester.runpytest_subprocess("-p", "no:iiwa-sim", *spread, "-k", "test_bad")
+    pytester.runpytest_subprocess(*spread, "-k", "test_bad")
     assert _remembered(pytester)["test_outcomes.py::test_bad"] == "passed"
     assert _remembered(pytester)["test_outcomes.py::test_torn_down_badly"] == "failed", "it has not run again"
 
