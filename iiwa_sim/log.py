@@ -9,7 +9,7 @@ that end a move, `info` of clients that come and go, `debug` of every command.
 import json
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -125,6 +125,13 @@ class _Refusals:
 def robot_fault(code: int, reason: str) -> None:
     """What the controller meets with between commands."""
     logger.warning("%s", reason, extra={"fields": {"code": code, "reason": reason}})
+
+
+def moves_discarded(moves: Sequence[int], reason: str) -> None:
+    """Moves, by their numbers, that a stop or a change of mode has ended or will never let begin."""
+    which = f"move {moves[0]}" if len(moves) == 1 else f"{len(moves)} moves, {moves[0]} to {moves[-1]}"
+    extra = {"fields": {"moves": list(moves), "reason": reason}}
+    logger.info("%s not carried out to the end: %s", which, reason, extra=extra)
 
 
 def robot_contact(contact: Contact) -> None:

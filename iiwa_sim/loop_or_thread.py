@@ -7,6 +7,8 @@ from typing import Any, Self, TypeVar
 
 from iiwa_sim.loop_thread import LoopThread
 
+LEAVE_S = 10.0
+"""So long a thread has for leaving the context, before it counts as blocked."""
 RUNNING = "the simulator runs already"
 
 T = TypeVar("T")
@@ -53,10 +55,11 @@ class LoopOrThread(ABC):
         if self._thread is not None:
             self._leave(self._thread)
 
-    def call(self, function: Callable[[], T]) -> T:
+    def call(self, function: Callable[[], T], limit_s: float | None = None) -> T:
         """What `function` gives, or raises, called between two ticks in the robot's thread.
 
-        Where that has ended, or there is none, the function is called at once.
+        Raises TimeoutError where that takes more than `limit_s`, and names what blocks the thread. Where that
+        has ended, or there is none, the function is called at once.
         """
 
         async def called() -> T:
@@ -64,7 +67,7 @@ class LoopOrThread(ABC):
 
         if self._thread is None or self._thread.current:
             return self._called(function)
-        return self._thread.wait_for(called)
+        return self._thread.wait_for(called, limit_s)
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
         """What it gives, or raises. Raises RuntimeError where there is no thread."""
@@ -82,9 +85,13 @@ class LoopOrThread(ABC):
         async def leave() -> None:
             await self.__aexit__(None, None, None)
 
+        blocked = False
         try:
             if not thread.elsewhere:  # or a child that leaves would end its parent's robot
-                thread.wait_for(leave)
+                thread.wait_for(leave, LEAVE_S)
+        except TimeoutError:
+            blocked = True
+            raise
         finally:
-            thread.close()
+            thread.close(wait=not blocked)
             self._thread = None

@@ -3,11 +3,16 @@
 import asyncio
 import contextlib
 import os
+import sys
+import sysconfig
 import threading
+import traceback
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Future
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+STANDARD_LIBRARY = sysconfig.get_path("stdlib")
 CLOSED = "the loop is closed"
 ELSEWHERE = "the loop runs in the process that this one was forked from"
 
@@ -41,8 +46,10 @@ class LoopThread:
         """Whether this process was forked from the one of this thread: there it goes on, here it is none."""
         return os.getpid() != self._process
 
-    def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]]) -> T:
+    def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]], limit_s: float | None = None) -> T:
         """Run a coroutine in the loop and wait for its end; what it raises is raised here.
+
+        Raises TimeoutError, with what the thread is busy with, where that takes more than `limit_s`.
 
         If the wait is interrupted, the coroutine is cancelled. Raises RuntimeError in this thread itself,
         where that would wait for ever, and where the loop is closed, also if that happens meanwhile, or is
@@ -60,7 +67,11 @@ class LoopThread:
             self._awaited.add(waited_for)
             self._loop.call_soon_threadsafe(waited_for.begin)
         try:
-            return answer.result()
+            return answer.result(limit_s)
+        except TimeoutError:
+            if answer.done():  # the coroutine's own
+                raise
+            raise TimeoutError(f"the thread {self._thread.name} is blocked by {self._busy_with()}") from None
         except KeyboardInterrupt:
             with contextlib.suppress(RuntimeError):  # closed meanwhile
                 self._loop.call_soon_threadsafe(waited_for.cancel)
@@ -69,15 +80,30 @@ class LoopThread:
             with self._lock:
                 self._awaited.discard(waited_for)
 
-    def close(self) -> None:
-        """Cancel what still runs in the loop, end the thread and wait for that; in a fork nothing."""
+    def close(self, *, wait: bool = True) -> None:
+        """Cancel what still runs in the loop, end the thread and wait for that; in a fork nothing.
+
+        Without `wait` a blocked thread is left alone: it ends when nothing blocks it, or with the program.
+        """
         if self.elsewhere:
             return
         with self._lock:
             if not self._closed:
                 self._closed = True  # before the stop: what is asked for until then begins, and is cancelled
                 self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join()
+        if wait:
+            self._thread.join()
+
+    def _busy_with(self) -> str:
+        """The line of code that was called from outside of this package, or the innermost of all."""
+        frame = sys._current_frames().get(self._thread.ident or 0)
+        if frame is None:
+            return "nothing: it has ended"
+        stack = traceback.extract_stack(frame)
+        own = str(Path(__file__).parent)
+        theirs = [line for line in stack if not line.filename.startswith((own, STANDARD_LIBRARY))]
+        line = theirs[-1] if theirs else stack[-1]
+        return f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
 
     def _run(self) -> None:
         try:

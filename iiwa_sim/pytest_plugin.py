@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 DEFAULT_CLOCK = "fast"
 """A driver's tests wait for motion most of their time, and few of them ask how long it takes."""
 
+REPORT_S = 10.0
+"""So long a report waits for the robot's thread, which a test may block."""
+
 
 class _Option(NamedTuple):
     kind: type | tuple[type, ...]
@@ -89,10 +92,17 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     simulator, recording = _started(_options(request))
     stash = request.node.stash
     try:
-        stash[_WATCHED] = _Watched(lambda: simulator.call(recording.text), simulator.state)
+        stash[_WATCHED] = _Watched(
+            lambda: simulator.call(recording.text, REPORT_S),
+            lambda: simulator.call(simulator.state, REPORT_S),
+        )
         yield simulator
     finally:
-        simulator.__exit__(None, None, None)
+        try:
+            simulator.__exit__(None, None, None)
+        except TimeoutError as blocked:
+            stash[_WATCHED] = _Watched(recording.text, simulator.state)
+            raise _fault(f"the robot could not be ended: {blocked}") from None
         end = simulator.state()
         stash[_WATCHED] = _Watched(recording.text, lambda: end)  # pytest keeps it: the robot need not stay
 
@@ -107,8 +117,11 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     if report.failed:
         from iiwa_sim.recording import told
 
-        report.sections.append(("iiwa dialogue", watched.dialogue()))
-        report.sections.append(("iiwa state", told(watched.state())))
+        try:
+            report.sections.append(("iiwa dialogue", watched.dialogue()))
+            report.sections.append(("iiwa state", told(watched.state())))
+        except TimeoutError as blocked:
+            report.sections.append(("iiwa", f"nothing can be told: {blocked}"))
     if call.when == "teardown":
         del item.stash[_WATCHED]
 

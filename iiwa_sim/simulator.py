@@ -1,5 +1,6 @@
 """The simulator put together: a cell, its controller, the clock that steps it and the servers that talk."""
 
+import logging
 from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
 from importlib import metadata
@@ -25,10 +26,11 @@ from iiwa_sim.dialect.ports import DEFAULT_DIALECT, one_each
 from iiwa_sim.dialect.rmi.conventions import TODAYS, Conventions
 from iiwa_sim.dialect.rmi.local import LocalRobot
 from iiwa_sim.dialect.status import StatusSession, status_line
-from iiwa_sim.log import SessionLog, robot_contact, robot_fault
+from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault
 from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
 from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
+from iiwa_sim.robot.urdf import differing_limits
 from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.budget import Budget
@@ -38,6 +40,9 @@ from iiwa_sim.serve.turns import Turns
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.transcript.record import Recorder
 
+logger = logging.getLogger(__name__)
+
+CELL_SUFFIX = ".toml"
 LOOPBACK = "127.0.0.1"
 """Where the backdoor listens: it is for tests on the same machine."""
 
@@ -57,10 +62,11 @@ class Simulator(LoopOrThread):
     else there is (`controller`, `clock`, `dialogue`) belongs to the thread: reach it through `call`. In a
     loop, the methods that let time pass raise RuntimeError: there, await those of `clock`.
 
-    `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`
-    is the path of a cell.toml, which names its robot. `clock` says how simulated time passes, "real", "10x"
-    or any other multiple, "fast" or "stepped", see `iiwa_sim.clock.clock`; a servo mode ends when it hears of
-    no command for `servo_timeout_s`, None for never.
+    `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`,
+    or `robot` where it ends with .toml, is the path of a cell.toml, which names its robot. `clock` says how
+    simulated time passes, "real", "10x" or any other multiple, "fast" or "stepped", see
+    `iiwa_sim.clock.clock`; a servo mode ends when it hears of no command for `servo_timeout_s`, None for
+    never.
 
     Each of the `dialects`, "iiwa" and "krc4", is spoken on a port of its own: `port` has one for each, or 0
     for any that are free. All of them move the one robot, and serve their clients together.
@@ -122,10 +128,14 @@ class Simulator(LoopOrThread):
         super().__init__("iiwa-sim")
         if robot is not None and cell is not None:
             raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
+        if robot is not None and Path(robot).suffix == CELL_SUFFIX:
+            robot, cell = None, robot
         if cell is None:
             self.cell = robot_alone(DEFAULT_ROBOT if robot is None else robot)
         else:
             self.cell = load_cell(cell)
+        for line in differing_limits(self.cell.description):
+            logger.warning("%s", line)
         self.clock = Clock(rate_hz, clock if isinstance(clock, Pace) else pace(clock))
         self.controller = Controller(
             self.cell.description,
@@ -139,6 +149,7 @@ class Simulator(LoopOrThread):
             on_fault=self._robot_fault,
             on_contact=self._robot_contact,
         )
+        self.controller.endings.on_discarded = moves_discarded
         self.dialogue = Dialogue(lambda: self.controller.tick)
         """What is said in all dialects; `dialogue.listeners.append(listener)` hears it."""
         self._log = SessionLog()

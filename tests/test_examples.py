@@ -56,7 +56,7 @@ def test_the_client_in_python() -> None:
     with running() as simulator:
         done = run(sys.executable, EXAMPLES / "client.py", "127.0.0.1", str(simulator.port))
     assert_there_and_back(done)
-    assert "refused: the flange would have to be at" in done.stdout
+    assert "refused: the TCP at " in done.stdout
 
 
 def test_the_client_of_krc4_messages() -> None:

@@ -248,6 +248,34 @@ def test_more_values_than_a_command_takes_are_an_error_where_a_test_is_strict(
     result.stdout.fnmatch_lines(["fixture iiwa: strict 'yes': expected true or false"])
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_test_that_blocks_the_robots_thread_ends_and_is_named(project: Project, fails: bool) -> None:
+    result = project.tests(
+        f"""
+        import threading
+        from iiwa_sim import loop_or_thread, pytest_plugin
+
+        def blocks_for_ever(began):
+            began.set()
+            threading.Event().wait()
+
+        def test_it(iiwa):
+            loop_or_thread.LEAVE_S = pytest_plugin.REPORT_S = 0.2
+            began = threading.Event()
+            call = lambda: iiwa.call(lambda: blocks_for_ever(began))
+            threading.Thread(target=call, daemon=True).start()
+            assert began.wait(60)
+            assert not {fails}
+        """
+    )
+    result.assert_outcomes(passed=int(not fails), failed=int(fails), errors=1)
+    result.stdout.fnmatch_lines(
+        ["fixture iiwa: the robot could not be ended: *is blocked by *.py:* in blocks_for_ever: *wait()*"]
+    )
+    if fails:
+        result.stdout.fnmatch_lines(["nothing can be told: *blocked by *blocks_for_ever*"])
+
+
 def test_a_project_for_krc4_says_so_once(project: Project, pytester: pytest.Pytester) -> None:
     pytester.makeini(
         """

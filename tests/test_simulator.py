@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.serve.listening import ListenFault
@@ -350,3 +351,12 @@ def test_a_servo_timeout_out_of_range_is_refused() -> None:
 def test_a_robot_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(RobotFault):
         Simulator(tmp_path / "nothing")
+
+
+def test_a_file_in_place_of_a_robot_is_a_cell(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('robot = "lbr_iiwa_14_r820"\n')
+    assert Simulator(file).cell.description.name == "LBR iiwa 14 R820"
+    assert Simulator(str(file)).cell.description.name == "LBR iiwa 14 R820"
+    with pytest.raises(CellFault, match=r"none\.toml"):
+        Simulator("none.toml")

@@ -4,6 +4,7 @@ from iiwa_sim.backdoor.core import Core, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.dialect.faults import (
     EVERY,
+    FAULTS,
     LONGEST_WAIT_S,
     UNTIL_CLEARED,
     Close,
@@ -11,6 +12,7 @@ from iiwa_sim.dialect.faults import (
     Reset,
     Silence,
 )
+from iiwa_sim.wording import harmless, shortened
 
 ON_PURPOSE = "made to fail through the backdoor"
 
@@ -59,6 +61,10 @@ class Faults(Core):
     @called
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Have one of `iiwa_sim.dialect.faults` befall replies, behind those set before."""
+        if type(fault) not in FAULTS:
+            shown = fault.__name__ if isinstance(fault, type) else repr(fault)
+            kinds = ", ".join(f"{kind.__name__}({', '.join(fields)})" for kind, fields in FAULTS.items())
+            raise Refused(EXECUTION, f"fault {harmless(shortened(shown, 40))}: expected one of {kinds}")
         if replies < 0:
             raise Refused(EXECUTION, f"{replies} replies: expected 0 or more")
         for key, value in getattr(fault, "_asdict", dict)().items():

@@ -10,13 +10,20 @@ from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.settings import Reader
 from iiwa_sim.wording import harmless
 
+MOST_SURFACES = 256
+"""All of them are felt in every tick."""
 SOURCE = "surface"
 """In place of the name of a file, in messages."""
 
 
 def add(controller: Controller, settings: AnySurface) -> None:
-    """Have a surface in the world; raises `Refused` for numbers out of range, and as `_put` does."""
+    """Have a surface in the world.
+
+    Raises `Refused` for numbers out of range, where there are `MOST_SURFACES`, and as `_put` does.
+    """
     world = controller.load.world
+    if len(world.surfaces) >= MOST_SURFACES:
+        raise Refused(EXECUTION, f"{MOST_SURFACES} surfaces are there already: remove one first")
     reader = Reader(SOURCE, CellFault)
     try:
         reader.check_name("name", settings.name)

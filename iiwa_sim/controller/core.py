@@ -158,7 +158,7 @@ class Core:
     def _enter(self, change: Transition, code: int = STOP_TRIGGERED, reason: str = REPLACED) -> None:
         """Change the mode; where that stops the robot, moves end with this code, for this reason."""
         if change.stops:
-            with self.endings.because(code, reason):
+            with self.endings.because(code, reason, discards=True):
                 self._motions.stop()
         self.mode = change.mode
 

@@ -1,7 +1,7 @@
 """How each move ended: at its target, or why not."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -28,12 +28,14 @@ class Endings:
     def __init__(self, is_pending: Callable[[int], bool]) -> None:
         """`is_pending` tells of a number whether its move runs or waits."""
         self.listeners: list[Callable[[Ending], None]] = []
+        self.on_discarded: Callable[[Sequence[int], str], None] | None = None
+        """Told of moves, by their numbers, that a stop or a change of mode has ended, and why."""
         self._is_pending = is_pending
         self._open: deque[int] = deque()
 
     def accepted(self, move: int) -> None:
         """A move of this number has been accepted."""
-        if self.listeners:
+        if self.listeners or self.on_discarded is not None:
             self._open.append(move)
 
     def after_tick(self) -> None:
@@ -42,14 +44,16 @@ class Endings:
             self._tell(Ending(self._open.popleft(), SUCCESS, ""))
 
     @contextmanager
-    def because(self, code: int, reason: str) -> Iterator[None]:
-        """What is ended in this context has ended for this reason."""
+    def because(self, code: int, reason: str, *, discards: bool = False) -> Iterator[None]:
+        """What is ended in this context has ended for this reason; `discards` where all is ended at once."""
         self.after_tick()
         yield
         if not self._open:
             return
         ended = [move for move in self._open if not self._is_pending(move)]
         self._open = deque(move for move in self._open if self._is_pending(move))
+        if discards and ended and self.on_discarded is not None:
+            self.on_discarded(ended, reason)
         for move in ended:
             self._tell(Ending(move, code, reason))
 

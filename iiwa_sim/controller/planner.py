@@ -53,6 +53,15 @@ class Plan(NamedTuple):
     zone: Zone | None
 
 
+class Asked(NamedTuple):
+    """What was asked for, in the words of whoever asked."""
+
+    what: str
+    """TCP or flange."""
+    frame: Frame
+    """Where it is to come to, in the base."""
+
+
 class Planner:
     """Plans moves of one robot. Each method raises `Refused` where the move cannot be done as asked for."""
 
@@ -87,7 +96,7 @@ class Planner:
     ) -> Plan:
         """PTP to a pose of the TCP in the base."""
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
-        end = self._find(flange, start, redundancy).joints
+        end = self._find(Asked("TCP", tcp), flange, start, redundancy).joints
         return self._plan(JointLine(start, end), speed_rel, self._sphere(end, blending_mm, tool_in_flange))
 
     def lin(
@@ -101,7 +110,7 @@ class Planner:
     ) -> Plan:
         """LIN to a pose of the TCP in the base."""
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
-        line = self._line_from(start, flange, redundancy, tool_in_flange)
+        line = self._line_from(start, Asked("TCP", tcp), flange, redundancy, tool_in_flange)
         return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
 
     def lin_at(
@@ -111,7 +120,7 @@ class Planner:
         if not (isfinite(tcp_speed_m_s) and tcp_speed_m_s > 0.0):
             raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected above 0")
         flange = _flange_of(tcp, 1.0, None, tool_in_flange)
-        line = self._line_from(start, flange, None, tool_in_flange)
+        line = self._line_from(start, Asked("TCP", tcp), flange, None, tool_in_flange)
         if line.tcp_length_m < SAME_M:
             if float(np.ptp(line.samples.q, axis=0).max()) > SAME_TURN_RAD:
                 raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
@@ -168,7 +177,8 @@ class Planner:
 
     def flange_target(self, present: Joints, flange: Frame, speed_rel: float) -> Joints:
         """The joint positions (rad) nearest to the present ones that bring the flange to a frame."""
-        return self._find(_flange_of(flange, speed_rel, None, IDENTITY), present, None).joints
+        pose = _flange_of(flange, speed_rel, None, IDENTITY)
+        return self._find(Asked("flange", flange), pose, present, None).joints
 
     def _plan(self, path: Path, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
         limits = self._limits.at_speed(speed_rel)
@@ -188,21 +198,43 @@ class Planner:
         return Sphere(blending_mm / 1000.0, target, lambda joints: apply(model.flange(joints), tool))
 
     def _find(
-        self, flange: Transform, start: Joints, redundancy: float | None, keep_status: bool = False
+        self,
+        asked: Asked,
+        flange: Transform,
+        start: Joints,
+        redundancy: float | None,
+        keep_status: bool = False,
     ) -> Found:
         try:
             return self._nearest.find(flange, start, redundancy, keep_status)
         except Unreachable as unreachable:
-            raise Refused(unreachable.code, unreachable.reason) from None
+            reason = unreachable.reason
+            if unreachable.code == OUT_OF_REACH:
+                x_mm, y_mm, z_mm = asked.frame[:3]
+                place = f"{x_mm:.1f} {y_mm:.1f} {z_mm:.1f} mm"
+                reason = f"the {asked.what} at {place} is out of reach in this orientation"
+            raise Refused(unreachable.code, reason) from None
 
     def _line_from(
-        self, start: Joints, flange: Transform, redundancy: float | None, tool_in_flange: Transform
+        self,
+        start: Joints,
+        asked: Asked,
+        flange: Transform,
+        redundancy: float | None,
+        tool_in_flange: Transform,
     ) -> Line:
         self._check_end(start, "start")
         tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
-        return self._line_to(flange, start, redundancy, tcp_line)
+        return self._line_to(asked, flange, start, redundancy, tcp_line)
 
-    def _line_to(self, flange: Transform, start: Joints, redundancy: float | None, tcp_line: TcpLine) -> Line:
+    def _line_to(
+        self,
+        asked: Asked,
+        flange: Transform,
+        start: Joints,
+        redundancy: float | None,
+        tcp_line: TcpLine,
+    ) -> Line:
         """The line with the redundancy kept or given where that reaches the target, else with the nearest.
 
         It is tried on the branch on which the target is found, and on the one the robot is on: at a singular
@@ -211,7 +243,7 @@ class Planner:
         own = self._inverse.status(start)
         kept = self._inverse.redundancy(start) if redundancy is None else redundancy
         try:
-            end = self._find(flange, start, redundancy, keep_status=True)
+            end = self._find(asked, flange, start, redundancy, keep_status=True)
         except Refused as unreachable:
             try:
                 return self._line(start, tcp_line, kept, own)
@@ -270,14 +302,20 @@ class Planner:
         bulge = turns * np.maximum(np.abs(ddq[:-1]), np.abs(ddq[1:])) * (np.diff(s)[:, None] ** 2 / 8.0)
         lowest = np.minimum(q[:-1], q[1:]) - bulge * (dq[:-1] < 0.0)
         highest = np.maximum(q[:-1], q[1:]) + bulge * (dq[:-1] > 0.0)
-        outside = lowest < np.array(self._description.position_min) - ROUNDING_RAD
-        outside |= highest > np.array(self._description.position_max) + ROUNDING_RAD
+        below = lowest < np.array(self._description.position_min) - ROUNDING_RAD
+        outside = below | (highest > np.array(self._description.position_max) + ROUNDING_RAD)
         if outside.any():
             place, joint = divmod(int(outside.argmax()), outside.shape[1])
+            limits = self._description.position_min if below[place, joint] else self._description.position_max
+            limit, name = limits[joint], self._description.joints[joint]
+            # Between two samples joints go nearly straight on.
+            way = q[place + 1, joint] - q[place, joint]
+            part = min(max((limit - q[place, joint]) / way, 0.0), 1.0) if way else 0.0
+            crossing = s[place] + part * (s[place + 1] - s[place])
             raise Refused(
                 JOINT_LIMIT,
-                f"{self._description.joints[joint]} would leave its limits after {s[place]:.1%} "
-                f"of the line, at {q[place, joint]:.7g} rad",
+                f"{name} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg) after "
+                f"{crossing:.1%} of the line",
             )
 
 

@@ -140,6 +140,13 @@ class Silence(NamedTuple):
         return [Send(reply)]  # of what was carried out before
 
 
+FAULTS: dict[type, tuple[str, ...]] = {
+    kind: kind._fields
+    for kind in (Pass, Delay, Split, Drop, Garble, CloseBefore, CloseAfter, ResetBefore, Silence)
+}
+"""All there are, and what each is made of."""
+
+
 class Peer(Protocol):
     """A connection, as its shell has it."""
 

@@ -100,9 +100,11 @@ class Model:
             raise RobotFault(description.settings_path, "joints", list(description.joints), movable)
         for index, name in enumerate(found, start=1):
             if model.parents[index] != index - 1:
-                raise RobotFault(
-                    description.urdf_path, f"joint {name}: parent", "", f"a link behind {found[index - 2]}"
-                )
+                moved_by = model.names[model.parents[index]] if model.parents[index] else "the base"
+                before = found[index - 2] if index > 1 else "the base"
+                wanted = f"a link that {before} moves, each joint on the one before it"
+                key = f"joint {name}: parent"
+                raise RobotFault(description.urdf_path, key, f"moved by {moved_by}", wanted)
             kind = model.joints[index].shortname()
             if model.joints[index].nq != 1 or not kind.startswith("JointModelR"):
                 raise RobotFault(

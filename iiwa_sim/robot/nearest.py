@@ -216,9 +216,7 @@ class Nearest:
                 reason = f"the target is out of reach with a redundancy of {redundancy:.7g} rad"
                 return Unreachable(ROBOT_CONFIGURATION, reason)
         x, y, z = (1e3 * value for value in flange.translation)
-        return Unreachable(
-            OUT_OF_REACH, f"the flange would have to be at {x:.1f} {y:.1f} {z:.1f} mm, out of reach"
-        )
+        return Unreachable(OUT_OF_REACH, f"the flange at {x:.1f} {y:.1f} {z:.1f} mm is out of reach")
 
     def _blocking(self, joints: NDArray[np.float64]) -> Unreachable:
         """The joint that stands in the way where the limits are least exceeded."""

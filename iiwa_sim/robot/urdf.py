@@ -6,7 +6,11 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
+
+SAME_LIMIT = 1e-3
+"""Of the value: URDFs are written with rounded numbers."""
 
 
 class _Numbers(NamedTuple):
@@ -54,6 +58,33 @@ def check_urdf(path: str, text: str) -> None:
         for part, numbers in (("inertial", _INERTIAL), ("visual", _ORIGIN), ("collision", _ORIGIN)):
             for body in link.findall(part):
                 _check(path, f"{place}: {part}", body, numbers)
+
+
+def differing_limits(description: RobotDescription) -> list[str]:
+    """Limits in the URDF that are not those of robot.toml, which hold; a line for each."""
+    held = {
+        "lower": (description.position_min, "rad"),
+        "upper": (description.position_max, "rad"),
+        "velocity": (description.velocity, "rad/s"),
+        "effort": (description.torque, "Nm"),
+    }
+    lines = []
+    for joint in ET.fromstring(description.urdf).findall("joint"):
+        limit, name = joint.find("limit"), joint.get("name", "")
+        if limit is None or name not in description.joints:
+            continue
+        place = description.joints.index(name)
+        for key, (values, unit) in held.items():
+            try:
+                found = float(limit.get(key, ""))
+            except ValueError:
+                continue  # not told there
+            if abs(found - values[place]) > SAME_LIMIT * max(1.0, abs(values[place])):
+                lines.append(
+                    f"{description.urdf_path}: joint {name}: limit {key} is {found:.7g} {unit}, in "
+                    f"{description.settings_path} {values[place]:.7g} {unit}: the latter holds"
+                )
+    return lines
 
 
 def _check(path: str, place: str, parent: ET.Element, numbers: tuple[_Numbers, ...]) -> None:

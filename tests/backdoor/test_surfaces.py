@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialect.faults import Drop
 from tests.backdoor.bench import Bench
 
 STIFFNESS = 2e4  # N/m
@@ -99,3 +103,22 @@ def test_a_state_comes_back_as_it_was() -> None:
     for field in ("joint_position", "tool_frame", "override", "inputs", "outputs", "robot_status", "error"):
         assert getattr(state, field) == getattr(was, field), field
     assert state.mode == "unknown"
+
+
+def test_there_is_a_bound_of_surfaces() -> None:
+    bench = Bench()
+    for number in range(256):
+        assert bench.tell(f"add sphere : s{number} 3000 0 {number} 0 0 0 40 5e4 1 0") == "done"
+    told = "error 3000 256 surfaces are there already: remove one first"
+    assert bench.tell("add sphere : one more 3000 0 0 0 0 0 40 5e4 1 0") == told
+    assert bench.tell("remove surface : s7") == "done"
+    assert bench.tell("add sphere : one more 3000 0 0 0 0 0 40 5e4 1 0") == "done"
+
+
+@pytest.mark.parametrize("fault", ["drop", Drop, None, (1.0,)])
+def test_what_is_no_fault_is_refused_with_what_was_expected(fault: Any) -> None:
+    bench = Bench()
+    told = r"expected one of Pass\(\), Delay\(seconds\), Split\(byte, pause_s\), Drop"
+    with pytest.raises(Refused, match=told):
+        bench.backdoor.set_fault(fault)
+    bench.backdoor.set_fault(Drop())

@@ -198,3 +198,23 @@ def test_a_line_that_only_turns_has_no_speed_in_m_s(robot: SteppedRobot) -> None
     for speed in (0.0, -1.0, float("nan")):
         with pytest.raises(Refused, match="above 0"):
             robot.controller.lin_move_at(start._replace(y_mm=100.0), speed, 0.0)
+
+
+def test_moves_that_a_stop_or_a_change_of_mode_throws_away_are_told_together() -> None:
+    robot = SteppedRobot()
+    told: list[tuple[list[int], str]] = []
+    robot.controller.endings.on_discarded = lambda moves, reason: told.append((list(moves), reason))
+    home = robot.controller.joints
+    away = (0.5, *home[1:])
+    for joints in (away, home, away):
+        robot.controller.joint_move(joints, [1.0] * 7)
+    robot.step(20)
+    robot.controller.smart_joint_move(home, [1.0] * 7)
+    assert [moves for moves, _ in told] == [[1, 2, 3]]
+    robot.step(20)
+    robot.controller.smart_joint_move(away, [1.0] * 7)
+    assert len(told) == 1, "a newer target of the same mode is no news"
+    robot.controller.stop()
+    assert told[1] == ([5], "stopped")
+    robot.controller.stop()
+    assert len(told) == 2

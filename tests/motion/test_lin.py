@@ -1,5 +1,6 @@
 """LIN: straight at every tick, calm at singular poses, and refused where it cannot be done."""
 
+import re
 from math import acos, atan2, cos, hypot, radians, sin
 
 import numpy as np
@@ -299,9 +300,12 @@ def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
     robot = SteppedRobot(ARMS[1])
     robot.goes_to([*robot.description.home[:5], radians(300.0)])
     end = robot.tcp_frame([*robot.description.home[:5], radians(400.0)])
-    with pytest.raises(Refused, match="A6 would leave its limits") as refused:
+    with pytest.raises(Refused, match="A6 would pass its limit of") as refused:
         robot.controller.lin_move(end._replace(z_mm=end.z_mm + 20.0), 1.0, 0.0)
     assert refused.value.code == JOINT_LIMIT
+    limit = robot.description.position_max[5]
+    told = rf"A6 would pass its limit of {limit:.7g} rad \(350 deg\) after [\d.]+% of the line"
+    assert re.fullmatch(told, refused.value.reason)
 
 
 def test_a_line_of_six_axes_passes_the_stretched_wrist() -> None:

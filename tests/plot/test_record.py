@@ -95,7 +95,7 @@ def test_moves_that_a_stop_forgets_are_never_done() -> None:
             "line 3: 'lin move : 1 2': error: lin move takes x y z alpha beta gamma speed blending: 8 val",
         ),
         ("lim move : 1", "line 1: 'lim move : 1': unknown command: no such command"),
-        ("lin move : 2000 0 520 0 -1.57079 0 0.5 0", "error: the flange would have to be at 2150.0"),
+        ("lin move : 2000 0 520 0 -1.57079 0 0.5 0", "error: the TCP at 2000.0"),
         (f"{LIN}\nbye\n{LIN}", f"line 3: '{LIN}': nothing is heard after bye"),
         ("wait 500\nwait 500", "line 2: 'wait 500': more than 600 s of simulated time"),
         (LIN.replace("0.5 20", "0.0001 20"), "more than 600 s of simulated time"),

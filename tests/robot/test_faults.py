@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.robot.description import RobotFault
+from iiwa_sim.robot.description import RobotFault, load_robot
+from iiwa_sim.robot.urdf import differing_limits
+from iiwa_sim.simulator import Simulator
 from tests.robot.arms import copy_of_robot, edit, use
 
 
@@ -191,6 +193,13 @@ FAULTS = [
         r"'x+\.\.\..*'",
         "at most 100 characters",
     ),
+    (
+        in_urdf('<parent link="iiwa_link_6"/>', '<parent link="iiwa_link_5"/>'),
+        "robot.urdf",
+        "joint A7: parent",
+        "moved by A5",
+        "a link that A6 moves",
+    ),
     (in_toml('"srs"', '"magic"'), "robot.toml", "kinematics", "'magic'", "'srs'"),
     (in_toml('"A2"', '"A1"'), "robot.toml", "joints", r"\['A1', 'A1'.*", "each joint once"),
     (
@@ -341,3 +350,20 @@ def test_a_folder_that_cannot_be(folder: str) -> None:
         use(folder)
     assert str(fault.value).isprintable()
     assert len(str(fault.value)) < 300
+
+
+def test_limits_in_the_urdf_that_are_others_are_told(tmp_path: Path) -> None:
+    for name in ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820", "kr_6_r900_sixx"):
+        assert differing_limits(load_robot(name)) == []
+    folder = copy_of_robot(tmp_path / "robot")
+    edit(folder / "robot.urdf", '-2.967059728" upper="2.967059728" effort="110"', '-2.9" upper="2.967"')
+    (line,) = differing_limits(load_robot(folder))
+    told = f"joint A3: limit lower is -2.9 rad, in {folder}/robot.toml -2.96706 rad: the latter holds"
+    assert line == f"{folder}/robot.urdf: {told}"
+
+
+def test_the_simulator_tells_of_them_in_its_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    folder = copy_of_robot(tmp_path / "robot")
+    in_urdf('effort="110" velocity="1.745329252"', 'effort="110" velocity="9"')(folder)
+    Simulator(folder)
+    assert "joint A3: limit velocity is 9 rad/s" in caplog.text
