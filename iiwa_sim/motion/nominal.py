@@ -43,8 +43,7 @@ class Nominal:
         self._pursuit: Pursuit | None = None
         self._ticks = 0  # since the pursuit looked ahead
         self._next: Move | None = None  # begins when the stop under way is over
-        self.stopping = False
-        """Whether a stop is under way."""
+        self._stopped = False  # by `stop`, since the last move has begun
         self._since_s = inf  # of planned time, since the newest move has come
         self._period_s = inf  # between that and the one before
 
@@ -57,6 +56,11 @@ class Nominal:
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
         return self._active.moving or self._next is not None
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop is under way."""
+        return self._stopped and self._active.moving
 
     @property
     def begins(self) -> Joints:
@@ -94,13 +98,13 @@ class Nominal:
         """Stop on the way there is, and forget what waits."""
         self._active.stop()
         self._next = self._pursuit = None
-        self.stopping = self._active.moving
+        self._stopped = True
 
     def step(self) -> None:
         """A tick. What the motion raises is raised: the robot then rests where it is, or can be stopped."""
         self._since_s += self._override.advance_s
         if not self._active.moving:
-            self.stopping, self._pursuit = False, None
+            self._stopped, self._pursuit = False, None
             if self._next is None:
                 return
             self._begin(self._next)
@@ -114,6 +118,7 @@ class Nominal:
         self._drive.start_from(joints)
         self._drive.append(move)
         self._active, self._next, self._pursuit = self._drive, None, None
+        self._stopped = False
 
     def _limits_of(self, move: Move) -> JointLimits:
         """Those of the move; of a stream, so slow that the next one comes before this one is done."""

@@ -346,6 +346,24 @@ def test_a_hold_cancels_what_runs_and_begins_where_the_robot_then_is() -> None:
     np.testing.assert_allclose(robot.controller.joints, np.array(rest) + 0.01, rtol=0.05, atol=1e-4)
 
 
+@both
+def test_a_cleared_queue_leaves_a_hold_that_has_begun(name: str) -> None:
+    robot = at_start(name)
+    controller = robot.controller
+    controller.ptp_stiff_move(robot.tcp_frame(PLACES[name][1]), 1.0, 1000.0, NO_FORCE)
+    robot.step(100)
+    hold = controller.start_gravity(300.0)
+    robot.step(100)
+    controller.load.joint_push = (3.0,) * len(PLACES[name][0])
+    robot.step(100)
+    before = len(robot.joints)
+    controller.clear_queue()
+    robot.step(100)
+    assert controller.is_pending(hold)
+    changes = np.abs(np.diff(robot.joints[before - 3 :], n=2, axis=0)).max() / robot.tick_s
+    assert changes < 0.03, "no jump of the velocity"
+
+
 # Moves replace each other
 
 
