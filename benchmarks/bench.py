@@ -22,6 +22,7 @@ from benchmarks import (
     dense_paths,
     durations,
     fleet,
+    floods,
     moves,
     replies,
     servo,
@@ -37,6 +38,8 @@ class Part(NamedTuple):
     measure: Callable[[], list[Figure]]
     gated: bool
     """Has goals other than of wall time, which CI holds."""
+    of_gate: Callable[[], list[Figure]] | None = None
+    """Measures as much of it as CI has the time for, where that is not all."""
 
 
 PARTS = {
@@ -52,6 +55,7 @@ PARTS = {
     "servo": Part(servo.measure, gated=False),
     "status": Part(status.measure, gated=True),
     "fleet": Part(fleet.measure, gated=False),
+    "floods": Part(floods.measure, gated=True, of_gate=floods.gate),
 }
 GATE_RUNS = 3
 
@@ -76,11 +80,12 @@ def main() -> int:
         if options.gate and not part.gated:
             continue
         print(f"measuring {name} ...", file=sys.stderr)
-        found = part.measure()
+        measure = part.of_gate if options.gate and part.of_gate is not None else part.measure
+        found = measure()
         if not part.gated and any(figure.gated for figure in found):
             raise RuntimeError(f"{name} has goals that CI is to hold: call it gated")
         if options.gate:
-            failing = held_back(found, part.measure)
+            failing = held_back(found, measure)
             missed += failing
         else:
             missed += [figure for figure in found if figure.gated and not figure.met]

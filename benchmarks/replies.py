@@ -3,7 +3,7 @@
 import threading
 from pathlib import Path
 from statistics import median
-from time import perf_counter
+from time import perf_counter, sleep
 
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.peers import Line, both
@@ -16,6 +16,13 @@ P99_MARGIN = 2.0  # one stall of the machine decides it
 ASKS_PER_BLOCK = 500
 PIPELINES = 10
 LINES_PER_PIPELINE = 50_000
+DRIVERS_QUERIES = [
+    f"get {what}\r\n".encode()
+    for what in ("joint position", "joint torque", "tool frame", "flange frame", "cartesian force")
+]
+STATUS = b"get status\r\n"
+CADENCE_S = 0.01
+CADENCE_PERIODS = 500
 
 
 def measure() -> list[Figure]:
@@ -29,7 +36,9 @@ def measure() -> list[Figure]:
         ]
     with both(str(TABLE)) as (sim, echo):
         keep_pressing(sim)
-        return found + _ask_answer(sim, echo, FORCE, ", pressing")
+        found += _ask_answer(sim, echo, FORCE, ", pressing")
+    with both() as (sim, echo):
+        return found + _cadence(sim, echo)
 
 
 def keep_moving(sim: Line) -> None:
@@ -80,6 +89,38 @@ def _ask_answer(sim: Line, echo: Line, question: bytes, how: str) -> list[Figure
             ("p50", median(of_sim), median(of_echo), 1.1, None),
             ("p99", percentile(of_sim, 0.99), percentile(of_echo, 0.99), 1.5, P99_MARGIN),
         )
+    ]
+
+
+def _cadence(sim: Line, echo: Line) -> list[Figure]:
+    """The load of the public driver: five queries 100 times a second, status and a move 50 times a second."""
+    of_sim: list[float] = []
+    of_echo: list[float] = []
+    of_moves: list[float] = []
+    begun = perf_counter()
+    for period in range(CADENCE_PERIODS):
+        sleep(max(0.0, begun + period * CADENCE_S - perf_counter()))
+        if period % 2:
+            a1 = 0.002 * (period % 400)
+            move = f"smart joint move : {a1} 0.5 0 -1 0 1.5 0 {'0.2 ' * 7}\r\n"
+            of_moves.append(sim.timed(move.encode())[0])
+        for line in [*DRIVERS_QUERIES, STATUS] if period % 2 else DRIVERS_QUERIES:
+            of_sim.append(sim.timed(line)[0])
+            of_echo.append(echo.timed(line)[0])
+    rate = CADENCE_PERIODS / (perf_counter() - begun)
+    name = "550 queries and 50 moves a second"
+    return [
+        Figure(f"{name}, periods a second", rate, "Hz", at_least=99.0, kind=Kind.WALL),
+        Figure(
+            f"{name}, p99 of the queries",
+            percentile(of_sim, 0.99),
+            "us",
+            percentile(of_echo, 0.99),
+            ratio_at_most=3.0,  # now and then a tick is just being made
+            kind=Kind.RATIO,
+            margin=2.0,  # of some thousand, at a low rate
+        ),
+        Figure(f"{name}, p99 of the moves", percentile(of_moves, 0.99), "us"),
     ]
 
 

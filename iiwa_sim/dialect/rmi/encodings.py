@@ -16,10 +16,30 @@ COMPRESSIONS = ("none", "cbor", "cbor-raw")
 """JSON; CBOR; CBOR around the bytes that ROS 1 sends. Of several subscriptions of a client the last in this
 order counts, as in rosbridge_suite."""
 
+MOST_KINDS = 100
+"""Of newest messages that are remembered."""
+
 _ARRAYS = {"float32": (85, "f"), "float64": (86, "d")}
 """Tags of typed arrays, little-endian, that clients take apart quickly (RFC 8746), and their elements."""
 
 _json = msgspec.json.Encoder().encode
+
+
+_newest: dict[tuple[str, str], tuple[dict[str, Any], str | bytes]] = {}
+
+
+def encoded_once(
+    compression: str, topic: str, kind: str, content: dict[str, Any], time: dict[str, int]
+) -> str | bytes:
+    """As `encoded`: the newest message of a topic is made once for all clients that want it so."""
+    known = _newest.get((compression, topic))
+    if known is not None and known[0] is content:
+        return known[1]
+    frame = encoded(compression, topic, kind, content, time)
+    if len(_newest) > MOST_KINDS:  # a client may write a topic in many ways
+        _newest.clear()
+    _newest[compression, topic] = (content, frame)
+    return frame
 
 
 def encoded(

@@ -11,6 +11,8 @@ LONGEST_FEED = 1000
 
 Frame = str | bytes
 """Text, or what goes into a binary frame."""
+Unmade = Callable[[], Frame]
+"""Makes a frame, when it is to be sent."""
 
 
 class Next(NamedTuple):
@@ -27,7 +29,7 @@ class _Feed:
 
     def __init__(self) -> None:
         self.throttle_s = 0.0
-        self.waiting: deque[Frame] = deque(maxlen=1)
+        self.waiting: deque[Unmade] = deque(maxlen=1)
         self.due_s = 0.0
 
 
@@ -66,8 +68,8 @@ class Outbox:
         """What waits of a topic is not wanted any more."""
         self._feeds.pop(topic, None)
 
-    def feed(self, topic: str, message: Frame) -> None:
-        """A message of a topic; where too many wait the oldest is lost."""
+    def feed(self, topic: str, message: Unmade) -> None:
+        """A message of a topic; where too many wait the oldest is lost, and has cost next to nothing."""
         feed = self._feeds.get(topic)
         if feed is not None:
             feed.waiting.append(message)
@@ -86,4 +88,4 @@ class Outbox:
         if feed.due_s > now_s:
             return Next(None, feed.due_s - now_s)
         feed.due_s = now_s + feed.throttle_s
-        return Next(feed.waiting.popleft(), None)
+        return Next(feed.waiting.popleft()(), None)

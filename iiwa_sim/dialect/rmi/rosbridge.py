@@ -13,7 +13,7 @@ import msgspec
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.log import DialectLog
 from iiwa_sim.dialect.rmi.definitions import service
-from iiwa_sim.dialect.rmi.encodings import COMPRESSIONS, encoded
+from iiwa_sim.dialect.rmi.encodings import COMPRESSIONS, encoded_once
 from iiwa_sim.dialect.rmi.mac import Secret
 from iiwa_sim.dialect.rmi.node import COMMAND_RESULT, PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.dialect.rmi.outbox import LONGEST_FEED, Outbox
@@ -178,7 +178,8 @@ class RosbridgeSession:
 
             def hear(content: Message) -> None:
                 compression = max((each.compression for each in wishes.values()), key=COMPRESSIONS.index)
-                self._outbox.feed(topic, encoded(compression, name, kind, content, self._node.time()))
+                time = self._node.time()
+                self._outbox.feed(topic, lambda: encoded_once(compression, name, kind, content, time))
 
             self._subscribed[topic] = _Subscribed(hear, wishes)
             self._node.listen(topic, hear)

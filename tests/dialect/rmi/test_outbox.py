@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
@@ -9,6 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.dialect.rmi.outbox import LONGEST_FEED, MOST_REPLIES, MOST_REPLY_LETTERS, Outbox
+
+
+def made(frame: bytes) -> Callable[[], bytes]:
+    return lambda: frame
 
 
 class Client:
@@ -37,7 +42,7 @@ def client() -> Client:
 
 def test_replies_come_in_order_and_before_topics(client: Client) -> None:
     client.outbox.set_feed("/a", 0.0, 1)
-    client.outbox.feed("/a", b"topic")
+    client.outbox.feed("/a", made(b"topic"))
     client.outbox.reply(b"1")
     client.outbox.reply(b"2")
     assert client.woken == 3
@@ -48,16 +53,16 @@ def test_of_a_topic_the_newest_is_kept(client: Client) -> None:
     client.outbox.set_feed("/a", 0.0, 0)
     client.outbox.set_feed("/b", 0.0, 2)
     for number in b"123":
-        client.outbox.feed("/a", bytes([number]))
-        client.outbox.feed("/b", bytes([number]))
+        client.outbox.feed("/a", made(bytes([number])))
+        client.outbox.feed("/b", made(bytes([number])))
     assert sorted(client.takes()) == [b"2", b"3", b"3"]
 
 
 def test_what_is_not_subscribed_to_is_not_kept(client: Client) -> None:
-    client.outbox.feed("/a", b"1")
+    client.outbox.feed("/a", made(b"1"))
     assert client.woken == 0
     client.outbox.set_feed("/a", 0.0, 5)
-    client.outbox.feed("/a", b"2")
+    client.outbox.feed("/a", made(b"2"))
     client.outbox.end_feed("/a")
     assert client.takes() == []
 
@@ -68,7 +73,7 @@ def test_messages_are_no_closer_than_the_throttle(gaps: list[float], queue_lengt
     client.outbox.set_feed("/a", 0.5, queue_length)
     for number, gap in enumerate(gaps):
         client.now_s += gap
-        client.outbox.feed("/a", str(number).encode())
+        client.outbox.feed("/a", made(str(number).encode()))
         sent += [(client.now_s, int(message)) for message in client.takes()]
     while (wait_s := client.outbox.next(client.now_s).wait_s) is not None:
         client.now_s += wait_s
@@ -108,5 +113,23 @@ def test_replies_that_are_taken_do_not_count(client: Client) -> None:
 def test_a_queue_is_bounded_whatever_is_asked_for(client: Client) -> None:
     client.outbox.set_feed("/a", 0.0, 2**31)
     for number in range(LONGEST_FEED + 10):
-        client.outbox.feed("/a", str(number).encode())
+        client.outbox.feed("/a", made(str(number).encode()))
     assert len(client.takes()) == LONGEST_FEED
+
+
+def test_of_a_slow_client_only_what_is_sent_is_made(client: Client) -> None:
+    client.outbox.set_feed("/a", 0.0, 1)
+    made_of: list[int] = []
+
+    def making(number: int) -> Callable[[], bytes]:
+        def make() -> bytes:
+            made_of.append(number)
+            return bytes([number])
+
+        return make
+
+    for number in range(100):
+        client.outbox.feed("/a", making(number))
+    assert client.outbox.next(0.0).message == bytes([99])
+    assert client.outbox.next(0.0).message is None
+    assert made_of == [99]

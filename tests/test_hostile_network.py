@@ -1,0 +1,128 @@
+"""What a web page sends, and logs and transcripts that nobody reads, to a simulator as a process."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.cli import main
+from iiwa_sim.client import Iiwa
+from tests.processes import running
+from tests.talking import DEADLINE_S
+
+FROM_A_PAGE = (
+    b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: 20\r\n\r\n"
+    b"set override : 0.5\r\n"
+)
+
+
+def said_to(port: int, data: bytes) -> bytes:
+    """All that comes back before the connection is closed."""
+    with socket.create_connection(("127.0.0.1", port), DEADLINE_S) as connection:
+        connection.sendall(data)
+        answer = b""
+        try:
+            while more := connection.recv(4096):
+                answer += more
+        except ConnectionResetError:
+            pass
+        return answer
+
+
+def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() -> None:
+    options = (
+        "--dialect",
+        "iiwa,krc4",
+        "--status-port",
+        "0",
+        "--backdoor-port",
+        "0",
+        "--rosbridge-port",
+        "0",
+    )
+    with running(*options) as simulator:
+        assert simulator.process.stdout is not None
+        ports = {"iiwa": simulator.port}
+        for name in ("krc4", "status", "rosbridge", "backdoor"):
+            ports[name] = int(simulator.process.stdout.readline().rpartition(":")[2])
+        for name, port in ports.items():
+            answer = said_to(port, FROM_A_PAGE)
+            if name == "rosbridge":
+                assert b" 101 " not in answer
+            elif name == "status":  # which broadcasts from the beginning
+                assert b"HTTP" not in answer
+            else:
+                assert answer == b""
+        foreign = (
+            b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nOrigin: https://evil.example\r\nUpgrade: websocket\r\n"
+            b"Connection: Upgrade\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+            b"Sec-WebSocket-Version: 13\r\n\r\n"
+        )
+        assert said_to(ports["rosbridge"], foreign).startswith(b"HTTP/1.1 403 ")
+        rebound = foreign.replace(b"Origin: https://evil.example\r\n", b"").replace(
+            b"127.0.0.1", b"evil.example"
+        )
+        assert said_to(ports["rosbridge"], rebound).startswith(b"HTTP/1.1 403 ")
+        with Iiwa("127.0.0.1", simulator.port) as robot:
+            assert robot.get_override() == 1.0
+        code, log = simulator.ends(signal.SIGTERM)
+    assert code == 0
+    closed = [line for line in log.splitlines() if "closed: it sent an HTTP request" in line]
+    assert len(closed) == 4
+    assert log.count("https://evil.example") == 1
+    assert log.count("the host 'evil.example'") == 1
+
+
+@contextmanager
+def fifo(folder: Path) -> Iterator[Path]:
+    path = folder / "fifo"
+    os.mkfifo(path)
+    yield path
+
+
+def drives_and_ends(*options: str, stderr: int | None = None) -> None:
+    """For long enough that all buffers are full, and then SIGTERM."""
+    with running(*options, **({} if stderr is None else {"stderr": stderr})) as simulator:
+        with Iiwa("127.0.0.1", simulator.port) as robot:
+            for _ in range(6000):
+                assert robot.get_mode() == "unknown"
+            robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
+            robot.wait_until_stopped(DEADLINE_S)
+        simulator.process.send_signal(signal.SIGTERM)
+        assert simulator.process.wait(DEADLINE_S) == 0
+
+
+def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing(tmp_path: Path) -> None:
+    with fifo(tmp_path) as path:
+        drives_and_ends("--transcript", str(path))
+
+
+def test_a_log_to_a_terminal_that_is_stopped_stops_nothing() -> None:
+    """Nobody reads from the other end, as after Ctrl-S."""
+    reader, terminal = os.openpty()
+    try:
+        drives_and_ends("--log-level", "debug", stderr=terminal)
+    finally:
+        os.close(reader)
+        os.close(terminal)
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "told"),
+    [("origin", "app.example", "is no origin"), ("host", "http://robot", "is no host name")],
+)
+def test_what_is_named_wrongly_is_told_in_one_line(
+    option: str, value: str, told: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["--rosbridge-port", "0", f"--rosbridge-{option}", value])
+    assert left.value.code == 2
+    said = capfd.readouterr().err
+    assert told in said
+    assert said.count("\n") == 1
