@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import socket
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack
 
@@ -352,3 +353,40 @@ async def test_the_dialogue_tells_of_who_is_not_answered_and_of_ends(bench: Benc
     assert heard == ["no answer"]
     await bench.told(f"reset connections : {bench.number}")
     assert heard[:2] == ["no answer", "the end (RST)"]
+
+
+@pytest.mark.parametrize(("reset", "told"), [(False, "closed"), (True, "reset")])
+@pytest.mark.parametrize("turns", [0, 1, 2, 3])
+async def test_who_is_being_accepted_is_closed_too(
+    simulator: Simulator, reset: bool, told: str, turns: int
+) -> None:
+    knocking = [socket.create_connection((simulator.host, simulator.port), timeout=60) for _ in range(3)]
+    for _ in range(turns):
+        await asyncio.sleep(0)
+    backdoor = simulator.backdoor
+    (backdoor.reset_connections if reset else backdoor.close_connections)()
+    for client in knocking:
+        with client:
+            assert await asyncio.to_thread(_end_of, client) == told
+    with socket.create_connection((simulator.host, simulator.port), timeout=60) as later:
+        later.sendall(b"hello\n")
+        assert await asyncio.to_thread(later.recv, 100) == b"hello\r\n"
+
+
+def _end_of(client: socket.socket) -> str:
+    try:
+        return "closed" if client.recv(100) == b"" else "served"
+    except ConnectionResetError:
+        return "reset"
+
+
+async def test_who_is_being_accepted_is_not_answered_either(simulator: Simulator) -> None:
+    said: list[str] = []
+    simulator.dialogue.listeners.append(lambda told: said.append(told.text))
+    with socket.create_connection((simulator.host, simulator.port), timeout=60) as client:
+        client.sendall(b"hello\n")
+        simulator.backdoor.stop_answering()
+        await until(lambda: "no answer" in said)
+        assert "hello" not in said
+        simulator.backdoor.clear_faults()
+        assert await asyncio.to_thread(client.recv, 100) == b"hello\r\n"

@@ -82,11 +82,15 @@ class Faults(Core):
     def close_connections(self, connection: int = EVERY) -> None:
         """Close one, or all there are, now."""
         self._wire.end(Close(), connection)
+        if connection == EVERY:
+            self._entrance.drop_arriving(reset=False)
 
     @called
     def reset_connections(self, connection: int = EVERY) -> None:
         """Reset one, or all there are, now."""
         self._wire.end(Reset(), connection)
+        if connection == EVERY:
+            self._entrance.drop_arriving(reset=True)
 
     @called
     def refuse_connections(self) -> None:

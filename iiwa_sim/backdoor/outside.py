@@ -13,6 +13,9 @@ class Entrance(Protocol):
     def accept(self) -> None:
         """Let clients connect again."""
 
+    def drop_arriving(self, *, reset: bool) -> None:
+        """Close, or reset, the connections that are there and not served yet."""
+
 
 class Entrances:
     """Several in one: one for each dialect."""
@@ -27,3 +30,7 @@ class Entrances:
     def accept(self) -> None:
         for entrance in self._entrances:
             entrance.accept()
+
+    def drop_arriving(self, *, reset: bool) -> None:
+        for entrance in self._entrances:
+            entrance.drop_arriving(reset=reset)

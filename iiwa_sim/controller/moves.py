@@ -324,6 +324,8 @@ class Moves(Readings):
         motions, change = self._motions, TRANSITIONS[self.mode, Event.IMPEDANCE_MOVE]
         start = motions.rest_after_stop() if change.stops else motions.rest
         planned = plan(start)
+        if motions.moving and not change.stops:
+            self._targets.check_way_back(planned.limits)
         self._enter(change)
         self._accepted += 1
         with self.endings.because(STOP_TRIGGERED, REPLACED):

@@ -8,7 +8,7 @@ from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.planner import ROUNDING_RAD, Planner
 from iiwa_sim.frames import Frame
-from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import RobotDescription
 
@@ -55,6 +55,18 @@ class Targets:
         target = self._planner.flange_target(present, flange, speed_rel)
         return self._checked(mode, present, moving, target, speed_rel)
 
+    def check_way_back(self, limits: JointLimits) -> None:
+        """Raises `Refused` where a robot in motion that passes its path might take too long to come back."""
+        self._check_approach(self.limits[Mode.SMART], limits, np.zeros_like(limits.velocity), moving=True)
+
+    def _check_approach(self, full: JointLimits, limits: JointLimits, way: Array, *, moving: bool) -> None:
+        # A robot in motion may have to brake first, and to come back the way that takes.
+        braking_s = full.velocity / full.acceleration + 2.0 * full.acceleration / full.jerk
+        braking = full.velocity * braking_s if moving else 0.0
+        if (way + braking > limits.velocity * LONGEST_APPROACH_S).any():
+            reason = f"at this speed the target might take more than {LONGEST_APPROACH_S:g} s"
+            raise Refused(EXECUTION, reason)
+
     def _checked(
         self,
         mode: Mode,
@@ -73,10 +85,5 @@ class Targets:
             )
         full = self.limits[mode]
         limits = full.at_speed(speed_rel)
-        # A robot in motion may have to brake first, and to come back the way that takes.
-        braking_s = full.velocity / full.acceleration + 2.0 * full.acceleration / full.jerk
-        braking = full.velocity * braking_s if moving else 0.0
-        if (way + braking > limits.velocity * LONGEST_APPROACH_S).any():
-            reason = f"at this speed the target might take more than {LONGEST_APPROACH_S:g} s"
-            raise Refused(EXECUTION, reason)
+        self._check_approach(full, limits, way, moving=moving)
         return target, limits

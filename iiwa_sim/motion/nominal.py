@@ -21,7 +21,10 @@ PERIODS = 2.0
 """A move of a stream takes so many of its periods at the least: then the next one comes before it brakes, and
 the robot goes on evenly, a period behind what it is told. With fewer it would stop and go."""
 LEAST_SPEED = 1e-3
-"""What a joint with hardly a way keeps for corrections, as a part of its velocity limit."""
+"""What a joint with hardly a way keeps for corrections, as a part of its velocity limit; and at least what it
+reaches at its acceleration limit in ..."""
+LEAST_S = 3e-4
+"""... this time: after it has passed its path it has to come back."""
 
 
 class Nominal:
@@ -55,7 +58,12 @@ class Nominal:
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        return self._active.moving or self._next is not None
+        return self._active.moving or self._next is not None or self._not_taken_over
+
+    @property
+    def _not_taken_over(self) -> bool:
+        """Whether a pursuit has begun for which the servo has found no way yet."""
+        return self._pursuit is not None and self._active is self._drive
 
     @property
     def stopping(self) -> bool:
@@ -103,7 +111,7 @@ class Nominal:
     def step(self) -> None:
         """A tick. What the motion raises is raised: the robot then rests where it is, or can be stopped."""
         self._since_s += self._override.advance_s
-        if not self._active.moving:
+        if not self._active.moving and not self._not_taken_over:
             self._stopped, self._pursuit = False, None
             if self._next is None:
                 return
@@ -125,7 +133,8 @@ class Nominal:
         if self._period_s > LONGEST_PERIOD_S:
             return move.limits
         way = np.abs(np.subtract(move.path.end, self._active.joints))
-        slow = np.maximum(way / (PERIODS * self._period_s), LEAST_SPEED * move.limits.velocity)
+        least = np.maximum(LEAST_SPEED * move.limits.velocity, LEAST_S * move.limits.acceleration)
+        slow = np.maximum(way / (PERIODS * self._period_s), least)
         return move.limits._replace(velocity=np.minimum(move.limits.velocity, slow))
 
     def _look_ahead(self) -> None:
@@ -137,7 +146,10 @@ class Nominal:
         if self._ticks < self._replan_ticks:
             return
         if self._active is self._drive:
-            self._servo.start_from(*self._drive.planned_state())
+            if self._drive.under_way:
+                self._servo.start_from(*self._drive.planned_state())
+            else:
+                self._servo.start_from(self._drive.joints)
         try:
             self._servo.head_for(pursuit.point_ahead_of(self._active.joints), pursuit.limits)
         except ArithmeticError:

@@ -168,7 +168,7 @@ class Servo:
             course = Course(Trajectory(len(target)), target)
             try:
                 result = self._ruckig.calculate(task, course.trajectory)
-            except RuckigError:
+            except (RuckigError, ValueError):  # ValueError for results that its bindings do not know
                 continue
             if result == Result.Working and self._is_good(course):
                 return course

@@ -49,6 +49,11 @@ class Door:
             self._acceptor = Acceptor(self._bound, self._open_protocol)
             self._bound = None
 
+    def drop_arriving(self, *, reset: bool) -> None:
+        """Close, or reset, the connections that are there and not served yet."""
+        if self._acceptor is not None:
+            self._acceptor.drop_arriving(reset=reset)
+
     def close(self) -> None:
         """Listen no more."""
         if self._bound is not None:

@@ -1,13 +1,16 @@
 """An address to listen on, who connects there, and what to say when that does not work."""
 
 import asyncio
+import contextlib
 import errno
 import logging
 import os
 import socket
 import time
 from collections.abc import Callable
+from functools import partial
 
+from iiwa_sim.serve.socket_options import reset_at_close
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 MAX_PORT = 65535
@@ -50,7 +53,7 @@ class Acceptor:
         self._listening = listening
         self._open_protocol = open_protocol
         self._again: asyncio.TimerHandle | None = None
-        self._opening: set[asyncio.Task[None]] = set()
+        self._opening: dict[asyncio.Task[None], socket.socket] = {}
         listening.setblocking(False)
         self._loop.add_reader(listening, self._accept)
 
@@ -73,6 +76,20 @@ class Acceptor:
         self._loop.remove_reader(self._listening)
         self._listening.close()
 
+    def drop_arriving(self, *, reset: bool) -> None:
+        """Close, or reset, the connections that are there and not served yet."""
+        for opening, connection in list(self._opening.items()):
+            if reset:
+                reset_at_close(connection)
+            opening.cancel()
+            opening.add_done_callback(partial(_close, connection))
+        with contextlib.suppress(OSError):  # there is none any more, or no descriptor for it
+            while True:
+                connection, _ = self._listening.accept()
+                if reset:
+                    reset_at_close(connection)
+                connection.close()
+
     def _accept(self) -> None:
         try:
             connection, _ = self._listening.accept()
@@ -84,8 +101,8 @@ class Acceptor:
             return  # else whoever knocked has gone already
         connection.setblocking(False)
         opening = self._loop.create_task(self._open(connection))
-        self._opening.add(opening)
-        opening.add_done_callback(self._opening.discard)
+        self._opening[opening] = connection
+        opening.add_done_callback(self._opening.pop)
 
     async def _open(self, connection: socket.socket) -> None:
         try:
@@ -97,6 +114,10 @@ class Acceptor:
     def _try_again(self) -> None:
         self._again = None
         self._loop.add_reader(self._listening, self._accept)
+
+
+def _close(connection: socket.socket, _opening: asyncio.Task[None]) -> None:
+    connection.close()
 
 
 def wait_if_used_up(fault: OSError) -> bool:

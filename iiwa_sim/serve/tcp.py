@@ -96,6 +96,10 @@ class TcpServer:
         """Let clients connect again."""
         self._door.accept()
 
+    def drop_arriving(self, *, reset: bool) -> None:
+        """Close, or reset, the connections that are there and not served yet."""
+        self._door.drop_arriving(reset=reset)
+
     async def close(self) -> None:
         """Listen no more and close every connection; takes a little more than CLOSING_S at most."""
         if not self.listening:
