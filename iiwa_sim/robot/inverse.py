@@ -24,6 +24,10 @@ class Inverse(Protocol):
     """
 
     @property
+    def model(self) -> Model:
+        """Whose inverse it is."""
+
+    @property
     def kind(self) -> int:
         """Which closed form `iiwa_sim.robot.inverse_kernel` has for it,"""
 

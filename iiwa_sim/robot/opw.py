@@ -41,7 +41,7 @@ class Opw:
 
     def __init__(self, model: Model) -> None:
         """Raises `RobotFault` where the model is no such arm."""
-        self._model = model
+        self.model = model
         self.geometry = geometry_of(model)
         upper, fore = self.geometry.lengths
         self._stretched = self.geometry.stretched
@@ -127,7 +127,7 @@ class Opw:
         """The joint positions on that branch next to the seed, if it is next to the pose."""
         stretched = self.geometry.signs[2] * self._stretched
         sides = (Side(2, stretched, not status & 2), Side(4, 0.0, not status & 4))
-        q = follow_seed(self._model, flange, seed, sides)
+        q = follow_seed(self.model, flange, seed, sides)
         if q is None:
             return None
         x = self._wrist_x(q)

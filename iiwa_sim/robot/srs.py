@@ -35,7 +35,7 @@ class Srs:
 
     def __init__(self, model: Model) -> None:
         """Raises `RobotFault` where the model is no S-R-S arm."""
-        self._model = model
+        self.model = model
         self.lengths = lengths_of(model)
         _, self._d3, self._d5, _ = self.lengths
         self.kind = SRS
@@ -53,7 +53,7 @@ class Srs:
         if result == OUT_OF_REACH:
             return None
         if result == NEAR:
-            followed = follow_on_branch(self._model, self._status_x, flange, redundancy, status, seed)
+            followed = follow_on_branch(self.model, self._status_x, flange, redundancy, status, seed)
             if followed is not None:
                 return followed
         solved: tuple[float, ...] = joints

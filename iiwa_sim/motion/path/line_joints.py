@@ -14,7 +14,7 @@ from iiwa_sim.robot.inverse_kernel import OUT_OF_REACH
 
 DEGREES = (16, 32)
 """Of the polynomials that are tried; the nodes of the first are among those of the second."""
-ALIGNED_RAD = 2e-8
+ALIGNED_RAD = 4e-10
 """With less than this between the axes of two joints, one of them keeps its position along a line."""
 _HALVINGS = 40
 _MOST_PIECES = 100
@@ -56,6 +56,9 @@ class LineJoints:
         self.start = start
         self._redundancy = inverse.redundancy(start)
         self._way = target_redundancy - self._redundancy
+        self._one, self._one_status = np.empty(1), np.empty(1, dtype=np.int64)
+        self._one_room = np.empty((1, 12)), np.empty((1, len(start)))
+        self._one_result = np.empty(1, dtype=np.int8)
         self._arm = (inverse.kind, inverse.numbers, line.numbers, self._redundancy, self._way)
 
     def at(self, s: float, status: int, seed: Joints, aligned: float = ALIGNED_RAD) -> Joints | None:
@@ -63,8 +66,17 @@ class LineJoints:
 
         One is free where the axes of two are `aligned` to this angle (rad). Next to that rounding shows.
         """
-        joints, results = self._places(np.array([s]), np.array([status]), seed, aligned)
-        return None if results[0] == OUT_OF_REACH else tuple(joints[0].tolist())
+        self._one[0], self._one_status[0] = s, status
+        line_kernel.places(
+            *self._arm,
+            self._one_status,
+            np.array(seed),
+            aligned,
+            self._one,
+            *self._one_room,
+            self._one_result,
+        )
+        return None if self._one_result[0] == OUT_OF_REACH else tuple(self._one_room[1][0].tolist())
 
     def rows(self, s: Array, statuses: NDArray[np.int64], seed: Joints) -> Array:
         """At rising places (m,) on a branch each. Raises `LineOutOfReach`, with the s from which on it is."""
@@ -104,6 +116,33 @@ class LineJoints:
             if rows != line_kernel.NOT_RESOLVED:
                 return None
         return None
+
+    def off(self, s: float, joints: Joints) -> float:
+        """How far the flange is from the line at joint positions (m, or elements of its rotation)."""
+        reached, wanted = self.inverse.model.flange(joints), self.line.flange(s)
+        return max(
+            [abs(a - b) for a, b in zip((*reached[0], *reached[1]), (*wanted[0], *wanted[1]), strict=True)]
+        )
+
+    def meeting(
+        self,
+        own: int,
+        other: int,
+        seed: Joints,
+        before: float,
+        after: float,
+        coming: Joints,
+        going: Joints,
+    ) -> tuple[float, float]:
+        """The last s on the own branch and the first on the other one, where they meet between two places.
+
+        `coming` and `going` are the joints at these.
+        """
+        found: tuple[float, float] = line_kernel.meeting(
+            *self._arm, own, other, np.array(seed), before, after, np.array(coming), np.array(going),
+            *self._one_room,
+        )  # fmt: skip
+        return found
 
     def check_reach(self, low: float, high: float, status: int, seed: Joints) -> None:
         """Raises `LineOutOfReach` where a node of the piece is."""

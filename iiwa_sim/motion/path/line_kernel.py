@@ -22,6 +22,7 @@ _NEAR = cython.declare(cython.int, 1)
 _OUT_OF_REACH = cython.declare(cython.int, 2)
 _PI = cython.declare(cython.double, 3.141592653589793)
 _TAU = cython.declare(cython.double, 6.283185307179586)
+_HALVINGS = cython.declare(cython.int, 50)  # of a step, to find where branches meet
 # Coefficients (rad) below this are left out.
 _NOTHING = cython.declare(cython.double, 1e-13)
 # With the last three coefficients (rad) below this a piece is resolved: where derivatives have to agree with
@@ -29,7 +30,7 @@ _NOTHING = cython.declare(cython.double, 1e-13)
 _RESOLVED = cython.declare(cython.double, 1e-12)
 _RESOLVED_ALONE = cython.declare(cython.double, 1e-11)
 # Near singular poses rounding shows in all coefficients: below this, and where they do not fall any more.
-_ROUNDING = cython.declare(cython.double, 1e-9)
+_ROUNDING = cython.declare(cython.double, 1e-8)
 _LEVEL = cython.declare(cython.double, 10.0)
 
 
@@ -77,6 +78,75 @@ def places(
         _pose(line, s[row], poses, row)
         own = redundancy + s[row] * redundancy_way
         results[row] = solve(kind, numbers, poses, row, own, statuses[row], seed, aligned, joints)
+
+
+def meeting(
+    kind: cython.int,
+    numbers: cython.double[::1],
+    line: cython.double[::1],
+    redundancy: cython.double,
+    redundancy_way: cython.double,
+    own: cython.int,
+    other: cython.int,
+    seed: cython.double[::1],
+    before: cython.double,
+    after: cython.double,
+    coming: cython.double[::1],
+    going: cython.double[::1],
+    poses: cython.double[:, ::1],
+    joints: cython.double[:, ::1],
+) -> tuple[float, float]:
+    """The s between `before` and `after` up to which the branch `own`, and from which on `other`, is nearer
+    to an even way of the joints from coming to going (rad, (n,)): where the two meet, if they do.
+
+    A branch that does not reach a place is far. `poses` (1, 12) and `joints` (1, n) are for its own use.
+    """
+    low: cython.double = before
+    high: cython.double = after
+    s: cython.double
+    redundant: cython.double
+    one: cython.double
+    another: cython.double
+    part: cython.double
+    k: cython.int = 0
+    while k < _HALVINGS:
+        k += 1
+        s = 0.5 * (low + high)
+        part = (s - before) / (after - before)
+        redundant = redundancy + s * redundancy_way
+        _pose(line, s, poses, 0)
+        one = another = 1e9
+        if solve(kind, numbers, poses, 0, redundant, own, seed, 0.0, joints) != _OUT_OF_REACH:
+            one = _off(joints, coming, going, part)
+        if solve(kind, numbers, poses, 0, redundant, other, coming, 0.0, joints) != _OUT_OF_REACH:
+            another = _off(joints, coming, going, part)
+        if one <= another:
+            low = s
+        else:
+            high = s
+    return low, high
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _off(
+    joints: cython.double[:, ::1],
+    coming: cython.double[::1],
+    going: cython.double[::1],
+    part: cython.double,
+) -> cython.double:
+    """How far a joint is from the part of the way from coming to going (rad), but for whole turns."""
+    farthest: cython.double = 0.0
+    off: cython.double
+    j: cython.Py_ssize_t
+    for j in range(joints.shape[1]):
+        off = joints[0, j] - coming[j] - part * (going[j] - coming[j])
+        while off > _PI:
+            off -= _TAU
+        while off < -_PI:
+            off += _TAU
+        farthest = max(farthest, off, -off)
+    return farthest
 
 
 def fit(

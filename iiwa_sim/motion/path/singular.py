@@ -26,8 +26,9 @@ FREE_AT_START = 1e-5  # rad or m from a singular pose, where a line is taken to 
 FREE_AT_END = 2e-8  # or to end in it
 BESIDE = 1e-3  # in s from such an end: from there on inwards a joint tells where it comes from, or goes
 LARGEST_MISMATCH_RAD = 1e-4  # of a free joint at the start: so much is made up for on the way
-HALVINGS = 50  # of a step, to find where branches meet
 MEETING = 1e-9  # rad or m from a singular pose, where the line is taken to go through it
+CHECKED = (0.1, 0.3, 0.5, 0.7, 0.9)
+LARGEST_OFF = 1e-6  # m, or in elements of a rotation, beside a singular pose
 GAP = 0.01  # in s, beside a singular pose: there joints are as smooth as beyond
 SMALLEST_PIECE = 5e-5  # in s
 
@@ -63,7 +64,7 @@ class Stretches:
             after = at_border(inner[0], inner[1], fits[0], low)
             if low > 0.0:
                 before = _on_the_way(after, -low, self._along.start) if beside is None else beside
-                pieces.append(bridge(low - borders[-1], before, after))
+                pieces.append(self._bridged(borders[-1], low, before, after))
                 borders.append(low)
             borders += inner[1:]
             pieces += fits
@@ -71,9 +72,19 @@ class Stretches:
         if self._free_end:
             assert beside is not None
             gap = 1.0 - borders[-1]
-            pieces.append(bridge(gap, beside, _on_the_way(beside, gap, self.end)))
+            pieces.append(self._bridged(1.0 - gap, 1.0, beside, _on_the_way(beside, gap, self.end)))
             borders.append(1.0)
         return borders, pieces
+
+    def _bridged(self, low: float, high: float, before: Array, after: Array) -> Array:
+        """The coefficients (rows, n) of a gap. Raises `SingularLine` where that leaves the line."""
+        rows = bridge(high - low, before, after)
+        for part in CHECKED:
+            s = low + part * (high - low)
+            there = tuple(at_border(low, high, rows, s)[0].tolist())
+            if self._along.off(s, there) > LARGEST_OFF:
+                raise SingularLine(s, int(np.abs(after[0] - before[0]).argmax()))
+        return rows
 
     def _regions(self) -> list[tuple[float, float, _Stretch]]:
         """Where the line is fitted, between gaps: from which s to which, and on which branch."""
@@ -83,6 +94,13 @@ class Stretches:
             if stretch.status != own[-1].status:
                 own.append(stretch)
         ends = [stretch.s for stretch in own] + [1.0]
+        # A line that changes its branch next to one of its ends is as free there as at the end.
+        if len(own) > 1 and ends[1] < GAP:
+            self._free_start = True
+            del own[0], ends[0]
+        if len(own) > 1 and ends[-2] > 1.0 - GAP:
+            self._free_end = True
+            del own[-1], ends[-1]
         regions = []
         for k, stretch in enumerate(own):
             length = ends[k + 1] - ends[k]
@@ -187,35 +205,19 @@ class Stretches:
         for status in self._inverse.statuses:
             if status == own.status:
                 continue
-            other = _Stretch(after, status, coming)
             reached = self._along.at(after, status, coming)
             if reached is None:
                 continue
             going = continued(reached, coming)
             if _distance(going, coming) > LARGEST_STEP_RAD:
                 continue
-            low, high = before, after
-            for _ in range(HALVINGS):
-                s = 0.5 * (low + high)
-                part = (s - before) / (after - before)
-                expected = tuple([a + part * (b - a) for a, b in zip(coming, going, strict=True)])
-                if self._off(s, own, expected) <= self._off(s, other, expected):
-                    low = s
-                else:
-                    high = s
+            low, high = self._along.meeting(own.status, status, own.seed, before, after, coming, going)
             meeting = self._along.at(low, own.status, own.seed, aligned=0.0)
             if meeting is not None and status in self._inverse.merging_statuses(meeting, MEETING):
                 self._stretches.append(_Stretch(before, own.status, coming))
                 self._stretches.append(_Stretch(high, status, coming))
                 return True
         return False
-
-    def _off(self, s: float, stretch: _Stretch, expected: Joints) -> float:
-        """How far joint positions on a branch are from expected ones (rad)."""
-        joints = self._along.at(s, stretch.status, stretch.seed, aligned=0.0)
-        if joints is None:
-            raise LineOutOfReach(s)
-        return _distance(continued(joints, expected), expected)
 
 
 def _on_the_way(beside: Array, way: float, there: Joints) -> Array:

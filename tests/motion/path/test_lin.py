@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from math import radians
 from typing import NamedTuple
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.frames import Transform, rotation_about
+from iiwa_sim.frames import IDENTITY, Frame, Transform, rotation_about
 from iiwa_sim.motion import lin as sampled_lin
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path.bridge import at_border
@@ -20,6 +22,7 @@ from iiwa_sim.motion.tcp_line import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 
 S = np.linspace(0.0, 1.0, 301)
+NO_TOOL = IDENTITY
 
 
 class Line(NamedTuple):
@@ -115,3 +118,125 @@ def test_a_line_is_straight_and_as_todays_planner_has_it(line: Line) -> None:
     assert today in {"done", "singular"}  # what today's samples do not resolve may be done
     if today == "done":
         np.testing.assert_allclose(path.derivatives(S)[0], line.sampled().joints_along(S), atol=1e-8, rtol=0)
+
+
+WRIST = {"srs": 5, "opw": 4}
+"""The joint that is 0 where the wrist is stretched."""
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    name=st.sampled_from(BUILT_IN),
+    seed=st.integers(0, 2**32 - 1),
+    off=st.sampled_from([0.0, 1e-12, 1e-9, -1e-6, 1e-5, 1e-4, -1e-3, 1e-2, -5e-2]),
+    towards=st.booleans(),
+)
+def test_a_line_to_or_from_a_nearly_stretched_wrist_is_done_where_it_was_and_straight(
+    name: str, seed: int, off: float, towards: bool
+) -> None:
+    arm = arm_named(name)
+    d, rng = arm.description, np.random.default_rng(seed)
+    q = np.array(d.home) + rng.uniform(-0.6, 0.6, len(d.home))
+    q[WRIST[d.kinematics]] = off
+    q = np.clip(q, d.position_min, d.position_max)
+    beside = np.clip(q + rng.uniform(-0.3, 0.3, len(q)), d.position_min, d.position_max)
+    if d.kinematics == "srs":
+        beside[2] = q[2]
+    ends = tuple(beside.tolist()), tuple(q.tolist())
+    assert_answered_as_today(between(arm, *(ends if towards else ends[::-1]), NO_TOOL))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.sampled_from(BUILT_IN),
+    seed=st.integers(0, 2**32 - 1),
+    digits=st.sampled_from([None, 9, 6]),
+    kind=st.sampled_from(["through", "to", "from", "turning about"]),
+)
+def test_a_line_in_the_plane_of_the_arm_passes_the_stretched_wrist(
+    name: str, seed: int, digits: int | None, kind: str
+) -> None:
+    """Through it, to it, from it, turning in it; targets as exact as floats, or as read from the wire."""
+    arm = arm_named(name)
+    rng = np.random.default_rng(seed)
+    wrist, six = WRIST[arm.description.kinematics], len(arm.description.home) == 6
+    q = np.array([0.3, -1.4, 1.4, 0.0, 0.2, 0.0] if six else [0.3, 0.5, 0.0, -1.3, 0.0, 0.2, 0.2])
+    end = q.copy()
+    end[[1, 2 if six else 3]] += rng.uniform(-0.2, 0.2, 2)
+    end[wrist] = {"through": -0.2, "to": 0.0, "from": 0.0, "turning about": 0.0}[kind]
+    if kind == "turning about":
+        q = end.copy()
+        end[-1] += 0.5
+    if kind == "from":
+        q, end = end, q
+    start = tuple(q.tolist())
+    target = arm.model.flange(end.tolist())
+    if digits is not None:
+        wire = Frame.from_transform(target)
+        target = Frame(*(round(value, digits) for value in wire)).to_transform()
+    inverse = arm.inverse
+    line = Line(
+        arm, start, TcpLine(arm.model.flange(start), target, NO_TOOL), inverse.redundancy(start),
+        inverse.status(start),
+    )  # fmt: skip
+    path = assert_answered_as_today(line)
+    if digits is None and kind in {"through", "to"}:
+        assert path is not None
+        other = WRIST[arm.description.kinematics] - 1
+        assert np.abs(path.derivatives(S)[0][:, other]).max() < 1e-9
+
+
+def assert_answered_as_today(line: Line) -> Polynomial | None:
+    """Done where today's planner does it, and straight; what that leaves undone may be done."""
+    today, answer = line.answer(sampled=True), line.answer(sampled=False)
+    assert answer in {today, "done"}
+    if answer != "done":
+        return None
+    assert today != "out of reach"
+    path = line.polynomial()
+    assert off_the_line(line, path) < 1e-6
+    assert_continuous(path)
+    if today == "done":
+        np.testing.assert_allclose(path.end, line.sampled().end, atol=1e-5, rtol=0)
+    return path
+
+
+def test_a_line_out_of_reach_says_from_where_on() -> None:
+    arm = arm_named(BUILT_IN[0])
+    home = arm.description.home
+    start = arm.model.flange(home)
+    x, y, z = start.translation
+    target = Transform(start.rotation, (x + 1.0, y, z))
+    line = TcpLine(start, target, NO_TOOL)
+    with pytest.raises(LineOutOfReach) as out:
+        lin(arm.inverse, home, line, 0.0, arm.inverse.status(home))
+    s = out.value.s
+    for place, reached in ((s - 1e-9, True), (s + 1e-9, False)):
+        joints = arm.inverse.joints(line.flange(place), 0.0, arm.inverse.status(home), home)
+        assert (joints is not None) == reached
+
+
+@pytest.mark.parametrize("length_mm", [0.0, 1e-9, 1e-6, 1e-4, 0.1])
+def test_lines_of_no_or_hardly_any_length(length_mm: float) -> None:
+    for name in BUILT_IN:
+        arm = arm_named(name)
+        home = arm.description.home
+        start = arm.model.flange(home)
+        x, y, z = start.translation
+        goal = Transform(start.rotation, (x + length_mm / 1000.0, y, z))
+        line = TcpLine(start, goal, NO_TOOL)
+        path = lin(arm.inverse, home, line, arm.inverse.redundancy(home), arm.inverse.status(home))
+        assert path.joints(0.0) == home
+        assert np.abs(np.subtract(path.end, home)).max() <= 10.0 * length_mm / 1000.0 + 1e-12
+        assert len(path.borders) == 2
+
+
+@pytest.mark.parametrize("turns", [1, -1])
+def test_a_joint_goes_on_through_half_a_turn(turns: int) -> None:
+    arm = arm_named(BUILT_IN[2])
+    start = (*arm.description.home[:5], radians(turns * 150.0))
+    end = (*arm.description.home[:5], radians(turns * 230.0))
+    line = between(arm, start, end, NO_TOOL)
+    path = line.polynomial()
+    assert path.end[5] == pytest.approx(end[5], abs=1e-9)
+    assert off_the_line(line, path) < 1e-9
