@@ -14,9 +14,11 @@ from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
 RECEIVE_BYTES = 1024
 """Taken from a reader at once: what it says in a hurry is heard in small portions, with ticks in between."""
 
-SEND_BYTES = 16_384
-"""What the system is asked to hold for a reader: the less, the newer is what a slow one gets next. Linux then
-holds some 15 lines, among them those on their way, which may be acknowledged 40 ms late."""
+SEND_BYTES = 4096
+"""What the system is asked to hold for a reader at the usual rate: the less, the newer is what a slow one
+gets next. Linux then holds some three lines. What the reader's own system holds before it reads is not ours."""
+MOST_SEND_BYTES = 16_384
+"""The same at high rates: lines on their way are held, too, and may be acknowledged 40 ms late."""
 
 MIN_RATE_HZ = 1
 MAX_RATE_HZ = 500
@@ -73,6 +75,7 @@ class StatusStream:
         self._line = line
         self._rate_hz = rate_hz
         self._tick_rate_hz = tick_rate_hz
+        self.send_bytes = min(MOST_SEND_BYTES, max(SEND_BYTES, SEND_BYTES * rate_hz // DEFAULT_RATE_HZ))
         self._due = 0  # in parts of 1 / tick_rate_hz of a line
         self._asked = (host, port)
         self._acceptor: Acceptor | None = None
@@ -143,7 +146,8 @@ class Reader(asyncio.BufferedProtocol):
         self._name = f"{peer_of(transport)} (status)"
         self._mark = {"fields": {"session": self._name}}
         with contextlib.suppress(OSError):  # already gone
-            transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
+            connection = transport.get_extra_info("socket")
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._stream.send_bytes)
         self._session = self._stream.open_session(self._name)
         self._stream.readers.add(self)
         logger.info("%s connected", self._name, extra=self._mark)
