@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
-from iiwa_sim.contact.world import World
+from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.modes import Mode

@@ -3,7 +3,7 @@
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.settings import AnySurface, CellFault, check_surface
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world import World
+from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, Vector

@@ -9,7 +9,7 @@ from pathlib import Path
 from iiwa_sim.cell.settings import HOME, AnySurface, CellFault, CellSettings, read_settings
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world import World
+from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from math import isfinite
 
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.world import NOTHING, World
+from iiwa_sim.contact.world_kernel import World, seen_from
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
-from iiwa_sim.frames import Rotation, Transform, Vector
+from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.model import Model
 
 Felt = tuple[Transform, tuple[Vector, Vector] | None]
@@ -67,6 +67,11 @@ class ExternalLoad:
         _check("joint_push", torques, len(self._joint_push))
         self._joint_push = torques
 
+    @property
+    def changes(self) -> bool:
+        """Whether a tick can change anything: without noise, and far from surfaces, it does not."""
+        return self._noise is not None or self._place is not None or not self.world.empty
+
     def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
         """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise.
 
@@ -82,7 +87,7 @@ class ExternalLoad:
                 self._feel(tcp, tick_s)
             else:
                 self._place = tcp.translation
-                self._touch = _seen_from(tcp.rotation, touch)
+                self._touch = seen_from(tcp.rotation, touch)
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, and has not been anywhere before."""
@@ -128,25 +133,9 @@ class ExternalLoad:
             velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
         self._place = place
         touch = self.world.feel(place, velocity, tick_s)
-        self._touch = _seen_from(rotation, touch)
+        self._touch = seen_from(rotation, touch)
 
 
 def _check(name: str, values: Sequence[float], count: int) -> None:
     if len(values) != count or not all(map(isfinite, values)):
         raise ValueError(f"{name} is {values}, expected {count} finite numbers")
-
-
-def _seen_from(rotation: Rotation, touch: tuple[Vector, Vector]) -> Wrench:
-    """What acts in the axes of the base, along those of a TCP turned like that."""
-    if touch == NOTHING:
-        return NO_WRENCH
-    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
-    (fx, fy, fz), (tx, ty, tz) = touch
-    return (
-        r0 * fx + r3 * fy + r6 * fz,
-        r1 * fx + r4 * fy + r7 * fz,
-        r2 * fx + r5 * fy + r8 * fz,
-        r0 * tx + r3 * ty + r6 * tz,
-        r1 * tx + r4 * ty + r7 * tz,
-        r2 * tx + r5 * ty + r8 * tz,
-    )

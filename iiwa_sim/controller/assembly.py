@@ -5,11 +5,11 @@ import numpy as np
 from iiwa_sim.controller.motions import Motions
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.braking import Braking
-from iiwa_sim.motion.compliance import Compliance
+from iiwa_sim.motion.compliance_kernel import Compliance
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.impedance import Impedance
-from iiwa_sim.motion.joint_bounds import JointBounds
-from iiwa_sim.motion.joint_springs import JointSprings
+from iiwa_sim.motion.joint_bounds_kernel import JointBounds
+from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
@@ -18,7 +18,7 @@ from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Feel, Pushes
 from iiwa_sim.robot.inverse import inverse_of
-from iiwa_sim.robot.kinematics import Kinematics
+from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
 
 

@@ -31,27 +31,28 @@ class Endings:
         self.on_discarded: Callable[[Sequence[int], str], None] | None = None
         """Told of moves, by their numbers, that a stop or a change of mode has ended, and why."""
         self._is_pending = is_pending
-        self._open: deque[int] = deque()
+        self.pending: deque[int] = deque()
+        """Moves whose end has not been told."""
 
     def accepted(self, move: int) -> None:
         """A move of this number has been accepted."""
         if self.listeners or self.on_discarded is not None:
-            self._open.append(move)
+            self.pending.append(move)
 
     def after_tick(self) -> None:
         """What a tick has ended came to its target; moves end in the order of their numbers."""
-        while self._open and not self._is_pending(self._open[0]):
-            self._tell(Ending(self._open.popleft(), SUCCESS, ""))
+        while self.pending and not self._is_pending(self.pending[0]):
+            self._tell(Ending(self.pending.popleft(), SUCCESS, ""))
 
     @contextmanager
     def because(self, code: int, reason: str, *, discards: bool = False) -> Iterator[None]:
         """What is ended in this context has ended for this reason; `discards` where all is ended at once."""
         self.after_tick()
         yield
-        if not self._open:
+        if not self.pending:
             return
-        ended = [move for move in self._open if not self._is_pending(move)]
-        self._open = deque(move for move in self._open if self._is_pending(move))
+        ended = [move for move in self.pending if not self._is_pending(move)]
+        self.pending = deque(move for move in self.pending if self._is_pending(move))
         if discards and ended and self.on_discarded is not None:
             self.on_discarded(ended, reason)
         for move in ended:
@@ -59,8 +60,8 @@ class Endings:
 
     def lost(self, first: int, code: int, reason: str) -> None:
         """The move of this number and all behind it will not be carried out."""
-        ended = [move for move in self._open if move >= first]
-        self._open = deque(move for move in self._open if move < first)
+        ended = [move for move in self.pending if move >= first]
+        self.pending = deque(move for move in self.pending if move < first)
         for move in ended:
             self._tell(Ending(move, code, reason))
 

@@ -63,28 +63,26 @@ class ForceGuards:
     """Those of the force moves that run or wait."""
 
     def __init__(self) -> None:
-        self._guards: deque[ForceGuard] = deque()  # the numbers of their moves rise
-
-    def __bool__(self) -> bool:
-        return bool(self._guards)
+        self.pending: deque[ForceGuard] = deque()
+        """The numbers of their moves rise."""
 
     def add(self, guard: ForceGuard) -> None:
         """Guard a move, the newest."""
-        self._guards.append(guard)
+        self.pending.append(guard)
 
     def keep(self, is_pending: Callable[[int], bool]) -> None:
         """Guard only those of the moves that are pending."""
-        self._guards = deque(guard for guard in self._guards if is_pending(guard.move))
+        self.pending = deque(guard for guard in self.pending if is_pending(guard.move))
 
     def forget_all(self) -> None:
         """There is nothing to guard."""
-        self._guards.clear()
+        self.pending.clear()
 
     def of(self, under_way: int) -> ForceGuard | None:
         """That of the move under way, if it is a force move; those before it are guarded no more."""
-        while self._guards and self._guards[0].move < under_way:
-            self._guards.popleft()
-        return self._guards[0] if self._guards and self._guards[0].move == under_way else None
+        while self.pending and self.pending[0].move < under_way:
+            self.pending.popleft()
+        return self.pending[0] if self.pending and self.pending[0].move == under_way else None
 
 
 def checked(thresholds: Thresholds) -> Thresholds:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.motion.compliance import Manner
+from iiwa_sim.motion.compliance_kernel import Manner
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.impedance import Impedance
 from iiwa_sim.motion.limits import JointLimits

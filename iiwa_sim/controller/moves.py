@@ -22,7 +22,7 @@ from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.readings import Readings
 from iiwa_sim.controller.stiffness import check_joint_stiffness, manner_of
 from iiwa_sim.frames import Frame
-from iiwa_sim.motion.compliance import Manner
+from iiwa_sim.motion.compliance_kernel import Manner
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.sampled_path import Joints

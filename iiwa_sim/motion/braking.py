@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Synchronization, Trajectory
 
-from iiwa_sim.motion.joint_bounds import JointBounds
+from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.sampled_path import Joints
 
 

@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 from iiwa_sim.motion.braking import Braking
-from iiwa_sim.motion.compliance import Compliance, Manner
-from iiwa_sim.motion.joint_springs import JointSprings
+from iiwa_sim.motion.compliance_kernel import Compliance, Manner
+from iiwa_sim.motion.joint_bounds_kernel import largest_way
+from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.sampled_path import Joints
@@ -217,11 +218,10 @@ class Impedance:
 
     def _go_to(self, joints: Joints) -> None:
         self._before, self.joints = self.joints, joints
-        for after, before in zip(joints, self._before, strict=True):
-            if not -STILL_RAD_PER_S <= (after - before) / self._tick_s <= STILL_RAD_PER_S:
-                self._still_ticks = 0
-                return
-        self._still_ticks += 1
+        if largest_way(self._before, joints) <= STILL_RAD_PER_S * self._tick_s:
+            self._still_ticks += 1
+        else:
+            self._still_ticks = 0
 
     @property
     def _velocity(self) -> list[float]:

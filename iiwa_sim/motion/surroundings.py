@@ -8,7 +8,7 @@ from iiwa_sim.frames import Transform, Vector
 Feel = Callable[[Vector, Vector, float], tuple[Vector, Vector]]
 """What surfaces do to a TCP at a position (m) with a velocity (m/s) in the base: force (N) and torque (Nm)
 about the TCP, in base axes, acting on the robot. The time (s) for which it is there moves the memory of
-friction on; with 0 that stays as it is. `iiwa_sim.contact.world.World.feel` is one."""
+friction on; with 0 that stays as it is. `iiwa_sim.contact.world_kernel.World.feel` is one."""
 
 NOTHING: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 

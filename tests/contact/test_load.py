@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from iiwa_sim.contact.noise import Noise, NoiseLevels
-from iiwa_sim.contact.world import Touch, World
+from iiwa_sim.contact.world_kernel import Touch, World
 from iiwa_sim.contact.wrench import NO_WRENCH
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Transform, Vector, rotate

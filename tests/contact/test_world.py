@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world import NOTHING, Touch, World
+from iiwa_sim.contact.world_kernel import NOTHING, Touch, World
 from iiwa_sim.frames import Transform, Vector, apply, rotate, transform_from_euler
 from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, at, surface
 

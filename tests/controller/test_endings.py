@@ -150,7 +150,7 @@ def test_a_fault_in_a_tick_ends_all_moves(
 
 def test_without_listeners_nothing_is_kept(robot: SteppedRobot) -> None:
     robot.controller.joint_move(NEAR, SPEEDS)
-    assert not robot.controller.endings._open
+    assert not robot.controller.endings.pending
 
 
 @settings(max_examples=15, deadline=None)

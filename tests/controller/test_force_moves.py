@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.contact.load import Wrench
 from iiwa_sim.contact.shapes import Plane, Shape, Sphere
-from iiwa_sim.contact.world import World
+from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, apply, inverse
 from iiwa_sim.motion.limits import JointLimits

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world import World
+from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, Refused
 from iiwa_sim.controller.modes import Mode

@@ -11,16 +11,16 @@ from hypothesis import strategies as st
 
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.frames import multiply, rotate, rotation_vector, transpose
-from iiwa_sim.motion.compliance import (
+from iiwa_sim.motion.compliance_kernel import (
     ROTATIONAL_STIFFNESS_NM_PER_RAD,
     Compliance,
     Manner,
 )
-from iiwa_sim.motion.joint_bounds import JointBounds
-from iiwa_sim.motion.shift import LEAST_DAMPING_NS_PER_M, MASS_KG
+from iiwa_sim.motion.joint_bounds_kernel import JointBounds
+from iiwa_sim.motion.shift_kernel import LEAST_DAMPING_NS_PER_M, MASS_KG
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import inverse_of
-from iiwa_sim.robot.kinematics import Kinematics
+from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
 from tests.plane import Plane
 
@@ -222,7 +222,7 @@ def test_energy_never_grows_in_contact(
     robot.load.wrench = NO_FORCE
 
     def energy() -> float:
-        x, v = robot.compliance._x, robot.compliance._v
+        x, v = robot.compliance.deflection, robot.compliance.velocity
         kinetic = 0.5 * MASS_KG * sum(u * u for u in v[:3])
         depth = plane.depth((pose[0] + x[0], pose[1] + x[1], pose[2] + x[2]))
         return kinetic + 0.5 * stiffness * hypot(*x[:3]) ** 2 + 0.5 * surface * depth**2

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.braking import Braking
-from iiwa_sim.motion.joint_bounds import JointBounds, braking_way
+from iiwa_sim.motion.joint_bounds_kernel import JointBounds, braking_way
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests.stepped import ARMS
 
