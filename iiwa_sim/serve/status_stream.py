@@ -16,7 +16,7 @@ RECEIVE_BYTES = 1024
 
 SEND_BYTES = 4096
 """What the system is asked to hold for a reader at the usual rate: the less, the newer is what a slow one
-gets next. Linux then holds some three lines. What the reader's own system holds before it reads is not ours."""
+gets next. Linux then holds some three lines. What the reader's own system holds is not ours."""
 MOST_SEND_BYTES = 16_384
 """The same at high rates: lines on their way are held, too, and may be acknowledged 40 ms late."""
 
