@@ -59,6 +59,10 @@ class LineJoints:
         self._one, self._one_status = np.empty(1), np.empty(1, dtype=np.int64)
         self._one_room = np.empty((1, 12)), np.empty((1, len(start)))
         self._one_result = np.empty(1, dtype=np.int8)
+        # Of each degree: poses, joints, coefficients.
+        self._rooms = [
+            (np.empty((degree + 1, 12)), *np.empty((2, degree + 1, len(start)))) for degree in DEGREES
+        ]
         self._arm = (inverse.kind, inverse.numbers, line.numbers, self._redundancy, self._way)
 
     def at(self, s: float, status: int, seed: Joints, aligned: float = ALIGNED_RAD) -> Joints | None:
@@ -102,17 +106,14 @@ class LineJoints:
         None where that takes more than the highest of the degrees, where a place is out of reach, or, unless
         `near`, singular.
         """
-        count = len(reference)
         seeds, references = np.array(seed), np.array(reference)
-        for nodes, weights in _NODES_AND_WEIGHTS:
-            joints, coefficients = np.empty((len(nodes), count)), np.empty((len(nodes), count))
-            poses = np.empty((len(nodes), 12))
+        for (nodes, weights), room in zip(_NODES_AND_WEIGHTS, self._rooms, strict=True):
             rows = line_kernel.fit(
-                *self._arm, status, seeds, ALIGNED_RAD, near, low, high, references, nodes, weights, poses,
-                joints, coefficients,
-            )  # fmt: skip
+                *self._arm, status, seeds, ALIGNED_RAD, near, low, high, references, nodes, weights, *room
+            )
             if rows > 0:
-                return coefficients[:rows]
+                coefficients: Array = room[2][:rows].copy()
+                return coefficients
             if rows != line_kernel.NOT_RESOLVED:
                 return None
         return None

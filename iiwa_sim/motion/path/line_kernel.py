@@ -17,6 +17,7 @@ else:
 NOT_RESOLVED = 0
 SINGULAR = -1
 OUT_OF_REACH = -2
+HOPELESS = -3
 
 _NEAR = cython.declare(cython.int, 1)
 _OUT_OF_REACH = cython.declare(cython.int, 2)
@@ -29,6 +30,8 @@ _NOTHING = cython.declare(cython.double, 1e-13)
 # those of neighbours, and where there are none.
 _RESOLVED = cython.declare(cython.double, 1e-12)
 _RESOLVED_ALONE = cython.declare(cython.double, 1e-11)
+# With more a polynomial of twice the degree would not do either.
+_TOO_MUCH = cython.declare(cython.double, 1e-4)
 # Near singular poses rounding shows in all coefficients: below this, and where they do not fall any more.
 _ROUNDING = cython.declare(cython.double, 1e-8)
 _LEVEL = cython.declare(cython.double, 10.0)
@@ -171,8 +174,9 @@ def fit(
     """A polynomial through the joints of a line from s = low to high, on a branch: rows of coefficients.
 
     Each joint goes on from where it was, the first from the reference (n,), however often that is around.
-    Ends are met but for rounding. Returns how many rows there are, or one of the constants above: where there
-    is a pose out of reach or, unless they are allowed, near a singular one, or where more nodes are needed.
+    Ends are met but for rounding. Returns how many rows there are, or one of the constants above: where a
+    pose is out of reach or, unless that is allowed, near a singular one, and where it takes more nodes, or a
+    shorter piece.
     """
     count: cython.Py_ssize_t = joints.shape[1]
     last: cython.Py_ssize_t = nodes.shape[0] - 1
@@ -218,6 +222,8 @@ def fit(
             largest = max(largest, total, -total)
         if i > last - 3:
             tail = max(tail, largest)
+            if tail > _TOO_MUCH:
+                return HOPELESS
         elif i > last - last // 2:
             level = max(level, largest)
         elif tail > (_RESOLVED_ALONE if alone else _RESOLVED):
