@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isfinite
 
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.world_kernel import World, seen_from
+from iiwa_sim.contact.world_kernel import AT_REST, World, seen_from, velocity_between
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.model import Model
@@ -127,13 +127,9 @@ class ExternalLoad:
 
     def _feel(self, tcp: Transform, tick_s: float) -> None:
         rotation, place = tcp
-        velocity = (0.0, 0.0, 0.0)
-        if self._place is not None:
-            (x, y, z), (was_x, was_y, was_z) = place, self._place
-            velocity = ((x - was_x) / tick_s, (y - was_y) / tick_s, (z - was_z) / tick_s)
+        velocity = AT_REST if self._place is None else velocity_between(self._place, place, tick_s)
         self._place = place
-        touch = self.world.feel(place, velocity, tick_s)
-        self._touch = seen_from(rotation, touch)
+        self._touch = seen_from(rotation, self.world.feel(place, velocity, tick_s))
 
 
 def _check(name: str, values: Sequence[float], count: int) -> None:

@@ -43,7 +43,8 @@ class Touch(NamedTuple):
     torque: Vector
 
 
-NOTHING = Touch((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+AT_REST: Vector = (0.0, 0.0, 0.0)
+NOTHING = Touch(AT_REST, AT_REST)
 _new = tuple.__new__  # calling the class costs twice as much
 
 
@@ -302,6 +303,20 @@ class World:
         if not touched:
             return NOTHING
         return _new(Touch, ((fx, fy, fz), (tx, ty, tz)))
+
+
+def velocity_between(before: Vector, after: Vector, time_s: float) -> Vector:
+    """The velocity (m/s) of a way between two places (m)."""
+    ax: cython.double
+    ay: cython.double
+    az: cython.double
+    bx: cython.double
+    by: cython.double
+    bz: cython.double
+    dt: cython.double = time_s
+    ax, ay, az = before
+    bx, by, bz = after
+    return ((bx - ax) / dt, (by - ay) / dt, (bz - az) / dt)
 
 
 def seen_from(rotation: Rotation, touch: Any) -> Wrench:

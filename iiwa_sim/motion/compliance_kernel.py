@@ -35,13 +35,14 @@ from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.shift_kernel import MASS_KG
 from iiwa_sim.motion.spring import Spring, damping
 from iiwa_sim.motion.surroundings import Feel, Felt, Pushes
-from iiwa_sim.robot.kinematics_kernel import Kinematics
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.shift_kernel import Shift
+    from cython.cimports.iiwa_sim.robot.kinematics_kernel import Kinematics
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
     from iiwa_sim.motion.shift_kernel import Shift
+    from iiwa_sim.robot.kinematics_kernel import Kinematics
     from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 INERTIA_KGM2 = 0.2
@@ -82,7 +83,7 @@ class Compliance:
     """
 
     felt: Any = cython.declare(object, visibility="readonly")
-    _kinematics: Any
+    _kinematics: Kinematics
     _bounds: Any
     _pushes: Any
     _shift: Shift
@@ -94,6 +95,7 @@ class Compliance:
     _joints: Any
     _nominal: Any
     _at: cython.double[::1]  # of the plan: the rotation of the TCP in the base, row by row, and its place (m)
+    _redundancy: cython.double  # of the plan (rad)
     _was: cython.double[::1]  # that place a tick before
     _moved: cython.double[::1]  # from there, in this tick
     _turned: cython.double[::1]  # the rotation of the TCP in the base
@@ -195,10 +197,14 @@ class Compliance:
     def _plan(self, nominal: Any) -> object:
         """The plan has come to joint positions (rad)."""
         self._nominal = nominal
-        at = self._at
-        rotation, place = self._kinematics.tcp(nominal)
-        at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8] = rotation
-        at[9], at[10], at[11] = place
+        arm = self._kinematics.arm
+        arm.go_to(nominal)
+        k: cython.Py_ssize_t
+        for k in range(9):
+            self._at[k] = arm.turned[k]
+        for k in range(3):
+            self._at[9 + k] = arm.place[k]
+        self._redundancy = self._kinematics.redundancy_where_it_is()
         return None
 
     @cython.cfunc
@@ -292,8 +298,10 @@ class Compliance:
         self._turn(x[3], x[4], x[5])
         rotation = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
         wanted = _new(Transform, (rotation, (at[9] + x[0], at[10] + x[1], at[11] + x[2])))
-        redundancy = self._kinematics.redundancy(self._nominal) + x[6]
-        joints = self._kinematics.joints(wanted, redundancy, self._joints)
+        redundancy = self._redundancy + x[6]
+        joints = self._kinematics.joints_for(
+            r, at[9] + x[0], at[10] + x[1], at[11] + x[2], redundancy, self._joints
+        )
         if joints is not None and self._bounds.allow(self._joints, joints):
             self._joints = joints
             self.felt = (wanted, self._shift.touch if self._in_contact else None)
@@ -355,7 +363,7 @@ class Compliance:
         at, kinematics = self._at, self._kinematics
         rotation, (x, y, z) = kinematics.tcp(self._joints)
         planned = (at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
-        swivel = kinematics.redundancy(self._joints) - kinematics.redundancy(self._nominal)
+        swivel = kinematics.redundancy(self._joints) - self._redundancy
         off = (x - at[9], y - at[10], z - at[11], *_log(multiply(rotation, transpose(planned))), swivel)
         k: cython.Py_ssize_t
         for k in range(9):

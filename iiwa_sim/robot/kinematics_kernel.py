@@ -12,7 +12,7 @@ import cython
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform, compose, inverse
+from iiwa_sim.frames import Transform, inverse
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.turns import continued
@@ -35,8 +35,7 @@ class Kinematics:
         self.joint_count = count = model.joint_count
         self._inverse: Any = inverse_kinematics
         self._kind, self._numbers = inverse_kinematics.kind, inverse_kinematics.numbers
-        self._flange_in_tool: Any = inverse(tool_in_flange)
-        rotation, place = self._flange_in_tool
+        rotation, place = inverse(tool_in_flange)
         self._to_flange = np.array((*rotation, *place))
         d = model.description
         self._beyond_half_turn = min(d.position_min) < -pi or max(d.position_max) > pi
@@ -44,8 +43,10 @@ class Kinematics:
         none = inverse_kinematics.redundancy([0.0] * count)
         row = [inverse_kinematics.redundancy(unit) - none for unit in np.eye(count).tolist()]
         self._redundancy_row: Any = np.array([row])
+        self._share = np.array(row)
         self.coordinates = 6 if inverse_kinematics.redundancy_range is None else 7
         self._room = np.zeros((3, 12))
+        self._turned = np.zeros(9)
         self._last: Any = None
         self._status = 0
 
@@ -63,31 +64,48 @@ class Kinematics:
 
         Joints that can turn beyond half a turn are where that is nearest to the present position.
         """
-        room, t = self._room, self._to_flange
-        r0: cython.double
-        r1: cython.double
-        r2: cython.double
-        r3: cython.double
-        r4: cython.double
-        r5: cython.double
-        r6: cython.double
-        r7: cython.double
-        r8: cython.double
-        x: cython.double
-        y: cython.double
-        z: cython.double
-        r0, r1, r2, r3, r4, r5, r6, r7, r8 = tcp[0]
+        turned = self._turned
+        k: cython.Py_ssize_t
+        for k in range(9):
+            turned[k] = tcp[0][k]
         x, y, z = tcp[1]
+        joints: tuple[float, ...] | None = self.joints_for(turned, x, y, z, redundancy, present)
+        return joints
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def redundancy_where_it_is(self) -> cython.double:
+        """The redundancy of the joint positions that the arm has gone to."""
+        redundancy: cython.double = 0.0
+        k: cython.Py_ssize_t
+        for k in range(self.joint_count):
+            redundancy += self._share[k] * self.arm._q[k]
+        return redundancy
+
+    @cython.cfunc
+    def joints_for(
+        self,
+        turned: cython.double[::1],
+        x: cython.double,
+        y: cython.double,
+        z: cython.double,
+        redundancy: cython.double,
+        present: Any,
+    ) -> Any:
+        """`joints` for a rotation of the TCP, row by row, and its place."""
+        room, r, t = self._room, turned, self._to_flange
         k: cython.Py_ssize_t
         for k in range(3):
-            room[0, k] = r0 * t[k] + r1 * t[3 + k] + r2 * t[6 + k]
-            room[0, 3 + k] = r3 * t[k] + r4 * t[3 + k] + r5 * t[6 + k]
-            room[0, 6 + k] = r6 * t[k] + r7 * t[3 + k] + r8 * t[6 + k]
-        room[0, 9] = r0 * t[9] + r1 * t[10] + r2 * t[11] + x
-        room[0, 10] = r3 * t[9] + r4 * t[10] + r5 * t[11] + y
-        room[0, 11] = r6 * t[9] + r7 * t[10] + r8 * t[11] + z
+            room[0, k] = r[0] * t[k] + r[1] * t[3 + k] + r[2] * t[6 + k]
+            room[0, 3 + k] = r[3] * t[k] + r[4] * t[3 + k] + r[5] * t[6 + k]
+            room[0, 6 + k] = r[6] * t[k] + r[7] * t[3 + k] + r[8] * t[6 + k]
+        room[0, 9] = r[0] * t[9] + r[1] * t[10] + r[2] * t[11] + x
+        room[0, 10] = r[3] * t[9] + r[4] * t[10] + r[5] * t[11] + y
+        room[0, 11] = r[6] * t[9] + r[7] * t[10] + r[8] * t[11] + z
+        q: cython.double
         for k in range(self.joint_count):
-            room[1, k] = present[k]
+            q = present[k]
+            room[1, k] = q
         if present is not self._last:
             self._status = self._inverse.status(present)
         result: cython.int = solve(
@@ -100,7 +118,8 @@ class Kinematics:
             found = tuple([room[2, k] for k in range(self.joint_count)])
         else:
             self._last = None
-            flange = compose(tcp, self._flange_in_tool)
+            r0, r1, r2, r3, r4, r5, r6, r7, r8, px, py, pz = [room[0, k] for k in range(12)]
+            flange = Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (px, py, pz))
             found = self._inverse.joints(flange, redundancy, self._status, present)
             if found is None:
                 return None
@@ -108,8 +127,7 @@ class Kinematics:
             found = continued(found, present)
         if result == _REGULAR:
             self._last = found  # which is on this branch, too
-        joints: tuple[float, ...] = found
-        return joints
+        return found
 
     def tcp_and_jacobian(self, q: Sequence[float]) -> tuple[Transform, NDArray[np.float64]]:
         """Where the TCP is, and its Jacobian: velocity (m/s), angular velocity (rad/s), both in base axes,
