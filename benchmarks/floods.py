@@ -151,7 +151,7 @@ def _stop_ms(address: tuple[str, int]) -> float:
         begun = time.perf_counter()
         line.ask(b"stop\r\n")
         while line.ask(b"get status\r\n") == b"moving\r\n":
-            time.sleep(0.001)
+            time.sleep(PAUSE_S)
         return 1e3 * (time.perf_counter() - begun)
 
 

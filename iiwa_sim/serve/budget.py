@@ -17,8 +17,11 @@ PIECE_S = 0.0001
 """Work for one share without a break while others wait: some answers."""
 TURN_S = 0.0005
 """Work for all of them before the event loop gets its turn."""
-QUIET_S = 0.001
-"""Without anything to do, until a share counts as one that asks now and then."""
+QUIET_TURNS = 2
+"""Without anything to do, until a share counts as one that asks now and then. Who sends without end is read
+in the next turn, also on a machine so busy that turns are long."""
+MOST_AHEAD_S = 0.0002
+"""That a share may have used up more than others: so it waits two rounds of all at the most."""
 OVERHEAD_S = 0.00003
 """Counted on top for each piece: a read, a write, and whatever else comes with it."""
 
@@ -26,21 +29,30 @@ OVERHEAD_S = 0.00003
 class Budget:
     """The time of one event loop, and who has used up how much of it.
 
-    Times are in s of `now_s`. A piece of work is not interrupted; one that takes long makes its share wait
-    the longer.
+    A piece of work is not interrupted; one that takes long makes its share wait the longer.
     """
 
     def __init__(
-        self, first: Callable[[], None] = lambda: None, *, now_s: Callable[[], float] = time.monotonic
+        self,
+        first: Callable[[], None] = lambda: None,
+        *,
+        now_s: Callable[[], float] = time.monotonic,
+        spent_s: Callable[[], float] = time.thread_time,
     ) -> None:
-        """`first` is called before each piece, and does what must not wait: ticks that are due."""
+        """`first` is called before each piece, and does what must not wait: ticks that are due.
+
+        Turns end by `now_s`. Shares use up what `spent_s` counts, so nobody pays for what else the machine
+        does meanwhile.
+        """
         self._first = first
         self._now_s = now_s
+        self._spent_s = spent_s
         self._now_and_then: deque[Share] = deque()
         self._waiting: list[tuple[float, int, Share]] = []  # all others, a heap
         self._arrivals = count()  # tells those apart who have used up the same
         self._used_s = 0.0  # by the one of those others that was last served, before its piece
         self._working = False
+        self._turns = 0  # in which there was work
         self._turn: asyncio.Handle | None = None
 
     def share(self, work: Callable[[float], bool]) -> "Share":
@@ -60,7 +72,7 @@ class Budget:
         if at_once and not self._working and not self.crowded:
             self._used_s = max(self._used_s, share.used_s)
             self._serve(share, TURN_S)
-        elif self._now_s() - share.idle_since_s >= QUIET_S:
+        elif self._turns - share.idle_since_turn >= QUIET_TURNS:
             share.waits = True
             self._now_and_then.append(share)
             self._go_on()
@@ -69,8 +81,10 @@ class Budget:
 
     def _queue(self, share: "Share") -> None:
         share.waits = True
-        # Who was idle does not save up time: it begins where the others are.
-        heapq.heappush(self._waiting, (max(share.used_s, self._used_s), next(self._arrivals), share))
+        # Who was idle does not save up time, and who has used up much has not to make up for all of it, or
+        # that would be as many times as long as there are others.
+        share.used_s = min(max(share.used_s, self._used_s), self._used_s + MOST_AHEAD_S)
+        heapq.heappush(self._waiting, (share.used_s, next(self._arrivals), share))
         self._go_on()
 
     def _go_on(self) -> None:
@@ -79,9 +93,11 @@ class Budget:
 
     def _take_turn(self) -> None:
         self._turn = None
-        end_s = self._now_s() + TURN_S
-        while self._now_and_then and self._now_s() < end_s:
+        self._turns += 1
+        begun_s = self._now_s()
+        while self._now_and_then and self._now_s() < begun_s + TURN_S / 2:
             self._serve_next(self._now_and_then.popleft())
+        end_s = self._now_s() + TURN_S / 2 if self._now_and_then else begun_s + TURN_S
         while self._waiting:  # one at the least, however many ask now and then
             used_s, _, share = heapq.heappop(self._waiting)
             self._used_s = max(self._used_s, used_s)
@@ -100,11 +116,11 @@ class Budget:
         self._working = True
         try:
             self._first()
-            begun_s = self._now_s()
+            spent_s = self._spent_s()
             share.used_s = max(share.used_s, self._used_s)
-            more = share.work(begun_s + piece_s)
-            share.idle_since_s = self._now_s()
-            share.used_s += share.idle_since_s - begun_s + OVERHEAD_S
+            more = share.work(self._now_s() + piece_s)
+            share.idle_since_turn = self._turns
+            share.used_s += self._spent_s() - spent_s + OVERHEAD_S
         finally:
             self._working = False
         if more and not share.waits and not share.left:
@@ -118,8 +134,8 @@ class Share:
         self.work = work
         self.used_s = 0.0
         """Of the budget's time."""
-        self.idle_since_s = budget._now_s() - QUIET_S
-        """When its last piece of work had been done."""
+        self.idle_since_turn = budget._turns - QUIET_TURNS
+        """In which its last piece of work had been done."""
         self.waits = False
         """Whether it has asked, and its work is still to be done."""
         self.left = False
