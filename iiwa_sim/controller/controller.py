@@ -60,8 +60,9 @@ class Controller(Moves):
     def set_override(self, override: float) -> None:
         """Run all motions at this part of their planned speed, from 0, a pause, to 1.
 
-        What moves stays on its path and keeps the planned limits; so it takes up to a second. At rest the
-        override is there at once. Raises `Refused` for a number out of range.
+        What moves stays on its path and keeps the planned limits; so it takes some time: 0.3 s, or what
+        the slowest joint needs to stop; longer in servo modes and in impedance. At rest the override is there
+        at once. Raises `Refused` for a number out of range.
         """
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")

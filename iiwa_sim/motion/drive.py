@@ -8,7 +8,9 @@ from iiwa_sim.motion.look_ahead import LookAhead, Taken
 from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.numbers import Numbers
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.motion.rate_change import Running
 from iiwa_sim.motion.run import Run
+from iiwa_sim.motion.run_ahead import RunAhead
 from iiwa_sim.motion.sampled_path import Joints
 
 AHEAD = 256
@@ -38,6 +40,7 @@ class Drive:
         self._time = time
         self._look_ahead = LookAhead(time, lowest, highest)
         self._run: Run | None = None
+        self._version = 0  # of what the run is planned to do
         self._waiting: deque[Move] = deque()
         self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
         self._newest = 0
@@ -70,6 +73,13 @@ class Drive:
         if self._run is None or self._time.stopping:
             return 0
         return self._run.move_at(self._time.time_s)
+
+    @property
+    def running(self) -> Running | None:
+        """What runs at the override, None where nothing does."""
+        if self._run is None or self._time.stopping:
+            return None
+        return self._time.running(RunAhead(self._run, self._version))
 
     @property
     def goal(self) -> Joints:
@@ -169,6 +179,7 @@ class Drive:
             if blended and not run.end_with_move_at(self._time.time_s):
                 self._time.stop()
             self._ahead.clear()
+            self._version += 1
             self._look_ahead.forget()
         self._forget(move.number for move in [*blended, *self._waiting, *self._again][len(kept) :])
         self._waiting.clear()
@@ -251,6 +262,7 @@ class Drive:
         """A run that begins with the next moves, begun that long ago."""
         self._run = run = Run(self._look_ahead.first_chain(self._waiting))
         self._ahead.clear()
+        self._version += 1
         self._look_ahead.forget()
         self._time.begin(time_s)
         return run
@@ -264,6 +276,7 @@ class Drive:
         if taken is not None:
             for _ in range(taken.moves):
                 self._waiting.popleft()
+            self._version += 1
             del self._ahead[: max(len(self._ahead) - self._time.ticks_until(taken.from_s), 0)]
 
     def _plan_again(self) -> None:

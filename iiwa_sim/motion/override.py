@@ -1,6 +1,7 @@
 """The override: the rate at which planned time runs, from 0, a pause, to 1, as planned.
 
-It changes in a way that keeps the limits of every planned motion, wherever on its path the robot is. At the
+Where the plan under way can be looked at, it changes as fast as that allows (`rate_change.py`). Else it
+changes in a way that keeps the limits of every planned motion, wherever on its path the robot is. At the
 rate r a joint with the planned velocity v, acceleration a and jerk j sees r v, r^2 a + r' v and
 r^3 j + 3 r r' a + r'' v. A motion may use all of its limits V, A = f V and J = g A at r = 1, so there r must
 not change at all; the lower r is, the faster it may. That is the shape of r = tanh u: with |u'| <= c and
@@ -16,6 +17,7 @@ from math import atanh, sqrt, tanh
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.rate_change import RateChange, Running
 
 MARGIN = 0.005
 STRETCH = sqrt(1.0 + MARGIN)
@@ -50,23 +52,31 @@ class Override:
         self._task.max_velocity = [min(f, fastest)]
         self._task.max_acceleration = [f * g / 2.0]
         self._task.max_jerk = [f * g / 2.0 * g]
+        self._begins = False  # another value has been asked for since the last tick
+        self._on_plan: RateChange | None = None
         self._change: Trajectory | None = None
         self._changed_s = 0.0  # so long ago it has begun
 
     @property
+    def changing(self) -> bool:
+        """Whether the rate is on its way to what was asked for."""
+        return self._begins or self._on_plan is not None or self._change is not None
+
+    @property
     def pausing(self) -> bool:
         """Whether planned time stands still."""
-        return self.rate == 0.0 and self._change is None
+        return self.rate == 0.0 and not self.changing
 
     def be(self, value: float) -> None:
         """Have another rate (0..1) at once: to be called at rest only."""
         self.value = self.rate = value
-        self.slope_per_s, self._change, self.even = 0.0, None, True
+        self.slope_per_s, self.even = 0.0, True
+        self._begins, self._on_plan, self._change = False, None, None
 
     @property
     def part_to_keep(self) -> float:
         """While the rate comes down: what was asked for, as a part of the rate there is; else 1."""
-        if self._change is None or self.value >= self.rate:
+        if not self.changing or self.value >= self.rate:
             return 1.0
         return self.value / self.rate
 
@@ -77,28 +87,48 @@ class Override:
 
     def go_to(self, value: float) -> None:
         """Take another rate (0..1) from now on, as fast as the limits allow."""
-        if value == self.value:
-            return
-        u, speed, acceleration = _place(self.rate), 0.0, 0.0
-        if self._change is not None:
-            u, speed, acceleration = (each[0] for each in self._change.at_time(self._changed_s))
-        task = self._task
-        task.current_position, task.target_position = [u], [_place(value)]
-        task.current_velocity, task.current_acceleration = [SPEED_KEPT * speed], [acceleration]
-        self._change = self._way()
-        self._changed_s, self.value, self.even = 0.0, value, False
+        if value != self.value:
+            self.value, self.even, self._begins = value, False, True
 
-    def step(self) -> None:
-        """One tick."""
-        self.even = self._change is None
-        if self._change is None:
+    def step(self, running: Running | None = None) -> None:
+        """One tick; `running` is what runs at this rate, None where that cannot be looked at."""
+        if self._begins:
+            self._begin(running)
+        elif self._on_plan is not None and running is None:
+            self.be(self.value)  # what ran has come to rest, or stops: nothing moves at this rate any more
+        self.even = not self.changing
+        if self._on_plan is not None and running is not None:
+            self._step_on_plan(self._on_plan, running)
+        elif self._change is not None:
+            self._step_anywhere(self._change)
+        else:
             self.advance_s = self.tick_s * self.rate
-            return
+
+    def _begin(self, running: Running | None) -> None:
+        self._begins = False
+        if running is not None and self._on_plan is not None:
+            self._on_plan.redirect(self.value)
+        elif running is not None:
+            self._change = None
+            self._on_plan = RateChange(self.tick_s, self.rate, self.slope_per_s, self.value)
+        elif self._on_plan is not None:
+            self.be(self.value)
+        else:
+            self._change = self._way()
+            self._changed_s = 0.0
+
+    def _step_on_plan(self, change: RateChange, running: Running) -> None:
+        self.advance_s = change.step(running)
+        self.rate, self.slope_per_s = change.rate, change.slope_per_s
+        if change.done:
+            self._on_plan = None
+
+    def _step_anywhere(self, change: Trajectory) -> None:
         before, middle = self.rate, self._at(self._changed_s + 0.5 * self.tick_s)[0]
         self._changed_s += self.tick_s
         self.rate, self.slope_per_s = self._at(self._changed_s)
         self.advance_s = self.tick_s * (before + 4.0 * middle + self.rate) / 6.0  # Simpson's rule
-        if self._changed_s >= self._change.duration:
+        if self._changed_s >= change.duration:
             self._change = None
 
     def _at(self, time_s: float) -> tuple[float, float]:
@@ -111,6 +141,13 @@ class Override:
         return min(max(STRETCH * part, 0.0), 1.0), STRETCH * (1.0 - part * part) * speed
 
     def _way(self) -> Trajectory:
+        """From where the rate is now, which is even but for a way before this one."""
+        task = self._task
+        u, speed, acceleration = _place(self.rate), 0.0, 0.0
+        if self._change is not None:
+            u, speed, acceleration = (each[0] for each in self._change.at_time(self._changed_s))
+        task.current_position, task.target_position = [u], [_place(self.value)]
+        task.current_velocity, task.current_acceleration = [SPEED_KEPT * speed], [acceleration]
         jerk = self._task.max_jerk
         try:
             for share in JERK_SHARES:

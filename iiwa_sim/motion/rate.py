@@ -10,6 +10,7 @@ from ruckig import ControlInterface, InputParameter, Result, Ruckig, Trajectory
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.override import Override
+from iiwa_sim.motion.rate_change import PlanAhead, Running
 
 
 class PlannedTime:
@@ -18,6 +19,7 @@ class PlannedTime:
     def __init__(self, override: Override, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
         self.tick_s = override.tick_s
         self._override = override
+        self._stop_limits = largest_slope_per_s, largest_bend_per_s2
         self._task = InputParameter(1)
         self._task.control_interface = ControlInterface.Velocity
         self._task.max_acceleration = [largest_slope_per_s]
@@ -44,6 +46,10 @@ class PlannedTime:
     def part_to_keep(self) -> float:
         """While the override comes down: what was asked for, as a part of the rate there is; else 1."""
         return self._override.part_to_keep
+
+    def running(self, plan: PlanAhead) -> Running:
+        """What runs at the override: a plan, which has come to this time."""
+        return Running(plan, self.time_s, *self._stop_limits)
 
     @property
     def even(self) -> bool:

@@ -24,6 +24,7 @@ class Motion:
         self.under_way = False
         self.left = 0  # ticks of a stop
         self.fails = False
+        self.running = None
 
     @property
     def moving(self) -> bool:

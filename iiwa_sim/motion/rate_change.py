@@ -1,0 +1,136 @@
+"""A change of the override on the plan under way: as fast as that leaves room for, joint by joint.
+
+From full rate to a pause, and back, that takes little more than the slowest joint under way needs to brake,
+or to come to its speed: 0.3 s at most where all joints stop within 0.25 s, as those of an iiwa do.
+"""
+
+from math import ceil
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.rate_kernel import Ahead
+
+CELL_S = 0.002
+"""About so long the second derivative of the rate is constant."""
+STEP_S = 0.001
+SAMPLES = 256
+"""Of the plan ahead, so far apart in planned time; half of them at least lie ahead."""
+SPREAD = 1
+"""More samples on either side of a cell that are to keep it: where the jerk of a plan jumps, those next to
+the jump may show something between."""
+ALLOWED = 1.004
+"""Of the limits of acceleration and jerk. Where a plan uses more, it may."""
+LONGEST_STOP_S = 0.1
+"""A stop is to take no longer, also from a rate that rises."""
+LEAST_SLACK_S = 0.005
+THERE = 2e-9
+"""A rate so near to what is asked for is that."""
+LEVEL = 1e-9
+"""Of a slope (1/s): less is none."""
+
+
+class PlanAhead(Protocol):
+    """A planned motion over its own time."""
+
+    @property
+    def version(self) -> int:
+        """Another number whenever what lies ahead was planned anew."""
+
+    def along(self, times: Array) -> tuple[Array, Array]:
+        """At rising times (s) joint positions and their three derivatives (m, 4, n), and limits (m, 3, n).
+
+        In rad, rad/s, rad/s^2, rad/s^3; the limits are those of velocity, acceleration and jerk there. Before
+        the plan begins and behind its end it is at rest.
+        """
+
+
+class Running(NamedTuple):
+    """What runs at the override."""
+
+    plan: PlanAhead
+    time_s: float
+    """Planned time now."""
+    stop_slope_per_s: float
+    """How fast a stop slows planned time down,"""
+    stop_bend_per_s2: float
+    """and how fast that comes about."""
+
+
+class RateChange:
+    """A rate of planned time on its way to another one; its integrals over ticks are exact."""
+
+    def __init__(self, tick_s: float, rate: float, slope_per_s: float, goal: float) -> None:
+        self.rate, self.slope_per_s = rate, slope_per_s
+        self._goal = goal
+        self._cells = max(ceil(tick_s / CELL_S - 0.5), 1)  # in a tick
+        self._ticks = max(round(CELL_S / tick_s), 1)  # in a cell, where ticks are shorter
+        self._step_s = tick_s / self._cells
+        self._left = 0  # ticks of the cell under way
+        self._bend = 0.0
+        self._ahead: Ahead | None = None
+        self._version = 0
+        self._renew_s = 0.0
+
+    def redirect(self, goal: float) -> None:
+        """Go to another rate, when the cell under way has ended: only there a way out of it is known."""
+        self._goal = goal
+
+    @property
+    def done(self) -> bool:
+        """Whether the rate is what was asked for, and stays so."""
+        return self.rate == self._goal and self.slope_per_s == 0.0
+
+    def step(self, running: Running) -> float:
+        """One tick; gives how much planned time goes by in it (s)."""
+        time_s = running.time_s
+        for _ in range(self._cells):
+            if self.done:
+                time_s += self._step_s * self.rate
+                continue
+            if self._left == 0:
+                ahead = self._look(running, time_s)
+                self._bend = ahead.bend(time_s, self.rate, self.slope_per_s, self._goal)
+                self._left = self._ticks
+            time_s += self._advance()
+        return time_s - running.time_s
+
+    def _advance(self) -> float:
+        h, rate, slope, bend = self._step_s, self.rate, self.slope_per_s, self._bend
+        self._left -= 1
+        self.rate = rate + h * (slope + 0.5 * h * bend)
+        self.slope_per_s = slope + h * bend
+        if self._left == 0 and abs(self.slope_per_s) <= LEVEL:
+            self.slope_per_s = 0.0
+            if abs(self.rate - self._goal) <= THERE:
+                self.rate = self._goal
+        return h * (rate + h * (0.5 * slope + h * bend / 6.0))
+
+    def _look(self, running: Running, time_s: float) -> Ahead:
+        if self._ahead is None or self._version != running.plan.version or time_s > self._renew_s:
+            # At the same places whenever it is sampled, so that what was seen of a plan stays as it was.
+            first = int(time_s / STEP_S) - SPREAD
+            slope, bend = running.stop_slope_per_s, running.stop_bend_per_s2
+            self._ahead = Ahead(
+                _loads(*running.plan.along(STEP_S * np.arange(first, first + SAMPLES, dtype=np.float64))),
+                STEP_S * first,
+                STEP_S,
+                self._ticks * self._step_s,
+                ALLOWED,
+                SPREAD,
+                slope,
+                bend,
+                max(LONGEST_STOP_S - 1.0 / slope - slope / bend, LEAST_SLACK_S),
+            )
+            self._version, self._renew_s = running.plan.version, STEP_S * (first + SAMPLES // 2)
+        return self._ahead
+
+
+def _loads(derivatives: Array, limits: Array) -> Array:
+    """Velocity and acceleration over the limit of acceleration, and all three over that of jerk (m, 5 n)."""
+    velocity, acceleration, jerk = derivatives[:, 1], derivatives[:, 2], derivatives[:, 3]
+    of_acceleration, of_jerk = limits[:, 1], limits[:, 2]
+    parts = [velocity / of_acceleration, acceleration / of_acceleration]
+    parts += [each / of_jerk for each in (velocity, acceleration, jerk)]
+    return np.ascontiguousarray(np.concatenate(parts, axis=1))

@@ -1,0 +1,261 @@
+"""The fastest change of the rate at which a plan runs that keeps the limits of all joints.
+
+At the rate r of planned time, with the slope p = r' and the bend c = r'', a joint with the planned velocity
+v, acceleration a and jerk j sees the acceleration r^2 a + p v and the jerk r^3 j + 3 r p a + c v. Over a
+short cell of time c is constant. In each cell the largest c toward the goal is taken from which there is a
+way out: a *release*, in which p goes back to 0 as fast as limits allow, and comes to 0 before the rate has
+passed the goal. At p = 0 every rate up to 1 keeps the limits, wherever the plan goes. So there always is a
+way on.
+"""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+import cython
+
+_ROUNDING = cython.declare(cython.double, 1e-9)  # of rates
+_HARDLY = cython.declare(cython.double, 1e-13)  # moving, of limits
+_RELEASE_CELLS = cython.declare(cython.Py_ssize_t, 400)
+_NONE = cython.declare(cython.double, -1e9)  # instead of a rate
+_HALVINGS = cython.declare(cython.Py_ssize_t, 7)
+_LANDINGS = cython.declare(cython.Py_ssize_t, 14)  # at most, to come to the goal to rounding
+
+
+@cython.cclass
+class Ahead:
+    """Loads of a plan at even places of planned time from `first_s` on, and how its rate may change.
+
+    `loads` (m, 5 n) has rows of velocity and acceleration over the acceleration limit (s, 1), and of
+    velocity, acceleration and jerk over the jerk limit (s^2, s, 1), n values each. `allowed` is the part of
+    the limits that may be used; where the plan uses more, it may. `spread` more samples on either side of a
+    cell are to keep them: where the jerk of a plan jumps, samples next to that see something between.
+
+    A stop may come at any time, with its own limits of slope and bend: no slope or bend is larger than those,
+    and a rate that rises is never so much on its way up that the stop would take longer than from a rate of 1
+    by more than `stop_slack_s`.
+    """
+
+    loads: cython.double[:, ::1]
+    count: cython.Py_ssize_t
+    joints: cython.Py_ssize_t
+    spread: cython.Py_ssize_t
+    first_s: cython.double
+    step_s: cython.double
+    cell_s: cython.double
+    allowed: cython.double
+    largest_slope: cython.double
+    largest_bend: cython.double
+    stop_slack_s: cython.double
+    low: cython.double
+    high: cython.double
+
+    def __init__(
+        self,
+        loads: cython.double[:, ::1],
+        first_s: cython.double,
+        step_s: cython.double,
+        cell_s: cython.double,
+        allowed: cython.double,
+        spread: cython.Py_ssize_t,
+        largest_slope: cython.double,
+        largest_bend: cython.double,
+        stop_slack_s: cython.double,
+    ) -> None:
+        self.loads = loads
+        self.count = loads.shape[0]
+        self.joints = loads.shape[1] // 5
+        self.first_s = first_s
+        self.step_s = step_s
+        self.cell_s = cell_s
+        self.allowed = allowed
+        self.spread = spread
+        self.largest_slope = largest_slope
+        self.largest_bend = largest_bend
+        self.stop_slack_s = stop_slack_s
+        self.low = self.high = 0.0
+
+    @cython.ccall
+    def bend(
+        self, time_s: cython.double, rate: cython.double, slope: cython.double, goal: cython.double
+    ) -> cython.double:
+        """The bend (1/s^2) of the next cell, which begins at a planned time, a rate and its slope (1/s)."""
+        sign: cython.double
+        out: cython.double
+        best: cython.double
+        middle: cython.double
+        end: cython.double = rate
+        left: cython.double
+        beyond: cython.double = 0.0
+        if slope == 0.0:
+            if rate == goal:
+                return 0.0
+            sign = 1.0 if goal > rate else -1.0
+            out = 0.0
+        else:
+            sign = 1.0 if slope > 0.0 else -1.0
+            out = self._out(time_s, rate, slope)
+            end = self._released(time_s, rate, slope)
+            if end == _NONE or (goal - end) * sign <= _ROUNDING:
+                return out
+        left = (goal - end) * sign  # of the way, if the release began with `out`
+        self._narrow(time_s, rate, slope)
+        best = self.high if sign > 0.0 else self.low
+        if best * sign <= out * sign:
+            return out
+        end = self._after(time_s, rate, slope, best)
+        if end != _NONE:
+            beyond = (end - goal) * sign  # if it began with `best`; 0 where limits are the matter
+            if beyond <= 0.0:
+                return best
+        tries: cython.Py_ssize_t
+        for tries in range(_LANDINGS):
+            if beyond > 0.0:
+                # Where it ends is known of both: by the false position, the side that stays counted for half.
+                middle = out + (best - out) * left / (left + beyond)
+            elif tries >= _HALVINGS:
+                return out
+            else:
+                middle = 0.5 * (out + best)
+            end = self._after(time_s, rate, slope, middle)
+            if end == _NONE:
+                best, beyond = middle, 0.0
+            elif (end - goal) * sign > 0.0:
+                best, beyond = middle, (end - goal) * sign
+                left *= 0.5
+            else:
+                out, left = middle, (goal - end) * sign
+                beyond *= 0.5
+                if left <= 0.1 * _ROUNDING:
+                    return out
+        return out
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _after(
+        self, time_s: cython.double, rate: cython.double, slope: cython.double, bend: cython.double
+    ) -> cython.double:
+        """The rate at which a release after a cell with this bend ends, _NONE where there is none."""
+        h: cython.double = self.cell_s
+        after: cython.double = slope + h * bend
+        rate_after: cython.double = rate + h * (slope + 0.5 * h * bend)
+        return self._released(time_s + h * (rate + h * (0.5 * slope + h * bend / 6.0)), rate_after, after)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _out(self, time_s: cython.double, rate: cython.double, slope: cython.double) -> cython.double:
+        """The bend that takes the slope back to 0 as fast as limits allow, and no farther."""
+        wanted: cython.double = -slope / self.cell_s
+        self._narrow(time_s, rate, slope)
+        if self.low > self.high:
+            return 0.5 * (self.low + self.high)
+        if wanted > self.high:
+            return self.high
+        if wanted < self.low:
+            return self.low
+        return wanted
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _released(self, time_s: cython.double, rate: cython.double, slope: cython.double) -> cython.double:
+        """The rate at which the slope has come back to 0, _NONE where limits do not allow it."""
+        h: cython.double = self.cell_s
+        bend: cython.double
+        wanted: cython.double
+        for _ in range(_RELEASE_CELLS):
+            if slope == 0.0:
+                return rate
+            wanted = -slope / h
+            self._narrow(time_s, rate, slope)
+            if self.low > self.high:
+                return _NONE
+            bend = wanted
+            if bend > self.high:
+                bend = self.high
+            if bend < self.low:
+                bend = self.low
+            time_s += h * (rate + h * (0.5 * slope + h * bend / 6.0))
+            rate += h * (slope + 0.5 * h * bend)
+            slope = 0.0 if bend == wanted else slope + h * bend
+        return _NONE
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _narrow(self, time_s: cython.double, rate: cython.double, slope: cython.double) -> cython.void:
+        """Leaves in `low` and `high` the bends that keep all limits in all of a cell."""
+        h: cython.double = self.cell_s
+        n: cython.Py_ssize_t = self.joints
+        then: cython.double = rate + h * slope
+        if then < 0.0:
+            then = 0.0
+        on: cython.double = h * rate
+        if then > rate:
+            on = h * then
+        first: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, (time_s - self.first_s) / self.step_s)
+        last: cython.Py_ssize_t = 1 + cython.cast(
+            cython.Py_ssize_t, (time_s + on - self.first_s) / self.step_s
+        )
+        # A stop from a rising rate first takes slope / bend to end that, in which the rate rises by half of
+        # slope^2 / bend: with slopes up to the largest that costs at most 1.5 slope / bend.
+        top: cython.double = self.largest_bend / 1.5 * ((1.0 - then) / self.largest_slope + self.stop_slack_s)
+        if top > self.largest_slope:
+            top = self.largest_slope
+        self.low = (-self.largest_slope - slope) / h
+        self.high = (top - slope) / h
+        if self.low < -self.largest_bend:
+            self.low = -self.largest_bend
+        if self.high > self.largest_bend:
+            self.high = self.largest_bend
+        first -= self.spread
+        last += self.spread
+        if first < 0:
+            first = 0
+        if last >= self.count:
+            self.low, self.high = 1.0, -1.0
+            return
+        k: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        jerk: cython.double
+        part: cython.double
+        for k in range(first, last + 1):
+            for i in range(n):
+                jerk = self.loads[k, 4 * n + i]
+                part = 3.0 * self.loads[k, 3 * n + i]
+                self._keep(rate * (rate * rate * jerk + slope * part), self.loads[k, 2 * n + i], jerk)
+                self._keep(
+                    then * (then * then * jerk + slope * part),
+                    self.loads[k, 2 * n + i] + then * h * part,
+                    jerk,
+                )
+                part = self.loads[k, n + i]
+                self._keep(then * then * part + slope * self.loads[k, i], h * self.loads[k, i], part)
+            if self.low > self.high:
+                return
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _keep(self, load: cython.double, per_bend: cython.double, planned: cython.double) -> cython.void:
+        """Narrows the bends to those with which a load stays within what is allowed, or planned."""
+        allowed: cython.double = self.allowed
+        low: cython.double
+        high: cython.double
+        if planned > allowed:
+            allowed = planned
+        elif -planned > allowed:
+            allowed = -planned
+        low = load + per_bend * self.low
+        high = load + per_bend * self.high
+        if -allowed <= low <= allowed and -allowed <= high <= allowed:
+            return
+        if -_HARDLY < per_bend < _HARDLY:
+            if load > allowed + _ROUNDING or load < -allowed - _ROUNDING:
+                self.low, self.high = 1.0, -1.0
+            return
+        if per_bend > 0.0:
+            low, high = (-allowed - load) / per_bend, (allowed - load) / per_bend
+        else:
+            low, high = (allowed - load) / per_bend, (-allowed - load) / per_bend
+        if low > self.low:
+            self.low = low
+        if high < self.high:
+            self.high = high

@@ -1,0 +1,172 @@
+"""A change of the rate of a plan: within all limits, to what was asked for, and never hard to stop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import ruckig
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.motion.rate_change import ALLOWED, RateChange, Running
+from iiwa_sim.motion.rate_kernel import Ahead
+from iiwa_sim.robot.description import load_robot
+from tests.interpreted import interpreted
+from tests.stepped import ARMS, Array
+
+PLAIN = interpreted("iiwa_sim.motion.rate_kernel")
+DESCRIPTIONS = {name: load_robot(name) for name in ARMS}
+STOP = (15.0, 600.0)  # as robot.toml has it, 1/s and 1/s^2
+LONGEST_STOP_S = 0.1
+JERK_S = 1e-6  # between accelerations whose difference is the jerk
+values = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.0, 1.0, 1.0, 0.5, 1e-6]))
+changes = st.lists(st.tuples(values, st.floats(0.0, 0.4)), min_size=1, max_size=8)
+ticks_s = st.sampled_from([0.0005, 0.001, 0.002, 0.004, 0.01])
+
+
+class Plan:
+    """Ways from rest to rest with all joints at once, one after the other, as fast as all limits allow."""
+
+    def __init__(self, name: str, seed: int) -> None:
+        d = DESCRIPTIONS[name]
+        self.limits = np.array([d.velocity, d.acceleration, d.jerk])
+        self.version = 0
+        rng = np.random.default_rng(seed)
+        place = np.zeros(len(d.joints))
+        self._ways: list[ruckig.Trajectory] = []
+        self._starts = [0.0]
+        while self._starts[-1] < 4.0:
+            end = place + rng.uniform(-1.0, 1.0, len(place)) * 10.0 ** rng.uniform(-2.0, 0.3)
+            self._ways.append(self._way(place, end))
+            self._starts.append(self._starts[-1] + self._ways[-1].duration)
+            place = end
+
+    def _way(self, start: Array, end: Array) -> ruckig.Trajectory:
+        task = ruckig.InputParameter(len(start))
+        task.synchronization = ruckig.Synchronization.Phase
+        task.current_position, task.target_position = start.tolist(), end.tolist()
+        task.max_velocity, task.max_acceleration, task.max_jerk = self.limits.tolist()
+        way = ruckig.Trajectory(len(start))
+        assert ruckig.Ruckig(len(start)).calculate(task, way) == ruckig.Result.Working
+        return way
+
+    def at(self, time_s: float) -> Sequence[Sequence[float]]:
+        """Positions, velocities and accelerations."""
+        k = int(np.searchsorted(self._starts, time_s, side="right")) - 1
+        k = min(max(k, 0), len(self._ways) - 1)
+        found: Sequence[Sequence[float]] = self._ways[k].at_time(max(time_s - self._starts[k], 0.0))
+        return found
+
+    def along(self, times: Array) -> tuple[Array, Array]:
+        rows = []
+        for time_s in times.tolist():
+            before, here, after = (np.array(self.at(time_s + shift)) for shift in (-JERK_S, 0.0, JERK_S))
+            rows.append([*here, (after[2] - before[2]) / (2.0 * JERK_S)])
+        return np.array(rows), np.broadcast_to(self.limits, (len(times), *self.limits.shape))
+
+
+class Ridden:
+    """A plan run at rates that change."""
+
+    def __init__(self, plan: Plan, tick_s: float) -> None:
+        self.plan, self.tick_s = plan, tick_s
+        self.time_s, self.rate = 3.0 * tick_s, 1.0
+        self.rates, self.slopes = [1.0], [0.0]
+        self.joints = [plan.at(k * tick_s)[0] for k in range(4)]
+        self._change = RateChange(tick_s, 1.0, 0.0, 1.0)
+
+    def goes_to(self, value: float) -> None:
+        self._change.redirect(value)
+
+    def runs(self, time_s: float) -> None:
+        for _ in range(round(time_s / self.tick_s)):
+            self.time_s += self._change.step(Running(self.plan, self.time_s, *STOP))
+            self.rates.append(self._change.rate)
+            self.slopes.append(self._change.slope_per_s)
+            self.joints.append(self.plan.at(self.time_s)[0])
+
+    def loads(self) -> tuple[float, float]:
+        """The largest acceleration and jerk of any joint, by differences, as parts of the limits."""
+        q, (_, acceleration, jerk) = np.array(self.joints), self.plan.limits
+        second, third = (np.abs(np.diff(q, n=n, axis=0)) / self.tick_s**n for n in (2, 3))
+        return float((second / acceleration).max()), float((third / jerk).max())
+
+
+@pytest.mark.requirement("FRC025")
+@settings(max_examples=60, deadline=None)
+@given(st.sampled_from(ARMS), st.integers(0, 2**32 - 1), ticks_s, changes)
+def test_limits_are_kept_at_every_tick_and_a_stop_is_never_long(
+    name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
+) -> None:
+    ridden = Ridden(Plan(name, seed), tick_s)
+    for value, wait_s in told:
+        ridden.goes_to(value)
+        ridden.runs(wait_s)
+    acceleration, jerk = ridden.loads()
+    assert acceleration <= 1.01
+    assert jerk <= 1.01
+    rates, slopes = np.array(ridden.rates), np.array(ridden.slopes)
+    assert rates.min() >= -1e-6
+    assert rates.max() <= 1.0 + 1e-6
+    for rate, slope in zip(rates[::10].tolist(), slopes[::10].tolist(), strict=True):
+        assert stop_s(rate, slope) <= LONGEST_STOP_S
+
+
+def stop_s(rate: float, slope_per_s: float) -> float:
+    """How long planned time takes to come to a stop, as `PlannedTime` plans it."""
+    task = ruckig.InputParameter(1)
+    task.control_interface = ruckig.ControlInterface.Velocity
+    task.current_velocity, task.current_acceleration = [rate], [slope_per_s]
+    task.target_velocity = [0.0]
+    task.max_acceleration, task.max_jerk = [STOP[0]], [STOP[1]]
+    way = ruckig.Trajectory(1)
+    assert ruckig.Ruckig(1).calculate(task, way) == ruckig.Result.Working
+    duration: float = way.duration
+    return duration
+
+
+@pytest.mark.requirement("FRC025")
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from(ARMS), st.integers(0, 2**32 - 1), ticks_s, changes)
+def test_the_rate_comes_to_what_was_asked_for_last_exactly(
+    name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
+) -> None:
+    ridden = Ridden(Plan(name, seed), tick_s)
+    for value, wait_s in told:
+        ridden.goes_to(value)
+        ridden.runs(wait_s)
+    ridden.runs(2.0)  # some joint of a KR 6 may have to brake for 0.8 s first
+    assert ridden.rates[-1] == told[-1][0]
+    assert ridden.slopes[-1] == 0.0
+    before_s = ridden.time_s
+    ridden.runs(10.0 * tick_s)
+    assert ridden.time_s - before_s == pytest.approx(10.0 * tick_s * told[-1][0], abs=1e-12)
+
+
+def test_a_limit_of_a_plan_that_is_looked_at_wrongly_is_passed() -> None:
+    """The properties above can fail: the same plan, said to have larger limits."""
+    plan = Plan(ARMS[0], 7)
+    ridden = Ridden(plan, 0.002)
+    honest = plan.limits
+    plan.limits = 1.3 * honest
+    ridden.runs(0.2)
+    ridden.goes_to(0.0)
+    ridden.runs(0.4)
+    plan.limits = honest
+    assert max(ridden.loads()) > 1.1
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_compiled_and_interpreted_kernels_give_the_same_bits(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    loads = np.cumsum(rng.normal(size=(64, 15)), axis=0)
+    loads *= rng.uniform(0.3, 1.0) / np.abs(loads).max(axis=0) / ([1.0] * 6 + [5.0] * 9)
+    kernels = [kind(loads, 0.0, 0.001, 0.002, ALLOWED, 1, *STOP, 0.008) for kind in (Ahead, PLAIN.Ahead)]
+    for _ in range(20):
+        state = rng.uniform(0.0, 0.02), rng.uniform(0.0, 1.0), rng.choice([0.0, *rng.uniform(-3.0, 3.0, 2)])
+        goal = float(rng.choice([0.0, 1.0, rng.uniform()]))
+        compiled, plain = (kernel.bend(*map(float, state), goal) for kernel in kernels)
+        assert compiled == plain
