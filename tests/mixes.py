@@ -100,7 +100,7 @@ class Mix:
         if reply in ("error", "unknown command"):
             assert waiting == set(self._still_pending()), line
             assert (controller.mode, controller._accepted) == (mode, before)
-        if line in ("stop", "cancel move", "clear queue"):
+        if line in ("stop", "cancel move", "clear queue") or line.startswith(HOLD):
             robot.may_stop()
         self._pending |= set(range(before + 1, controller._accepted + 1))
         robot.notice_mode()
