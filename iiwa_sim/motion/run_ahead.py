@@ -15,13 +15,14 @@ class RunAhead:
 
     def along(self, times: Array) -> tuple[Array, Array]:
         """At evenly rising times (s) positions and their derivatives (m, 4, n), and the limits (m, 3, n)."""
-        run, h = self._run, float(times[1] - times[0])
-        around = times[0] + h * np.arange(-2, len(times) + 2)
+        # Half as far apart, so that a jump of the jerk shows in the samples beside it only.
+        run, h = self._run, 0.5 * float(times[1] - times[0])
+        around = times[0] + h * np.arange(-2, 2 * len(times) + 1)
         q = run.joints_along(around.clip(0.0, np.nextafter(run.rest_s, 0.0)))
         first = (q[3:-1] - q[1:-3]) / (2.0 * h)
         second = (q[3:-1] - 2.0 * q[2:-2] + q[1:-3]) / h**2
         third = (q[4:] - 2.0 * q[3:-1] + 2.0 * q[1:-3] - q[:-4]) / (2.0 * h**3)
-        return np.stack([q[2:-2], first, second, third], axis=1), self._limits(times)
+        return np.stack([q[2:-2], first, second, third], axis=1)[::2], self._limits(times)
 
     def _limits(self, times: Array) -> Array:
         run = self._run
