@@ -11,7 +11,7 @@ from Cython.Build import cythonize
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
 
-FLAGS = ["-O2", "-ffp-contract=off"]  # so that the same inputs give the same bits on any processor of a kind
+FLAGS = ["-O2", "-g0", "-ffp-contract=off"]  # the last one for the same bits on any processor of a kind
 DIRECTIVES = {"boundscheck": False, "wraparound": False, "initializedcheck": False, "cdivision": True}
 stamp = runpy.run_path("iiwa_sim/kernels.py")["stamp"]
 
