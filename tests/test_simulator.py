@@ -102,6 +102,7 @@ async def test_stop_is_carried_out_in_mid_move(client: Client) -> None:
 @pytest.mark.requirement("FRC019", "FRC025")
 async def test_a_move_is_paused_and_resumed_under_way(simulator: Simulator, client: Client) -> None:
     assert await client.ask("joint move : 0.3 0.5 0 -1 0 1.5 0 " + " ".join(["0.1"] * 7)) == "done"
+    await until(lambda: simulator.controller.joints[0] > 0.01)
     assert await client.ask("set override : 0") == "done"
     await until(lambda: simulator.controller.status().in_motion == 0)
     assert await client.ask("get status") == "moving"

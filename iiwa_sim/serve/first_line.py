@@ -13,7 +13,8 @@ _REQUEST = re.compile(rb"[A-Za-z]+ +\S[^\r\n]* HTTP/[0-9]")
 _LONG_REQUEST = re.compile(rb"[A-Za-z]+ +(?:/|\*|[A-Za-z]+:)")
 _TLS = b"\x16\x03"
 _LINE_END = re.compile(rb"[\r\n]")
-_UNDECIDED = re.compile(rb"[A-Za-z]|\x16\Z")
+_UNDECIDED = re.compile(rb"[A-Za-z]+(?: +(?:(?:/|\*|[A-Za-z]+:).*|[A-Za-z]*))?|\x16", re.DOTALL)
+"""What may still become a request: KRC4 messages have no line ends, so nothing else is kept back."""
 
 
 class FromBrowserFault(Exception):
@@ -37,7 +38,7 @@ class FirstLine:
         line = data if end is None else data[: end.start()]
         if _REQUEST.match(line) or (len(line) > LONGEST and _LONG_REQUEST.match(line)):
             raise FromBrowserFault("an HTTP request")
-        if end is None and len(line) <= LONGEST and _UNDECIDED.match(line):
+        if end is None and len(line) <= LONGEST and _UNDECIDED.fullmatch(line):
             self._held = data
             return b""
         self._held = b""
