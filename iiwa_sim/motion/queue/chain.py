@@ -1,0 +1,200 @@
+"""A chain: moves without a stop between, and when they are where.
+
+x along its course is a cubic B-spline over theta, which counts cells of nominal time, and theta goes with
+time as the clock b(theta) = (dtheta/dt)^2 says. The nominal motion is the moving average of the fastest
+run without jerk limits; the clock then keeps all limits. Chains do not change: another one is planned
+that is the same up to a front.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.queue.course import Course
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.timing.loads_kernel import add_times, places
+
+UNIT_S = 0.01
+"""The clock counts time in this unit."""
+AHEAD_CELLS = 2
+BESIDE_BRAKING_S = 0.1
+"""So much before it begins to brake at its end, a chain is as it would be if it went on."""
+KEPT_S = 0.3
+"""So much before what may change a front keeps: more than it takes to plan."""
+
+
+class Front(NamedTuple):
+    """What is kept of a chain when it is planned on. Arrays begin some cells before what can still be
+    changed."""
+
+    controls: Array
+    """x as a cubic B-spline over the cells (k + 3,),"""
+    clock: Array
+    """the coefficients of the clock (k + 2,)"""
+    times: Array
+    """and when the knots are passed, s (k + 1,)."""
+    frozen: int
+    """The clock is kept for so many cells only."""
+    cells_s: Array
+    """How long the next two cells would take."""
+
+    @classmethod
+    def at_start(cls) -> "Front":
+        """Of a chain that begins."""
+        return cls(np.zeros(3), np.zeros(2), np.zeros(1), 0, np.empty(0))
+
+    @property
+    def first_x(self) -> float:
+        """Where the first cell begins."""
+        c = self.controls
+        return float(c[0] + 4.0 * c[1] + c[2]) / 6.0
+
+    @property
+    def state(self) -> tuple[float, float, float]:
+        """x, dx/dt (1/s) and d2x/dt2 (1/s^2) at the last knot."""
+        c0, c1, c2 = self.controls[-3:].tolist()
+        b0, b1 = (self.clock[-2:] / UNIT_S**2).tolist()
+        b, slope = 0.5 * (b0 + b1), b1 - b0
+        first, second = 0.5 * (c2 - c0), c0 - 2.0 * c1 + c2
+        return (c0 + 4.0 * c1 + c2) / 6.0, first * b**0.5, second * b + 0.5 * first * slope
+
+
+class Chain:
+    """Joint positions (rad) over time: it sets out at time 0, and rests at the target of its last move at
+    `rest_s`."""
+
+    def __init__(
+        self, course: Course, controls: Array, clock: Array, times: Array, rough: bool = False
+    ) -> None:
+        """`times` (k + 1,) of the first knots are given."""
+        self.course = course
+        self.controls = controls
+        self.clock = clock
+        self.version = 0
+        """Which of those that have been under way one after the other: its owner counts."""
+        self.rough = rough
+        """Whether it was planned quickly, and may be made faster."""
+        k = len(times) - 1
+        later = np.empty(len(clock) - 1 - k)
+        later[0] = times[k] / UNIT_S
+        add_times(clock[k:], later)
+        self.times = np.concatenate([times[:k], later * UNIT_S])
+        self.rest_s = float(self.times[-1])
+        self.front_s = float(times[-1])
+        """From here on it is not what it was planned from."""
+
+    @property
+    def moves(self) -> Sequence[Move]:
+        return self.course.moves
+
+    @property
+    def end(self) -> Joints:
+        """Where it ends (rad)."""
+        return self.course.moves[-1].path.end
+
+    def joints(self, time_s: float) -> Joints:
+        """Joint positions (rad) at a time."""
+        if time_s >= self.rest_s:
+            return self.end
+        return tuple(self.joints_along(np.array([time_s]))[0].tolist())
+
+    def joints_along(self, times: Array) -> Array:
+        """The same (m, n) at rising times (m,) before `rest_s`."""
+        cells, parts = self._places(times)
+        return self.course.positions(self.controls, cells, parts)
+
+    def along(self, times: Array) -> tuple[Array, Array]:
+        """Joint positions with velocities, accelerations and jerks over planned time (m, 4, n) at rising
+        times (m,), and the limits that hold there (m, 3, n). Before and behind it the robot rests."""
+        cells, parts = self._places(times.clip(0.0, self.rest_s))
+        x = self._over_theta(cells, parts)
+        first, second, third = (self.clock[cells + i] / UNIT_S**2 for i in range(3))
+        bend = first - 2.0 * second + third
+        slope = second - first + parts * bend
+        b = 0.5 * (first + second) + parts * (second - first + 0.5 * parts * bend)
+        found, limits = self.course.at(x[0])
+        # dx/dt, d2x/dt2, d3x/dt3
+        rate = np.sqrt(b)
+        v = rate * x[1]
+        a = b * x[2] + 0.5 * slope * x[1]
+        j = rate * (b * x[3] + 1.5 * slope * x[2] + 0.5 * bend * x[1])
+        resting = (times < 0.0) | (times >= self.rest_s)
+        v[resting] = a[resting] = j[resting] = 0.0
+        v, a, j = v[:, None], a[:, None], j[:, None]
+        q1, q2, q3 = found[:, 1], found[:, 2], found[:, 3]
+        moving = np.stack(
+            [found[:, 0], q1 * v, q2 * v * v + q1 * a, q3 * v**3 + 3.0 * q2 * v * a + q1 * j], axis=1
+        )
+        return moving, limits
+
+    def x(self, time_s: float) -> float:
+        """Where on its course it is at a time."""
+        return float(self._over_theta(*self._places(np.array([min(max(time_s, 0.0), self.rest_s)])))[0][0])
+
+    def _over_theta(self, cells: NDArray[np.intp], parts: Array) -> Array:
+        """x and its derivatives over theta (4, m) at parts of cells (m,)."""
+        c, u, w = [self.controls[cells + i] for i in range(4)], parts, 1.0 - parts
+        x = np.array(
+            [
+                (
+                    w**3 * c[0]
+                    + (3 * u**3 - 6 * u**2 + 4) * c[1]
+                    + (3 * w**3 - 6 * w**2 + 4) * c[2]
+                    + u**3 * c[3]
+                )
+                / 6,
+                (-(w**2) * c[0] + (3 * u**2 - 4 * u) * c[1] + (1 + 2 * u - 3 * u**2) * c[2] + u**2 * c[3])
+                / 2,
+                w * c[0] + (3 * u - 2) * c[1] + (1 - 3 * u) * c[2] + u * c[3],
+                c[3] - 3 * c[2] + 3 * c[1] - c[0],
+            ]
+        )
+        x[0] = x[0].clip(self.course.first_x, self.course.end_x)
+        return x
+
+    def move_at(self, time_s: float) -> Move:
+        """The move that is under way at a time: of two in a corner the second from where the corner stands
+        for the target."""
+        if time_s >= self.rest_s:
+            return self.course.moves[-1]
+        x = self.x(time_s)
+        k = int(self.course.targets[1:-1].searchsorted(x, side="right"))
+        return self.course.moves[k]
+
+    def waiting(self, time_s: float) -> int:
+        """How many of its moves have not begun at a time."""
+        return self.course.moves[-1].number - self.move_at(time_s).number
+
+    def front(self, time_s: float, free_s: float, until_x: float) -> Front:
+        """The clock is kept up to the first knot after a time, or so long before its end; x up to a little
+        before it brakes at its end, or before the run whose mean it is comes to `until_x`."""
+        k = int(self.times.searchsorted(max(time_s, self.rest_s - free_s)))
+        k = max(min(k, len(self.times) - 2), 1)
+        first = max(min(int(self.times.searchsorted(time_s - KEPT_S)) - 1, k - 1), 0)
+        c = self.controls
+        rates = 0.5 * (c[2:] - c[:-2]) * np.sqrt(0.5 * (self.clock[1:] + self.clock[:-1])) / UNIT_S
+        rising = np.flatnonzero(np.diff(rates) > 0.0)
+        brakes_s = float(self.times[rising[-1] + 1]) if len(rising) else 0.0
+        ahead = (c[:-2] + 4.0 * c[1:-1] + c[2:]) / 6.0 + 0.5 * self.course.window_s * rates
+        last = min(
+            int(self.times.searchsorted(max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + self.times[k])))),
+            int(ahead.searchsorted(until_x)) - AHEAD_CELLS,
+            len(self.times) - 2,
+        )
+        last = max(last, k)
+        return Front(
+            self.controls[first : last + 3],
+            self.clock[first : last + 2],
+            self.times[first : last + 1],
+            k - first,
+            np.diff(self.times[last : last + 3]),
+        )
+
+    def _places(self, times: Array) -> tuple[NDArray[np.intp], Array]:
+        cells, parts = np.empty(len(times), dtype=np.intp), np.empty(len(times))
+        places(self.clock, self.times / UNIT_S, times / UNIT_S, cells, parts)
+        return cells, parts

@@ -1,0 +1,156 @@
+"""The course of a chain: its moves' paths, joined at corners, over one x."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.queue.chain_kernel import derivatives, positions
+from iiwa_sim.motion.queue.corner import Corner, shape
+from iiwa_sim.motion.queue.move import Move
+
+OWN_SAMPLES_S = 0.004
+"""x between samples of a move outside corners, about: some milliseconds at its full speed."""
+LEAST_OWN, MOST_OWN = 24, 96
+CORNER_SAMPLES = 16
+PIECE_PARTS = np.arange(8) / 8.0
+
+
+NO_CORNER = Corner(0.0, 0.0, 1.0)
+
+
+class Course:
+    """Joint positions over x, from the start of the first move (0, or where `first_x` is) to the end of the
+    last."""
+
+    def __init__(
+        self,
+        moves: Sequence[Move],
+        corners: Sequence[Corner],
+        first_x: float = 0.0,
+        window_s: float | None = None,
+    ) -> None:
+        """`corners[k]` is that before the move k + 1."""
+        self.moves = list(moves)
+        self.corners = [NO_CORNER, *corners, NO_CORNER]
+        self.first_x = first_x
+        paths = [move.path for move in moves]
+        self.targets = first_x + np.cumsum([0.0] + [move.length_s for move in moves])
+        before, after, rho = (np.array(each) for each in zip(*self.corners, strict=True))
+        rows = np.cumsum([0] + [len(path.coefficients) for path in paths])
+        self._arrays = (
+            self.targets,
+            before,
+            after,
+            rho,
+            np.cumsum([0] + [len(path.borders) for path in paths], dtype=np.intp),
+            np.concatenate([path.borders for path in paths]),
+            np.concatenate([path.offsets + row for path, row in zip(paths, rows, strict=False)]),
+            np.concatenate([path.coefficients for path in paths]),
+        )
+        self._limits = np.array([move.limits for move in moves])
+        self.joint_count = self._limits.shape[2]
+        self.window_s = (
+            float((self._limits[:, 1] / self._limits[:, 2]).max()) if window_s is None else window_s
+        )
+        """In which full jerk builds up full acceleration, where there is time for that."""
+        self._scratch = np.empty((2, 4, self.joint_count))
+
+    @property
+    def end_x(self) -> float:
+        return float(self.targets[-1])
+
+    def gone_on(self, x: float, moves: Sequence[Move], corners: Sequence[Corner]) -> "Course":
+        """What of it is left from an x on, and further moves, each behind a corner."""
+        gone = 0
+        while gone < len(self.moves) - 1:
+            after = self.corners[gone + 1].after * self.moves[gone + 1].length_s
+            if x < self.targets[gone + 1] + after:
+                break
+            gone += 1
+        kept = [*self.corners[gone + 1 : -1], *corners]
+        return Course([*self.moves[gone:], *moves], kept, float(self.targets[gone]), self.window_s)
+
+    def leaves_x(self, number: int) -> float:
+        """Where it leaves the path of a move for that of the next."""
+        count = number - self.moves[0].number + 1
+        return float(self.targets[count]) - self.corners[count].before * self.moves[count - 1].length_s
+
+    def ending(self, x: float, number: int, reached: float) -> "Course | None":
+        """What of it is left from an x on, up to a move of this number; None where what has been reached is
+        beyond the path of that move."""
+        if reached >= self.leaves_x(number):
+            return None
+        left = self.gone_on(x, [], [])
+        count = number - left.moves[0].number + 1
+        return Course(left.moves[:count], left.corners[1:count], left.first_x, self.window_s)
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        """Joint positions and their derivatives over x (m, 4, n) at rising x (m,), and the limits there (m,
+        3, n)."""
+        found = np.empty((len(x), 4, self.joint_count))
+        limits = np.empty((len(x), 3, self.joint_count))
+        derivatives(x, *self._arrays, self._limits, self._scratch, found, limits)
+        return found, limits
+
+    def positions(self, controls: Array, cells: NDArray[np.intp], parts: Array) -> Array:
+        """Joint positions (m, n) where x as a B-spline over cells is at parts of cells (m,) that follow each
+        other."""
+        found = np.empty((len(cells), self.joint_count))
+        positions(controls, cells, parts, *self._arrays, self._scratch, found)
+        return found
+
+    def corner_spans(self) -> tuple[Array, Array]:
+        """From where to where corners go, in x."""
+        _, before, after = self._arrays[:3]
+        lengths = np.diff(self.targets)
+        round_them = np.flatnonzero(before[1:-1]) + 1
+        return (
+            self.targets[round_them] - before[round_them] * lengths[round_them - 1],
+            self.targets[round_them] + after[round_them] * lengths[round_them],
+        )
+
+    def edges(self) -> Array:
+        """Where third derivatives over x jump, rising: there corners begin and end, and accelerations are
+        built up."""
+        found = []
+        for corner, target, first, second in zip(
+            self.corners[1:-1], self.targets[1:-1].tolist(), self.moves, self.moves[1:], strict=False
+        ):
+            before, after = corner.before * first.length_s, corner.after * second.length_s
+            for v in (0.0, corner.rho, 1.0 - corner.rho, 1.0) if corner.before > 0.0 else ():
+                done, left = shape(np.array([v, 1.0 - v]), corner.rho).tolist()
+                found.append(target - before * left + after * done)
+        return np.unique(found)
+
+    def samples(self, start: float) -> Array:
+        """Values of x from `start` to the end, as many as the fastest run needs."""
+        targets, (_, before, after) = self.targets, self._arrays[:3]
+        parts = []
+        for k, move in enumerate(self.moves):
+            length = move.length_s
+            first = targets[k] + after[k] * length
+            last = targets[k + 1] - before[k + 1] * length
+            if k and after[k]:
+                parts.append(
+                    np.linspace(
+                        targets[k] - before[k] * self.moves[k - 1].length_s,
+                        first,
+                        CORNER_SAMPLES,
+                        endpoint=False,
+                    )
+                )
+            count = min(max(int((last - first) / OWN_SAMPLES_S), LEAST_OWN), MOST_OWN)
+            own = np.linspace(first, last, count, endpoint=False)
+            borders = move.path.borders
+            if len(borders) > 2:
+                # Where a path is made of short pieces, it bends much within little.
+                inner = (
+                    targets[k]
+                    + length * (borders[:-1, None] + np.diff(borders)[:, None] * PIECE_PARTS).ravel()
+                )
+                own = np.union1d(own, inner[(inner > first) & (inner < last)])
+            parts.append(own)
+        x = np.concatenate([*parts, [self.end_x]])
+        return np.append(start, x[x > start + 1e-9])

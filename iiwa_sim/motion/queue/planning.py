@@ -1,0 +1,362 @@
+"""How a chain is planned: along a course, from a front on."""
+
+from collections.abc import Sequence
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+from ruckig import InputParameter, Result, Ruckig, Trajectory
+
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.queue.chain import UNIT_S, Chain, Front
+from iiwa_sim.motion.queue.chain_kernel import rows as write_rows
+from iiwa_sim.motion.queue.corner import Corner
+from iiwa_sim.motion.queue.course import Course
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.slices import Slices, at_once
+from iiwa_sim.motion.timing.clock import Rows, fastest, quick, steady
+from iiwa_sim.motion.timing.run_kernel import caps, moving_average, run
+
+CELL_S = 0.01
+"""Nominal time of a cell,"""
+LEAST_CELLS = 16
+"""but a chain has no fewer,"""
+CORNER_CELLS = 12.0
+"""and a corner has about so many: its accelerations come and go within some of them."""
+SHORTEST_CELL_S = 0.0025
+BESIDE_S = 0.08
+"""So fast cells may change."""
+FREE_S = 0.9
+"""Before the end of a chain, which is planned anew when it goes on."""
+LATE = 0.95
+"""A corner that would have begun too early begins so near to what is left of it,"""
+LEAST_CORNER = 0.1
+"""and is none where less is left."""
+INSIDE = np.linspace(0.002, 0.998, 4)
+"""Parts of a cell where limits are looked at: jerks jump at its ends, which bounds may look past for a peak
+inside;"""
+CLOSER = np.array([0.03, 0.08, 0.15, 0.22, 0.43, 0.57, 0.78, 0.85, 0.92, 0.97])
+"""there are more of them in corners,"""
+BESIDE_EDGE = 1e-4
+"""and limits are looked at so near to where a corner begins or ends."""
+NEAR_S = 0.2
+"""Farther than this from corners and ends, cells become longer,"""
+WIDER = 0.1
+"""in the end by this part of how far it is."""
+GRID_PER_S = 1000.0
+STILL = 1e-12
+"""rad per unit of x: a joint that goes less bounds nothing."""
+PACE = 0.98
+"""Of what limits allow at an even pace: a first guess,"""
+MOST = 1.2
+"""at the most this part of the nominal one;"""
+SPAN = 8
+"""over so many cells it changes,"""
+LEAST_PACE = 0.2
+"""and behind a seam it is not less than this part."""
+SEAM = 5.0
+"""Cells in which nominal times go over from those before the front."""
+GROW = float(np.exp(1.0 / SEAM))
+SMOOTH = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
+
+
+def planned(course: Course, front: Front) -> Slices[Chain | None]:
+    """A chain along a course that goes on from a front; None where none was found that keeps the limits."""
+    nominal = _nominal(course, front)
+    if nominal is None:
+        return None
+    controls, widths = nominal
+    frozen = front.frozen
+    yield
+    rows = _rows(course, controls[frozen:])
+    yield
+    if frozen:
+        # As before as far as x is kept, then at an even pace.
+        c = np.concatenate([front.clock[frozen:-2], _going_on(front.clock[-2:], rows, widths)])
+    else:
+        c = steady(rows, widths / UNIT_S)
+    if not (yield from fastest(rows, c, 2 if frozen else 0)):
+        return None
+    return Chain(course, controls, np.concatenate([front.clock[:frozen], c]), front.times[: frozen + 1])
+
+
+def begun(move: Move) -> Chain:
+    """A chain of one move, planned quickly: to set out with, and to be planned on."""
+    course, front = Course([move], []), Front.at_start()
+    straight = len(move.path.coefficients) == 2
+    controls, widths = _straight(course) if straight else _checked(_nominal(course, front))
+    rows = _rows(course, controls)
+    c = steady(rows, widths / UNIT_S)
+    if not isfinite(float(rows.j3.sum())):
+        raise ArithmeticError(f"move {move.number}: no joint positions along its path")
+    rough = not quick(rows, c)
+    return Chain(course, controls, c, front.times, rough)
+
+
+def planned_on(
+    chain: Chain, time_s: float, moves: Sequence[Move], corners: Sequence[Corner]
+) -> Slices[Chain | None]:
+    """The same chain up to a time, faster after it, and going on into moves round corners.
+
+    Corners that have begun by then are made smaller; None where that is too late, or no way on keeps the
+    limits.
+    """
+    course = chain.course
+    begins = corners[0].before * course.moves[-1].length_s if corners else 0.0
+    front = chain.front(time_s, chain.rest_s if chain.rough else FREE_S, course.end_x - begins)
+    if corners:
+        share = (course.end_x - _set_out(course, front)[0]) / begins
+        if share < 1.0:
+            share *= LATE
+            if share < LEAST_CORNER:
+                return None
+            corner = corners[0]
+            corners = [
+                corner._replace(before=share * corner.before, after=share * corner.after),
+                *corners[1:],
+            ]
+    return (yield from planned(course.gone_on(front.first_x, moves, corners), front))
+
+
+def ending(chain: Chain, time_s: float) -> Chain | None:
+    """The same chain that ends with the move under way at a time; None where it has begun to leave its path,
+    or no clock brings it to rest in time."""
+    if not chain.waiting(time_s):
+        return chain
+    number = chain.move_at(time_s).number
+    front = chain.front(time_s, chain.rest_s, chain.course.leaves_x(number))
+    course = chain.course.ending(front.first_x, number, front.state[0])
+    return at_once(planned(course, front)) if course else None
+
+
+def _set_out(course: Course, front: Front) -> tuple[float, float]:
+    """Where, and how fast, the run is whose moving average is at a front."""
+    half_s = 0.5 * course.window_s
+    x, speed, acceleration = front.state
+    return x + half_s * speed + acceleration * half_s**2 / 3.0, speed + half_s * acceleration
+
+
+def _nominal(course: Course, front: Front) -> tuple[Array, Array] | None:
+    """x as a B-spline over cells from the front's first on, and the nominal times of cells behind it.
+
+    None where it is too late to plan anything.
+    """
+    window_s = course.window_s
+    if front.frozen:
+        x, speed = _set_out(course, front)
+        # The run whose mean is where the front is, as fast, with the same acceleration.
+        _, mean_speed, bend = front.state
+        earlier = x - window_s * mean_speed, mean_speed - 0.5 * window_s * bend
+        if x >= course.end_x or speed < 0.0:
+            return None
+    else:
+        x, speed, earlier = course.first_x, 0.0, (course.first_x, 0.0)
+    samples = course.samples(x)
+    found, limits = course.at(samples)
+    velocity, acceleration, jerk = (np.ascontiguousarray(limits[:, i]) for i in range(3))
+    squares, speeds, times = (np.empty(len(samples)) for _ in range(3))
+    caps(found, velocity, acceleration, jerk, squares)
+    run(samples, found, acceleration, squares, 0.0, speed, speeds, times)
+    widths = _widths(course, samples, times, front)
+    mean = np.empty((len(widths) + 1, 3))
+    moving_average(
+        np.append(earlier[0], samples),
+        np.append(earlier[1], speeds),
+        np.append(-window_s, times),
+        np.empty(len(samples) + 1),
+        window_s,
+        np.append(0.0, np.cumsum(widths)),
+        mean,
+    )
+    return _controls(front, mean, widths, course.end_x), widths
+
+
+def _straight(course: Course) -> tuple[Array, Array]:
+    """The same for a move along a straight line of the joints: its fastest motion."""
+    rates = np.abs(course.at(np.zeros(1))[0][0, 1])
+    task = InputParameter(1)
+    task.target_position = [course.end_x]
+    velocity, acceleration, jerk = (
+        float((limit / np.maximum(rates, STILL)).min()) for limit in course.moves[0].limits
+    )
+    task.max_velocity, task.max_acceleration, task.max_jerk = [velocity], [acceleration], [jerk]
+    fastest_way = Trajectory(1)
+    if Ruckig(1).calculate(task, fastest_way) != Result.Working:
+        raise ArithmeticError("Ruckig: no way from rest to rest")
+    end_s = fastest_way.duration
+    widths = _widths_between(end_s, [], np.empty(0))
+    mean = np.array(
+        [[each[0] for each in fastest_way.at_time(t)] for t in np.append(0.0, np.cumsum(widths)).tolist()]
+    )
+    return _controls(Front.at_start(), mean, widths, course.end_x), widths
+
+
+def _controls(front: Front, mean: Array, widths: Array, end_x: float) -> Array:
+    """A B-spline that has these values and derivatives over nominal time (N + 1, 3) at knots."""
+    first = len(front.times) - 1
+    controls = np.empty(first + len(mean) + 2)
+    controls[: first + 3] = front.controls
+    # The control point of the knot k is k + 1: its value without a sixth of its second derivative over theta.
+    inner, (before, behind) = mean[2:-1], (widths[1:-1], widths[2:])
+    second = inner[:, 2] * (0.5 * (before + behind)) ** 2 + inner[:, 1] * (behind - before)
+    controls[first + 3 : -2] = inner[:, 0] - second / 6.0
+    controls[-3:] = end_x
+    return controls
+
+
+def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:
+    assert nominal is not None
+    return nominal
+
+
+def _going_on(last: Array, rows: Rows, widths: Array) -> Array:
+    """A first guess of a clock behind the last two coefficients of the one before: from its pace to what
+    limits allow at an even one."""
+    count = len(widths)
+    even = (UNIT_S / np.concatenate([2.0 * widths[:1] - widths[1:2], widths, widths[-1:]])) ** 2
+    jerk = np.abs(rows.j3[-2 * count :]).max(axis=1).reshape(count, 2).max(axis=1)
+    behind = len(rows.cap) - 1 - count
+    inside = rows.inner_cells >= behind
+    cells = rows.inner_cells[inside]
+    inner = (np.abs(rows.inner[inside, 2]) / rows.cell_limits[cells, 2]).max(axis=1)
+    np.maximum.at(jerk, cells - behind, inner)
+    jerk *= even[1:-1] ** 1.5
+    square = np.maximum(np.abs(rows.a2[behind:]).max(axis=1), 1.0 / rows.cap[behind:])
+    square = np.maximum(square[1:], square[:-1]) * even[1:-1]
+    room = PACE / np.maximum(np.maximum(square, np.cbrt(jerk) ** 2), 1.0 / MOST)
+    # No faster than beside it, and changing gently.
+    room = _around(room, 2 * SPAN).min(axis=1)
+    room = _around(_around(room, SPAN).mean(axis=1), SPAN).mean(axis=1)
+    even *= np.concatenate([room[:1], room, room[-1:]])
+    off, other = (last / even[:2] - 1.0).tolist()
+    k = np.arange(count + 2)
+    even *= np.maximum(1.0 + (off + (other * GROW - off) * k) * np.exp(-k / SEAM), LEAST_PACE)
+    even[:2] = last
+    return even
+
+
+def _around(values: Array, span: int) -> Array:
+    """Rows of the values around each."""
+    rows: Array = np.lib.stride_tricks.sliding_window_view(
+        np.pad(values, span // 2, mode="edge"), span // 2 * 2 + 1
+    )
+    return rows
+
+
+def _widths(course: Course, samples: Array, times: Array, front: Front) -> Array:
+    """Nominal times of cells behind the front: some more at short corners, fewer far from any, changing
+    gently."""
+    window_s = course.window_s
+    first, last = course.corner_spans()
+    enter = np.interp(first, samples, times) + 0.5 * window_s
+    leave = np.interp(last, samples, times) + 0.5 * window_s
+    corners = [(a, b) for a, b in zip(enter.tolist(), leave.tolist(), strict=True) if b > 0.0]
+    return _widths_between(float(times[-1]) + window_s, corners, front.cells_s)
+
+
+def _widths_between(end_s: float, corners: list[tuple[float, float]], first: Array) -> Array:
+    """The same from 0 on, with corners from when to when, beginning with such widths."""
+    begins, ends = [0.0, *(b for _, b in corners)], [*(a for a, _ in corners), end_s]
+    grid = np.concatenate([_grid(a, b) for a, b in zip(begins, ends, strict=True)])
+    cell_s = min(CELL_S, end_s / LEAST_CELLS)
+    density = np.full(len(grid), 1.0 / cell_s)
+    for a, b in zip(begins, ends, strict=True):
+        if b - a > 4.0 * NEAR_S:
+            between = (grid > a) & (grid < b)
+            far = np.maximum((grid[between] - a) * (b - grid[between]) / (b - a) - NEAR_S, 0.0)
+            density[between] = 1.0 / (cell_s + WIDER * far * far / (far + NEAR_S))
+    if corners:
+        for a, b in corners:
+            low, high = grid.searchsorted((a - BESIDE_S, b + BESIDE_S)).tolist()
+            wish = 1.0 / max((b - a) / CORNER_CELLS, SHORTEST_CELL_S)
+            np.maximum(density[low:high], wish, out=density[low:high])
+        for _ in range(2):
+            sums = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(grid))])
+            around = np.clip([grid - 0.5 * BESIDE_S, grid + 0.5 * BESIDE_S], 0.0, end_s)
+            density = (np.interp(around[1], grid, sums) - np.interp(around[0], grid, sums)) / (
+                around[1] - around[0]
+            )
+    theta = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(grid))])
+    count = max(4 * round(0.25 * float(theta[-1])), LEAST_CELLS)
+    widths: Array = np.diff(np.interp(np.linspace(0.0, float(theta[-1]), count + 1), theta, grid))
+    for _ in range(2):
+        widths = np.convolve(np.concatenate([widths[2:0:-1], widths, widths[-2:-4:-1]]), SMOOTH, "valid")
+    fade = np.zeros(count)
+    if len(first):
+        k = np.arange(count)
+        off = (first / widths[: len(first)] - 1.0).tolist()
+        grow = off[1] * GROW - off[0] if len(off) > 1 else 0.0
+        fade = np.exp(-k / SEAM)
+        widths *= 1.0 + (off[0] + grow * k) * fade
+    widths *= 1.0 + (end_s - widths.sum()) / float((widths * (1.0 - fade)).sum()) * (1.0 - fade)
+    return widths
+
+
+def _grid(start_s: float, end_s: float) -> Array:
+    """Times from one to another, close to each other near either end."""
+    way_s = end_s - start_s
+    if way_s < 8.0 * NEAR_S:
+        return np.linspace(start_s, end_s, max(int(way_s * GRID_PER_S), 2 * LEAST_CELLS))
+    near = np.linspace(0.0, 2.0 * NEAR_S, int(2.0 * NEAR_S * GRID_PER_S), endpoint=False)
+    half = np.concatenate([near, np.geomspace(2.0 * NEAR_S, 0.5 * way_s, 200)])
+    return np.concatenate([start_s + half, (end_s - half[::-1])[1:]])
+
+
+def _rows(course: Course, controls: Array) -> Rows:
+    """What bounds the clock over cells of x as a B-spline (N + 3,)."""
+    count, joints = len(controls) - 3, course.joint_count
+    knots = (controls[:-2] + 4.0 * controls[1:-1] + controls[2:]) / 6.0
+    cells, parts = np.repeat(np.arange(count), len(INSIDE)), np.tile(INSIDE, count)
+    for first, last in zip(*course.corner_spans(), strict=True):
+        low, high = knots.searchsorted((first, last)).tolist()
+        bent = np.arange(max(low - 1, 0), min(high, count))
+        cells = np.concatenate([cells, np.repeat(bent, len(CLOSER))])
+        parts = np.concatenate([parts, np.tile(CLOSER, len(bent))])
+    edges = course.edges()
+    edges = edges[(edges > knots[0]) & (edges < knots[-1])]
+    if len(edges):
+        # Where corners begin, bend and end, jerks jump: both sides are looked at.
+        places = (knots.searchsorted(edges) - 1).clip(0, count - 1)
+        found = _part(controls, places, edges)
+        cells = np.concatenate([cells, places, places])
+        parts = np.concatenate([parts, (found - BESIDE_EDGE).clip(0.0), (found + BESIDE_EDGE).clip(max=1.0)])
+    x = _x(controls, cells, parts).clip(course.first_x, course.end_x)
+    at_knots, limits = course.at(knots.clip(course.first_x, course.end_x))
+    inside, limits_inside = course.at(x)
+    rows = Rows(
+        np.empty((count + 1, joints)),
+        np.empty((count + 1, joints)),
+        np.empty(count + 1),
+        np.empty((2 * count, joints)),
+        np.empty((2 * count, joints)),
+        np.empty((2 * count, joints)),
+        np.empty((len(cells), 3, joints)),
+        cells,
+        parts,
+        np.empty((count, 3, joints)),
+    )
+    write_rows(
+        controls, at_knots, limits, cells, parts, inside, limits_inside, UNIT_S,
+        np.empty((2 * count, joints)), *rows[:7], rows.cell_limits,
+    )  # fmt: skip
+    return rows
+
+
+def _x(controls: Array, cells: NDArray[np.intp], parts: Array) -> Array:
+    """x at parts of cells (m,)."""
+    u, w = parts, 1.0 - parts
+    c = [controls[cells + i] for i in range(4)]
+    found: Array = (
+        w**3 * c[0] + (3 * u**3 - 6 * u**2 + 4) * c[1] + (3 * w**3 - 6 * w**2 + 4) * c[2] + u**3 * c[3]
+    ) / 6.0
+    return found
+
+
+def _part(controls: Array, cells: NDArray[np.intp], x: Array) -> Array:
+    """The parts of cells (m,) where x is (m,)."""
+    low, high = np.zeros(len(x)), np.ones(len(x))
+    for _ in range(20):
+        middle = 0.5 * (low + high)
+        before = _x(controls, cells, middle) < x
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    return low

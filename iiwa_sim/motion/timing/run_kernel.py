@@ -1,0 +1,251 @@
+"""The fastest run along a path without jerk limits, and its moving average; compiled by Cython.
+
+x is where on the path: samples (m,) rising. A run is when (`times`) and how fast (`speeds`, dx/dt) it
+passes them; between samples its acceleration d2x/dt2 is constant. All arrays are C-contiguous float64.
+"""
+
+# mypy: allow-untyped-decorators
+
+import cython
+from cython.cimports.libc.math import fabs, sqrt
+
+STILL = cython.declare(cython.double, 1e-9)  # rad per unit of x: a joint that goes less bounds nothing
+BEYOND = cython.declare(cython.double, 1.0)
+SLOWEST = cython.declare(cython.double, 1e-9)
+CREEP = cython.declare(cython.double, 1e-12)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _root(x: cython.double) -> cython.double:
+    """The third root of x > 0, by operations that are the same on all machines."""
+    scale: cython.double = 1.0
+    y: cython.double = 1.0
+    _: cython.int
+    while x > 8.0:
+        x *= 0.125
+        scale *= 2.0
+    while x < 1.0:
+        x *= 8.0
+        scale *= 0.5
+    for _ in range(7):
+        y = (2.0 * y + x / (y * y)) / 3.0
+    return scale * y
+
+
+def caps(
+    derivatives: cython.double[:, :, ::1],
+    velocity: cython.double[:, ::1],
+    acceleration: cython.double[:, ::1],
+    jerk: cython.double[:, ::1],
+    squares: cython.double[::1],
+) -> cython.void:
+    """Write the largest (dx/dt)^2 at samples (m,) that velocities, and accelerations of any two joints,
+    allow; and BEYOND times what jerks would allow an even speed.
+
+    `derivatives` (m, 4, n) are q, dq/dx, d2q/dx2, d3q/dx3; `velocity`, `acceleration` and `jerk` (m, n)
+    limits.
+    """
+    m: cython.Py_ssize_t = derivatives.shape[0]
+    n: cython.Py_ssize_t = derivatives.shape[2]
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    o: cython.Py_ssize_t
+    cap: cython.double
+    rate: cython.double
+    other: cython.double
+    bend: cython.double
+    closing: cython.double
+    room: cython.double
+    y: cython.double
+    for k in range(m):
+        cap = 1e12
+        for i in range(n):
+            rate = fabs(derivatives[k, 1, i])
+            if rate > STILL:
+                y = velocity[k, i] / rate
+                if y * y < cap:
+                    cap = y * y
+            y = fabs(derivatives[k, 2, i])
+            if rate <= STILL and y * cap > acceleration[k, i]:
+                cap = acceleration[k, i] / y
+            y = fabs(derivatives[k, 3, i])
+            room = cap / BEYOND
+            if y * y * room * room * room > jerk[k, i] * jerk[k, i]:
+                y = _root(jerk[k, i] / y)
+                cap = BEYOND * y * y
+        for i in range(n):
+            rate = fabs(derivatives[k, 1, i])
+            if rate <= STILL:
+                continue
+            bend = derivatives[k, 2, i] / derivatives[k, 1, i]
+            room = acceleration[k, i] / rate
+            for o in range(i):
+                other = fabs(derivatives[k, 1, o])
+                if other <= STILL:
+                    continue
+                # The two joints must leave a common d2x/dt2.
+                closing = fabs(bend - derivatives[k, 2, o] / derivatives[k, 1, o])
+                y = room + acceleration[k, o] / other
+                if closing * cap > y:
+                    cap = y / closing
+        squares[k] = cap
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _room(
+    derivatives: cython.double[:, :, ::1],
+    acceleration: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
+    square: cython.double,
+    sign: cython.double,
+) -> cython.double:
+    """The largest d2x/dt2 (sign 1), or what braking allows (sign -1), at a sample at this (dx/dt)^2."""
+    i: cython.Py_ssize_t
+    rate: cython.double
+    y: cython.double
+    room: cython.double = 1e12
+    for i in range(derivatives.shape[2]):
+        rate = derivatives[k, 1, i]
+        if fabs(rate) <= STILL:
+            continue
+        y = derivatives[k, 2, i] * square * sign
+        y = (acceleration[k, i] - y) / rate if rate > 0.0 else (acceleration[k, i] + y) / -rate
+        if y < room:
+            room = y
+    return room
+
+
+def run(
+    x: cython.double[::1],
+    derivatives: cython.double[:, :, ::1],
+    acceleration: cython.double[:, ::1],
+    squares: cython.double[::1],
+    start_s: cython.double,
+    start_speed: cython.double,
+    speeds: cython.double[::1],
+    times: cython.double[::1],
+) -> cython.void:
+    """Write the fastest run that passes the first sample at a time with a speed, and rests at the last one.
+
+    `squares` (m,) are those of `caps`. Where the speed is too high to keep them all, it brakes as it can.
+    """
+    m: cython.Py_ssize_t = x.shape[0]
+    k: cython.Py_ssize_t
+    b: cython.double
+    y: cython.double
+    width: cython.double
+    speeds[m - 1] = 0.0
+    for k in range(m - 1, 0, -1):
+        b = speeds[k]
+        y = b + 2.0 * (x[k] - x[k - 1]) * _room(derivatives, acceleration, k, b, -1.0)
+        if y < 0.0:
+            y = 0.0
+        speeds[k - 1] = min(squares[k - 1], y)
+    b = start_speed * start_speed
+    for k in range(m - 1):
+        speeds[k] = b
+        width = x[k + 1] - x[k]
+        y = b + 2.0 * width * _room(derivatives, acceleration, k, b, 1.0)
+        if y > speeds[k + 1]:
+            y = speeds[k + 1]
+            if b > squares[k]:
+                # Too fast already: no more braking than a joint can do at the least.
+                width = b - 2.0 * width * _room(derivatives, acceleration, k, 0.0, -1.0)
+                if width > y:
+                    y = width
+        b = max(0.0, y)
+    speeds[m - 1] = b if b > 1e-18 else 0.0
+    times[0] = start_s
+    for k in range(m):
+        speeds[k] = sqrt(speeds[k])
+        if k > 0:
+            y = speeds[k] + speeds[k - 1]
+            times[k] = times[k - 1] + 2.0 * (x[k] - x[k - 1]) / (max(SLOWEST, y))
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _area(
+    x: cython.double[::1],
+    speeds: cython.double[::1],
+    times: cython.double[::1],
+    areas: cython.double[::1],
+    k: cython.Py_ssize_t,
+    t: cython.double,
+) -> cython.double:
+    """The integral of x over time up to t, which is after the sample k and before the next."""
+    left: cython.double = t - times[k]
+    width: cython.double
+    if k >= times.shape[0] - 1:
+        return areas[k] + left * x[k]
+    width = times[k + 1] - times[k]
+    if width <= CREEP:
+        return areas[k] + left * x[k]
+    return areas[k] + left * (
+        x[k] + left * (0.5 * speeds[k] + left * (speeds[k + 1] - speeds[k]) / (6.0 * width))
+    )
+
+
+def moving_average(
+    x: cython.double[::1],
+    speeds: cython.double[::1],
+    times: cython.double[::1],
+    areas: cython.double[::1],
+    window: cython.double,
+    at: cython.double[::1],
+    mean: cython.double[:, ::1],
+) -> cython.void:
+    """Write the mean of x over the window before each of rising times `at` (p,), and its first two
+    derivatives (p, 3).
+
+    Before its first sample a run rests. `areas` (m,) is scratch.
+    """
+    m: cython.Py_ssize_t = times.shape[0]
+    p: cython.Py_ssize_t
+    k: cython.Py_ssize_t
+    e: cython.int
+    head: cython.Py_ssize_t = 0
+    tail: cython.Py_ssize_t = 0
+    t: cython.double
+    left: cython.double
+    width: cython.double
+    area: cython.double
+    place: cython.double
+    speed: cython.double
+    sign: cython.double
+    areas[0] = 0.0
+    for k in range(m - 1):
+        areas[k + 1] = _area(x, speeds, times, areas, k, times[k + 1])
+    for p in range(at.shape[0]):
+        mean[p, 0] = 0.0
+        mean[p, 1] = 0.0
+        mean[p, 2] = 0.0
+        for e in range(2):
+            if e == 0:
+                t = at[p]
+                while head < m - 1 and times[head + 1] <= t:
+                    head += 1
+                k = head
+                sign = 1.0 / window
+            else:
+                t = at[p] - window
+                while tail < m - 1 and times[tail + 1] <= t:
+                    tail += 1
+                k = tail
+                sign = -1.0 / window
+            left = t - times[k]
+            place = x[k]
+            speed = 0.0
+            if left < 0.0:
+                area = left * place
+            else:
+                area = _area(x, speeds, times, areas, k, t)
+                if k < m - 1 and times[k + 1] - times[k] > CREEP:
+                    width = (speeds[k + 1] - speeds[k]) / (times[k + 1] - times[k])
+                    speed = speeds[k] + left * width
+                    place += left * (speeds[k] + 0.5 * left * width)
+            mean[p, 0] += sign * area
+            mean[p, 1] += sign * place
+            mean[p, 2] += sign * speed

@@ -1,0 +1,135 @@
+"""A chain that is under way is planned on: what the robot does up to then stays bit for bit, limits hold
+behind it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.frames import IDENTITY
+from iiwa_sim.motion.limits import Array, JointLimits
+from iiwa_sim.motion.path.ptp import ptp
+from iiwa_sim.motion.path.zone import Sphere
+from iiwa_sim.motion.queue.chain import Chain, Front
+from iiwa_sim.motion.queue.corner import Corner, corner
+from iiwa_sim.motion.queue.course import Course
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.planning import planned, planned_on
+from iiwa_sim.motion.slices import at_once
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.model import Model
+
+ROBOT = load_robot()
+MODEL = Model(ROBOT)
+LIMITS = JointLimits(np.array(ROBOT.velocity), np.array(ROBOT.acceleration), np.array(ROBOT.jerk))
+LOWEST, HIGHEST = np.array(ROBOT.position_min), np.array(ROBOT.position_max)
+START = np.array([0.0, 0.5, 0.0, -1.3, 0.0, 1.2, 0.0])
+TICK_S = 0.001
+MOST = np.array([1.001, 1.01, 1.01])
+
+
+def short_moves(
+    count: int, way_rad: float, turn_rad: float, radius_part: float, speed_rel: float
+) -> list[Move]:
+    """A polyline in joint space that turns to one side and to the other, with spheres of a part of a move's
+    way."""
+    limits = LIMITS.at_speed(speed_rel)
+    ahead, aside = (
+        np.array([0.5, 0.3, 0.2, -0.6, 0.1, 0.4, 0.2]),
+        np.array([-0.3, 0.5, 0.4, 0.2, 0.5, -0.2, 0.4]),
+    )
+    at, moves = START, []
+    for k in range(count):
+        heading = turn_rad * (k % 2)
+        way = way_rad * (np.cos(heading) * ahead + np.sin(heading) * aside)
+        one, other = tuple(at.tolist()), tuple((at + way).tolist())
+        tcp = MODEL.tcp(IDENTITY)
+        length_m = float(np.linalg.norm(np.subtract(tcp.pose(other).translation, tcp.pose(one).translation)))
+        zone = Sphere(radius_part * length_m, other, tcp)
+        length_s = float((np.abs(way) / limits.velocity).max())
+        moves.append(Move(k + 1, ptp(one, other), limits, length_s, zone, lambda _: None))
+        at = at + way
+    return moves
+
+
+def corners_of(moves: list[Move]) -> list[Corner]:
+    found = [corner(one, other, LOWEST, HIGHEST) for one, other in pairwise(moves)]
+    assert None not in found
+    return [each for each in found if each is not None]
+
+
+def chain_of(moves: list[Move], corners: list[Corner]) -> Chain:
+    chain = at_once(planned(Course(moves, corners), Front.at_start()))
+    assert chain is not None
+    return chain
+
+
+def loads(chain: Chain, from_s: float, limits: JointLimits) -> Array:
+    """The largest velocity, acceleration and jerk (3,) between ticks from a time on, as parts of limits."""
+    q = chain.joints_along(np.arange(from_s, chain.rest_s, TICK_S))
+    q = np.concatenate([q, [chain.end] * 4])
+    found = [
+        np.abs(np.diff(q, k + 1, axis=0) / TICK_S ** (k + 1) / limit).max() for k, limit in enumerate(limits)
+    ]
+    return np.array(found)
+
+
+polylines = st.tuples(
+    st.floats(0.003, 0.05), st.floats(0.02, 1.5), st.sampled_from((0.2, 0.5)), st.sampled_from((0.3, 1.0))
+)
+
+
+@given(polylines, st.integers(1, 6))
+def test_a_running_chain_goes_on_as_it_was_up_to_then_and_within_limits_behind(
+    shape: tuple[float, float, float, float], more: int
+) -> None:
+    moves = short_moves(10 + more, *shape)
+    corners = corners_of(moves)
+    first = chain_of(moves[:10], corners[:9])
+    on = at_once(planned_on(first, 0.2 * first.rest_s, moves[10:], corners[9:]))
+    if on is None:
+        # It has begun to brake: it comes to rest as planned.
+        return
+    before = np.arange(max(on.front_s - 0.1, 0.0), on.front_s, 0.0005)
+    assert np.array_equal(on.joints_along(before), first.joints_along(before))
+    assert (loads(on, max(on.front_s - 0.1, 0.0), moves[0].limits) <= MOST).all()
+    assert on.joints(on.rest_s) == moves[-1].path.end
+
+
+@pytest.mark.parametrize("turn_rad", [0.05, 0.3, 0.8, 1.5])
+@pytest.mark.parametrize("radius_part", [0.2, 0.5])
+def test_moves_that_come_one_batch_after_the_other_take_as_long_as_if_known_at_once(
+    turn_rad: float, radius_part: float
+) -> None:
+    moves = short_moves(30, 0.02, turn_rad, radius_part, 1.0)
+    corners = corners_of(moves)
+    chain = chain_of(moves[:12], corners[:11])
+    for count in range(12, 30, 6):
+        then_s = max(chain.front_s, chain.rest_s - 0.8)
+        further, behind = moves[count : count + 6], corners[count - 1 : count + 5]
+        # Where no clock is found for the whole corner, there is one for a smaller one.
+        smaller = behind[0]._replace(before=0.6 * behind[0].before, after=0.6 * behind[0].after)
+        on = at_once(planned_on(chain, then_s, further, behind)) or at_once(
+            planned_on(chain, then_s, further, [smaller, *behind[1:]])
+        )
+        assert on is not None
+        chain = on
+    assert chain.rest_s <= 1.02 * chain_of(moves, corners).rest_s
+
+
+def test_the_robot_is_exactly_on_the_path_of_one_move_outside_corners() -> None:
+    moves = short_moves(12, 0.03, 1.0, 0.2, 1.0)
+    corners = corners_of(moves)
+    chain = chain_of(moves, corners)
+    times = np.arange(0.0, chain.rest_s, 0.001)
+    course = chain.course
+    for time_s, q in zip(times.tolist(), chain.joints_along(times), strict=True):
+        x = chain.x(time_s)
+        k = min(int(course.targets.searchsorted(x, side="right")) - 1, len(moves) - 1)
+        s = (x - course.targets[k]) / moves[k].length_s
+        after = corners[k - 1].after if k else 0.0
+        before = corners[k].before if k < len(corners) else 0.0
+        if after < s < 1.0 - before:
+            np.testing.assert_allclose(q, moves[k].path.joints(float(s)), atol=1e-12)
