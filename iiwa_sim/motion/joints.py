@@ -1,4 +1,0 @@
-"""Joint positions as all of motion hands them on."""
-
-Joints = tuple[float, ...]
-"""rad, base first"""

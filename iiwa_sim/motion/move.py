@@ -1,0 +1,25 @@
+"""A move that the drive can run."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.sampled_path import Joints, Path
+from iiwa_sim.motion.zone import Zone
+
+
+class Move(NamedTuple):
+    """A move ready to run. Moves are numbered in the order in which they were accepted."""
+
+    number: int
+    path: Path
+    limits: JointLimits
+    """At the speed of this move."""
+    length_s: float
+    """How long its joints take at the least, by their velocity limits; 0 where there is no way to go."""
+    zone: Zone | None
+    """Where it may blend into the next one; without, it stops at its target."""
+    start: Joints
+    """Where it begins (rad)."""
+    again: Callable[[Joints], "Move | None"]
+    """The same move planned to begin elsewhere (rad), None where it cannot be done from there."""
