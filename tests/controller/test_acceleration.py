@@ -150,7 +150,7 @@ def test_an_acceleration_that_is_next_to_nothing_is_refused(cap: AccelerationCap
 
 
 def test_a_line_in_m_s_to_where_the_tcp_is_is_done_at_once() -> None:
-    """FRC: also where 32 bits have rounded the pose."""
+    """It is so, too, where 32 bits have rounded the pose."""
     robot = Robot("lbr_iiwa_7_r800")
     here = robot.tcp_frame(robot.home)
     rounded = Frame(*(float(np.float32(value)) for value in here))
