@@ -6,14 +6,22 @@ import os
 from collections.abc import AsyncIterator
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
+from hypothesis.internal.conjecture import providers
+from hypothesis.internal.constants_ast import Constants
 
 from iiwa_sim.simulator import Simulator
 from tests import last_results
 from tests.talking import Client
 
-settings.register_profile("iiwa-sim", deadline=None)  # no test asks how long something takes
-settings.load_profile("iiwa-sim")
+# No test asks how long something takes. What passed here passes there: the samples are the same in every run;
+# HYPOTHESIS_PROFILE=hunt draws new ones.
+settings.register_profile("iiwa-sim", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("same", settings.get_profile("iiwa-sim"), derandomize=True, database=None)
+settings.register_profile("hunt", settings.get_profile("iiwa-sim"))
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
+# Else samples would hang on the numbers in the sources, and on what a worker happened to import before.
+providers._get_local_constants = Constants  # type: ignore[assignment]
 
 collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
 
