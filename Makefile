@@ -32,7 +32,7 @@ image:
 
 clean:
 	rm -rf .venv build dist *.egg-info
-	find iiwa_sim '(' -name '*_kernel.*.so' -o -name '*_kernel.*.stamp' ')' -delete
+	find iiwa_sim '(' -name '*.so' -o -name '*.stamp' ')' -delete
 
 .venv/kernels: $(KERNELS)
 kernels .venv/kernels: .venv/ready

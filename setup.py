@@ -7,34 +7,48 @@ stamp with the checksum of the text it was made of, by which `iiwa_sim.kernels` 
 import runpy
 from pathlib import Path
 
+from Cython import __version__ as cython_version
 from Cython.Build import cythonize
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
 
 FLAGS = ["-O2", "-g0", "-ffp-contract=off"]  # the last one for the same bits on any processor of a kind
 DIRECTIVES = {"boundscheck": False, "wraparound": False, "initializedcheck": False, "cdivision": True}
+SHARED = "iiwa_sim.cython_" + cython_version.replace(".", "_")
+"""What all kernels need of Cython, compiled once; a kernel finds that of the Cython that made it."""
 stamp = runpy.run_path("iiwa_sim/kernels.py")["stamp"]
+
+
+def in_c(extension: Extension, folder: str) -> Extension:
+    """An extension whose C lies in this folder of build/kernels."""
+    (found,) = cythonize(
+        extension,
+        build_dir=f"build/kernels/{folder}",
+        compiler_directives=DIRECTIVES,
+        language_level=3,
+        shared_utility_qualified_name=SHARED,
+        quiet=True,
+    )
+    return found
 
 
 def kernel(text: Path) -> Extension:
     """The compiled module of a text, by way of C in a folder named after the text's checksum."""
     extension = Extension(".".join(text.with_suffix("").parts), [str(text)], extra_compile_args=FLAGS)
-    folder = f"build/kernels/{stamp(text)}"
-    (in_c,) = cythonize(
-        extension, build_dir=folder, compiler_directives=DIRECTIVES, language_level=3, quiet=True
-    )
-    return in_c
+    return in_c(extension, f"{cython_version}/{stamp(text)}")
 
 
 class StampedBuild(build_ext):
     """Compiles what has no stamp of its text, whatever the times of files say, and stamps it."""
 
-    def build_extension(self, ext: Extension) -> None:
-        stamped = Path(self.build_lib, self._stamp_of(ext))
-        wanted = stamp(Path(*ext.name.split(".")).with_suffix(".py"))
-        self.force = not stamped.exists() or stamped.read_text() != wanted
-        super().build_extension(ext)
-        stamped.write_text(wanted)
+    def build_extensions(self) -> None:
+        kept = self.extensions
+        self.extensions = [extension for extension in kept if not self._is_fresh(extension)]
+        self.force = self.parallel = True
+        super().build_extensions()
+        for extension in self.extensions:
+            Path(self.build_lib, self._stamp_of(extension)).write_text(stamp(_text_of(extension)))
+        self.extensions = kept
 
     def copy_extensions_to_source(self) -> None:
         """For an editable installation, and for make."""
@@ -42,12 +56,27 @@ class StampedBuild(build_ext):
         for extension in self.extensions:
             self.copy_file(Path(self.build_lib, self._stamp_of(extension)), self._stamp_of(extension))
 
+    def _is_fresh(self, extension: Extension) -> bool:
+        compiled = Path(self.build_lib, self.get_ext_filename(extension.name))
+        stamped = compiled.with_suffix(".stamp")
+        fresh = stamped.exists() and stamped.read_text() == stamp(_text_of(extension))
+        return fresh and compiled.exists()
+
     def _stamp_of(self, extension: Extension) -> Path:
         return Path(self.get_ext_filename(extension.name)).with_suffix(".stamp")
 
 
+def _text_of(extension: Extension) -> Path:
+    """A kernel's text; for what the kernels share its C."""
+    text = Path(*extension.name.split(".")).with_suffix(".py")
+    return text if text.exists() else Path(extension.sources[0])
+
+
 setup(
     packages=[*find_packages(include=["iiwa_sim", "iiwa_sim.*"]), "iiwa_sim.protocol", "iiwa_sim.robots"],
-    ext_modules=[kernel(text) for text in sorted(Path("iiwa_sim").rglob("*_kernel.py"))],
+    ext_modules=[
+        in_c(Extension(SHARED, [], extra_compile_args=FLAGS), cython_version),
+        *(kernel(text) for text in sorted(Path("iiwa_sim").rglob("*_kernel.py"))),
+    ],
     cmdclass={"build_ext": StampedBuild},
 )
