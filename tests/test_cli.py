@@ -144,4 +144,4 @@ def test_help_tells_ranges_defaults_and_levels(
     assert "above 0 and up to 86400 (default: never)" in out
     assert "False" not in out
     assert all(f"{level}: " in out for level in LEVELS)
-    assert out.endswith("\nTo talk to it: telnet HOST PORT, then help\n")
+    assert out.endswith(" To talk to it: telnet HOST PORT, then help\n")

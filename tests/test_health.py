@@ -18,10 +18,12 @@ from tests.talking import DEADLINE_S
 
 
 @contextmanager
-def started_as(*words: str) -> Iterator[int]:
-    """A process with such a command line, and that does nothing; its number."""
+def started_as(*words: str, **environment: str) -> Iterator[int]:
+    """A process with such a command line and variables, and that does nothing; its number."""
     waits = [sys.executable, "-c", "print(flush=True); input()", *words]
-    with subprocess.Popen(waits, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+    with subprocess.Popen(
+        waits, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | environment
+    ) as process:
         assert process.stdout is not None
         assert process.stdin is not None
         process.stdout.readline()  # only then it has its command line for sure
@@ -57,6 +59,17 @@ def test_options_behind_those_of_the_image_count(program: str, everywhere: str) 
         options = ["--host", "0.0.0.0", "--dialect", "krc4", "--port", str(simulator.port)]
         with started_as("--", program, *options, "--host", everywhere) as process:
             assert main(["health", str(process)]) == 0
+
+
+def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with Simulator("kr_6_r900_sixx", dialects=["krc4"]) as simulator:
+        port = simulator.port
+        variables = {"IIWA_SIM_DIALECT": "krc4", "IIWA_SIM_PORT": str(port)}
+        with started_as("iiwa-sim", **variables) as process:
+            assert main(["health", str(process)]) == 0
+        with started_as("iiwa-sim", "--dialect", "iiwa", **variables) as process:
+            assert main(["health", str(process)]) == 1
+    assert f"iiwa on 127.0.0.1:{port}" in capsys.readouterr().err
 
 
 def test_one_dialect_that_does_not_answer_is_enough(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,7 +1,7 @@
 """`iiwa-sim health`: whether an iiwa-sim that runs as process 1, as in a container, answers all its dialects.
 
-Which they are, and on which ports, its command line tells. It is asked there as by any client. Exit code 0
-if it answers, 1 with one line if it does not.
+Which they are, and on which ports, its command line and environment tell. It is asked there as by any client.
+Exit code 0 if it answers, 1 with one line if it does not.
 """
 
 import sys
@@ -46,13 +46,15 @@ def run(given: Sequence[str]) -> int:
 def _fault(process: int) -> str:
     """What is wrong with it; empty if nothing is."""
     try:
-        words = Path(f"/proc/{process}/cmdline").read_text(errors="surrogateescape").split("\0")[:-1]
+        words = _listed(process, "cmdline")
+        environment = _listed(process, "environ")
     except OSError as fault:
-        return f"the command line of process {process} cannot be read: {why(fault)}"
+        return f"command line and environment of process {process} cannot be read: {why(fault)}"
     place = next((i for i, word in enumerate(words) if Path(word).name in _PROGRAMS), None)
     if place is None:
         return f"process {process} is no iiwa-sim"
-    options = serve.parsed(words[place + 1 :])
+    variables = (variable.partition("=") for variable in environment)
+    options = serve.parsed(words[place + 1 :], {name: value for name, _, value in variables})
     for dialect, port in zip(options.dialect, options.port, strict=True):
         if port == 0:
             return f"process {process} was told to pick a port for {dialect}: only its first lines tell which"
@@ -64,11 +66,15 @@ def _fault(process: int) -> str:
     return ""
 
 
+def _listed(process: int, what: str) -> list[str]:
+    return Path(f"/proc/{process}/{what}").read_text(errors="surrogateescape").split("\0")[:-1]
+
+
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {HEALTH}",
         description="Tells by its exit code whether an iiwa-sim on this machine answers all its dialects, on "
-        "the ports that its command line names; for health checks of containers.",
+        "the ports that its command line and environment name; for health checks of containers.",
         allow_abbrev=False,
     )
     parser.add_argument(

@@ -23,6 +23,11 @@ LONGEST_MESSAGE = 400
 class Parser(argparse.ArgumentParser):
     """Says what is wrong in one line."""
 
+    @property
+    def options(self) -> list[argparse.Action]:
+        """All that can be given, with --help."""
+        return list(self._actions)
+
     def error(self, message: str) -> NoReturn:
         told = shortened(harmless(message), LONGEST_MESSAGE)
         self.exit(2, f"{self.prog}: {told} (see {self.prog} --help)\n")

@@ -3,13 +3,16 @@
 import argparse
 import asyncio
 import gc
+import logging
+import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
 
 from iiwa_sim import log
 from iiwa_sim.cli.ending import Ending
+from iiwa_sim.cli.environment import RULE, read_environment, unknown_variables
 from iiwa_sim.cli.names import REPLAY, SUBCOMMANDS
 from iiwa_sim.cli.options import (
     Parser,
@@ -34,14 +37,18 @@ from iiwa_sim.serve.listening import MAX_PORT, host_and_port
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
 from iiwa_sim.wording import shortened
 
+logger = logging.getLogger(__name__)
+
 
 def run(given: Sequence[str]) -> int:
-    options = parsed(given)
+    options = parsed(given, os.environ)
     if options.version:
         say(f"iiwa-sim {metadata.version('iiwa-sim')}\n")
         return 0
     if sys.stderr is not None:
         log.configure(options.log_level, options.log_json, sys.stderr.fileno())
+    for name in unknown_variables(server_parser(), os.environ):
+        logger.warning("the environment variable %s is no option of iiwa-sim: see iiwa-sim --help", name)
     gc.disable()  # nothing made during the start is garbage
     asyncio.run(_serve(options))
     return 0
@@ -112,10 +119,14 @@ def reached_at(host: str) -> str:
     return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # what listens everywhere listens here too
 
 
-def parsed(given: Sequence[str]) -> argparse.Namespace:
-    """The options for a run, also those checked that hang together."""
-    parser = _parser()
+def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Namespace:
+    """The options for a run, of command line and environment, also those checked that hang together."""
+    parser = server_parser()
     options = parser.parse_args(given)
+    if options.version:
+        return options
+    found = read_environment(parser, environment)  # not before --help had its turn
+    options = parser.parse_args(given, found)
     check_robot(parser, options)
     _check_ports(parser, options)
     if options.status_rate is not None:
@@ -143,14 +154,15 @@ def _check_ports(parser: Parser, options: argparse.Namespace) -> None:
         parser.error(f"argument --port: {len(options.port)} given, {wanted}")
 
 
-def _parser() -> Parser:
+def server_parser() -> Parser:
+    """With all options of the bare `iiwa-sim`."""
     # Subcommands have parsers of their own, chosen by the first argument.
     parser = Parser(
         prog="iiwa-sim",
         description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, "
         "and the messages of a KUKA KRC4. "
         f"Other things it does, each with a --help: iiwa-sim {', '.join(SUBCOMMANDS)}",
-        epilog="To talk to it: telnet HOST PORT, then help",
+        epilog=f"{RULE} To talk to it: telnet HOST PORT, then help",
         allow_abbrev=False,
     )
     parser.add_argument(

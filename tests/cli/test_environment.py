@@ -1,0 +1,155 @@
+"""Options as environment variables."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+
+import pytest
+
+from iiwa_sim.cli import main, serve
+from iiwa_sim.cli.environment import unknown_variables, variable
+from tests.processes import running
+
+EXAMPLES = {  # of a value other than the default, as text
+    "cell": "cell.toml",
+    "robot": "kr_6_r900_sixx",
+    "host": "0.0.0.0",
+    "dialect": "krc4",
+    "port": "31000",
+    "rate": "250",
+    "clock": "fast",
+    "servo_timeout": "1.5",
+    "status_port": "31001",
+    "status_rate": "20",
+    "rosbridge_port": "31002",
+    "rosbridge_secret": os.devnull,
+    "rosbridge_origin": "https://a.example,https://b.example",
+    "rosbridge_host": "simulator,robot",
+    "ros": "1",
+    "ros_result": "2016",
+    "ros_reference": "ignore",
+    "backdoor_port": "31003",
+    "strict": "true",
+    "exclusive": "TRUE",
+    "reconnect_pause": "2",
+    "transcript": "said.txt",
+    "bye_shuts_down": "1",
+    "log_level": "debug",
+    "log_json": "1",
+}
+NEEDED_WITH = {
+    "status_rate": ("--status-port", "0"),
+    "rosbridge_secret": ("--rosbridge-port", "0"),
+    "rosbridge_origin": ("--rosbridge-port", "0"),
+    "rosbridge_host": ("--rosbridge-port", "0"),
+}
+WRONG = {
+    "rate": "99",
+    "clock": "fats",
+    "port": "tcp",
+    "dialect": "klingon",
+    "servo_timeout": "0",
+    "status_port": "-1",
+    "status_rate": "501",
+    "rosbridge_port": "65536",
+    "rosbridge_secret": "/no/such/file",
+    "rosbridge_origin": "https://a.example,b",
+    "rosbridge_host": "simulator:1",
+    "ros": "yes",
+    "ros_result": "1999",
+    "ros_reference": "maybe",
+    "backdoor_port": "many",
+    "strict": "2",
+    "exclusive": "on",
+    "reconnect_pause": "-1",
+    "bye_shuts_down": "no",
+    "log_level": "loud",
+    "log_json": "json",
+}
+ANY_TEXT = {"cell", "robot", "host", "transcript"}
+
+
+def options() -> dict[str, argparse.Action]:
+    return {option.dest: option for option in serve.server_parser().options if variable(option) is not None}
+
+
+def as_arguments(option: argparse.Action, text: str) -> list[str]:
+    if not option.option_strings:
+        return [text]
+    (name,) = option.option_strings
+    if option.nargs == 0:
+        return [name]
+    return [
+        f"{name}={each}"
+        for each in (text.split(",") if option.dest.endswith(("_origin", "_host")) else [text])
+    ]
+
+
+def test_each_option_has_an_example_and_a_wrong_value_here() -> None:
+    assert set(options()) == set(EXAMPLES)
+    assert set(options()) == set(WRONG) | ANY_TEXT
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_variable_does_what_the_option_does(name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    option, text = options()[name], EXAMPLES[name]
+    if name == "rosbridge_secret":
+        secret = tmp_path_factory.mktemp("secret") / "secret"
+        secret.write_text("swordfish")
+        text = str(secret)
+    besides = NEEDED_WITH.get(name, ())
+    by_variable = serve.parsed(besides, {f"IIWA_SIM_{name.upper()}": text})
+    assert vars(by_variable) == vars(serve.parsed([*besides, *as_arguments(option, text)], {}))
+    assert vars(by_variable) != vars(serve.parsed(besides, {}))
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_value_ends_with_one_line_that_names_the_variable(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv(f"IIWA_SIM_{name.upper()}", WRONG[name])
+    with pytest.raises(SystemExit) as caught:
+        main([])
+    out, err = capsys.readouterr()
+    assert (caught.value.code, out) == (2, "")
+    assert re.fullmatch(rf"iiwa-sim: IIWA_SIM_{name.upper()}: [^\n]+\n", err)
+
+
+def test_the_command_line_comes_before_the_environment() -> None:
+    assert serve.parsed(["--clock", "stepped"], {"IIWA_SIM_CLOCK": "fast"}).clock.name == "stepped"
+
+
+def test_an_empty_variable_is_none() -> None:
+    assert vars(serve.parsed([], {"IIWA_SIM_CLOCK": "", "IIWA_SIM_STRICT": ""})) == vars(serve.parsed([], {}))
+
+
+def test_what_kubernetes_sets_for_a_service_of_this_name_is_left_alone() -> None:
+    links = {"IIWA_SIM_PORT": "tcp://10.0.0.7:30000", "IIWA_SIM_SERVICE_HOST": "10.0.0.7"}
+    assert vars(serve.parsed([], links)) == vars(serve.parsed([], {}))
+    assert (
+        unknown_variables(serve.server_parser(), links | {"IIWA_SIM_PORT_30000_TCP": "tcp://10.0.0.7:30000"})
+        == []
+    )
+
+
+def test_help_is_told_whatever_the_environment_says(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("IIWA_SIM_RATE", "none")
+    with pytest.raises(SystemExit) as caught:
+        main(["--help"])
+    assert caught.value.code == 0
+    assert "IIWA_SIM_CLOCK=fast" in capsys.readouterr().out
+
+
+def test_a_process_takes_its_variables_and_tells_one_that_is_no_option(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("IIWA_SIM_CLOK", "fast")
+    monkeypatch.setenv("IIWA_SIM_DIALECT", "krc4")
+    with running() as simulator:
+        code, said = simulator.ends(15)
+    assert code == 0
+    assert "the environment variable IIWA_SIM_CLOK is no option of iiwa-sim" in said
