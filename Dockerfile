@@ -61,7 +61,7 @@ ENV PATH=/opt/iiwa-sim/bin:$PATH \
     OPENBLAS_NUM_THREADS=1
 # The official images have no .pyc of Python's own library, and who serves later may not write them. What server and
 # health check load gets them here.
-RUN python -I -c "import iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.serve.rosbridge"
+RUN python -I -c "import iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.ros.rosbridge.server"
 USER 10001
 
 EXPOSE 30000 54600 9090
@@ -79,7 +79,7 @@ RUN apt-get update \
     && apt-get install --yes --no-install-recommends \
         python3-rosmaster python3-rospy python3-rosservice python3-rostopic python3-sensor-msgs python3-std-srvs \
     && rm -rf /var/lib/apt/lists/* \
-    && python -I -c "import sys; sys.path.append('/usr/lib/python3/dist-packages'); import iiwa_sim.serve.ros1"
+    && python -I -c "import sys; sys.path.append('/usr/lib/python3/dist-packages'); import iiwa_sim.ros.ros1.node"
 ENV ROS_LOG_DIR=/tmp/ros \
     ROS_PACKAGE_PATH=/opt/iiwa-sim/lib/python/site-packages/iiwa_sim/protocol/rmi
 USER 10001

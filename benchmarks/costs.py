@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.told import ENOUGH, Told
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.iiwa.session import Session
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 

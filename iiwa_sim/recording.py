@@ -4,8 +4,8 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from iiwa_sim.controller.snapshot import Snapshot
-from iiwa_sim.dialect.decimals import format_decimals
-from iiwa_sim.dialect.dialogue import Direction, Said
+from iiwa_sim.dialect.wire.decimals import format_decimals
+from iiwa_sim.dialect.wire.dialogue import Direction, Said
 
 LONGEST = 300
 """Exchanges and events kept, the newest ones; one that is repeated counts once."""

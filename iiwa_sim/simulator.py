@@ -6,7 +6,7 @@ from contextlib import AsyncExitStack
 from importlib import metadata
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.outside import Entrances
@@ -20,18 +20,16 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.dialect.dialects import Dialect, DialectSession, dialect_for
-from iiwa_sim.dialect.dialogue import Dialogue
-from iiwa_sim.dialect.faults import WireFaults
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, one_each
-from iiwa_sim.dialect.rmi.conventions import TODAYS, Conventions
-from iiwa_sim.dialect.rmi.local import LocalRobot
 from iiwa_sim.dialect.status import StatusSession, status_line
+from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault
 from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
 from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.urdf import differing_limits
-from iiwa_sim.ros.side import RosSide
+from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.status_stream import StatusStream
@@ -39,6 +37,9 @@ from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.serve.turns import Turns
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.transcript.record import Recorder
+
+if TYPE_CHECKING:
+    from iiwa_sim.ros.side import RosSide
 
 logger = logging.getLogger(__name__)
 
@@ -192,7 +193,10 @@ class Simulator(LoopOrThread):
             )
         self._ros: RosSide | None = None
         if rosbridge_port is not None or ros:
-            self._ros = RosSide(
+            from iiwa_sim.ros import side
+            from iiwa_sim.ros.rmi.local import LocalRobot
+
+            self._ros = side.RosSide(
                 LocalRobot(self.controller),
                 rate_hz,
                 self._log,
@@ -336,7 +340,7 @@ class Simulator(LoopOrThread):
         return StatusSession(self.controller, self._log, name)
 
     @property
-    def _listeners(self) -> list[TcpServer | StatusStream | RosSide]:
+    def _listeners(self) -> "list[TcpServer | StatusStream | RosSide]":
         others = [each for each in (self._status, self._ros, self._backdoor_server) if each is not None]
         return [*self._servers.values(), *others]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple, Self
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.krc4 import Krc4Session
+from iiwa_sim.dialect.krc4.session import Krc4Session
 from tests.talking import DEADLINE_S
 
 IDS = {

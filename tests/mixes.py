@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.table import Command, load_table
+from iiwa_sim.dialect.wire.table import Command, load_table
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from tests.dialect.fake_robot import Conversation, Journal
 from tests.stepped import ARMS, SteppedRobot

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.server import SimpleXMLRPCServer
 
-from iiwa_sim.dialect.rmi.definitions import message_md5
+from iiwa_sim.ros.rmi.definitions import message_md5
 from iiwa_sim.ros.side import SYSTEM_PACKAGES
 from tests.needed import lacks
 from tests.processes import IIWA_SIM

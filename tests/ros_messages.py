@@ -7,8 +7,8 @@ from typing import Any
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from iiwa_sim.dialect.rmi.definitions import Definition, Field, message, parts
-from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED
+from iiwa_sim.ros.rmi.definitions import Definition, Field, message, parts
+from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 
 MESSAGES = sorted({kind for kind, _ in PUBLISHED.values()} | set(SUBSCRIBED.values()))
 VALUES: dict[str, st.SearchStrategy[Any]] = {

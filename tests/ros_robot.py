@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from iiwa_sim.dialect.rmi.local import LocalRobot
-from iiwa_sim.dialect.rmi.node import Node
+from iiwa_sim.ros.rmi.local import LocalRobot
+from iiwa_sim.ros.rmi.node import Node
 from tests.stepped import SteppedRobot
 
 NOW_NS = 1_700_000_000_250_000_000

@@ -19,8 +19,8 @@ from iiwa_sim.controller.errors import (
     TARGET_NOT_REACHABLE,
 )
 from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
-from iiwa_sim.dialect.faults import Drop, Split
-from iiwa_sim.dialect.krc4_table import load_krc4_table
+from iiwa_sim.dialect.krc4.table import load_krc4_table
+from iiwa_sim.dialect.wire.wire_faults import Drop, Split
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator

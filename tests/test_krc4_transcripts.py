@@ -7,7 +7,7 @@ from importlib.resources import files
 
 import pytest
 
-from iiwa_sim.dialect.krc4_table import load_krc4_table
+from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Transcript, read, shipped
 from iiwa_sim.transcript.replay import replay

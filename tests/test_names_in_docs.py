@@ -12,7 +12,8 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-ROOMS = [ROOT, ROOT / "iiwa_sim", ROOT / "iiwa_sim" / "dialect", ROOT / "docs"]
+PACKAGE = ROOT / "iiwa_sim"
+ROOMS = [ROOT, PACKAGE, PACKAGE / "dialect", PACKAGE / "ros", ROOT / "docs"]
 """Folders from which a page may name a path."""
 NAMED = re.compile(r"`([^`\n]+)`")
 PATH = re.compile(r"\.?[\w.-]+(/[\w.-]+)*/?")

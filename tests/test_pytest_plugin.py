@@ -308,7 +308,7 @@ def test_a_project_for_krc4_says_so_once(project: Project, pytester: pytest.Pyte
 def test_a_report_shows_what_a_fault_made_of_a_reply(project: Project) -> None:
     result = project.tests(
         """
-        from iiwa_sim.dialect.faults import Delay, Drop
+        from iiwa_sim.dialect.wire.wire_faults import Delay, Drop
 
         @pytest.mark.iiwa(dialects=["iiwa", "krc4"])
         def test_fails(iiwa, driver):

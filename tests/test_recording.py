@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.dialogue import Dialogue
+from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.recording import LONGEST, Recording
 
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.dialect.rmi.conventions import RESULT_TYPES
-from iiwa_sim.dialect.rmi.definitions import full_text, message_md5, result_message, service_md5
-from iiwa_sim.dialect.rmi.node import PUBLISHED, SUBSCRIBED
+from iiwa_sim.ros.conventions import RESULT_TYPES
+from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
+from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from tests.processes import IIWA_SIM, Process, running
 from tests.ros1_tools import (
     SYSTEM_PYTHON,
@@ -169,7 +169,7 @@ def test_results_of_an_older_package_are_heard_by_its_clients(environment: Termi
 @pytest.mark.parametrize("topic", ["/joint_states", "/robot_status"])
 @pytest.mark.usefixtures("robot")
 def test_a_topic_comes_without_gaps(terminal: Terminal, topic: str) -> None:
-    """How many ticks lie between two messages is in tests/dialect/rmi/test_node.py."""
+    """How many ticks lie between two messages is in tests/ros/rmi/test_node.py."""
     said = terminal.says("rostopic", "echo", "-n100", "-p", f"{topic}/header/seq")
     numbers = [int(line.split(",")[1]) for line in said.splitlines() if line[:1].isdigit()]
     assert len(numbers) == 100

@@ -18,10 +18,10 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from iiwa_sim.dialect.rmi.node import PUBLISHED
 from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.ros.rmi.node import PUBLISHED
+from iiwa_sim.ros.rosbridge.server import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.serve.listening import ListenFault
-from iiwa_sim.serve.rosbridge import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
 from tests.processes import IIWA_SIM, Process, running
@@ -349,15 +349,15 @@ async def test_a_port_in_use_is_told_and_nothing_is_left_listening(simulator: Si
 @pytest.mark.parametrize(
     ("library", "used_by"),
     [
-        ("websockets.server", "iiwa_sim.serve.rosbridge"),
-        ("cbor2", "iiwa_sim.dialect.rmi.encodings"),
+        ("websockets.server", "iiwa_sim.ros.rosbridge.server"),
+        ("cbor2", "iiwa_sim.ros.rosbridge.encodings"),
     ],
 )
 def test_without_a_library_one_line_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, library: str, used_by: str
 ) -> None:
     monkeypatch.setitem(sys.modules, library, None)
-    for module in (used_by, "iiwa_sim.dialect.rmi.rosbridge"):
+    for module in (used_by, "iiwa_sim.ros.rosbridge.session"):
         monkeypatch.delitem(sys.modules, module, raising=False)
     name = library.partition(".")[0]
     with pytest.raises(RosFault, match=rf"rosbridge needs {name}: pip install 'iiwa-sim\[rosbridge\]'"):

@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.clock import clock
 from iiwa_sim.clock.clock import StillMoving
-from iiwa_sim.dialect.dialogue import Said
+from iiwa_sim.dialect.wire.dialogue import Said
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.drivers import SCENES

@@ -10,8 +10,8 @@ from contextlib import AsyncExitStack
 
 import pytest
 
-from iiwa_sim.dialect.dialogue import Direction
-from iiwa_sim.dialect.faults import NEXT, Delay, Drop
+from iiwa_sim.dialect.wire.dialogue import Direction
+from iiwa_sim.dialect.wire.wire_faults import NEXT, Delay, Drop
 from iiwa_sim.simulator import Simulator
 from tests.drivers import SCENES, Driver, Scene, connect
 from tests.krc4_talking import IDS, replies

@@ -7,8 +7,9 @@ import msgspec
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
-from iiwa_sim.dialect.decimals import format_decimals
-from iiwa_sim.dialect.faults import (
+from iiwa_sim.dialect.wire.decimals import format_decimals
+from iiwa_sim.dialect.wire.table import Request
+from iiwa_sim.dialect.wire.wire_faults import (
     CloseAfter,
     CloseBefore,
     Delay,
@@ -19,7 +20,6 @@ from iiwa_sim.dialect.faults import (
     ResetBefore,
     Split,
 )
-from iiwa_sim.dialect.table import Request
 from iiwa_sim.frames import Frame
 
 DONE = "done"

@@ -8,7 +8,7 @@ from iiwa_sim.backdoor.outside import Entrance
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.faults import WireFaults
+from iiwa_sim.dialect.wire.wire_faults import WireFaults
 
 C = TypeVar("C", bound="Core")
 P = ParamSpec("P")

@@ -2,7 +2,7 @@
 
 from iiwa_sim.backdoor.core import Core, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
-from iiwa_sim.dialect.faults import (
+from iiwa_sim.dialect.wire.wire_faults import (
     EVERY,
     FAULTS,
     LONGEST_WAIT_S,
@@ -60,7 +60,7 @@ class Faults(Core):
 
     @called
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
-        """Have one of `iiwa_sim.dialect.faults` befall replies, behind those set before."""
+        """Have one of `iiwa_sim.dialect.wire.wire_faults` befall replies, behind those set before."""
         if type(fault) not in FAULTS:
             shown = fault.__name__ if isinstance(fault, type) else repr(fault)
             kinds = ", ".join(f"{kind.__name__}({', '.join(fields)})" for kind, fields in FAULTS.items())

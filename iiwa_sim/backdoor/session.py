@@ -11,11 +11,11 @@ from collections.abc import Callable
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.calls import CALLS, TAKES_TIME
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.dialect.decimals import readable
-from iiwa_sim.dialect.help import alike, overview, usage
-from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
-from iiwa_sim.dialect.log import DialectLog
-from iiwa_sim.dialect.table import ERROR, Refusal, load_table
+from iiwa_sim.dialect.wire.decimals import readable
+from iiwa_sim.dialect.wire.help import alike, overview, usage
+from iiwa_sim.dialect.wire.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
+from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.dialect.wire.table import ERROR, Refusal, load_table
 from iiwa_sim.wording import harmless
 
 _LINES_AT_ONCE = 64

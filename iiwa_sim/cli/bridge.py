@@ -34,8 +34,8 @@ def run(given: Sequence[str]) -> int:
 
 
 async def _serve(options: argparse.Namespace) -> None:
-    from iiwa_sim.bridge.bridge import Bridge
     from iiwa_sim.robot.description import load_robot
+    from iiwa_sim.ros.bridge.bridge import Bridge
 
     ending = Ending()
     bridge = Bridge(

@@ -9,8 +9,8 @@ from iiwa_sim import log
 from iiwa_sim.cli.names import ROS_PACKAGE_PATH
 from iiwa_sim.cli.output import say
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
-from iiwa_sim.dialect.rmi.conventions import RESULT_TYPES, Conventions, Reference
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
+from iiwa_sim.ros.conventions import RESULT_TYPES, Conventions, Reference
 from iiwa_sim.serve.listening import MAX_PORT, why
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import harmless, shortened

@@ -30,8 +30,8 @@ from iiwa_sim.cli.options import (
 from iiwa_sim.cli.output import say
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
-from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS
+from iiwa_sim.dialect.wire.decimals import parse_decimal
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.listening import MAX_PORT, host_and_port
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.dialogue import Dialogue
-from iiwa_sim.dialect.iiwa import Session
-from iiwa_sim.dialect.krc4 import Krc4Session
-from iiwa_sim.dialect.krc4_table import REGISTERS
-from iiwa_sim.dialect.log import DialectLog
+from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.krc4.session import Krc4Session
+from iiwa_sim.dialect.krc4.table import REGISTERS
 from iiwa_sim.dialect.ports import IIWA, KRC4
+from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
 

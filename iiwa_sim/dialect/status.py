@@ -9,10 +9,10 @@ import msgspec
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION
 from iiwa_sim.controller.snapshot import snapshot
-from iiwa_sim.dialect.decimals import readable
-from iiwa_sim.dialect.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
-from iiwa_sim.dialect.log import DialectLog
-from iiwa_sim.dialect.table import Request, load_table
+from iiwa_sim.dialect.wire.decimals import readable
+from iiwa_sim.dialect.wire.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
+from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.dialect.wire.table import Request, load_table
 
 STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"

@@ -5,12 +5,12 @@ from typing import NamedTuple, Protocol
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import AXES, Thresholds
-from iiwa_sim.dialect.iiwa import Session
-from iiwa_sim.dialect.krc4 import Krc4Session
-from iiwa_sim.dialect.krc4_short import from_short, is_short, to_xml
-from iiwa_sim.dialect.krc4_table import Command, Message
+from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.krc4.session import Krc4Session
+from iiwa_sim.dialect.krc4.short import from_short, is_short, to_xml
+from iiwa_sim.dialect.krc4.table import Command, Message
 from iiwa_sim.dialect.ports import IIWA, KRC4
-from iiwa_sim.dialect.table import ERROR, UNKNOWN_COMMAND, Request, load_table
+from iiwa_sim.dialect.wire.table import ERROR, UNKNOWN_COMMAND, Request, load_table
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.model import Model
 

@@ -13,8 +13,8 @@ Letter case and blanks count as little as on the wire.
 from pathlib import Path
 from typing import NamedTuple
 
-from iiwa_sim.dialect.decimals import parse_decimal
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS
+from iiwa_sim.dialect.wire.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
 
 LONGEST_S = 600.0

@@ -7,21 +7,21 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from iiwa_sim.dialect.log import DialectLog
-from iiwa_sim.dialect.rmi.conventions import TODAYS, Conventions
-from iiwa_sim.dialect.rmi.mac import Secret
-from iiwa_sim.dialect.rmi.node import Node
-from iiwa_sim.dialect.rmi.outbox import Outbox
-from iiwa_sim.dialect.rmi.robot import Robot
-from iiwa_sim.dialect.rmi.rosapi import RosApi
+from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.ros.rmi.node import Node
+from iiwa_sim.ros.rmi.robot import Robot
+from iiwa_sim.ros.rosbridge.mac import Secret
+from iiwa_sim.ros.rosbridge.outbox import Outbox
+from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.web_access import WebAccess
 
 if TYPE_CHECKING:
-    from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
-    from iiwa_sim.serve.ros1 import Ros1Node
-    from iiwa_sim.serve.rosbridge import RosbridgeServer
+    from iiwa_sim.ros.ros1.node import Ros1Node
+    from iiwa_sim.ros.rosbridge.server import RosbridgeServer
+    from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 
 ROSBRIDGE_LIBRARIES = ("websockets", "cbor2")
 SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
@@ -73,7 +73,7 @@ class RosSide:
         if self._rosbridge is not None:
             await self._rosbridge.start()
         if self._ros1 is not None:
-            from iiwa_sim.serve.ros1 import NodeFault
+            from iiwa_sim.ros.ros1.node import NodeFault
 
             try:
                 await self._ros1.start()
@@ -116,8 +116,8 @@ def _rosbridge(
     access: WebAccess,
 ) -> "RosbridgeServer":
     try:
-        from iiwa_sim.dialect.rmi.rosbridge import RosbridgeSession
-        from iiwa_sim.serve.rosbridge import RosbridgeServer
+        from iiwa_sim.ros.rosbridge.server import RosbridgeServer
+        from iiwa_sim.ros.rosbridge.session import RosbridgeSession
     except ModuleNotFoundError as fault:
         missing = (fault.name or "").partition(".")[0]
         if missing not in ROSBRIDGE_LIBRARIES:
@@ -136,7 +136,7 @@ def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Bud
     if (SYSTEM_PACKAGES / "rospy").is_dir() and str(SYSTEM_PACKAGES) not in sys.path:
         sys.path.append(str(SYSTEM_PACKAGES))  # behind everything else, which so stays what it is
     try:
-        from iiwa_sim.serve.ros1 import Ros1Node
+        from iiwa_sim.ros.ros1.node import Ros1Node
     except ModuleNotFoundError as fault:
         if (fault.name or "").partition(".")[0] == "iiwa_sim":
             raise

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 
-from iiwa_sim.dialect.faults import Reset, Send, Step, Wait, WireFaults
+from iiwa_sim.dialect.wire.wire_faults import Reset, Send, Step, Wait, WireFaults
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.door import Door
 from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault

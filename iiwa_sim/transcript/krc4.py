@@ -1,4 +1,4 @@
-r"""KRC4 messages in a transcript: in their short form (`iiwa_sim.dialect.krc4_short`), or word for word.
+r"""KRC4 messages in a transcript: in their short form (`iiwa_sim.dialect.krc4.short`), or word for word.
 
 In both, `{GOP}` stands for the reals of the last reply to that message, `R0=445.0 R2=810.0` with those left
 out that are 0, `{GOP + 0 0 10}` for them with these added, from R0 on, `{GOP R2}` for one of its registers,
@@ -9,10 +9,9 @@ import math
 import re
 from collections.abc import Mapping
 
-from iiwa_sim.dialect.decimals import format_decimals
-from iiwa_sim.dialect.krc4_short import from_short, is_short, short_reply, to_xml
-from iiwa_sim.dialect.krc4_stream import Broken, XmlStream
-from iiwa_sim.dialect.krc4_table import (
+from iiwa_sim.dialect.krc4.short import from_short, is_short, short_reply, to_xml
+from iiwa_sim.dialect.krc4.stream import Broken, XmlStream
+from iiwa_sim.dialect.krc4.table import (
     LARGEST_INTEGER,
     REGISTERS,
     REPLY,
@@ -21,6 +20,7 @@ from iiwa_sim.dialect.krc4_table import (
     load_krc4_table,
     understand,
 )
+from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.transcript.escapes import wire_bytes
 
 _HEARD = re.compile(r"\{(?P<tag>[A-Z]{3})(?: (?P<register>[IR][0-9]))?\s*(?:\+(?P<more>[^{}]*))?\}")

@@ -9,11 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from iiwa_sim.dialect.dialogue import Dialogue, Direction
-from iiwa_sim.dialect.dialogue import Said as Told
-from iiwa_sim.dialect.krc4_short import NO_MESSAGE
+from iiwa_sim.dialect.krc4.short import NO_MESSAGE
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, KRC4
-from iiwa_sim.dialect.table import load_table
+from iiwa_sim.dialect.wire.dialogue import Dialogue, Direction
+from iiwa_sim.dialect.wire.dialogue import Said as Told
+from iiwa_sim.dialect.wire.table import load_table
 from iiwa_sim.never_waiting import NeverWaiting
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.krc4 import answers_reals

@@ -10,9 +10,9 @@ import time
 
 from iiwa_sim.client.exchange import MAX_REPLY_BYTES
 from iiwa_sim.client.lines import ReplyLines
-from iiwa_sim.dialect.decimals import readable
-from iiwa_sim.dialect.krc4_stream import Broken, XmlStream
-from iiwa_sim.dialect.krc4_table import REPLY
+from iiwa_sim.dialect.krc4.stream import Broken, XmlStream
+from iiwa_sim.dialect.krc4.table import REPLY
+from iiwa_sim.dialect.wire.decimals import readable
 from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.transcript.fault import NoServer, TranscriptFault
 from iiwa_sim.wording import harmless

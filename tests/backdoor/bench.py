@@ -6,7 +6,7 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
-from iiwa_sim.dialect.faults import WireFaults
+from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from tests.dialect.fake_robot import Journal
 from tests.stepped import SteppedRobot
 

@@ -15,7 +15,8 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.calls import CALLS, TAKES_TIME
 from iiwa_sim.cell.settings import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.faults import (
+from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.wire_faults import (
     EVERY,
     NEXT,
     CloseAfter,
@@ -27,7 +28,6 @@ from iiwa_sim.dialect.faults import (
     ResetBefore,
     Split,
 )
-from iiwa_sim.dialect.table import load_table
 from iiwa_sim.frames import Frame
 from tests.backdoor.bench import IIWA, KR_6, Bench
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.faults import Drop
+from iiwa_sim.dialect.wire.wire_faults import Drop
 from tests.backdoor.bench import Bench
 
 STIFFNESS = 2e4  # N/m

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.iiwa.session import Session
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TICK_S = 0.001

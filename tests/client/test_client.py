@@ -24,7 +24,7 @@ from iiwa_sim.client import (
     UnknownCommandError,
 )
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.table import load_table
+from iiwa_sim.dialect.wire.table import load_table
 from tests.client.peers import Answer, Awaited, Peer
 from tests.dialect.fake_robot import FakeRobot, Journal, Session
 from tools.client_source import iiwa as client_source

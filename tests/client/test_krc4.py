@@ -20,8 +20,8 @@ from iiwa_sim.client import AsyncKrc4, CommandError, Krc4, Krc4Error, Krc4Frame,
 from iiwa_sim.client._generated.krc4_numbers import COMMANDS, ERRORS
 from iiwa_sim.client.messages import LARGEST_INTEGER, SMALLEST_INTEGER, MessageConversation, message, nothing
 from iiwa_sim.client.xml_replies import XmlReplies
-from iiwa_sim.dialect.krc4_stream import XmlStream
-from iiwa_sim.dialect.krc4_table import load_krc4_table, understand
+from iiwa_sim.dialect.krc4.stream import XmlStream
+from iiwa_sim.dialect.krc4.table import load_krc4_table, understand
 from iiwa_sim.simulator import Simulator
 from tests.client.peers import Answer, Awaited, Peer
 from tools.client_source import krc4 as client_source

@@ -7,7 +7,7 @@ from iiwa_sim.controller.errors import ErrorRecord, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.status import RobotStatus
-from iiwa_sim.dialect.iiwa import Session
+from iiwa_sim.dialect.iiwa.session import Session
 from iiwa_sim.frames import Frame
 
 

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.krc4_short import from_short, short_reply, to_xml, word_for_word, written
-from iiwa_sim.dialect.krc4_stream import Broken, Element, XmlStream
-from iiwa_sim.dialect.krc4_table import reply, understand
+from iiwa_sim.dialect.krc4.short import from_short, short_reply, to_xml, word_for_word, written
+from iiwa_sim.dialect.krc4.stream import Broken, Element, XmlStream
+from iiwa_sim.dialect.krc4.table import reply, understand
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.krc4 import ask_idle, filled, is_moving, sent
 from iiwa_sim.transcript.krc4_compare import deviation

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.dialect.krc4_stream import MAX_MESSAGE_BYTES
+from iiwa_sim.dialect.krc4.stream import MAX_MESSAGE_BYTES
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.dialect.dialogue import Dialogue
-from iiwa_sim.dialect.dialogue import Said as Told
-from iiwa_sim.dialect.faults import Drop
+from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.dialect.wire.dialogue import Said as Told
+from iiwa_sim.dialect.wire.wire_faults import Drop
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import Answered, Compare, Leaves, Said, Step, Wait, read_file

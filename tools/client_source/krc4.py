@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from iiwa_sim.dialect.krc4_table import Command, load_krc4_table
+from iiwa_sim.dialect.krc4.table import Command, load_krc4_table
 from tools.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
 
 FRAME = ("X mm", "Y mm", "Z mm", "A deg", "B deg", "C deg")

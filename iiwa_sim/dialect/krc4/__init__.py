@@ -1,0 +1,1 @@
+"""KRC4's messages in XML."""

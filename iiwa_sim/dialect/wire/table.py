@@ -1,0 +1,366 @@
+"""A protocol table: the commands of a line protocol, read from protocol/NAME.toml, and how a line is parsed.
+
+A line reads `command : parameters`. Letter case is ignored, any run of blanks and tabs counts as one blank. A
+line that names no command (empty, `:`, more than one `:`) is answered `unknown command`, one with wrong
+parameters (too few, no number, out of range) `error`. Values behind the last parameter are counted: whoever
+carries out the request ignores or refuses them. Parameters behind a command that takes none are ignored.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from math import tau
+from typing import NamedTuple
+
+import msgspec
+
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
+from iiwa_sim.dialect.wire.decimals import NotANumberError, parse_decimal, quoted
+from iiwa_sim.dialect.wire.lines import MAX_LINE_BYTES, OVERLONG
+from iiwa_sim.dialect.wire.names import Names
+
+UNKNOWN_COMMAND = "unknown command"
+ERROR = "error"
+
+_CACHED_LINES = 1024
+
+
+class TableError(Exception):
+    """A protocol table is wrong; one line that names file, key and what was expected."""
+
+
+class Quantity(NamedTuple):
+    """A number on the wire: `above < value`, `minimum <= value`, `value <= maximum` where they are given."""
+
+    name: str
+    unit: str
+    meaning: str
+    above: float | None
+    minimum: float | None
+    maximum: float | None
+    integer: bool
+
+    @property
+    def range(self) -> str:
+        """The range as an inequality, such as `0 < speed <= 1`; empty where the table gives none."""
+        low = f"{self.above:g} < " if self.above is not None else ""
+        low = f"{self.minimum:g} <= " if self.minimum is not None else low
+        high = f" <= {self.maximum:g}" if self.maximum is not None else ""
+        return f"{low}{self.name}{high}" if low or high else ""
+
+    def expectation(self, value: float) -> str:
+        """What was expected instead of a value out of range; empty where it is in range."""
+        if self.integer and value != int(value):
+            return "expected a whole number"
+        too_low = (self.above is not None and value <= self.above) or (
+            self.minimum is not None and value < self.minimum
+        )
+        if not too_low and (self.maximum is None or value <= self.maximum):
+            return ""
+        parts = (
+            f"above {self.above:g}" if self.above is not None else "",
+            f"at least {self.minimum:g}" if self.minimum is not None else "",
+            f"up to {self.maximum:g}" if self.maximum is not None else "",
+        )
+        return f"expected {' and '.join(part for part in parts if part)}"
+
+
+class Command(NamedTuple):
+    """One command of the table.
+
+    It takes numbers (`parameters`, and `optional` ones, all or none of them), words (`phrase` names them),
+    words and then numbers, or nothing. It answers one of `reply_words`, numbers (`reply_values`), any number
+    of the same (`reply_list`) or a line of prose.
+    """
+
+    name: str
+    summary: str
+    mode: str
+    requirements: tuple[str, ...]
+    extension: bool
+    parameters: tuple[Quantity, ...]
+    phrase: str
+    reply_words: tuple[str, ...]
+    reply_values: tuple[Quantity, ...]
+    optional: tuple[Quantity, ...]
+    reply_list: Quantity | None
+
+    def takes(self) -> str:
+        """Its parameters by name and number: `x y z speed: 4 values`."""
+        names = [each.name for each in _in_series(self.parameters)]
+        names += [f"({each.name})" for each in self.optional]
+        more = f" or {len(self.parameters) + len(self.optional)}" if self.optional else ""
+        phrase = f"{self.phrase} and " if self.phrase else ""
+        plural = "" if len(self.parameters) == 1 and not more else "s"
+        return f"{phrase}{' '.join(names)}: {len(self.parameters)}{more} value{plural}"
+
+    def usage(self) -> str:
+        """How to write it, with units and ranges, and what it answers."""
+        takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in _in_series(self.parameters))
+        takes += "".join(f" ({each.name}[{_unit_and_range(each)}])" for each in self.optional)
+        takes = " ".join(part for part in (f"[{self.phrase}]" if self.phrase else "", takes) if part)
+        gives = " ".join(f"{each.name}[{each.unit}]" for each in _in_series(self.reply_values))
+        if self.reply_list is not None:
+            gives = f"{self.reply_list.name}[{_unit_and_range(self.reply_list)}] ..."
+        gives = gives or " / ".join(self.reply_words) or "text"
+        return f"{self.name}{' : ' if takes else ''}{takes} -> {gives}"
+
+
+def _in_series(quantities: Sequence[Quantity]) -> list[Quantity]:
+    """With one quantity `j0..j6` in place of j0 to j6, where they differ in nothing but their number."""
+    series: list[list[Quantity]] = []
+    for each in quantities:
+        if series and _follows(series[-1][-1], each):
+            series[-1].append(each)
+        else:
+            series.append([each])
+    return [
+        run[0] if len(run) == 1 else run[0]._replace(name=f"{run[0].name}..{run[-1].name}") for run in series
+    ]
+
+
+def _follows(one: Quantity, other: Quantity) -> bool:
+    stem = one.name.rstrip("0123456789")
+    number = one.name.removeprefix(stem)
+    return (
+        number != ""
+        and other.name == f"{stem}{int(number) + 1}"
+        and one._replace(name="", meaning="") == other._replace(name="", meaning="")
+    )
+
+
+def _unit_and_range(quantity: Quantity) -> str:
+    unit = "" if quantity.unit == "1" else quantity.unit
+    return ", ".join(part for part in (unit, quantity.range) if part)
+
+
+class Request(NamedTuple):
+    """A line understood: the command, its numbers or its words."""
+
+    command: Command
+    values: tuple[float, ...]
+    phrase: str
+    beyond: int = 0
+    """So many values stand behind the last parameter."""
+
+
+class Refusal(NamedTuple):
+    """A line turned down before the controller has seen it."""
+
+    reply: str
+    code: int
+    reason: str
+
+
+class Table:
+    """The commands of one protocol, by name in lower case, in the order of the table."""
+
+    def __init__(self, commands: dict[str, Command]) -> None:
+        self.commands = commands
+        self._names = Names(commands)
+        self._by_spelling: dict[bytes, Command] = {}
+        self._lines: dict[bytes, Request | Refusal] = {}
+        self._forget_lines()
+
+    def parse(self, line: bytes) -> Request | Refusal:
+        """What a line (without its end, or OVERLONG) asks for."""
+        known = self._lines.get(line)
+        return known if known is not None else self._parse(line)
+
+    def find(self, spelling: bytes) -> Command | None:
+        """The command so called, whatever its letter case and blanks."""
+        command = self._by_spelling.get(spelling)
+        if command is None:
+            command = self.commands.get(" ".join(_words(spelling)).lower())
+            if command is not None:
+                if len(self._by_spelling) >= _CACHED_LINES:
+                    self._by_spelling.clear()
+                self._by_spelling[spelling] = command
+        return command
+
+    def meant(self, spelling: bytes) -> str | None:
+        """The name of the command that may be meant by a spelling that is none."""
+        return self._names.nearest(spelling)
+
+    def _parse(self, line: bytes) -> Request | Refusal:
+        spelling, colon, rest = line.partition(b":")
+        command = self.find(spelling)
+        if command is None:
+            return _unknown(self._why_unknown(line))
+        if colon and b":" in rest:
+            return _unknown("more than one ':'")
+        if not command.parameters:
+            if command.phrase:
+                return Request(command, (), " ".join(_words(rest)))
+            return self._remember(line, Request(command, (), ""))
+        words = rest.replace(b"\t", b" ").split(b" ")
+        words = [word for word in words if word]
+        quantities = command.parameters
+        phrase = ""
+        if command.phrase:  # what is left of the numbers
+            named, words = words[: -len(quantities)], words[-len(quantities) :]
+            if not named:
+                return _error(f"{command.name} takes {command.takes()}")
+            phrase = " ".join(word.decode("ascii", "backslashreplace") for word in named)
+        if len(words) > len(quantities):
+            quantities += command.optional
+        if len(words) < len(quantities):
+            return _error(f"{command.name} takes {command.takes()}, got {len(words)}{_commas(rest)}")
+        values = []
+        for quantity, word in zip(quantities, words, strict=False):
+            try:
+                value = parse_decimal(word)
+            except NotANumberError as fault:
+                return _error(f"{quantity.name} = {fault}{_commas(word)}")
+            if expected := quantity.expectation(value):
+                return _error(f"{quantity.name} = {quoted(word)}: {expected}")
+            values.append(value)
+        return Request(command, tuple(values), phrase, len(words) - len(values))
+
+    def _why_unknown(self, line: bytes) -> str:
+        spelling, colon, _ = line.partition(b":")
+        if not line.strip(b" \t:"):
+            return "empty line"
+        words = _words(spelling)
+        if not words:
+            return "no command before the colon"
+        for count in range(len(words) - 1, 0, -1):
+            command = self.commands.get(" ".join(words[:count]).lower())
+            if command is not None and not colon and (command.parameters or command.phrase):
+                return f"expected a colon behind '{command.name}'"
+        meant = self._names.nearest(spelling)
+        return f"no such command; did you mean {meant}" if meant else "no such command"
+
+    def _remember(self, line: bytes, request: Request) -> Request:
+        if len(self._lines) >= _CACHED_LINES:
+            self._forget_lines()
+        self._lines[line] = request
+        return request
+
+    def _forget_lines(self) -> None:
+        self._lines.clear()
+        self._lines[OVERLONG] = _error(f"a line of more than {MAX_LINE_BYTES} bytes")
+
+
+def _words(text: bytes) -> list[str]:
+    return [word for word in text.replace(b"\t", b" ").decode("ascii", "backslashreplace").split(" ") if word]
+
+
+def in_degrees(request: Request) -> str:
+    """What to say of angles that are more than a turn, and so perhaps in degrees."""
+    quantities = request.command.parameters + request.command.optional
+    for quantity, value in zip(quantities, request.values, strict=False):
+        if quantity.unit == "rad" and abs(value) > tau:
+            return f"; {quantity.name} = {value:.7g} is more than a turn: angles are in rad, not in degrees"
+    return ""
+
+
+def _commas(text: bytes) -> str:
+    """What to say of commas in parameters."""
+    return "; no commas: blanks between values, a point in a decimal" if b"," in text else ""
+
+
+def _unknown(reason: str) -> Refusal:
+    return Refusal(UNKNOWN_COMMAND, COMMUNICATION_FAILURE, reason)
+
+
+def _error(reason: str) -> Refusal:
+    return Refusal(ERROR, COMMUNICATION_FAILURE, reason)
+
+
+class _ValueRow(msgspec.Struct, forbid_unknown_fields=True):
+    unit: str
+    meaning: str
+    above: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    integer: bool = False
+
+
+class _ReplyRow(msgspec.Struct, forbid_unknown_fields=True):
+    words: tuple[str, ...] = ()
+    values: str = ""
+    list: str = ""
+    prose: bool = False
+
+
+class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
+    summary: str
+    mode: str
+    requirements: list[str]
+    reply: _ReplyRow
+    parameters: str = ""
+    each_joint: str = ""
+    optional: str = ""
+    phrase: str = ""
+    extension: bool = False
+
+
+class _TableRows(msgspec.Struct, forbid_unknown_fields=True):
+    title: str
+    source: str
+    value: dict[str, _ValueRow]
+    command: dict[str, _CommandRow]
+
+
+@cache
+def load_table(name: str, joints: int = 0) -> Table:
+    """The table protocol/NAME.toml, for a robot of so many joints where it counts them.
+
+    Raises TableError where it is wrong, or counts joints and was not told how many there are.
+    """
+    text = files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_bytes()
+    return read_table(text, f"{name}.toml", joints)
+
+
+def read_table(text: bytes, source: str, joints: int = 0) -> Table:
+    """A table from its TOML text; `source` names it in the fault."""
+    try:
+        rows = msgspec.toml.decode(text, type=_TableRows)
+    except msgspec.DecodeError as fault:
+        raise TableError(f"{source}: {fault}") from None
+    return Table(
+        {name: _command(source, name, row, rows.value, joints) for name, row in rows.command.items()}
+    )
+
+
+def _command(source: str, name: str, row: _CommandRow, values: dict[str, _ValueRow], joints: int) -> Command:
+    def quantities(key: str, names: str) -> tuple[Quantity, ...]:
+        for each in names.split():
+            if each not in values:
+                raise TableError(f"{source}: command.{name}.{key}: {each} has no row in [value]")
+        return tuple(Quantity(each, *msgspec.structs.astuple(values[each])) for each in names.split())
+
+    if name != " ".join(name.lower().split()):
+        raise TableError(f"{source}: command.{name}: expected a name in lower case with single blanks")
+    parameters = quantities("parameters", row.parameters)
+    if row.each_joint:
+        listed = quantities("each_joint", row.each_joint)
+        if len(listed) > 1 or parameters:
+            raise TableError(f"{source}: command.{name}.each_joint: expected one value, and no parameters")
+        if not joints:
+            raise TableError(f"{source}: command.{name}.each_joint: expected to be told how many there are")
+        parameters = tuple(listed[0]._replace(name=f"{listed[0].name}{place}") for place in range(joints))
+    if row.optional and not row.parameters:
+        raise TableError(f"{source}: command.{name}.optional: expected parameters, too")
+    if row.optional and row.phrase:
+        raise TableError(f"{source}: command.{name}.optional: expected no phrase with it")
+    reply = row.reply
+    if (bool(reply.words), bool(reply.values), bool(reply.list), reply.prose).count(True) != 1:
+        raise TableError(f"{source}: command.{name}.reply: expected one of words, values, list, prose")
+    listed = quantities("reply.list", reply.list)
+    if len(listed) > 1:
+        raise TableError(f"{source}: command.{name}.reply.list: expected one value")
+    return Command(
+        name=name,
+        summary=row.summary,
+        mode=row.mode,
+        requirements=tuple(row.requirements),
+        extension=row.extension,
+        parameters=parameters,
+        phrase=row.phrase,
+        reply_words=reply.words,
+        reply_values=quantities("reply.values", reply.values),
+        optional=quantities("optional", row.optional),
+        reply_list=listed[0] if listed else None,
+    )

@@ -1,0 +1,147 @@
+"""The bridge: a robot behind a connection, in turns asked how it is and shown to ROS."""
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+from iiwa_sim.client import AsyncIiwa, ReplyError
+from iiwa_sim.log import SessionLog
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.ros.bridge.fault import BridgeFault
+from iiwa_sim.ros.bridge.remote import RemoteRobot
+from iiwa_sim.ros.conventions import TODAYS, Conventions
+from iiwa_sim.ros.side import RosSide
+from iiwa_sim.serve.listening import host_and_port, why
+from iiwa_sim.serve.web_access import WebAccess
+
+RATE_HZ = 100
+"""Rounds in a second, where the connection is fast enough for them."""
+RECONNECT_S = 1.0
+
+logger = logging.getLogger(__name__)
+
+
+class Bridge:
+    """The robot at `server` is on ROS while the context is open.
+
+    Where the connection fails later it is opened again, every second until that succeeds; what was asked for,
+    and what is asked for meanwhile, has failed. Raises RosFault where the library for rosbridge or ROS is not
+    installed; entering the context raises BridgeFault if there is no robot, ListenFault, and RosFault if
+    there can be no node.
+    """
+
+    def __init__(
+        self,
+        server: tuple[str, int],
+        description: RobotDescription,
+        *,
+        host: str,
+        rosbridge_port: int | None,
+        rosbridge_secret: str | None = None,
+        rosbridge_origins: Sequence[str] = (),
+        rosbridge_hosts: Sequence[str] = (),
+        ros: bool = False,
+        conventions: Conventions = TODAYS,
+    ) -> None:
+        """`rosbridge_origins` and `rosbridge_hosts` as of `Simulator`, and ValueError for what is none."""
+        self._server = server
+        self._client = AsyncIiwa(*server)
+        self._robot = RemoteRobot(self._client, description)
+        self._wake = asyncio.Event()
+        self._ros = RosSide(
+            self._robot,
+            RATE_HZ,
+            SessionLog(),
+            host=host,
+            rosbridge_port=rosbridge_port,
+            rosbridge_secret=rosbridge_secret,
+            rospy=ros,
+            conventions=conventions,
+            on_heard=self._wake.set,
+            access=WebAccess(rosbridge_origins, rosbridge_hosts),
+        )
+
+    @property
+    def rosbridge_address(self) -> tuple[str, int] | None:
+        """Host and port that rosbridge listens on, if it does."""
+        return self._ros.rosbridge_address
+
+    @property
+    def ros_master(self) -> str | None:
+        """The ROS master of which the robot is a node, if it is."""
+        return self._ros.ros_master
+
+    async def __aenter__(self) -> Self:
+        try:
+            await self._client.reconnect()
+            await self._robot.look()
+        except (OSError, ReplyError) as fault:
+            self._client.close()
+            raise BridgeFault(f"no robot at {host_and_port(*self._server)}: {why(fault)}") from None
+        try:
+            await self._ros.start()
+        except BaseException:
+            self._client.close()
+            raise
+        self._rounds = asyncio.create_task(self._go_on())
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
+    ) -> None:
+        self._rounds.cancel()
+        await asyncio.wait([self._rounds])
+        await self._ros.close()
+        self._client.close()
+
+    async def _go_on(self) -> None:
+        loop = asyncio.get_running_loop()
+        due_s = loop.time()
+        while True:
+            try:
+                await self._robot.do_asked()
+                if loop.time() >= due_s:
+                    await self._robot.look()
+            except (OSError, ReplyError) as fault:
+                logger.warning("the connection to the robot failed: %s", why(fault))
+                await self._reconnect(fault)
+                logger.warning("there is a connection to the robot again")
+            if loop.time() >= due_s:
+                self._ros.step()
+                due_s = max(due_s + 1.0 / RATE_HZ, loop.time())
+            self._wake.clear()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout_at(due_s):
+                    await self._wake.wait()
+
+    async def _reconnect(self, fault: Exception) -> None:
+        """Return when the robot answers again; what is asked for meanwhile fails, and ROS is told why."""
+        self._robot.give_up(_no_connection(fault))
+        loop = asyncio.get_running_loop()
+        connecting, due_s = asyncio.create_task(self._connect()), loop.time()
+        try:
+            while not connecting.done():
+                self._ros.step()
+                due_s = max(due_s + 1.0 / RATE_HZ, loop.time())
+                await asyncio.wait([connecting], timeout=due_s - loop.time())
+        finally:
+            connecting.cancel()
+            await asyncio.wait([connecting])
+
+    async def _connect(self) -> None:
+        while True:
+            # Before the first attempt, too: who accepts connections and ends them is not asked all the time.
+            await asyncio.sleep(RECONNECT_S)
+            try:
+                await self._client.reconnect()
+                await self._robot.look()
+                return
+            except (OSError, ReplyError) as fault:
+                self._robot.give_up(_no_connection(fault))
+
+
+def _no_connection(fault: Exception) -> str:
+    return f"no connection to the robot: {why(fault)}"

@@ -1,0 +1,202 @@
+"""The message and service definitions of protocol/rmi: fields, MD5 sums, and types that check what comes in.
+
+The definitions are those of ROS 1: https://wiki.ros.org/msg, https://wiki.ros.org/srv.
+"""
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from hashlib import md5
+from importlib.resources import files
+from types import GenericAlias
+from typing import Annotated, Any, NamedTuple
+
+from msgspec import Meta, Struct, defstruct, field
+
+from iiwa_sim.ros.conventions import ResultType
+
+
+class Time(Struct, forbid_unknown_fields=True):
+    """A point in time as ROS 1 has it, since 1970."""
+
+    secs: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
+    nsecs: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
+
+
+def _integer(bits: int, signed: bool) -> Any:
+    low = -(2 ** (bits - 1)) if signed else 0
+    return Annotated[int, Meta(ge=low, le=low + 2**bits - 1)]
+
+
+PRIMITIVES: dict[str, tuple[Any, Any]] = {
+    "bool": (bool, False),
+    "string": (str, ""),
+    "float32": (float, 0.0),
+    "float64": (float, 0.0),
+    "int8": (_integer(8, True), 0),
+    "int32": (_integer(32, True), 0),
+    "uint32": (_integer(32, False), 0),
+    "time": (Time, None),
+}
+"""Of what occurs in our definitions: type and default."""
+
+RESULT = "robot_movement_interface/Result"
+
+_BETWEEN = "\n" + 80 * "=" + "\n"
+_NAME = re.compile(r"\w+/\w+")
+_CONSTANT = re.compile(r"(\S+)\s+(\w+)\s*=\s*(\S+)")
+
+
+class Field(NamedTuple):
+    """One line of a definition."""
+
+    type: str
+    """Of one element; messages with their package."""
+    name: str
+    is_list: bool
+
+
+class Definition(NamedTuple):
+    """A message, or one half of a service."""
+
+    name: str
+    """package/Type"""
+    text: str
+    fields: tuple[Field, ...]
+    constants: tuple[tuple[str, str, str], ...]
+    """Type, name and value."""
+
+
+class Service(NamedTuple):
+    """What is asked, and what is answered."""
+
+    name: str
+    """package/Type"""
+    request: Definition
+    response: Definition
+
+
+@cache
+def message(name: str) -> Definition:
+    """The definition of package/Type. Raises KeyError where there is none."""
+    package, kind = _split(name)
+    return _parsed(name, _text(package, "msg", kind), package)
+
+
+@cache
+def result_message(version: ResultType) -> Definition:
+    """The definition of Result in one version of the package: the first constants of today's."""
+    today = message(RESULT)
+    constants = [f"{kind} {name} = {value}" for kind, name, value in today.constants[: version.value]]
+    fields = [line for line in today.text.splitlines() if "=" not in line]
+    return _parsed(RESULT, "".join(f"{line}\n" for line in (*constants, *fields)), "robot_movement_interface")
+
+
+@cache
+def service(name: str) -> Service:
+    """The definition of package/Type. Raises KeyError where there is none."""
+    package, kind = _split(name)
+    request, response = re.split(r"^---\n", _text(package, "srv", kind), flags=re.MULTILINE)
+    return Service(
+        name, _parsed(f"{name}Request", request, package), _parsed(f"{name}Response", response, package)
+    )
+
+
+def message_md5(name: str) -> str:
+    """The sum of the message package/Type that both ends of a ROS 1 topic compare."""
+    return definition_md5(message(name))
+
+
+def definition_md5(definition: Definition) -> str:
+    """The sum of a message that both ends of a ROS 1 topic compare."""
+    return md5(_summed(definition).encode()).hexdigest()  # not for security
+
+
+def service_md5(name: str) -> str:
+    """The sum that both ends of a ROS 1 service compare."""
+    both = service(name)
+    return md5((_summed(both.request) + _summed(both.response)).encode()).hexdigest()
+
+
+@cache
+def type_of(definition: Definition) -> type[Struct]:
+    """A class of such messages: fields that are not given have the defaults of ROS, others are refused."""
+    fields: list[tuple[str, Any, Any]] = []
+    for each in definition.fields:
+        kind, default = PRIMITIVES.get(each.type) or (type_of(message(each.type)), None)
+        if each.is_list:
+            fields.append((each.name, GenericAlias(list, kind), field(default_factory=list)))
+        elif default is None:
+            fields.append((each.name, kind, field(default_factory=kind)))
+        else:
+            fields.append((each.name, kind, default))
+    name = definition.name.split("/")[1]
+    return defstruct(name, fields, forbid_unknown_fields=True, module=__name__)
+
+
+def parts(definition: Definition) -> Iterator[Definition]:
+    """The definition, and those of all messages in it, each once."""
+    seen = {definition.name: definition}
+    waiting = [definition]
+    while waiting:
+        each = waiting.pop(0)
+        yield each
+        for part in each.fields:
+            if part.type not in PRIMITIVES and part.type not in seen:
+                seen[part.type] = message(part.type)
+                waiting.append(seen[part.type])
+
+
+def full_text(*definitions: Definition) -> str:
+    """The definitions and those of all messages in them in one text, as the tools of ROS write it."""
+    all_of_them = {part.name: part for each in definitions for part in parts(each)}
+    first, *others = all_of_them.values()
+    return _BETWEEN.join([first.text, *(f"MSG: {each.name}\n{each.text}" for each in others)])
+
+
+def _split(name: str) -> tuple[str, str]:
+    if _NAME.fullmatch(name) is None:
+        raise KeyError(name)
+    package, _, kind = name.partition("/")
+    return package, kind
+
+
+def _text(package: str, kind: str, name: str) -> str:
+    path = files("iiwa_sim.protocol").joinpath("rmi", package, kind, f"{name}.{kind}")
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError:
+        raise KeyError(f"{package}/{name}") from None
+
+
+def _parsed(name: str, text: str, package: str) -> Definition:
+    fields, constants = [], []
+    for line in text.splitlines():
+        told = line.partition("#")[0].strip()
+        constant = _CONSTANT.fullmatch(told)
+        if constant is not None:
+            kind, constant_name, value = constant.groups()
+            constants.append((kind, constant_name, value))
+        elif told:
+            kind, field_name = told.split()
+            fields.append(
+                Field(_whole_name(kind.removesuffix("[]"), package), field_name, kind.endswith("[]"))
+            )
+    return Definition(name, text, tuple(fields), tuple(constants))
+
+
+def _whole_name(kind: str, package: str) -> str:
+    if kind in PRIMITIVES or "/" in kind:
+        return kind
+    return "std_msgs/Header" if kind == "Header" else f"{package}/{kind}"
+
+
+def _summed(definition: Definition) -> str:
+    """The text that is summed: constants, then fields, with the sums of messages in place of their types."""
+    lines = [f"{kind} {name}={value}" for kind, name, value in definition.constants]
+    for each in definition.fields:
+        if each.type in PRIMITIVES:
+            lines.append(f"{each.type}{'[]' if each.is_list else ''} {each.name}")
+        else:
+            lines.append(f"{message_md5(each.type)} {each.name}")
+    return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""The ROS side for clients of rosbridge: JSON, PNG and CBOR over WebSockets."""

@@ -1,0 +1,72 @@
+"""A message of a topic as a frame for a client of rosbridge, in the `compression` that it asks for.
+
+Text frames are str, binary ones bytes. Needs the library cbor2.
+"""
+
+import struct
+from typing import Any
+
+import msgspec
+from cbor2 import CBORTag, dumps
+
+from iiwa_sim.ros.rmi.definitions import Definition, message
+from iiwa_sim.ros.rmi.serialized import serialized
+
+COMPRESSIONS = ("none", "cbor", "cbor-raw")
+"""JSON; CBOR; CBOR around the bytes that ROS 1 sends. Of several subscriptions of a client the last in this
+order counts, as in rosbridge_suite."""
+
+MOST_KINDS = 100
+"""Of newest messages that are remembered."""
+
+_ARRAYS = {"float32": (85, "f"), "float64": (86, "d")}
+"""Tags of typed arrays, little-endian, that clients take apart quickly (RFC 8746), and their elements."""
+
+_json = msgspec.json.Encoder().encode
+
+
+_newest: dict[tuple[str, str], tuple[dict[str, Any], str | bytes]] = {}
+
+
+def encoded_once(
+    compression: str, topic: str, kind: str, content: dict[str, Any], time: dict[str, int]
+) -> str | bytes:
+    """As `encoded`: the newest message of a topic is made once for all clients that want it so."""
+    known = _newest.get((compression, topic))
+    if known is not None and known[0] is content:
+        return known[1]
+    frame = encoded(compression, topic, kind, content, time)
+    if len(_newest) > MOST_KINDS:  # a client may write a topic in many ways
+        _newest.clear()
+    _newest[compression, topic] = (content, frame)
+    return frame
+
+
+def encoded(
+    compression: str, topic: str, kind: str, content: dict[str, Any], time: dict[str, int]
+) -> str | bytes:
+    """The `publish` of a message of type `kind`; `time` is that of ROS now."""
+    if compression == "none":
+        return _json({"op": "publish", "topic": topic, "msg": content}).decode()
+    definition = message(kind)
+    if compression == "cbor":
+        told = _with_arrays(definition, content)
+    else:
+        told = {**time, "bytes": serialized(definition, content)}
+    return dumps({"op": "publish", "topic": topic, "msg": told})
+
+
+def _with_arrays(definition: Definition, content: dict[str, Any]) -> dict[str, Any]:
+    """With lists of numbers as typed arrays."""
+    told = dict(content)
+    for field in definition.fields:
+        value = content[field.name]
+        if field.is_list and field.type in _ARRAYS:
+            tag, element = _ARRAYS[field.type]
+            told[field.name] = CBORTag(tag, struct.pack(f"<{len(value)}{element}", *value))
+        elif "/" in field.type:
+            part = message(field.type)
+            told[field.name] = (
+                [_with_arrays(part, each) for each in value] if field.is_list else _with_arrays(part, value)
+            )
+    return told

@@ -1,0 +1,438 @@
+"""One client of rosbridge, message by message, on the stepped core."""
+
+from __future__ import annotations
+
+import json
+import struct
+from hashlib import sha512
+from typing import Any
+
+import cbor2
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.ros.rmi.definitions import message
+from iiwa_sim.ros.rmi.node import PUBLISHED
+from iiwa_sim.ros.rmi.serialized import serialized
+from iiwa_sim.ros.rosbridge.mac import Secret
+from iiwa_sim.ros.rosbridge.outbox import Outbox
+from iiwa_sim.ros.rosbridge.rosapi import RosApi
+from iiwa_sim.ros.rosbridge.session import MOST_SUBSCRIPTIONS, NOT_OURS, RosbridgeSession
+from tests.ros_robot import NOW_NS, RosRobot, ptp
+
+A = (0.3, 0.3, 0.0, -1.2, 0.0, 1.0, 0.0)
+NOW_S = NOW_NS // 1_000_000_000
+SECRET = "0123456789abcdef"
+
+
+class Client:
+    """One client of a robot."""
+
+    def __init__(self, robot: RosRobot, secret: str | None = None) -> None:
+        def now_ns() -> int:
+            return NOW_NS
+
+        self.robot = robot
+        self.outbox = Outbox(lambda: None)
+        self.session = RosbridgeSession(
+            robot.node,
+            RosApi(robot.node),
+            self.outbox,
+            robot.log,
+            "test",
+            secret=None if secret is None else Secret(secret, now_ns),
+        )
+
+    def says(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
+        return self.sends(json.dumps({"op": operation, **fields}).encode())
+
+    def sends(self, text: bytes) -> list[dict[str, Any]]:
+        """What is answered."""
+        self.session.receive(text)
+        return self.hears()
+
+    def hears(self) -> list[dict[str, Any]]:
+        heard = []
+        while (message := self.outbox.next(self.robot.controller.tick * 0.002).message) is not None:
+            heard.append(json.loads(message) if isinstance(message, str) else cbor2.loads(message))
+        return heard
+
+    def is_told(self, operation: str, **fields: Any) -> str:
+        """The words of the error that is the only answer."""
+        (status,) = self.says(operation, **fields)
+        assert (status["op"], status["level"]) == ("status", "error")
+        assert status.get("id") == fields.get("id")
+        return str(status["msg"])
+
+    def calls(self, service: str, args: Any = None, **fields: Any) -> dict[str, Any]:
+        (response,) = self.says(
+            "call_service", service=service, **({} if args is None else {"args": args}), **fields
+        )
+        assert response["op"] == "service_response"
+        assert response["service"] == service
+        return response
+
+
+@pytest.fixture
+def robot() -> RosRobot:
+    return RosRobot()
+
+
+@pytest.fixture
+def client(robot: RosRobot) -> Client:
+    return Client(robot)
+
+
+def test_a_published_list_moves_the_robot_and_its_results_come(client: Client, robot: RosRobot) -> None:
+    kind = "robot_movement_interface/CommandList"
+    assert client.says("advertise", topic="/command_list", type=kind, id="advertise:1") == []
+    assert client.says("subscribe", topic="command_result", type="robot_movement_interface/Result") == []
+    assert client.says("publish", topic="/command_list", msg={"commands": [ptp(3, A)]}) == []
+    robot.runs_until_results(1)
+    (result,) = client.hears()
+    assert (result["op"], result["topic"]) == ("publish", "command_result"), "named as the client names it"
+    assert result["msg"]["command_id"] == 3
+    assert result["msg"]["result_code"] == 0
+    assert client.says("unadvertise", topic="/command_list") == []
+
+
+def test_results_are_not_lost_while_a_client_is_busy(client: Client, robot: RosRobot) -> None:
+    client.says("subscribe", topic="/command_result")
+    here = robot.controller.joints
+    client.says("publish", topic="/command_list", msg={"commands": [ptp(k, here) for k in range(50)]})
+    robot.runs_until_results(50)
+    assert [message["msg"]["command_id"] for message in client.hears()] == list(range(50))
+
+
+def test_throttle_and_queue_of_several_subscriptions(client: Client, robot: RosRobot) -> None:
+    def heard_in_a_second() -> int:
+        count = 0
+        for _ in range(500):
+            robot.step()
+            count += len(client.hears())
+        return count
+
+    client.says("subscribe", topic="/joint_states", id="1", throttle_rate=200)
+    assert heard_in_a_second() == 5
+    client.says("subscribe", topic="/joint_states", id="2", throttle_rate=50, queue_length=1)
+    assert heard_in_a_second() == pytest.approx(20, abs=1)
+    client.says("unsubscribe", topic="/joint_states", id="2")
+    assert heard_in_a_second() == pytest.approx(5, abs=1)
+    client.says("subscribe", topic="/joint_states", id="3")
+    assert heard_in_a_second() == pytest.approx(100, abs=3)
+    client.says("unsubscribe", topic="/joint_states")
+    assert heard_in_a_second() == 0
+
+
+def test_a_client_that_goes_hears_nothing_more_and_stops_nothing(client: Client, robot: RosRobot) -> None:
+    client.says("subscribe", topic="/joint_states")
+    client.says("publish", topic="/command_list", msg={"commands": [ptp(1, A)]})
+    robot.step(20)
+    client.session.end()
+    assert not robot.node._listeners["/joint_states"]
+    robot.runs_until_results(1)
+    assert robot.results == [(1, 0)]
+
+
+def test_services_by_name_and_by_place(client: Client, robot: RosRobot) -> None:
+    assert client.calls("/scale_speed", {"value": 0.5}, id="a") == {
+        "op": "service_response",
+        "service": "/scale_speed",
+        "values": {},
+        "result": True,
+        "id": "a",
+    }
+    assert client.calls("scale_speed", [0.25])["result"] is True
+    assert robot.controller.override == 0.25
+    assert client.calls("/get_io", {"number": 1})["values"] == {"value": False, "error": 0}
+    assert client.calls("/stop_robot_right_now")["values"] == {"success": True, "message": ""}
+
+
+@pytest.mark.parametrize(
+    ("service", "args", "words"),
+    [
+        ("/nothing", None, "there is no /nothing"),
+        ("/scale_speed", {"value": "x"}, "Expected `float`"),
+        ("/scale_speed", {"speed": 1}, "unknown field `speed`"),
+        ("/scale_speed", [1, 2], "up to 1 arguments, got 2"),
+        ("/scale_speed", 7, "Expected `object`"),
+        ("/rosapi/message_details", {"type": "a/B"}, "there is no a/B"),
+        ("/rosapi/topic_type", ["/joint_states", 2], "expected up to 1 arguments, got 2"),
+    ],
+)
+def test_a_call_that_fails_answers_false_and_a_string(
+    client: Client, robot: RosRobot, service: str, args: Any, words: str
+) -> None:
+    response = client.calls(service, args, id=7)
+    assert response["result"] is False
+    assert words in response["values"]
+    assert response["id"] == 7
+    assert robot.controller.override == 1.0
+
+
+@pytest.mark.parametrize(
+    ("field", "words"),
+    [
+        ({"fragment_size": 100}, "messages are sent whole"),
+        ({"compression": "png"}, "compression png: expected none"),
+    ],
+)
+def test_a_call_whose_answer_is_wanted_otherwise_fails(
+    client: Client, field: dict[str, Any], words: str
+) -> None:
+    response = client.calls("/get_io", {"number": 1}, **field)
+    assert response["result"] is False
+    assert words in response["values"]
+    assert client.calls("/get_io", {"number": 1}, **dict.fromkeys(field))["result"] is True
+
+
+def test_cbor_has_numbers_as_typed_arrays(client: Client, robot: RosRobot) -> None:
+    client.says("subscribe", topic="joint_states", compression="cbor")
+    robot.step(5)
+    (heard,) = client.hears()
+    assert (heard["op"], heard["topic"]) == ("publish", "joint_states")
+    assert heard["msg"]["name"] == list(robot.controller.description.joints)
+    position = heard["msg"]["position"]
+    assert position.tag == 86  # float64, little-endian
+    assert struct.unpack("<7d", position.value) == robot.controller.joints
+
+
+@pytest.mark.parametrize("topic", PUBLISHED)
+def test_raw_cbor_has_the_bytes_of_ros_1(client: Client, robot: RosRobot, topic: str) -> None:
+    client.says("subscribe", topic=topic)
+    plain = Client(robot)
+    plain.says("subscribe", topic=topic)
+    client.says("subscribe", topic=topic, id="2", compression="cbor")
+    client.says("subscribe", topic=topic, id="3", compression="cbor-raw")
+    robot.gets(ptp(1, robot.controller.joints))
+    robot.step(50)
+    (*_, raw), (*_, told) = client.hears(), plain.hears()
+    assert (raw["op"], raw["topic"]) == ("publish", topic)
+    assert divmod(NOW_NS, 10**9) == (raw["msg"]["secs"], raw["msg"]["nsecs"])
+    definition = message(PUBLISHED[topic][0])
+    assert raw["msg"]["bytes"] == serialized(definition, told["msg"])
+    client.says("unsubscribe", topic=topic, id="3")
+    client.says("unsubscribe", topic=topic, id="2")
+    robot.gets(ptp(1, robot.controller.joints))
+    robot.step(50)
+    assert [*client.hears()][-1] == [*plain.hears()][-1], "the subscription without an encoding is left"
+
+
+def test_subscriptions_of_a_topic_are_bounded(client: Client, robot: RosRobot) -> None:
+    for k in range(MOST_SUBSCRIPTIONS):
+        assert client.says("subscribe", topic="/joint_states", id=str(k)) == []
+    assert "times: expected no more" in client.is_told("subscribe", topic="/joint_states", id="more")
+    assert "up to 200 letters" in client.is_told("subscribe", topic="/joint_states", id=201 * "x")
+    assert client.says("subscribe", topic="/joint_states", id="0", throttle_rate=1) == []
+    robot.step(5)
+    assert len(client.hears()) == 1
+
+
+def test_what_tools_ask_when_they_connect(client: Client) -> None:
+    """Foxglove asks for the texts of all types, roslibjs for the rest where a program does."""
+    raw = client.calls("/rosapi/topics_and_raw_types")["values"]
+    assert set(raw) == {"topics", "types", "typedefs_full_text"}
+    texts = dict(zip(raw["types"], raw["typedefs_full_text"], strict=True))
+    own, *parts = texts["sensor_msgs/JointState"].split("\n" + 80 * "=" + "\n")
+    assert "float64[] position" in own
+    assert [part.splitlines()[0] for part in parts] == ["MSG: std_msgs/Header"]
+    assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": []}
+    assert client.calls("/rosapi/has_param", {"name": "/x"})["values"] == {"exists": False}
+    assert client.calls("/rosapi/get_param", {"name": "/x"})["values"] == {"value": "null"}
+    assert client.calls("/rosapi/get_param", ["/x", "[1]"])["values"] == {"value": "[1]"}
+    assert client.calls("/rosapi/get_param", ["/x", "word"])["values"] == {"value": '"word"'}
+    assert client.calls("/rosapi/topic_type", ["/joint_states"])["values"] == {
+        "type": "sensor_msgs/JointState"
+    }
+
+
+def test_rosapi(client: Client) -> None:
+    topics = client.calls("/rosapi/topics")["values"]
+    named = dict(zip(topics["topics"], topics["types"], strict=True))
+    assert named["/joint_states"] == "sensor_msgs/JointState"
+    assert named["/command_list"] == "robot_movement_interface/CommandList"
+    assert client.calls("/rosapi/topic_type", {"topic": "joint_states"})["values"] == {
+        "type": "sensor_msgs/JointState"
+    }
+    assert client.calls("/rosapi/topic_type", {"topic": "/x"})["values"] == {"type": ""}
+    services = client.calls("/rosapi/services")["values"]["services"]
+    for service in services:
+        assert client.calls("/rosapi/service_type", {"service": service})["values"]["type"]
+    assert client.calls("/rosapi/services_for_type", {"type": "std_srvs/Trigger"})["values"] == {
+        "services": ["/stop_robot_right_now"]
+    }
+    (header, *_) = client.calls("/rosapi/message_details", {"type": "std_msgs/Header"})["values"]["typedefs"]
+    assert header["fieldnames"] == ["seq", "stamp", "frame_id"]
+    assert header["fieldtypes"] == ["uint32", "time", "string"]
+    assert client.calls("/rosapi/get_time")["values"]["time"]["secs"] == NOW_S
+    assert client.calls("/rosapi/nodes")["values"] == {"nodes": ["/iiwa_sim"]}
+
+
+@pytest.mark.parametrize(
+    ("operation", "fields", "words"),
+    [
+        ("publish", {"topic": "/joint_states", "msg": {}}, "nobody listens to /joint_states"),
+        ("publish", {"topic": "/command_list", "msg": {"commands": [{"pose": [None]}]}}, "commands[0].pose"),
+        ("publish", {"topic": "/command_list", "msg": []}, "Expected `object`"),
+        ("publish", {"topic": 5}, "topic: expected a name"),
+        ("publish", {}, "topic: expected a name"),
+        ("advertise", {"topic": "/chatter", "type": "std_msgs/String"}, "nobody listens to /chatter"),
+        ("advertise", {"topic": "/command_list", "type": "std_msgs/String"}, "not std_msgs/String"),
+        ("subscribe", {"topic": "/chatter"}, "nobody publishes /chatter"),
+        ("subscribe", {"topic": "/joint_states", "type": "a/B"}, "is of type sensor_msgs/JointState"),
+        ("subscribe", {"topic": "/joint_states", "compression": "png"}, "expected none, cbor, cbor-raw"),
+        ("subscribe", {"topic": "/joint_states", "compression": []}, "expected none, cbor, cbor-raw"),
+        ("subscribe", {"topic": "/joint_states", "fragment_size": 1000}, "messages are sent whole"),
+        ("subscribe", {"topic": "/joint_states", "throttle_rate": -1}, "throttle_rate: expected a number"),
+        ("subscribe", {"topic": "/joint_states", "queue_length": "x"}, "queue_length: expected a number"),
+        ("subscribe", {"topic": "/joint_states", "throttle_rate": 1e300}, "throttle_rate: expected a number"),
+        ("unsubscribe", {"topic": "/joint_states"}, "is not subscribed to"),
+        ("call_service", {}, "service: expected a name"),
+        ("set_level", {"level": "loud"}, "level loud"),
+        ("dance", {}, "op dance: expected advertise"),
+        *[(operation, {}, "is not offered here") for operation in NOT_OURS],
+    ],
+)
+def test_misuse_is_told_with_the_id_and_changes_nothing(
+    client: Client, robot: RosRobot, operation: str, fields: dict[str, Any], words: str
+) -> None:
+    assert words in client.is_told(operation, id="mine", **fields)
+    assert words in client.is_told(operation, **fields)
+    assert not robot.controller.moving
+    assert not any(robot.node._listeners["/joint_states"])
+    assert robot.log.refusals[-1][2] == 3040
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"{",
+        b"[]",
+        b"null",
+        b"7",
+        b'"op"',
+        b"{}",
+        b'{"op":null}',
+        b'{"op":["publish"]}',
+        b'{"op":"publish","topic":"/command_list","msg":{"commands":[{"pose":[NaN]}]}}',
+        b'{"op":"publish","topic":"/command_list","msg":{"commands":[{"pose":[1e999]}]}}',
+        b"\xff\xfe",
+        b'{"op":"\xff"}',
+        b'{"op":"\\ud800"}',
+        b"[" * 100_000,
+        b'{"a":' * 50_000,
+        b"\x16\x00\x00\x00\x02op\x00\x05\x00\x00\x00auth\x00\x00",
+    ],
+)
+def test_what_is_no_message_is_told(client: Client, text: bytes) -> None:
+    (status,) = client.sends(text)
+    assert status["op"] == "status"
+    assert len(status["msg"]) < 1000
+    assert client.calls("/rosapi/nodes")["result"] is True
+
+
+_json = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=5,
+)
+_fields = st.fixed_dictionaries(
+    {},
+    optional={
+        "topic": st.sampled_from(["/command_list", "/joint_states"]) | _json,
+        "service": st.sampled_from(["/get_io", "/rosapi/topic_type", "/rosapi/message_details"]) | _json,
+        **dict.fromkeys(("msg", "args", "id", "type", "level", "throttle_rate", "queue_length"), _json),
+    },
+)
+_operations = st.sampled_from(
+    ["publish", "subscribe", "unsubscribe", "advertise", "call_service", "auth", "set_level", "status"]
+)
+ROBOT = RosRobot()
+
+
+@settings(max_examples=300)
+@given(st.lists(st.tuples(_operations | st.text(max_size=5), _fields), max_size=5))
+def test_whatever_comes_the_session_goes_on(messages: list[tuple[str, dict[str, Any]]]) -> None:
+    client = Client(ROBOT)  # its log raises what is a fault of ours
+    for operation, fields in messages:
+        client.says(operation, **fields)
+    client.says("set_level", level="error")
+    assert client.calls("/rosapi/nodes")["result"] is True
+    client.session.end()
+    assert not ROBOT.node._listeners["/joint_states"]
+
+
+def test_errors_can_be_turned_off(client: Client) -> None:
+    assert client.says("set_level", level="none") == []
+    assert client.says("dance") == []
+    assert client.says("status", level="error", msg="of the client") == []
+
+
+def test_a_fault_of_ours_costs_no_connection(
+    client: Client, robot: RosRobot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    faults: list[Exception] = []
+
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(robot.node, "receive", fails)
+    monkeypatch.setattr(robot.log, "exception", lambda *told: faults.append(told[-1]))
+    assert "internal fault" in client.is_told("publish", topic="/command_list", msg={}, id="1")
+    assert isinstance(faults[0], ZeroDivisionError)
+
+
+def auth(secret: str = SECRET, **fields: Any) -> dict[str, Any]:
+    told: dict[str, Any] = {
+        "client": "me",
+        "dest": "robot",
+        "rand": "xyz",
+        "t": NOW_S,
+        "level": "admin",
+        "end": NOW_S + 60,
+        **fields,
+    }
+    summed = secret + "".join(str(told[name]) for name in ("client", "dest", "rand", "t", "level", "end"))
+    return {"mac": sha512(summed.encode()).hexdigest(), **told}
+
+
+def test_without_a_secret_any_auth_is_taken(client: Client) -> None:
+    assert client.says("auth", mac="?") == []
+    assert client.says("auth") == []
+    assert client.calls("/rosapi/nodes")["result"] is True
+
+
+def test_with_a_secret_a_client_that_knows_it_is_let_in(robot: RosRobot) -> None:
+    client = Client(robot, SECRET)
+    assert client.says("auth", **auth()) == []
+    assert client.calls("/rosapi/nodes")["result"] is True
+    assert not client.session.closing
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        (auth("another"), "mac: made with another secret"),
+        ({**auth(), "level": "root"}, "mac: made with another secret"),
+        (auth(t=NOW_S - 6), "t is more than 5 s"),
+        (auth(t=NOW_S + 6), "t is more than 5 s"),
+        (auth(end=NOW_S - 1), "end is over"),
+        (auth(t=None), "t: expected whole seconds"),
+        (auth(end=True), "end: expected whole seconds"),
+        ({**auth(), "mac": 7}, "mac: expected text"),
+        ({**auth(), "mac": "é"}, "mac: made with another secret"),
+        ({}, "client: expected text"),
+    ],
+)
+def test_with_a_secret_others_are_closed(robot: RosRobot, message: dict[str, Any], words: str) -> None:
+    client = Client(robot, SECRET)
+    assert words in client.is_told("auth", **message)
+    assert client.session.closing
+
+
+def test_with_a_secret_nothing_goes_before_auth(robot: RosRobot) -> None:
+    client = Client(robot, SECRET)
+    assert "expected op auth" in client.is_told("call_service", service="/stop_robot_right_now")
+    assert client.session.closing

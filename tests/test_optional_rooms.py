@@ -1,0 +1,25 @@
+"""What is optional costs nothing where nobody asks for it: it is not even loaded."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+LOADED = """
+import sys
+import iiwa_sim.cli.serve
+from iiwa_sim.simulator import Simulator
+Simulator(**{options})
+print(*(name for name in sys.modules if name.startswith("iiwa_sim.ros")))
+"""
+
+
+def rooms_loaded(options: dict[str, object]) -> set[str]:
+    text = LOADED.format(options=options)
+    told = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    return set(told.stdout.split())
+
+
+def test_the_ros_room_is_loaded_only_for_a_robot_on_ros() -> None:
+    assert rooms_loaded({}) == {"iiwa_sim.ros", "iiwa_sim.ros.conventions"}  # what the options are told from
+    assert "iiwa_sim.ros.rosbridge.server" in rooms_loaded({"rosbridge_port": 0})
