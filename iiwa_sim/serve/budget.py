@@ -118,8 +118,8 @@ class Budget:
             self._first()
             spent_s = self._spent_s()
             share.used_s = max(share.used_s, self._used_s)
+            share.idle_since_turn = self._turns  # as of now: what asks in its own work is not idle
             more = share.work(self._now_s() + piece_s)
-            share.idle_since_turn = self._turns
             share.used_s += self._spent_s() - spent_s + OVERHEAD_S
         finally:
             self._working = False

@@ -46,6 +46,7 @@ class Client:
 
     def __init__(self, world: World, name: str, cost_s: float, jobs: int) -> None:
         self.name, self.cost_s, self.jobs, self._world = name, cost_s, jobs, world
+        self.asks_in_work = False  # as rosbridge does, when a reply is there to be sent
         self.share = world.budget.share(self.work)
 
     def work(self, until_s: float) -> bool:
@@ -53,6 +54,8 @@ class Client:
             self.jobs -= 1
             self._world.now_s += self.cost_s
             self._world.done.append(self.name)
+            if self.asks_in_work:
+                self.share.ask_later()
             if self._world.now_s >= until_s:
                 break
         return self.jobs > 0
@@ -65,13 +68,15 @@ class Client:
 @pytest.mark.requirement("FRA101")
 @pytest.mark.parametrize("flooders", [10, 50, 200])
 @pytest.mark.parametrize("cost_s", [1e-6, 5e-5, 1.5e-3])
+@pytest.mark.parametrize("in_work", [False, True])
 async def test_who_asks_now_and_then_waits_for_a_turn_at_most_however_many_flood(
-    flooders: int, cost_s: float
+    flooders: int, cost_s: float, in_work: bool
 ) -> None:
     world = World()
     flood = [world.client(f"flooder {k}", cost_s, 10**9) for k in range(flooders)]
     polite = world.client("polite", 3e-5, 0)
     for each in flood:
+        each.asks_in_work = in_work
         each.asks()
     await world.turn(flooders)  # until it is known who has always more to do
     for _ in range(50):
