@@ -18,8 +18,13 @@ PIECE_S = 0.0001
 TURN_S = 0.0005
 """Work for all of them before the event loop gets its turn."""
 QUIET_TURNS = 2
-"""Without anything to do, until a share counts as one that asks now and then. Who sends without end is read
-in the next turn, also on a machine so busy that turns are long."""
+"""Without anything to do, for a share that asks now and then. Who sends without end is read in the next turn,
+also on a machine so busy that turns are long."""
+OFTEN = 3
+"""Asked sooner than that so many times more than not, a share counts no longer as one that asks now and then.
+Once means little: a busy machine makes turns so long that somebody patient, too, comes back within one."""
+MOST_OFTEN = 6
+"""Times that count: so often it asks late until it is one again, but for OFTEN."""
 MOST_AHEAD_S = 0.0002
 """That a share may have used up more than others: so it waits two rounds of all at the most."""
 OVERHEAD_S = 0.00003
@@ -51,7 +56,7 @@ class Budget:
         self._waiting: list[tuple[float, int, Share]] = []  # all others, a heap
         self._arrivals = count()  # tells those apart who have used up the same
         self._used_s = 0.0  # by the one of those others that was last served, before its piece
-        self._working = False
+        self._served: Share | None = None  # at this instant
         self._turns = 0  # in which there was work
         self._turn: asyncio.Handle | None = None
 
@@ -69,15 +74,20 @@ class Budget:
         return bool(self._waiting or self._now_and_then)
 
     def _ask(self, share: "Share", at_once: bool) -> None:
-        if at_once and not self._working and not self.crowded:
+        if at_once and self._served is None and not self.crowded:
             self._used_s = max(self._used_s, share.used_s)
             self._serve(share, TURN_S)
-        elif self._turns - share.idle_since_turn >= QUIET_TURNS:
+        elif share is not self._served and self._asks_now_and_then(share):
             share.waits = True
             self._now_and_then.append(share)
             self._go_on()
         else:
             self._queue(share)
+
+    def _asks_now_and_then(self, share: "Share") -> bool:
+        soon = self._turns - share.idle_since_turn < QUIET_TURNS
+        share.often = min(share.often + 1, MOST_OFTEN) if soon else max(share.often - 1, 0)
+        return share.often < OFTEN
 
     def _queue(self, share: "Share") -> None:
         share.waits = True
@@ -113,16 +123,16 @@ class Budget:
             self._serve(share, PIECE_S if self.crowded else TURN_S)
 
     def _serve(self, share: "Share", piece_s: float) -> None:
-        self._working = True
+        self._served = share
         try:
             self._first()
             spent_s = self._spent_s()
             share.used_s = max(share.used_s, self._used_s)
-            share.idle_since_turn = self._turns  # as of now: what asks in its own work is not idle
             more = share.work(self._now_s() + piece_s)
+            share.idle_since_turn = self._turns
             share.used_s += self._spent_s() - spent_s + OVERHEAD_S
         finally:
-            self._working = False
+            self._served = None
         if more and not share.waits and not share.left:
             self._queue(share)
 
@@ -136,6 +146,8 @@ class Share:
         """Of the budget's time."""
         self.idle_since_turn = budget._turns - QUIET_TURNS
         """In which its last piece of work had been done."""
+        self.often = 0
+        """How many times more it asked again soon than late, from 0 to MOST_OFTEN."""
         self.waits = False
         """Whether it has asked, and its work is still to be done."""
         self.left = False

@@ -88,6 +88,38 @@ async def test_who_asks_now_and_then_waits_for_a_turn_at_most_however_many_flood
         assert world.now_s - asked_s < TURN_S + cost_s + 1e-4
 
 
+async def test_a_turn_that_took_long_makes_nobody_one_who_asks_without_end() -> None:
+    """Who pauses for milliseconds comes back within one turn, if the machine did something else meanwhile."""
+    world = World()
+    for k in range(200):
+        world.client(f"flooder {k}", 1e-4, 10**9).asks()
+    polite = world.client("polite", 3e-5, 0)
+    await world.turn(200)
+    for asked in range(60):
+        await world.turn(0 if asked % 3 == 0 else QUIET_TURNS)
+        asked_s = world.now_s
+        polite.asks()
+        while polite.jobs:
+            await world.turn()
+        assert world.now_s - asked_s < TURN_S + 2e-4
+
+
+async def test_who_asks_again_at_once_for_long_waits_like_all_others() -> None:
+    world = World()
+    flood = [world.client(f"flooder {k}", 1e-4, 10**9) for k in range(20)]
+    for each in flood:
+        each.asks()
+    hasty = world.client("hasty", 1e-4, 0)
+    await world.turn(200)
+    before = [each.share.used_s for each in flood]
+    for _ in range(1000):
+        if not hasty.share.waits:
+            hasty.asks()
+        await world.turn()
+    least = min(each.share.used_s - begun for each, begun in zip(flood, before, strict=True))
+    assert world.done.count("hasty") * 1e-4 <= 1.5 * least
+
+
 @pytest.mark.parametrize("flooders", [1, 10, 200])
 async def test_ticks_come_before_each_piece_of_work(flooders: int) -> None:
     world, cost_s = World(), 7e-5
