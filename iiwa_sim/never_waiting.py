@@ -12,7 +12,7 @@ MOST_BYTES = 262_144
 """That wait to be written; beyond, lines are lost."""
 AT_ONCE_BYTES = 65_536
 PATIENCE_S = 1.0
-"""For how long `flush` and `close` wait for a file that takes nothing."""
+"""For how long the end of the program, `flush` and `close` wait for a file that takes nothing."""
 
 
 class NeverWaiting:
@@ -81,7 +81,7 @@ class NeverWaiting:
                 while self._lines and size + len(self._lines[0]) <= AT_ONCE_BYTES:
                     lines.append(self._lines.popleft())
                     size += len(lines[-1])
-            fault = self._written(b"".join(lines))
+            fault = written(self._descriptor, b"".join(lines))
             with self._changed:
                 self._waiting_bytes -= size
                 if fault is not None:
@@ -92,16 +92,18 @@ class NeverWaiting:
                     self._lost = 0
                 self._changed.notify_all()
 
-    def _written(self, data: bytes) -> OSError | None:
-        rest = memoryview(data)
-        while rest:
-            try:
-                rest = rest[os.write(self._descriptor, rest) :]
-            except BlockingIOError:  # someone has set it so
-                with contextlib.suppress(OSError):
-                    ready = select.poll()
-                    ready.register(self._descriptor, select.POLLOUT)
-                    ready.poll()
-            except OSError as fault:
-                return fault
-        return None
+
+def written(descriptor: int, data: bytes) -> OSError | None:
+    """Write all of it, however long the file takes; why it refused, if it did."""
+    rest = memoryview(data)
+    while rest:
+        try:
+            rest = rest[os.write(descriptor, rest) :]
+        except BlockingIOError:  # someone has set it so
+            with contextlib.suppress(OSError):
+                ready = select.poll()
+                ready.register(descriptor, select.POLLOUT)
+                ready.poll()
+        except OSError as fault:
+            return fault
+    return None

@@ -20,7 +20,7 @@ from iiwa_sim.cli.options import (
     add_server,
     ros_conventions,
 )
-from iiwa_sim.cli.output import say
+from iiwa_sim.cli.output import announce
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.serve.listening import host_and_port
 
@@ -51,11 +51,12 @@ async def _serve(options: argparse.Namespace) -> None:
     )
     async with bridge:
         ending.watch()
+        text = ""
         if bridge.rosbridge_address is not None:
-            say(f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n")
+            text += f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n"
         if bridge.ros_master is not None:
-            say(f"ROS node at {bridge.ros_master}\n")
-        await ending.asked.wait()
+            text += f"ROS node at {bridge.ros_master}\n"
+        await ending.wait(announce(text, sys.stdout))
 
 
 def _parser() -> Parser:

@@ -3,6 +3,9 @@
 import asyncio
 import signal
 import sys
+from collections.abc import Coroutine
+
+from iiwa_sim.never_waiting import PATIENCE_S
 
 
 class Ending:
@@ -17,6 +20,21 @@ class Ending:
     def watch(self) -> None:
         """From now on, set `asked` instead of leaving at once. To be called inside the loop."""
         self._loop = asyncio.get_running_loop()
+
+    async def wait(self, *announced: Coroutine[None, None, None]) -> None:
+        """Return when the end is asked for; raise at once what goes wrong with what is announced meanwhile.
+
+        What is announced has PATIENCE_S from the end on: it has been written long since, unless nobody reads.
+        """
+        told = {asyncio.create_task(each) for each in announced}
+        ends = asyncio.create_task(self.asked.wait())
+        while not ends.done():
+            done, _ = await asyncio.wait({ends, *told}, return_when=asyncio.FIRST_COMPLETED)
+            for each in done & told:
+                each.result()
+            told -= done
+        if told:
+            await asyncio.wait(told, timeout=PATIENCE_S)
 
     def _signalled(self, *_: object) -> None:
         if self._loop is None:

@@ -1,8 +1,13 @@
-"""What the program writes to stdout."""
+"""What the program writes to stdout, and says at a terminal."""
 
+import asyncio
+import contextlib
 import os
 import sys
+import threading
+from typing import TextIO
 
+from iiwa_sim.never_waiting import written
 from iiwa_sim.wording import Unusable
 
 
@@ -23,3 +28,29 @@ def say(text: str) -> None:
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
         raise StdoutFault(f"cannot write to stdout: {fault.strerror}") from None
+
+
+async def announce(text: str, stream: TextIO | None) -> None:
+    """Write to stdout or stderr, if it is there; it may take its time, as a stopped terminal or a full pipe.
+
+    Only who awaits this waits for it: the text is written in a thread that ends with the process. Raises
+    `StdoutFault`.
+    """
+    if stream is None:
+        return
+    loop, descriptor = asyncio.get_running_loop(), stream.fileno()
+    over: asyncio.Future[OSError | None] = loop.create_future()
+
+    def settle(fault: OSError | None) -> None:
+        if not over.done():
+            over.set_result(fault)
+
+    def write() -> None:
+        fault = written(descriptor, text.encode())
+        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody asks any more
+            loop.call_soon_threadsafe(settle, fault)
+
+    threading.Thread(target=write, name="iiwa-sim-announces", daemon=True).start()
+    fault = await over
+    if fault is not None:
+        raise StdoutFault(f"cannot write to stdout: {fault.strerror}")

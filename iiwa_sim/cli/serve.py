@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from iiwa_sim import log
 from iiwa_sim.cli.ending import Ending
@@ -27,7 +28,7 @@ from iiwa_sim.cli.options import (
     ros_conventions,
     whole,
 )
-from iiwa_sim.cli.output import say
+from iiwa_sim.cli.output import announce, say
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS
@@ -36,6 +37,9 @@ from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.listening import MAX_PORT, host_and_port
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
 from iiwa_sim.wording import shortened
+
+if TYPE_CHECKING:
+    from iiwa_sim.simulator import Simulator
 
 logger = logging.getLogger(__name__)
 
@@ -56,7 +60,7 @@ def run(given: Sequence[str]) -> int:
 
 async def _serve(options: argparse.Namespace) -> None:
     # Pinocchio and Ruckig take their time to load: not before the options are known to be right.
-    from iiwa_sim.simulator import LOOPBACK, Simulator
+    from iiwa_sim.simulator import Simulator
 
     ending = Ending()
     simulator = Simulator(
@@ -83,25 +87,38 @@ async def _serve(options: argparse.Namespace) -> None:
         transcript=options.transcript,
         on_bye=ending.asked.set if options.bye_shuts_down else None,
     )
-    async with simulator:
-        ending.watch()
-        for name, port in simulator.ports.items():
-            what = "listening" if name == DEFAULT_DIALECT else name
-            say(f"{what} on {host_and_port(simulator.host, port)}\n")
-        if simulator.status_port is not None:
-            say(f"status on {host_and_port(simulator.host, simulator.status_port)}\n")
-        if simulator.rosbridge_port is not None:
-            say(f"rosbridge on {host_and_port(simulator.host, simulator.rosbridge_port)}\n")
-        if simulator.ros_master is not None:
-            say(f"ROS node at {simulator.ros_master}\n")
-        if simulator.backdoor_port is not None:
-            say(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
-        if sys.stderr is not None and sys.stderr.isatty():
-            print(_banner(simulator.cell.description.name, simulator.host, simulator.ports), file=sys.stderr)
-        gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
-        gc.enable()
-        await ending.asked.wait()
-    gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
+    try:
+        async with simulator:
+            ending.watch()
+            announced = [announce(_announcement(simulator), sys.stdout)]
+            if sys.stderr is not None and sys.stderr.isatty():
+                banner = _banner(simulator.cell.description.name, simulator.host, simulator.ports)
+                announced.append(announce(banner, sys.stderr))
+            gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
+            gc.enable()
+            await ending.wait(*announced)
+    finally:
+        gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
+
+
+def _announcement(simulator: "Simulator") -> str:
+    """Where it listens, a line for each port."""
+    from iiwa_sim.simulator import LOOPBACK
+
+    places = {
+        "listening" if name == DEFAULT_DIALECT else name: (simulator.host, port)
+        for name, port in simulator.ports.items()
+    }
+    if simulator.status_port is not None:
+        places["status"] = (simulator.host, simulator.status_port)
+    if simulator.rosbridge_port is not None:
+        places["rosbridge"] = (simulator.host, simulator.rosbridge_port)
+    lines = [f"{what} on {host_and_port(*place)}\n" for what, place in places.items()]
+    if simulator.ros_master is not None:
+        lines.append(f"ROS node at {simulator.ros_master}\n")
+    if simulator.backdoor_port is not None:
+        lines.append(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
+    return "".join(lines)
 
 
 def _banner(robot: str, host: str, ports: dict[str, int]) -> str:
@@ -111,7 +128,7 @@ def _banner(robot: str, host: str, ports: dict[str, int]) -> str:
         "krc4": """printf '<Cmd I0="1" I1="310"/>' | nc {here} {port}""",
     }
     first, port = next(iter(ports.items()))
-    return f"{robot}, simulated. To try it: {ways[first].format(here=here, port=port)}. Ctrl-C ends it."
+    return f"{robot}, simulated. To try it: {ways[first].format(here=here, port=port)}. Ctrl-C ends it.\n"
 
 
 def reached_at(host: str) -> str:
