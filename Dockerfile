@@ -17,7 +17,8 @@ RUN python -m venv /opt/iiwa-sim \
 # The libraries on their own: a change of our code does not fetch them again.
 COPY pyproject.toml ./
 RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['project']; \
-        print(*p['dependencies'], *p['optional-dependencies']['rosbridge'], sep='\n')" \
+        extras = p['optional-dependencies']; \
+        print(*p['dependencies'], *extras['rosbridge'], *extras['http'], sep='\n')" \
         > libraries.txt \
     && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt
 

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.outside import Entrances
-from iiwa_sim.backdoor.session import BackdoorSession
+from iiwa_sim.backdoor.ports import BackdoorPorts
+from iiwa_sim.backdoor.token import LOOPBACK, Token
 from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock, Stepped
 from iiwa_sim.clock.pace import REAL, Pace, pace
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 CELL_SUFFIX = ".toml"
-LOOPBACK = "127.0.0.1"
-"""Where the backdoor listens: it is for tests on the same machine."""
 
 
 class Simulator(LoopOrThread):
@@ -87,17 +86,20 @@ class Simulator(LoopOrThread):
     iiwa, and been answered: there the caller may leave the context.
 
     `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
-    can be reached as lines, too, from this machine only.
+    can be reached as lines, too, and with a `backdoor_http_port` as JSON over HTTP; at `backdoor_host`, which
+    has to be this machine's own (127.0.0.1, ::1, localhost) unless there is a `backdoor_token`: then whoever
+    uses these ports has to know that.
 
     What is said in the dialects is written into the file `transcript`, for `iiwa-sim replay`
     (docs/transcripts.md); a file that is there is overwritten when the context is entered.
 
     Raises CellFault or RobotFault for a cell or a robot that cannot be used, or has not the axes for a
-    dialect, RosFault where the library for rosbridge or rospy is not installed, and ValueError for cell and
-    robot together, for dialects that are none, are named twice, or do not go with the ports, for a clock that
-    there is not, a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a
-    time outside 0 to a day; entering the context raises ListenFault if host and ports cannot be listened on,
-    RosFault where there can be no node, and TranscriptFault for a transcript that cannot be written.
+    dialect, RosFault or HttpFault where the library for rosbridge, rospy or HTTP is not installed, and
+    ValueError for cell and robot together, for dialects that are none, are named twice, or do not go with the
+    ports, for a clock that there is not, a backdoor for other machines without a token, a token that is none,
+    a rate outside 100 to 1000 Hz, a status rate outside 1 to 500 Hz or above the rate, or a time outside 0 to
+    a day; entering the context raises ListenFault if host and ports cannot be listened on, RosFault where
+    there can be no node, and TranscriptFault for a transcript that cannot be written.
     """
 
     def __init__(
@@ -123,6 +125,9 @@ class Simulator(LoopOrThread):
         exclusive: bool = False,
         reconnect_pause_s: float = 0.0,
         backdoor_port: int | None = None,
+        backdoor_http_port: int | None = None,
+        backdoor_host: str = LOOPBACK,
+        backdoor_token: str | None = None,
         transcript: str | Path | None = None,
         on_bye: Callable[[], None] | None = None,
     ) -> None:
@@ -177,9 +182,17 @@ class Simulator(LoopOrThread):
         self._accepted = 0  # moves the clock knows of
         entrances = Entrances(list(self._servers.values()))
         self.backdoor = Backdoor(self.controller, faults, entrances, self.clock, self.call)
-        self._backdoor_server: TcpServer | None = None
-        if backdoor_port is not None:
-            self._backdoor_server = TcpServer(self._open_backdoor, LOOPBACK, backdoor_port, budget=budget)
+        self._backdoor_ports = BackdoorPorts(
+            self.backdoor,
+            self.dialogue,
+            self.clock.tick_s,
+            self._log,
+            host=backdoor_host,
+            port=backdoor_port,
+            http_port=backdoor_http_port,
+            token=None if backdoor_token is None else Token(backdoor_token),
+            budget=budget,
+        )
         self._status: StatusStream | None = None
         if status_port is not None:
             self._status = StatusStream(
@@ -247,8 +260,18 @@ class Simulator(LoopOrThread):
 
     @property
     def backdoor_port(self) -> int | None:
-        """Port of the backdoor, if it has one."""
-        return None if self._backdoor_server is None else self._backdoor_server.address[1]
+        """Port of the backdoor's lines, if it has one."""
+        return self._backdoor_ports.port
+
+    @property
+    def backdoor_http_port(self) -> int | None:
+        """Port of the backdoor by HTTP, if it has one."""
+        return self._backdoor_ports.http_port
+
+    @property
+    def backdoor_host(self) -> str:
+        """Address the backdoor listens on, if it does."""
+        return self._backdoor_ports.host
 
     async def __aenter__(self) -> Self:
         if self._runs:
@@ -340,12 +363,9 @@ class Simulator(LoopOrThread):
         return StatusSession(self.controller, self._log, name)
 
     @property
-    def _listeners(self) -> "list[TcpServer | StatusStream | RosSide]":
-        others = [each for each in (self._status, self._ros, self._backdoor_server) if each is not None]
-        return [*self._servers.values(), *others]
-
-    def _open_backdoor(self, name: str) -> BackdoorSession:
-        return BackdoorSession(self.backdoor, self._log, f"{name} (backdoor)")
+    def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorPorts]":
+        others = [each for each in (self._status, self._ros) if each is not None]
+        return [*self._servers.values(), *others, self._backdoor_ports]
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], DialectSession]:
         return lambda name: dialect.open_session(

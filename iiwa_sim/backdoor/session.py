@@ -2,6 +2,7 @@ r"""The backdoor's line protocol: lines of one connection in, calls on the backd
 
 Lines and replies are as on the main port, one reply per line in order. What is wrong is answered `error CODE
 REASON`; nothing of it shows on the main port. Lines behind an `advance` or `run until stopped` wait for it.
+Where there is a token, it is the first line; anything else in its place ends the connection.
 """
 
 import asyncio
@@ -9,28 +10,28 @@ from collections import deque
 from collections.abc import Callable
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.calls import CALLS, TAKES_TIME
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.dialect.wire.decimals import readable
-from iiwa_sim.dialect.wire.help import alike, overview, usage
+from iiwa_sim.backdoor.line_calls import BYE, LineCalls
+from iiwa_sim.backdoor.token import Token
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.dialect.wire.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import ERROR, Refusal, load_table
+from iiwa_sim.dialect.wire.table import ERROR
 from iiwa_sim.wording import harmless
 
 _LINES_AT_ONCE = 64
-_EXAMPLE = "push"
+_WELCOME = "done"
+_NO_TOKEN = "the first line is not the token"
 
 
 class BackdoorSession:
     """One connection to the backdoor. It has to be used inside an asyncio loop, in which time passes."""
 
-    def __init__(self, backdoor: Backdoor, log: DialectLog, name: str) -> None:
-        """`name` tells this connection from others in the log."""
-        self._backdoor = backdoor
+    def __init__(self, backdoor: Backdoor, log: DialectLog, name: str, token: Token | None = None) -> None:
+        """`name` tells this connection from others in the log; without a `token` there is none to be told."""
+        self._calls = LineCalls(backdoor, log, name)
         self._log = log
         self._name = name
-        self._table = load_table("backdoor", backdoor.joint_count)
+        self._token = token  # until it has been told
         self._splitter = LineSplitter()
         self._lines: deque[bytes] = deque()
         self._taking_time: tuple[bytes, asyncio.Task[str]] | None = None
@@ -48,7 +49,7 @@ class BackdoorSession:
 
     @property
     def closing(self) -> bool:
-        """Whether the client has said bye."""
+        """Whether the client has said bye, or something else than the token."""
         return self._closing
 
     def receive(self, data: bytes) -> None:
@@ -82,8 +83,7 @@ class BackdoorSession:
 
     def lost(self) -> None:
         """The connection has gone: what it asked for remains, but for time that would still have to pass."""
-        self._lines.clear()
-        self._closing = True
+        self._end_lines()
         if self._taking_time is not None:
             self._taking_time[1].cancel()
             self._taking_time = None
@@ -92,59 +92,48 @@ class BackdoorSession:
         """None if it will be there when a task is done."""
         if line is TIMING_MARK:
             return WONT_TIMING_MARK
-        request = self._table.parse(line)
-        if isinstance(request, Refusal):
-            return self._error(line, request.code, request.reason)
-        name = request.command.name
-        if request.beyond:
-            count = len(request.values) + request.beyond
-            reason = f"{name} takes {request.command.takes()}, got {count}"
-            return self._error(line, COMMUNICATION_FAILURE, reason)
-        takes_time = TAKES_TIME.get(name)
-        if takes_time is not None:
-            coroutine = takes_time(self._backdoor, request)
-            self._taking_time = line, asyncio.get_running_loop().create_task(coroutine)
-            return None
-        if name == "bye":
-            self._lines.clear()
-            self._closing = True
-            return self._replied(line, lambda: "bye")
-        if name == "help":
-            return self._replied(line, lambda: self._help(request.phrase.lower()))
-        return self._replied(line, lambda: CALLS[name](self._backdoor, request))
+        if self._token is not None:
+            return self._admitted(self._token, line)
+        try:
+            with self._calls.telling(line):
+                request = self._calls.parse(line)
+                if request.command.name == BYE:
+                    self._end_lines()
+                reply = self._calls.start(request)
+        except Refused as refused:
+            return _error(refused)
+        if isinstance(reply, str):
+            self._calls.done(line, reply)
+            return _line(reply)
+        self._taking_time = line, asyncio.get_running_loop().create_task(reply)
+        return None
+
+    def _admitted(self, token: Token, line: bytes) -> bytes:
+        if line is not OVERLONG and token.fits(line):
+            self._token = None
+            return _line(_WELCOME)
+        self._end_lines()
+        # What was sent may be a token with a slip in it: it is not for the log.
+        self._log.refused(self._name, "(not shown)", COMMUNICATION_FAILURE, _NO_TOKEN)
+        return _error(Refused(COMMUNICATION_FAILURE, _NO_TOKEN))
+
+    def _end_lines(self) -> None:
+        self._lines.clear()
+        self._closing = True
 
     def _replied(self, line: bytes, answer: Callable[[], str]) -> bytes:
-        log = self._log
         try:
-            reply = answer()
+            with self._calls.telling(line):
+                reply = answer()
         except Refused as refused:
-            return self._error(line, refused.code, refused.reason)
-        except Exception as fault:  # a fault of ours must not cost the client its connection
-            log.exception(self._name, _text(line), fault)
-            return _line(f"{ERROR} {EXECUTION} internal fault, told in the log")
-        if log.commands:
-            log.command(self._name, _text(line), reply)
+            return _error(refused)
+        self._calls.done(line, reply)
         return _line(reply)
 
-    def _error(self, line: bytes, code: int, reason: str) -> bytes:
-        self._log.refused(self._name, _text(line), code, reason)
-        return _line(f"{ERROR} {code} {harmless(reason)}")
 
-    def _help(self, phrase: str) -> str:
-        if not phrase:
-            return overview(self._table, _EXAMPLE)
-        command = self._table.commands.get(phrase)
-        if command is None:
-            names = alike(self._table, phrase)
-            if not names:
-                raise Refused(COMMUNICATION_FAILURE, "no such command")
-            return f"alike: {names}"
-        return usage(command)
+def _error(refused: Refused) -> bytes:
+    return _line(f"{ERROR} {refused.code} {harmless(refused.reason)}")
 
 
 def _line(text: str) -> bytes:
     return text.encode("ascii", "backslashreplace") + b"\r\n"
-
-
-def _text(line: bytes) -> str:
-    return "(too long)" if line is OVERLONG else readable(line)

@@ -113,7 +113,7 @@ def add_rosbridge(parser: Parser, port: int | None = None) -> None:
     )
     parser.add_argument(
         "--rosbridge-secret",
-        type=_secret,
+        type=secret_in,
         metavar="FILE",
         help="take only clients of rosbridge that know the secret in this file (default: all)",
     )
@@ -179,7 +179,8 @@ def add_rate(parser: Parser) -> None:
     )
 
 
-def _secret(path: str) -> str:
+def secret_in(path: str) -> str:
+    """What a file says, without blanks round it. Raises ArgumentTypeError."""
     shown = shortened(repr(path), 40)
     try:
         secret = Path(path).read_text(encoding="utf-8").strip()

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim import log
+from iiwa_sim.backdoor.token import LOOPBACK, Token, check_reach
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.environment import RULE, read_environment, unknown_variables
 from iiwa_sim.cli.names import REPLAY, SUBCOMMANDS
@@ -26,6 +27,7 @@ from iiwa_sim.cli.options import (
     add_rosbridge,
     check_robot,
     ros_conventions,
+    secret_in,
     whole,
 )
 from iiwa_sim.cli.output import announce, say
@@ -84,6 +86,9 @@ async def _serve(options: argparse.Namespace) -> None:
         exclusive=options.exclusive,
         reconnect_pause_s=options.reconnect_pause,
         backdoor_port=options.backdoor_port,
+        backdoor_http_port=options.backdoor_http_port,
+        backdoor_host=options.backdoor_host or LOOPBACK,
+        backdoor_token=options.backdoor_token or options.backdoor_token_file,
         transcript=options.transcript,
         on_bye=ending.asked.set if options.bye_shuts_down else None,
     )
@@ -103,8 +108,6 @@ async def _serve(options: argparse.Namespace) -> None:
 
 def _announcement(simulator: "Simulator") -> str:
     """Where it listens, a line for each port."""
-    from iiwa_sim.simulator import LOOPBACK
-
     places = {
         "listening" if name == DEFAULT_DIALECT else name: (simulator.host, port)
         for name, port in simulator.ports.items()
@@ -117,7 +120,10 @@ def _announcement(simulator: "Simulator") -> str:
     if simulator.ros_master is not None:
         lines.append(f"ROS node at {simulator.ros_master}\n")
     if simulator.backdoor_port is not None:
-        lines.append(f"backdoor on {host_and_port(LOOPBACK, simulator.backdoor_port)}\n")
+        lines.append(f"backdoor on {host_and_port(simulator.backdoor_host, simulator.backdoor_port)}\n")
+    if simulator.backdoor_http_port is not None:
+        address = host_and_port(simulator.backdoor_host, simulator.backdoor_http_port)
+        lines.append(f"backdoor by HTTP on {address}\n")
     return "".join(lines)
 
 
@@ -157,7 +163,25 @@ def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Nam
     for name, given in (("origin", options.rosbridge_origin), ("host", options.rosbridge_host)):
         if given and options.rosbridge_port is None:
             parser.error(f"argument --rosbridge-{name}: expected --rosbridge-port with it")
+    _check_backdoor(parser, options)
     return options
+
+
+def _check_backdoor(parser: Parser, options: argparse.Namespace) -> None:
+    """Host and token go with a port; and other machines do without a token what they like."""
+    has_port = options.backdoor_port is not None or options.backdoor_http_port is not None
+    tokens = (options.backdoor_token, options.backdoor_token_file)
+    for name, given in zip(("host", "token", "token-file"), (options.backdoor_host, *tokens), strict=True):
+        if given is not None and not has_port:
+            wanted = "expected --backdoor-port or --backdoor-http-port with it"
+            parser.error(f"argument --backdoor-{name}: {wanted}")
+    if None not in tokens:
+        parser.error("argument --backdoor-token-file: expected no --backdoor-token with it")
+    text = options.backdoor_token if options.backdoor_token is not None else options.backdoor_token_file
+    try:
+        check_reach(options.backdoor_host or LOOPBACK, None if text is None else Token(text))
+    except ValueError as fault:
+        parser.error(f"argument --backdoor-{'host' if text is None else 'token'}: {fault}")
 
 
 def _check_ports(parser: Parser, options: argparse.Namespace) -> None:
@@ -243,8 +267,33 @@ def server_parser() -> Parser:
         "--backdoor-port",
         type=whole(0, MAX_PORT),
         metavar="PORT",
-        help="on this port of 127.0.0.1, take the commands of a test bench: faults, pushes, and more; 0 "
-        "picks a port (default: no such port)",
+        help="on this port, take the commands of a test bench: faults, pushes, and more; 0 picks a port "
+        "(default: no such port)",
+    )
+    parser.add_argument(
+        "--backdoor-http-port",
+        type=whole(0, MAX_PORT),
+        metavar="PORT",
+        help="the same as JSON over HTTP, as POST /backdoor/emergency-stop, with GET /state, /dialogue, "
+        "/healthz, /openapi.json; 0 picks a port (default: no such port)",
+    )
+    parser.add_argument(
+        "--backdoor-host",
+        metavar="HOST",
+        help="address on which these two listen; one that other machines reach, such as 0.0.0.0, takes a "
+        f"token (default: {LOOPBACK})",
+    )
+    parser.add_argument(
+        "--backdoor-token",
+        metavar="TOKEN",
+        help="take only who knows it: the first line of a connection, 'Authorization: Bearer TOKEN' over "
+        "HTTP. The command line shows it to others on this machine (default: all)",
+    )
+    parser.add_argument(
+        "--backdoor-token-file",
+        type=secret_in,
+        metavar="FILE",
+        help="the same, with the token in this file",
     )
     parser.add_argument(
         "--strict",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 
 import pytest
@@ -24,13 +23,17 @@ EXAMPLES = {  # of a value other than the default, as text
     "status_port": "31001",
     "status_rate": "20",
     "rosbridge_port": "31002",
-    "rosbridge_secret": os.devnull,
+    "rosbridge_secret": "",
     "rosbridge_origin": "https://a.example,https://b.example",
     "rosbridge_host": "simulator,robot",
     "ros": "1",
     "ros_result": "2016",
     "ros_reference": "ignore",
     "backdoor_port": "31003",
+    "backdoor_http_port": "31004",
+    "backdoor_host": "::1",
+    "backdoor_token": "swordfish",
+    "backdoor_token_file": "",
     "strict": "true",
     "exclusive": "TRUE",
     "reconnect_pause": "2",
@@ -44,6 +47,9 @@ NEEDED_WITH = {
     "rosbridge_secret": ("--rosbridge-port", "0"),
     "rosbridge_origin": ("--rosbridge-port", "0"),
     "rosbridge_host": ("--rosbridge-port", "0"),
+    "backdoor_host": ("--backdoor-port", "0"),
+    "backdoor_token": ("--backdoor-port", "0"),
+    "backdoor_token_file": ("--backdoor-port", "0"),
 }
 WRONG = {
     "rate": "99",
@@ -61,6 +67,8 @@ WRONG = {
     "ros_result": "1999",
     "ros_reference": "maybe",
     "backdoor_port": "many",
+    "backdoor_http_port": "many",
+    "backdoor_token_file": "/no/such/file",
     "strict": "2",
     "exclusive": "on",
     "reconnect_pause": "-1",
@@ -68,7 +76,7 @@ WRONG = {
     "log_level": "loud",
     "log_json": "json",
 }
-ANY_TEXT = {"cell", "robot", "host", "transcript"}
+ANY_TEXT = {"cell", "robot", "host", "transcript", "backdoor_host", "backdoor_token"}
 
 
 def options() -> dict[str, argparse.Action]:
@@ -83,7 +91,7 @@ def as_arguments(option: argparse.Action, text: str) -> list[str]:
         return [name]
     return [
         f"{name}={each}"
-        for each in (text.split(",") if option.dest.endswith(("_origin", "_host")) else [text])
+        for each in (text.split(",") if option.dest in ("rosbridge_origin", "rosbridge_host") else [text])
     ]
 
 
@@ -95,7 +103,7 @@ def test_each_option_has_an_example_and_a_wrong_value_here() -> None:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_variable_does_what_the_option_does(name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     option, text = options()[name], EXAMPLES[name]
-    if name == "rosbridge_secret":
+    if name in ("rosbridge_secret", "backdoor_token_file"):
         secret = tmp_path_factory.mktemp("secret") / "secret"
         secret.write_text("swordfish")
         text = str(secret)

@@ -1,0 +1,111 @@
+"""The ports of a backdoor: one for lines, one for HTTP, or none."""
+
+from typing import TYPE_CHECKING
+
+from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.backdoor.heard import Heard
+from iiwa_sim.backdoor.session import BackdoorSession
+from iiwa_sim.backdoor.token import Token, check_reach
+from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.tcp import TcpServer
+from iiwa_sim.wording import Unusable
+
+if TYPE_CHECKING:
+    from iiwa_sim.serve.http import HttpServer
+
+HTTP_LIBRARY = "h11"
+
+
+class HttpFault(Unusable):
+    """The library for HTTP is not installed. The message is one line."""
+
+
+class BackdoorPorts:
+    """What listens, from `start` to `close`."""
+
+    def __init__(
+        self,
+        backdoor: Backdoor,
+        dialogue: Dialogue,
+        tick_s: float,
+        log: DialectLog,
+        *,
+        host: str,
+        port: int | None,
+        http_port: int | None,
+        token: Token | None,
+        budget: Budget,
+    ) -> None:
+        """A port of 0 picks a free one, of None there is none.
+
+        Raises ValueError where other machines reach `host` and there is no token, and HttpFault without the
+        library for HTTP.
+        """
+        self._backdoor = backdoor
+        self._dialogue = dialogue
+        self._log = log
+        self._token = token
+        self._lines: TcpServer | None = None
+        self._http: HttpServer | None = None
+        if port is not None or http_port is not None:
+            check_reach(host, token)
+        if port is not None:
+            self._lines = TcpServer(self._open_session, host, port, budget=budget)
+        if http_port is not None:
+            self._http = self._http_server(host, http_port, tick_s, budget)
+
+    async def start(self) -> None:
+        """Listen. Raises ListenFault, and then nothing is left open."""
+        if self._lines is not None:
+            await self._lines.start()
+        if self._http is not None:
+            try:
+                await self._http.start()
+            except BaseException:
+                await self.close()
+                raise
+
+    async def close(self) -> None:
+        """Listen no more and close every connection."""
+        for server in (self._http, self._lines):
+            if server is not None:
+                await server.close()
+
+    @property
+    def port(self) -> int | None:
+        """The port for lines, if there is one."""
+        return None if self._lines is None else self._lines.address[1]
+
+    @property
+    def http_port(self) -> int | None:
+        """The port for HTTP, if there is one."""
+        return None if self._http is None else self._http.address[1]
+
+    @property
+    def host(self) -> str:
+        """The address of both. Raises RuntimeError where there is none."""
+        server = self._lines or self._http
+        if server is None:
+            raise RuntimeError("the backdoor has no port")
+        return server.address[0]
+
+    def _open_session(self, name: str) -> BackdoorSession:
+        return BackdoorSession(self._backdoor, self._log, f"{name} (backdoor)", self._token)
+
+    def _http_server(self, host: str, port: int, tick_s: float, budget: Budget) -> "HttpServer":
+        try:
+            from iiwa_sim.backdoor.http import BackdoorHttp
+            from iiwa_sim.serve.http import HttpServer
+        except ModuleNotFoundError as fault:
+            if fault.name != HTTP_LIBRARY:
+                raise
+            raise HttpFault(
+                f"the backdoor by HTTP needs {HTTP_LIBRARY}: pip install 'iiwa-sim[http]'"
+            ) from None
+        heard = Heard(tick_s)
+        self._dialogue.listeners.append(heard)
+        return HttpServer(
+            BackdoorHttp(self._backdoor, heard, self._log, self._token).answer, host, port, budget=budget
+        )

@@ -1,0 +1,284 @@
+"""An HTTP port: requests in, answers out. Needs the library h11.
+
+The library takes requests apart and writes answers; bytes are read and written here, so that all that clients
+cause comes out of the one budget.
+"""
+
+import asyncio
+import logging
+from collections.abc import Callable
+from http import HTTPStatus
+from typing import NamedTuple
+
+import h11
+
+from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
+from iiwa_sim.serve.socket_options import find_out
+
+LONGEST_BODY = 65_536
+"""Bytes of a request's body; more is answered 413."""
+LONGEST_HEAD = 16_384
+"""Bytes of a request's first line and headers that are kept until the rest comes; more is answered 431."""
+IDLE_S = 60.0
+"""For a client to bring its next request whole."""
+CLOSING_S = 1.0
+"""For a client to close when it has been answered for the last time. Closed before, with something of it
+unread, the connection would be reset, and the answer lost."""
+
+_BAD_REQUEST, _TOO_LARGE, _INTERNAL = 400, 413, 500
+_JSON = "application/json"
+
+logger = logging.getLogger(__name__)
+
+
+class HttpRequest(NamedTuple):
+    """One request, whole."""
+
+    method: str
+    path: str
+    """Without what stands behind a `?`."""
+    headers: tuple[tuple[str, str], ...]
+    """Names are in lower case."""
+    body: bytes
+    client: str
+    """HOST:PORT, for the log."""
+
+    def all(self, name: str) -> list[str]:
+        """The values of all headers of this name."""
+        return [value for each, value in self.headers if each == name]
+
+
+class HttpAnswer(NamedTuple):
+    """What is answered."""
+
+    status: int
+    body: bytes
+    kind: str = _JSON
+    headers: tuple[tuple[str, str], ...] = ()
+
+
+Answer = Callable[[HttpRequest], "HttpAnswer | asyncio.Task[HttpAnswer]"]
+
+
+class HttpServer:
+    """Answers every request to `host`:`port`; `port` 0 picks a free one."""
+
+    def __init__(self, answer: Answer, host: str, port: int, *, budget: Budget | None = None) -> None:
+        """`answer` gives a task where the answer takes its time; it is cancelled when the client goes.
+
+        `budget` is shared with other servers of the loop.
+        """
+        self.answer = answer
+        self.budget = budget or Budget()
+        self.connections: set[Connection] = set()
+        self._asked = (host, port)
+        self._acceptor: Acceptor | None = None
+
+    async def start(self) -> None:
+        """Listen. Raises ListenFault."""
+        self._acceptor = await listen(lambda: Connection(self), *self._asked)
+
+    @property
+    def listening(self) -> bool:
+        return self._acceptor is not None
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
+        if self._acceptor is None:
+            raise RuntimeError("the server does not listen")
+        return self._acceptor.address
+
+    async def close(self) -> None:
+        """Listen no more and close every connection, when what is answered has been handed to the system."""
+        if self._acceptor is None:
+            return
+        self._acceptor.close()
+        self._acceptor = None
+        gone = [connection.gone for connection in self.connections]
+        for connection in list(self.connections):
+            connection.close()
+        if gone:
+            await asyncio.wait(gone)
+
+
+class Connection(asyncio.Protocol):
+    """One client. Its requests are answered one after the other, and while one is, no more is read."""
+
+    _transport: asyncio.Transport
+    gone: asyncio.Future[None]
+    """Done once the connection is."""
+
+    def __init__(self, server: HttpServer) -> None:
+        self._server = server
+        self._loop = asyncio.get_running_loop()
+        self._share = server.budget.share(self._work)
+        self._http = h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
+        self._received: list[bytes] = []  # and not taken apart yet; an empty one is the end
+        self._request: h11.Request | None = None
+        self._body = bytearray()
+        self._task: asyncio.Task[HttpAnswer] | None = None
+        self._unread = False  # what has been sent last
+        self._ends = False  # what still comes is not read
+        self._limit: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        self.gone = self._loop.create_future()
+        self._peer = peer_of(transport)
+        self._mark = {"fields": {"session": self._peer}}
+        find_out(transport.get_extra_info("socket"))
+        self._server.connections.add(self)
+        self._grant(IDLE_S)
+        if not self._server.listening:  # accepted while the server closed
+            transport.abort()
+
+    def data_received(self, data: bytes) -> None:
+        if self._ends:
+            return
+        self._received.append(data)
+        self._transport.pause_reading()
+        self._share.ask()
+
+    def eof_received(self) -> bool:
+        if self._ends:
+            return False
+        self._received.append(b"")
+        self._share.ask()
+        return self._task is None  # else nobody waits any more for what takes its time
+
+    def pause_writing(self) -> None:
+        self._unread = True
+
+    def resume_writing(self) -> None:
+        self._unread = False
+        self._share.ask()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._share.leave()
+        if self._limit is not None:
+            self._limit.cancel()
+        if self._task is not None:
+            self._task.cancel()
+        self._server.connections.discard(self)
+        self.gone.set_result(None)
+        logger.debug("%s disconnected%s", self._peer, f": {why(exc)}" if exc else "", extra=self._mark)
+
+    def close(self) -> None:
+        """Close; what the system has not taken yet is lost."""
+        if self._transport.get_write_buffer_size():
+            self._transport.abort()
+        else:
+            self._transport.close()
+
+    def _grant(self, seconds: float) -> None:
+        if self._limit is not None:
+            self._limit.cancel()
+        self._limit = self._loop.call_later(seconds, self._transport.abort)
+
+    def _work(self, _until_s: float) -> bool:
+        """Take apart what has come, up to a request that is whole, and answer that; whether there is more."""
+        if self._transport.is_closing() or self._ends or self._task is not None or self._unread:
+            return False
+        for data in self._received:
+            self._http.receive_data(data)
+        self._received.clear()
+        try:
+            return self._take_event()
+        except h11.RemoteProtocolError as fault:
+            if self._http.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+                status = fault.error_status_hint or _BAD_REQUEST
+                self._send(HttpAnswer(status, f"{fault}\n".encode(), "text/plain"), last=True)
+            else:
+                self._transport.close()
+        except Exception:
+            logger.exception("%s dropped: internal fault", self._peer, extra=self._mark)
+            self._transport.abort()
+        return False
+
+    def _take_event(self) -> bool:
+        event = self._http.next_event()
+        if event is h11.NEED_DATA:
+            if self._http.they_are_waiting_for_100_continue:
+                self._write(h11.InformationalResponse(status_code=100, headers=[]))
+            self._transport.resume_reading()
+            return False
+        if isinstance(event, h11.Request):
+            self._request, self._body = event, bytearray()
+        elif isinstance(event, h11.Data):
+            self._body += event.data
+            if len(self._body) > LONGEST_BODY:
+                told = f"expected a body of at most {LONGEST_BODY} bytes\n"
+                self._send(HttpAnswer(_TOO_LARGE, told.encode(), "text/plain"), last=True)
+                return False
+        elif isinstance(event, h11.EndOfMessage):
+            self._answer()
+            return self._task is None and not self._ends
+        else:  # the end, or a request behind one that closes
+            self._transport.close()
+            return False
+        return True
+
+    def _answer(self) -> None:
+        assert self._request is not None
+        if self._limit is not None:
+            self._limit.cancel()  # an answer may take its time
+        target, _, _ = self._request.target.decode("ascii").partition("?")
+        request = HttpRequest(
+            self._request.method.decode("ascii"),
+            target,
+            tuple((name.decode("ascii"), value.decode("latin-1")) for name, value in self._request.headers),
+            bytes(self._body),
+            self._peer,
+        )
+        answer = self._server.answer(request)
+        if isinstance(answer, HttpAnswer):
+            self._send(answer)
+            return
+        self._task = answer
+        self._transport.resume_reading()  # to learn that the client has gone
+        answer.add_done_callback(self._answered)
+
+    def _answered(self, task: "asyncio.Task[HttpAnswer]") -> None:
+        if task.cancelled() or self._transport.is_closing():
+            return
+        self._task = None
+        fault = task.exception()
+        if fault is not None:
+            logger.error("%s: internal fault", self._peer, exc_info=fault, extra=self._mark)
+        self._send(HttpAnswer(_INTERNAL, b"internal fault\n", "text/plain") if fault else task.result())
+        self._share.ask()
+
+    def _send(self, answer: HttpAnswer, *, last: bool = False) -> None:
+        headers = [
+            ("content-type", answer.kind),
+            ("content-length", str(len(answer.body))),
+            ("cache-control", "no-store"),
+            *answer.headers,
+        ]
+        reason = HTTPStatus(answer.status).phrase
+        if last:
+            headers.append(("connection", "close"))
+        self._write(h11.Response(status_code=answer.status, reason=reason, headers=headers))
+        if self._request is None or self._request.method != b"HEAD":
+            self._write(h11.Data(data=answer.body))
+        self._write(h11.EndOfMessage())
+        if last or self._http.our_state is h11.MUST_CLOSE:
+            self._end()
+            return
+        self._http.start_next_cycle()
+        self._request = None
+        self._grant(IDLE_S)
+
+    def _end(self) -> None:
+        self._ends = True
+        self._transport.write_eof()
+        self._transport.resume_reading()
+        self._grant(CLOSING_S)
+
+    def _write(self, event: h11.Event) -> None:
+        data = self._http.send(event)
+        if data:
+            self._transport.write(data)

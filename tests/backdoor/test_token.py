@@ -1,0 +1,63 @@
+"""Who may use the backdoor from another machine."""
+
+from __future__ import annotations
+
+import pytest
+
+from iiwa_sim.backdoor.session import BackdoorSession
+from iiwa_sim.backdoor.token import LONGEST, Token, check_reach
+from tests.backdoor.bench import Bench
+
+TOKEN = Token("swordfish")
+
+
+def test_a_token_fits_itself_only() -> None:
+    assert TOKEN.fits(b"swordfish")
+    assert not any(
+        TOKEN.fits(given) for given in (b"", b"swordfis", b"swordfishes", b"Swordfish", b"\xff" * 9)
+    )
+
+
+@pytest.mark.parametrize("text", ["", "two words", "fish\t", "sword\nfish", "schlüssel", "x" * (LONGEST + 1)])
+def test_what_is_no_token(text: str) -> None:
+    with pytest.raises(ValueError, match="expected 1 to 256 of printable ASCII, no blanks") as caught:
+        Token(text)
+    assert text.strip() == "" or text.strip() not in str(caught.value)  # it may be a secret with a slip in it
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.8.9.1", "::1", "localhost", "LocalHost"])
+def test_this_machine_needs_no_token(host: str) -> None:
+    check_reach(host, None)
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.0.1", "simulator", "localhost.example"])
+def test_others_need_one(host: str) -> None:
+    with pytest.raises(ValueError, match="can be reached from other machines: expected a token"):
+        check_reach(host, None)
+    check_reach(host, TOKEN)
+
+
+def session(bench: Bench) -> BackdoorSession:
+    return BackdoorSession(bench.backdoor, bench.journal, "stranger", TOKEN)
+
+
+def test_the_first_line_is_the_token() -> None:
+    bench = Bench()
+    known = session(bench)
+    known.receive(b"swordfish\r\nemergency stop\r\n")
+    assert known.answer() == b"done\r\ndone\r\n"
+    assert bench.controller.last_error is not None
+
+
+@pytest.mark.parametrize("first", [b"emergency stop", b"swordfis", b"SWORDFISH", b"x" * 5000, b"", b"hello"])
+def test_anything_else_ends_the_connection_and_does_nothing(first: bytes) -> None:
+    bench = Bench()
+    stranger, before = session(bench), bench.seen()
+    stranger.receive(first + b"\r\nswordfish\r\nemergency stop\r\n")
+    assert stranger.answer() == b"error 3040 the first line is not the token\r\n"
+    assert stranger.closing
+    assert not stranger.waiting
+    stranger.receive(b"swordfish\r\n")
+    assert stranger.answer() == b""
+    assert bench.seen() == before
+    assert first == b"" or first.decode() not in str(vars(bench.journal))

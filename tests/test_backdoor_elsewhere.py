@@ -1,0 +1,194 @@
+"""The backdoor from other machines, containers and languages: host, token, and HTTP, on real sockets."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from iiwa_sim.cli import main
+from iiwa_sim.client import Iiwa
+from iiwa_sim.simulator import Simulator
+from tests.processes import IIWA_SIM, running
+from tests.talking import DEADLINE_S
+
+TOKEN = "swordfish"
+
+
+@pytest.fixture
+def simulator() -> Iterator[Simulator]:
+    with Simulator(
+        clock="stepped", backdoor_port=0, backdoor_http_port=0, backdoor_host="0.0.0.0", backdoor_token=TOKEN
+    ) as simulator:
+        yield simulator
+
+
+def other_address() -> str:
+    """An address of this machine that is not the one the robot listens on: all of 127/8 are its own."""
+    return "127.0.0.2"
+
+
+def ask(port: int | None, method: str, path: str, body: object = None, **headers: str) -> tuple[int, object]:
+    assert port is not None
+    connection = http.client.HTTPConnection(other_address(), port, timeout=DEADLINE_S)
+    try:
+        connection.request(method, path, None if body is None else json.dumps(body), headers)
+        answer = connection.getresponse()
+        return answer.status, json.loads(answer.read())
+    finally:
+        connection.close()
+
+
+def test_by_http_from_another_address_with_the_token_only(simulator: Simulator) -> None:
+    port, known = simulator.backdoor_http_port, {"Authorization": f"Bearer {TOKEN}"}
+    assert ask(port, "GET", "/healthz") == (200, {"ok": True})
+    assert ask(port, "POST", "/backdoor/emergency-stop")[0] == 401
+    assert simulator.state().error.code == 0
+    with Iiwa("127.0.0.1", simulator.port) as robot:
+        robot.joint_move((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
+        assert ask(port, "POST", "/backdoor/advance", {"time": 0.5}, **known) == (200, {"reply": "done"})
+        assert ask(port, "GET", "/state", **known)[1] == json.loads(json.dumps(as_json(simulator)))
+        assert ask(port, "POST", "/backdoor/emergency-stop", **known) == (200, {"reply": "done"})
+        assert robot.get_error().code == 3030
+        _, said = ask(port, "GET", "/dialogue", **known)
+        assert isinstance(said, dict)
+        assert [line["text"] for line in said["lines"] if line["mark"] == "<"][-1].startswith("3030 ")
+
+
+def as_json(simulator: Simulator) -> object:
+    return msgspec.to_builtins(simulator.state(), str_keys=True)
+
+
+def test_by_lines_from_another_address_with_the_token_first(simulator: Simulator) -> None:
+    assert simulator.backdoor_port is not None
+    address = (other_address(), simulator.backdoor_port)
+    with socket.create_connection(address, DEADLINE_S) as stranger, stranger.makefile("rb") as replies:
+        stranger.sendall(b"emergency stop\r\nemergency stop\r\n")
+        assert replies.read() == b"error 3040 the first line is not the token\r\n"
+    assert simulator.state().error.code == 0
+    with socket.create_connection(address, DEADLINE_S) as bench, bench.makefile("rb") as replies:
+        bench.sendall(f"{TOKEN}\r\nemergency stop\r\n".encode())
+        assert [replies.readline(), replies.readline()] == [b"done\r\n", b"done\r\n"]
+    assert simulator.state().error.code == 3030
+
+
+def test_a_reply_is_lost_by_curl(simulator: Simulator) -> None:
+    port, known = simulator.backdoor_http_port, {"Authorization": f"Bearer {TOKEN}"}
+    lost = ask(port, "POST", "/backdoor/drop-replies", {"connection": 0, "replies": 1}, **known)
+    assert lost == (200, {"reply": "done"})
+    with (
+        socket.create_connection(("127.0.0.1", simulator.port), DEADLINE_S) as driver,
+        driver.makefile("rb") as replies,
+    ):
+        driver.sendall(b"get mode\r\nhello\r\n")
+        assert replies.readline() == b"hello\r\n"
+
+
+def test_as_a_process_with_the_token_in_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "token"
+    file.write_text(f"{TOKEN}\n")
+    options = ("--backdoor-host", "0.0.0.0", "--backdoor-token-file", str(file))
+    with running("--backdoor-http-port", "0", "--log-level", "info", *options) as simulator:
+        assert simulator.process.stdout is not None
+        said, _, port = simulator.process.stdout.readline().rpartition(":")
+        assert said == "backdoor by HTTP on 0.0.0.0"
+        assert ask(int(port), "POST", "/backdoor/hello", Authorization="Bearer swordfisch")[0] == 401
+        answer = ask(int(port), "POST", "/backdoor/hello", Authorization=f"Bearer {TOKEN}")
+        assert answer == (200, {"reply": "hello"})
+        code, told = simulator.ends(15)
+    assert code == 0
+    assert "expected the header 'Authorization: Bearer TOKEN'" in told
+    assert "swordfi" not in told
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (
+            ("--backdoor-port", "0", "--backdoor-host", "0.0.0.0"),
+            "--backdoor-host: the backdoor at '0.0.0.0' can be",
+        ),
+        (("--backdoor-http-port", "0", "--backdoor-host", "robot"), "from other machines: expected a token"),
+        (
+            ("--backdoor-host", "127.0.0.1"),
+            "--backdoor-host: expected --backdoor-port or --backdoor-http-port with",
+        ),
+        (
+            ("--backdoor-token", TOKEN),
+            "--backdoor-token: expected --backdoor-port or --backdoor-http-port with it",
+        ),
+        (("--backdoor-port", "0", "--backdoor-token", "a b"), "--backdoor-token: the token has 3 characters"),
+        (("--backdoor-port", "0", "--backdoor-token", ""), "--backdoor-token: the token has 0 characters"),
+        (
+            ("--backdoor-port", "0", "--backdoor-token-file", "/no/such"),
+            "'/no/such' cannot be read: No such file",
+        ),
+        (("--backdoor-http-port", "-1"), "--backdoor-http-port: '-1' is not a whole number from 0 to 65535"),
+    ],
+)
+def test_options_that_are_wrong(
+    options: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(options)
+    assert caught.value.code == 2
+    said = capsys.readouterr().err
+    assert told in said
+    assert said.count("\n") == 1
+
+
+def test_a_file_of_token_and_a_token(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "token"
+    file.write_text(TOKEN)
+    with pytest.raises(SystemExit):
+        main(["--backdoor-port", "0", "--backdoor-token", TOKEN, "--backdoor-token-file", str(file)])
+    assert "--backdoor-token-file: expected no --backdoor-token with it" in capsys.readouterr().err
+    file.write_text("\n")
+    with pytest.raises(SystemExit):
+        main(["--backdoor-port", "0", "--backdoor-token-file", str(file)])
+    assert "is empty, expected a secret" in capsys.readouterr().err
+
+
+def test_a_simulator_for_others_wants_a_token() -> None:
+    with pytest.raises(ValueError, match=r"the backdoor at '0\.0\.0\.0' can be reached from other machines"):
+        Simulator(backdoor_port=0, backdoor_host="0.0.0.0")
+    with pytest.raises(ValueError, match="the token has 3 characters"):
+        Simulator(backdoor_port=0, backdoor_token="a b")
+
+
+def test_without_the_library_it_is_said_what_to_install() -> None:
+    hidden = (
+        "import sys; sys.modules['h11'] = None; from iiwa_sim.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", hidden, "--port", "0", "--backdoor-http-port", "0"],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (
+        2,
+        "iiwa-sim: the backdoor by HTTP needs h11: pip install 'iiwa-sim[http]'\n",
+    )
+
+
+def test_a_port_that_is_taken_leaves_nothing_open() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        done = subprocess.run(
+            [*IIWA_SIM, "--port", "0", "--backdoor-port", "0", "--backdoor-http-port", port],
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
