@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.told import ENOUGH, Told
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 
@@ -162,7 +162,7 @@ def _replies() -> list[Figure]:
 def _replying_us(kind: str, busy: bool) -> list[float]:
     rng = np.random.default_rng(6)
     controller = Controller(load_robot(), TICK_S)
-    session = Session(controller, _Silent(), "benchmark")
+    session = IiwaSession(controller, _Silent(), "benchmark")
     centre, home = controller.tool_frame(), controller.joints
     taken: list[float] = []
     gc.collect()

@@ -20,8 +20,9 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.snapshot import Snapshot, snapshot
-from iiwa_sim.dialect.dialects import Dialect, DialectSession, dialect_for
+from iiwa_sim.dialect.dialects import Dialect, dialect_for
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, one_each
+from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
@@ -367,7 +368,7 @@ class Simulator(LoopOrThread):
         others = [each for each in (self._status, self._ros) if each is not None]
         return [*self._servers.values(), *others, self._backdoor_ports]
 
-    def _session_opener(self, dialect: Dialect) -> Callable[[str], DialectSession]:
+    def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
         return lambda name: dialect.open_session(
             self.controller, self._log, name, self.dialogue, self._strict
         )

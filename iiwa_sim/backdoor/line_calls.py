@@ -6,9 +6,8 @@ from contextlib import contextmanager
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.calls import CALLS, TAKES_TIME
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
-from iiwa_sim.dialect.wire.decimals import readable
-from iiwa_sim.dialect.wire.help import alike, overview, usage
-from iiwa_sim.dialect.wire.lines import OVERLONG
+from iiwa_sim.dialect.wire.help import helped
+from iiwa_sim.dialect.wire.line_session import shown
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import Refusal, Request, Table, load_table
 
@@ -45,9 +44,7 @@ class LineCalls:
         if isinstance(request, Refusal):
             raise NotUnderstood(request.code, request.reason)
         if request.beyond:
-            count = len(request.values) + request.beyond
-            reason = f"{request.command.name} takes {request.command.takes()}, got {count}"
-            raise NotUnderstood(COMMUNICATION_FAILURE, reason)
+            raise NotUnderstood(COMMUNICATION_FAILURE, request.too_much().reason)
         return request
 
     def start(self, request: Request) -> str | Coroutine[None, None, str]:
@@ -58,13 +55,13 @@ class LineCalls:
         if name == BYE:
             return BYE
         if name == HELP:
-            return self._help(request.phrase.lower())
+            return helped(self.table, request.phrase, _EXAMPLE)
         return CALLS[name](self._backdoor, request)
 
     def done(self, line: bytes, reply: str) -> None:
         """A line has been carried out: tell it where that is wanted."""
         if self._log.commands:
-            self._log.command(self._name, text_of(line), reply)
+            self._log.command(self._name, shown(line), reply)
 
     @contextmanager
     def telling(self, line: bytes) -> Iterator[None]:
@@ -76,25 +73,8 @@ class LineCalls:
         try:
             yield
         except Refused as refused:
-            log.refused(self._name, text_of(line), refused.code, refused.reason)
+            log.refused(self._name, shown(line), refused.code, refused.reason)
             raise
         except Exception as fault:
-            log.exception(self._name, text_of(line), fault)
+            log.exception(self._name, shown(line), fault)
             raise InternalFault(EXECUTION, _INTERNAL) from None
-
-    def _help(self, phrase: str) -> str:
-        table = self.table
-        if not phrase:
-            return overview(table, _EXAMPLE)
-        command = table.commands.get(phrase)
-        if command is None:
-            names = alike(table, phrase)
-            if not names:
-                raise Refused(COMMUNICATION_FAILURE, "no such command")
-            return f"alike: {names}"
-        return usage(command)
-
-
-def text_of(line: bytes) -> str:
-    """A line for the log."""
-    return "(too long)" if line is OVERLONG else readable(line)

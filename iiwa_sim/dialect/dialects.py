@@ -1,30 +1,18 @@
 """The dialects there are, and which of them a robot can be spoken to in."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.dialect.krc4.session import Krc4Session
 from iiwa_sim.dialect.krc4.table import REGISTERS
 from iiwa_sim.dialect.ports import IIWA, KRC4
+from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
-
-
-class DialectSession(Protocol):
-    """One client's conversation; a shell hands it bytes and asks for answers."""
-
-    @property
-    def waiting(self) -> bool: ...
-    @property
-    def closing(self) -> bool: ...
-    def receive(self, data: bytes) -> None: ...
-    def end(self) -> None: ...
-    def answer(self, most: int = ...) -> bytes: ...
-    def lost(self) -> None: ...
 
 
 class Dialect(NamedTuple):
@@ -34,8 +22,8 @@ class Dialect(NamedTuple):
     """How many a robot may have for it."""
     says_bye: bool
     """Whether a client can say good-bye in it."""
-    open_session: Callable[[Controller, DialectLog, str, Dialogue, bool], DialectSession]
-    """For a connection of this name in log and dialogue; whether it is strict, see `Session`."""
+    open_session: Callable[[Controller, DialectLog, str, Dialogue, bool], Session]
+    """For a connection of this name in log and dialogue; whether it is strict, see `IiwaSession`."""
 
 
 def _krc4(
@@ -47,7 +35,7 @@ def _krc4(
 DIALECTS = {
     dialect.name: dialect
     for dialect in (
-        Dialect(IIWA, range(7, 8), True, Session),
+        Dialect(IIWA, range(7, 8), True, IiwaSession),
         Dialect(KRC4, range(1, REGISTERS + 1), False, _krc4),
     )
 }

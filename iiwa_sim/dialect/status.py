@@ -9,8 +9,8 @@ import msgspec
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION
 from iiwa_sim.controller.snapshot import snapshot
-from iiwa_sim.dialect.wire.decimals import readable
-from iiwa_sim.dialect.wire.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK, LineSplitter
+from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, LineSession, shown
+from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import Request, load_table
 
@@ -25,48 +25,34 @@ def status_line(controller: Controller) -> bytes:
     return _encoder.encode(snapshot(controller)) + b"\n"
 
 
-class StatusSession:
-    """What one reader says."""
+class StatusSession(LineSession):
+    """One reader of the status port."""
 
     def __init__(self, controller: Controller, log: DialectLog, name: str) -> None:
         """`name` tells this connection from others in the log."""
+        super().__init__(log, name)
         self._controller = controller
-        self._log = log
-        self._name = name
         self._table = load_table("iiwa")
-        self._splitter = LineSplitter()
 
-    def receive(self, data: bytes) -> bytes:
-        """Bytes from the reader; gives what telnet has to be told, which is no line."""
-        asked = False
-        for line in self._splitter.feed(data):
-            if line is TIMING_MARK:
-                asked = True
-            else:
-                self._obey(line)
-        return WONT_TIMING_MARK if asked else b""
+    def answer(self, most: int = LINES_AT_ONCE) -> bytes:
+        """Obey the next waiting lines; gives what telnet has to be told, once for all of them."""
+        return super().answer(most)[: len(WONT_TIMING_MARK)]
 
-    def end(self) -> None:
-        """The reader sends no more; what it sent last counts as a line, with or without a line end."""
-        for line in self._splitter.finish():
-            self._obey(line)
-
-    def _obey(self, line: bytes) -> None:
+    def _reply(self, line: bytes) -> bytes:
         request = self._table.parse(line)
         if isinstance(request, Request) and request.command.name == STOP:
             self._stop()
         elif line.strip(b" \t"):
-            text = "(too long)" if line is OVERLONG else readable(line)
-            self._log.refused(self._name, text, COMMUNICATION_FAILURE, NOTHING_ELSE)
+            self.log.refused(self.name, shown(line), COMMUNICATION_FAILURE, NOTHING_ELSE)
             self._controller.record_error(COMMUNICATION_FAILURE, NOTHING_ELSE)
+        return b""
 
     def _stop(self) -> None:
-        log = self._log
         try:
             self._controller.stop()
-        except Exception as fault:  # a fault of ours must not cost the reader its connection
-            log.exception(self._name, STOP, fault)
+        except Exception as exception:  # of ours, which must not cost the reader its connection
+            self.log.exception(self.name, STOP, exception)
             self._controller.record_error(EXECUTION, f"internal fault at '{STOP}', told in the log")
         else:
-            if log.commands:
-                log.command(self._name, STOP, "done")
+            if self.log.commands:
+                self.log.command(self.name, STOP, "done")

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import AXES, Thresholds
-from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.dialect.krc4.session import Krc4Session
 from iiwa_sim.dialect.krc4.short import from_short, is_short, to_xml
 from iiwa_sim.dialect.krc4.table import Command, Message
@@ -112,7 +112,7 @@ class Krc4Client:
 CLIENTS: dict[str, type[IiwaClient] | type[Krc4Client]] = {IIWA: IiwaClient, KRC4: Krc4Client}
 
 
-class _IiwaSession(Session):
+class _IiwaSession(IiwaSession):
     """One that tells which move it had accepted last."""
 
     @property

@@ -5,8 +5,8 @@ import contextlib
 import logging
 import socket
 from collections.abc import Callable
-from typing import Protocol
 
+from iiwa_sim.dialect.session import Session
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
 from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
@@ -27,16 +27,6 @@ DEFAULT_RATE_HZ = 50
 logger = logging.getLogger(__name__)
 
 
-class ReaderSession(Protocol):
-    """What one reader says, without sockets."""
-
-    def receive(self, data: bytes) -> bytes:
-        """Take in bytes, split anywhere; gives what is to be sent before the next line."""
-
-    def end(self) -> None:
-        """Learn that the reader sends no more: a rest without a line end is a line."""
-
-
 class StatusStream:
     """Sends `line()` to every connection to `host`:`port`, `rate_hz` times in a second of ticks.
 
@@ -51,7 +41,7 @@ class StatusStream:
     def __init__(
         self,
         line: Callable[[], bytes],
-        open_session: Callable[[str], ReaderSession],
+        open_session: Callable[[str], Session],
         host: str,
         port: int,
         *,
@@ -227,6 +217,10 @@ class Reader(asyncio.BufferedProtocol):
             if not first.passed:
                 self._hear(first.rest())
             self._session.end()
+            self._session.answer()
 
     def _hear(self, data: bytes) -> None:
-        self._before_line = self._session.receive(data) or self._before_line
+        """Hand on to the session; what it replies is sent before the next line."""
+        self._session.receive(data)
+        while self._session.waiting:
+            self._before_line = self._session.answer() or self._before_line

@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.wire.wire_faults import Reset, Send, Step, Wait, WireFaults
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.door import Door
 from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
 from iiwa_sim.serve.in_order import InOrder
-from iiwa_sim.serve.line_session import LineSession, PatientSession
 from iiwa_sim.serve.listening import peer_of, why
 from iiwa_sim.serve.socket_options import reset_at_close, tune
 from iiwa_sim.serve.turns import Turns
@@ -48,7 +48,7 @@ class TcpServer:
 
     def __init__(
         self,
-        open_session: Callable[[str], LineSession],
+        open_session: Callable[[str], Session],
         host: str,
         port: int,
         *,
@@ -127,7 +127,7 @@ class Connection(asyncio.BufferedProtocol):
     """
 
     _transport: asyncio.Transport
-    _session: LineSession
+    _session: Session
     gone: asyncio.Future[None]
     """Done once the connection is."""
 
@@ -152,7 +152,6 @@ class Connection(asyncio.BufferedProtocol):
         self._mark = {"fields": {"session": self._name}}
         tune(transport.get_extra_info("socket"))
         self._session = self._server.open_session(self._name)
-        self._patient = self._session if isinstance(self._session, PatientSession) else None
         self._share = self._server.budget.share(self._work)
         self._outgoing = InOrder(self._share.ask)
         self._number = self._server.faults.arrives(self, self._name, self._server.dialect)
@@ -290,7 +289,7 @@ class Connection(asyncio.BufferedProtocol):
 
     def _is_kept_from_answering(self) -> bool:
         """By a fault that is set, by replies that are not sent or not read yet, or by what takes its time."""
-        pending = None if self._patient is None else self._patient.pending
+        pending = self._session.pending
         return (
             self._server.faults.silences(self._number)
             or len(self._outgoing) > MOST_LATE
@@ -320,7 +319,7 @@ class Connection(asyncio.BufferedProtocol):
             return False
         if session.waiting:
             self._read(False)
-            pending = None if self._patient is None else self._patient.pending
+            pending = session.pending
             if pending is not None and not pending.done():
                 pending.add_done_callback(lambda _: self._share.ask())
                 return False

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.iiwa.session import IiwaSession
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 TICK_S = 0.001
@@ -51,7 +51,7 @@ class SteppedDriver:
             world=cell.world(),
             noise=cell.noise(),
         )
-        self._session = Session(self.controller, _Silent(), "a driver")
+        self._session = IiwaSession(self.controller, _Silent(), "a driver")
 
     def ask(self, command: str) -> str:
         """One command, one reply."""

@@ -26,7 +26,7 @@ from iiwa_sim.client import (
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.table import load_table
 from tests.client.peers import Answer, Awaited, Peer
-from tests.dialect.fake_robot import FakeRobot, Journal, Session
+from tests.dialect.fake_robot import FakeRobot, IiwaSession, Journal
 from tools.client_source import iiwa as client_source
 from tools.client_source.text import FOLDER
 
@@ -71,7 +71,7 @@ def connect(open_client: Callable[..., Iiwa]) -> Iterator[Callable[[Answer], tup
 
 def speaking_for(robot: FakeRobot) -> Answer:
     """Our own dialect as the other end."""
-    session = Session(robot, Journal(), "client")
+    session = IiwaSession(robot, Journal(), "client")
 
     def answer(data: bytes) -> bytes:
         session.receive(data)

@@ -7,7 +7,7 @@ from iiwa_sim.controller.errors import ErrorRecord, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.status import RobotStatus
-from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.frames import Frame
 
 
@@ -197,7 +197,7 @@ class Conversation:
     ) -> None:
         self.robot = robot or FakeRobot()
         self.journal = journal or Journal()
-        self.session = Session(self.robot, self.journal, name, strict=strict)
+        self.session = IiwaSession(self.robot, self.journal, name, strict=strict)
 
     def send(self, packets: Iterable[bytes]) -> list[str]:
         """Everything answered to these packets, line by line."""

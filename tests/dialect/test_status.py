@@ -25,7 +25,12 @@ class Reader:
         self.session = StatusSession(self.robot, self.journal, "reader")
 
     def says(self, *packets: bytes) -> bytes:
-        return b"".join(self.session.receive(packet) for packet in packets)
+        answered = b""
+        for packet in packets:
+            self.session.receive(packet)
+            while self.session.waiting:
+                answered += self.session.answer()
+        return answered
 
 
 @pytest.mark.requirement("FRA202")
@@ -46,6 +51,7 @@ def test_a_stop_without_a_line_end_counts_when_the_reader_sends_no_more():
     reader.says(b"stop")
     assert reader.robot.stops == 0
     reader.session.end()
+    assert reader.says(b"") == b""
     assert reader.robot.stops == 1
 
 

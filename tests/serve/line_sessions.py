@@ -15,6 +15,7 @@ class EchoSession:
         self.times_lost = 0
         self.ended = False
         self.closing = False
+        self.pending = None
         self._lines_at_once = lines_at_once
         self._blow_up = blow_up
         self._lines: deque[bytes] = deque()

@@ -23,13 +23,19 @@ class Hearing:
         self.heard = b""
         self.ended = False
         self.calls = 0
+        self.waiting = False
 
-    def receive(self, data: bytes) -> bytes:
+    def receive(self, data: bytes) -> None:
         self.heard += data
         self.calls += 1
         if b"fault" in data:
             raise ZeroDivisionError("a fault of ours")
-        return b"!" if b"?" in data else b""
+        self.waiting = b"?" in data
+
+    def answer(self) -> bytes:
+        answered = b"!" if self.waiting else b""
+        self.waiting = False
+        return answered
 
     def end(self) -> None:
         self.ended = True

@@ -73,6 +73,11 @@ class Krc4Session:
         """Whether there is no reading on: the shell sends what is to be sent and closes."""
         return self._closing
 
+    @property
+    def pending(self) -> None:
+        """No reply waits for anything."""
+        return
+
     def receive(self, data: bytes) -> None:
         """Bytes from the client."""
         if not self._closing:

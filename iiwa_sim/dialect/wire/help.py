@@ -1,12 +1,28 @@
 """The line that `help` answers, written from the protocol table."""
 
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.dialect.wire.table import Command, Table
 
-EXAMPLE = "lin move"
+
+def helped(table: Table, phrase: str, example: str) -> str:
+    """What `help : PHRASE` answers: the usage of that command, or the names that are like the phrase.
+
+    Without a phrase all commands are named; `example` is one that takes parameters. Raises `Refused` where no
+    name is like the phrase.
+    """
+    if not phrase:
+        return _overview(table, example)
+    command = table.commands.get(phrase.lower())
+    if command is not None:
+        return _usage(command)
+    alike = _alike(table, phrase.lower())
+    if not alike:
+        raise Refused(COMMUNICATION_FAILURE, "no such command")
+    return f"alike: {alike}"
 
 
-def overview(table: Table, example: str = EXAMPLE) -> str:
-    """The names of all commands in one line; `example` is one that takes parameters."""
+def _overview(table: Table, example: str) -> str:
+    """The names of all commands in one line."""
     names = ", ".join(command.name for command in table.commands.values() if not command.extension)
     extensions = ", ".join(command.name for command in table.commands.values() if command.extension)
     if extensions:
@@ -14,11 +30,11 @@ def overview(table: Table, example: str = EXAMPLE) -> str:
     return f"{names} (help : {example} tells its usage)"
 
 
-def usage(command: Command) -> str:
+def _usage(command: Command) -> str:
     """How to write one command and what it does."""
     return f"{command.usage()}; {command.summary}{' (extension)' if command.extension else ''}"
 
 
-def alike(table: Table, phrase: str) -> str:
+def _alike(table: Table, phrase: str) -> str:
     """The names of commands with these letters, or of the one that differs in a letter; empty for none."""
     return ", ".join(name for name in table.commands if phrase in name) or table.meant(phrase.encode()) or ""

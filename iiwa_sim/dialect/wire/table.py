@@ -134,6 +134,14 @@ def _unit_and_range(quantity: Quantity) -> str:
     return ", ".join(part for part in (unit, quantity.range) if part)
 
 
+class Refusal(NamedTuple):
+    """A line turned down before the controller has seen it."""
+
+    reply: str
+    code: int
+    reason: str
+
+
 class Request(NamedTuple):
     """A line understood: the command, its numbers or its words."""
 
@@ -143,13 +151,10 @@ class Request(NamedTuple):
     beyond: int = 0
     """So many values stand behind the last parameter."""
 
-
-class Refusal(NamedTuple):
-    """A line turned down before the controller has seen it."""
-
-    reply: str
-    code: int
-    reason: str
+    def too_much(self) -> Refusal:
+        """What turns it down for the values behind the last parameter."""
+        count = len(self.values) + self.beyond
+        return _error(f"{self.command.name} takes {self.command.takes()}, got {count}")
 
 
 class Table:

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.dialect.iiwa.session import Session
+from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.dialect.wire.dialogue import Dialogue, Direction, Said
 from tests.dialect.fake_robot import FakeRobot, Journal
 from tests.dialect.packets import cut
@@ -14,7 +14,7 @@ LINES = st.lists(
 )
 
 
-def heard_from(session: Session, robot: FakeRobot, packets: list[bytes]) -> bytes:
+def heard_from(session: IiwaSession, robot: FakeRobot, packets: list[bytes]) -> bytes:
     replies = b""
     for packet in packets:
         session.receive(packet)
@@ -29,7 +29,7 @@ def test_every_line_is_told_with_its_reply_behind_it(data: st.DataObject, lines:
     robot, heard = FakeRobot(), list[Said]()
     dialogue = Dialogue(lambda: robot.tick)
     dialogue.listeners.append(heard.append)
-    session = Session(robot, Journal(), PLACE, dialogue)
+    session = IiwaSession(robot, Journal(), PLACE, dialogue)
     sent = "".join(f"{line}\r\n" for line in lines).encode()
     replies = heard_from(session, robot, data.draw(cut(sent)))
     session.lost()
@@ -49,7 +49,7 @@ def test_every_line_is_told_with_its_reply_behind_it(data: st.DataObject, lines:
 def test_a_line_has_the_tick_in_which_it_is_answered() -> None:
     robot, heard = FakeRobot(), list[Said]()
     dialogue = Dialogue(lambda: robot.tick)
-    session = Session(robot, Journal(), PLACE, dialogue)
+    session = IiwaSession(robot, Journal(), PLACE, dialogue)
     heard_from(session, robot, [b"hello\r\n"])
     dialogue.listeners.append(heard.append)
     heard_from(session, robot, [b"get status\r\n"])
@@ -59,7 +59,7 @@ def test_a_line_has_the_tick_in_which_it_is_answered() -> None:
 def test_telnets_question_is_no_line() -> None:
     robot, heard = FakeRobot(), list[Said]()
     dialogue = Dialogue(lambda: robot.tick)
-    session = Session(robot, Journal(), PLACE, dialogue)
+    session = IiwaSession(robot, Journal(), PLACE, dialogue)
     dialogue.listeners.append(heard.append)
     assert heard_from(session, robot, [b"\xff\xfd\x06hello\r\n"]) == b"\xff\xfc\x06hello\r\n"
     assert [said.text for said in heard] == ["hello", "hello"]

@@ -1,0 +1,183 @@
+"""What each command of protocol/iiwa.toml calls on the controller, and the reply made of that.
+
+Parameters come in the table's order and units. Frames on the wire are what `Frame` holds: mm and rad,
+intrinsic Z-Y-X.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.poses import from_quaternion
+from iiwa_sim.dialect.wire.help import helped
+from iiwa_sim.dialect.wire.line_session import written
+from iiwa_sim.dialect.wire.table import Request, in_degrees
+from iiwa_sim.frames import Frame
+from iiwa_sim.wording import harmless, shortened
+
+if TYPE_CHECKING:
+    from iiwa_sim.dialect.iiwa.session import IiwaSession
+
+LONGEST_REPLY = 1000
+"""Bytes. The public driver receives 1024 of them at once: a longer reply puts it out of step for good."""
+
+_EXAMPLE = "lin move"
+_DONE = b"done\r\n"
+_MOVING = b"moving\r\n"
+_STOPPED = b"stopped\r\n"
+
+Values = tuple[float, ...]
+Handler = Callable[["IiwaSession", Request], bytes]
+
+
+def _move(accept: Callable[[Controller, Values], int]) -> Handler:
+    """A move of this session. Refused or not, it has cost a plan: others get their turn behind it."""
+
+    def handler(session: "IiwaSession", request: Request) -> bytes:
+        session.pause()
+        session.owns(accept(session.controller, request.values))
+        return _DONE
+
+    return handler
+
+
+def _does(call: Callable[[Controller, Values], None]) -> Handler:
+    """What takes effect at once."""
+
+    def handler(session: "IiwaSession", request: Request) -> bytes:
+        call(session.controller, request.values)
+        return _DONE
+
+    return handler
+
+
+def _gives(read: Callable[[Controller], Sequence[float]]) -> Handler:
+    """Numbers."""
+    return lambda session, request: session.numbers(request.command.name, read(session.controller))
+
+
+def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
+    """Whole numbers, and bits as 0 and 1."""
+    return lambda session, request: written(
+        " ".join(str(int(value)) for value in read(session.controller, request.values))
+    )
+
+
+def _checks(check: Callable[[Controller, Values], None]) -> Handler:
+    """Whether a target can be reached, and why not. It costs as much as a move."""
+
+    def handler(session: "IiwaSession", request: Request) -> bytes:
+        session.pause()
+        try:
+            check(session.controller, request.values)
+        except Refused as refused:
+            return _prose(f"unreachable {refused.code} {refused.reason}{in_degrees(request)}")
+        return written("reachable")
+
+    return handler
+
+
+def _prose(text: str) -> bytes:
+    return written(shortened(harmless(text), LONGEST_REPLY - len("\r\n")))
+
+
+def _turned(values: Values) -> Frame:
+    """The frame of x y z (mm) and a quaternion."""
+    x, y, z, qx, qy, qz, qw, *_ = values
+    return from_quaternion((x, y, z), (qx, qy, qz, qw))
+
+
+def _help(session: "IiwaSession", request: Request) -> bytes:
+    return written(helped(session.table, request.phrase, _EXAMPLE))
+
+
+def _bye(session: "IiwaSession", _: Request) -> bytes:
+    session.said_bye()
+    return written("bye")
+
+
+def _status(session: "IiwaSession", _: Request) -> bytes:
+    return _MOVING if session.controller.moving else _STOPPED
+
+
+def _mode(session: "IiwaSession", _: Request) -> bytes:
+    return written(session.controller.mode.value)
+
+
+def _error(session: "IiwaSession", _: Request) -> bytes:
+    last = session.controller.last_error
+    return _prose("0 none" if last is None else f"{last.code} {last.reason}")
+
+
+COMMANDS: dict[str, Handler] = {
+    "hello": lambda _session, _request: written("hello"),
+    "bye": _bye,
+    "help": _help,
+    "stop": _does(lambda robot, _: robot.stop()),
+    "cancel move": _does(lambda robot, _: robot.cancel_move()),
+    "clear queue": _does(lambda robot, _: robot.clear_queue()),
+    "joint move": _move(lambda robot, v: robot.joint_move(v[:7], v[7:])),
+    "lin joint move": _move(lambda robot, v: robot.lin_joint_move(v[:7], v[7], v[8])),
+    "lin move": _move(lambda robot, v: robot.lin_move(Frame(*v[:6]), v[6], v[7])),
+    "ptp move": _move(lambda robot, v: robot.ptp_move(Frame(*v[:6]), v[6], v[7])),
+    "linr move": _move(lambda robot, v: robot.lin_move(Frame(*v[:6]), v[6], v[7], v[8])),
+    "ptpr move": _move(lambda robot, v: robot.ptp_move(Frame(*v[:6]), v[6], v[7], v[8])),
+    "lin quaternion move": _move(lambda robot, v: robot.lin_move(_turned(v), v[7], v[8])),
+    "ptp quaternion move": _move(lambda robot, v: robot.ptp_move(_turned(v), v[7], v[8])),
+    "lin relative move": _move(
+        lambda robot, v: robot.lin_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=False)
+    ),
+    "lin tool relative move": _move(
+        lambda robot, v: robot.lin_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=True)
+    ),
+    "ptp relative move": _move(
+        lambda robot, v: robot.ptp_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=False)
+    ),
+    "ptp tool relative move": _move(
+        lambda robot, v: robot.ptp_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=True)
+    ),
+    "linforcez move": _move(
+        lambda robot, v: robot.lin_force_move(Frame(*v[:6]), v[6], v[7], (None, None, v[8]))
+    ),
+    "ptpforcez move": _move(
+        lambda robot, v: robot.ptp_force_move(Frame(*v[:6]), v[6], v[7], (None, None, v[8]))
+    ),
+    "linforce move": _move(
+        lambda robot, v: robot.lin_force_move(Frame(*v[:6]), v[6], v[7], (v[8], v[9], v[10]))
+    ),
+    "ptpforce move": _move(
+        lambda robot, v: robot.ptp_force_move(Frame(*v[:6]), v[6], v[7], (v[8], v[9], v[10]))
+    ),
+    "linstiff move": _move(lambda robot, v: robot.lin_stiff_move(Frame(*v[:6]), v[6], v[7], v[8:])),
+    "ptpstiff move": _move(lambda robot, v: robot.ptp_stiff_move(Frame(*v[:6]), v[6], v[7], v[8:])),
+    "start gravity": _move(lambda robot, v: robot.start_gravity(v[0])),
+    "smart joint move": _move(lambda robot, v: robot.smart_joint_move(v[:7], v[7:])),
+    "smart cartesian move": _move(lambda robot, v: robot.smart_cartesian_move(Frame(*v[:6]), v[6])),
+    "direct joint move": _move(lambda robot, v: robot.direct_joint_move(v[:7], v[7:])),
+    "direct cartesian move": _move(lambda robot, v: robot.direct_cartesian_move(Frame(*v[:6]), v[6])),
+    "is reachable": _checks(lambda robot, v: robot.check_reach(Frame(*v[:6]), *v[6:])),
+    "is lin reachable": _checks(lambda robot, v: robot.check_line(Frame(*v[:6]), *v[6:])),
+    "get tool frame": _gives(lambda robot: robot.tool_frame()),
+    "get flange frame": _gives(lambda robot: robot.flange_frame()),
+    "get joint position": _gives(lambda robot: robot.joints),
+    "get joint torque": _gives(lambda robot: robot.joint_torque()),
+    "get cartesian force": _gives(lambda robot: robot.cartesian_force()),
+    "get goal frame": _gives(lambda robot: robot.goal_frame()),
+    "get goal joint position": _gives(lambda robot: robot.goal_joints),
+    "get distance to goal": _gives(lambda robot: (robot.distance_to_goal_mm(),)),
+    "get queue": _counts(lambda robot, _: [robot.queue]),
+    "get status": _status,
+    "get robot status": _counts(lambda robot, _: robot.status()),
+    "get mode": _mode,
+    "get error": _error,
+    "reset error": _does(lambda robot, _: robot.reset_error()),
+    "set override": _does(lambda robot, v: robot.set_override(v[0])),
+    "get override": _gives(lambda robot: (robot.override,)),
+    "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),
+    "get output": _counts(lambda robot, v: [robot.io.output(int(v[0]))]),
+    "get inputs": _counts(lambda robot, _: robot.io.inputs),
+    "get outputs": _counts(lambda robot, _: robot.io.outputs),
+    "set output": _does(lambda robot, v: robot.io.set_output(int(v[0]), v[1] == 1.0)),
+    "set input": _does(lambda robot, v: robot.io.refuse_input(int(v[0]))),
+}
