@@ -208,7 +208,7 @@ def test_a_flood_delays_neither_ticks_nor_others(terminal: Terminal) -> None:
 
 
 @pytest.mark.usefixtures("robot")
-@pytest.mark.parametrize("persistent", [True, False])
+@pytest.mark.parametrize("persistent", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, persistent: bool) -> None:
     """Requests as long as are taken, from several threads of a node that does nothing else."""
     script = (
@@ -226,6 +226,7 @@ def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, pe
     _assert_others_are_served_during(script, terminal)
 
 
+@pytest.mark.slow
 def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Terminal) -> None:
     """In quick time, so that all buffers are full after some seconds: 2.8 MB."""
     with running("--ros", "--clock", "30x") as robot:
@@ -273,6 +274,7 @@ def test_at_the_end_the_master_forgets_the_node(
     assert terminal.nodes_at("/joint_states") == []
 
 
+@pytest.mark.slow
 def test_a_master_that_is_started_anew_is_told_of_the_node(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -17,6 +17,8 @@ import pytest
 from iiwa_sim.client import Iiwa
 from tests.processes import running
 
+pytestmark = pytest.mark.slow  # a wheel is built, and installed into environments
+
 SOURCE = Path(__file__).parent.parent
 EXAMPLES = SOURCE / "tests" / "examples"
 SHIPPED = ["iiwa_sim", "protocol", "robots", "README.md", "LICENSE"]
