@@ -34,6 +34,17 @@ def parse_decimal(word: bytes) -> float:
     return value
 
 
+def parse_decimals(words: Sequence[bytes]) -> tuple[list[float], str]:
+    """The numbers that words are, up to the first that is none, and what is wrong with that one."""
+    values: list[float] = []
+    try:
+        for word in words:
+            values.append(parse_decimal(word))  # noqa: PERF401 - those before a fault are wanted
+    except NotANumberError as fault:
+        return values, str(fault)
+    return values, ""
+
+
 def quoted(wire: bytes) -> str:
     """A word from the wire for a message: harmless, and cut where it is long."""
     return readable(wire[:_LONGEST_QUOTE]) + ("..." if len(wire) > _LONGEST_QUOTE else "")

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.dialect.wire.decimals import NotANumberError, parse_decimal, quoted
+from iiwa_sim.dialect.wire.decimals import parse_decimals, quoted
 from iiwa_sim.dialect.wire.lines import MAX_LINE_BYTES, OVERLONG
 from iiwa_sim.dialect.wire.names import Names
 
@@ -211,15 +211,12 @@ class Table:
             quantities += command.optional
         if len(words) < len(quantities):
             return _error(f"{command.name} takes {command.takes()}, got {len(words)}{_commas(rest)}")
-        values = []
-        for quantity, word in zip(quantities, words, strict=False):
-            try:
-                value = parse_decimal(word)
-            except NotANumberError as fault:
-                return _error(f"{quantity.name} = {fault}{_commas(word)}")
+        values, fault = parse_decimals(words[: len(quantities)])
+        for quantity, word, value in zip(quantities, words, values, strict=False):
             if expected := quantity.expectation(value):
                 return _error(f"{quantity.name} = {quoted(word)}: {expected}")
-            values.append(value)
+        if fault:
+            return _error(f"{quantities[len(values)].name} = {fault}{_commas(words[len(values)])}")
         return Request(command, tuple(values), phrase, len(words) - len(values))
 
     def _why_unknown(self, line: bytes) -> str:
