@@ -10,6 +10,7 @@ import json
 import logging
 import time
 from collections.abc import Callable, Sequence
+from contextvars import ContextVar
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -25,6 +26,10 @@ LEVELS = ("error", "warning", "info", "debug")
 DEFAULT_LEVEL = "warning"
 
 logger = logging.getLogger(__name__)
+
+robot: ContextVar[str] = ContextVar("robot", default="")
+"""The name of the robot that lines are about, where a process has several. Whatever is set up in an asyncio
+loop while it is set runs with it from then on."""
 
 
 class SessionLog:
@@ -185,7 +190,9 @@ class _PlainFormatter(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         time = datetime.fromtimestamp(record.created).astimezone().isoformat(" ", "milliseconds")[11:23]
-        text = f"{time} {record.levelname.lower()} {harmless(record.getMessage())}"
+        name = robot.get()
+        about = f"{name} " if name else ""
+        text = f"{time} {record.levelname.lower()} {about}{harmless(record.getMessage())}"
         if record.exc_info:
             below = self.formatException(record.exc_info).splitlines()
             text += "".join(f"\n    {harmless(line)}" for line in below)
@@ -193,12 +200,13 @@ class _PlainFormatter(logging.Formatter):
 
 
 class _JsonFormatter(logging.Formatter):
-    """One object per line: time (UTC), level, message, and the fields the event has of its own."""
+    """One object per line: time (UTC), level, robot where there are several, message, fields of the event."""
 
     def format(self, record: logging.LogRecord) -> str:
         event = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
+            **({"robot": name} if (name := robot.get()) else {}),
             "message": record.getMessage(),
             **getattr(record, "fields", {}),
         }

@@ -12,7 +12,7 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.outside import Entrances
 from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.backdoor.token import LOOPBACK, Token
-from iiwa_sim.cell.cell import load_cell, robot_alone
+from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock, Stepped
 from iiwa_sim.clock.pace import REAL, Pace, pace
 from iiwa_sim.clock.watched import Watched
@@ -64,7 +64,8 @@ class Simulator(LoopOrThread):
     loop, the methods that let time pass raise RuntimeError: there, await those of `clock`.
 
     `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`,
-    or `robot` where it ends with .toml, is the path of a cell.toml, which names its robot. `clock` says how
+    or `robot` where it ends with .toml, is the path of a cell.toml, which names its robot; or
+    one that has been read, for simulators that have the same. `clock` says how
     simulated time passes, "real", "10x" or any other multiple, "fast" or "stepped", see
     `iiwa_sim.clock.clock`; a servo mode ends when it hears of no command for `servo_timeout_s`, None for
     never.
@@ -107,7 +108,7 @@ class Simulator(LoopOrThread):
         self,
         robot: str | Path | None = None,
         *,
-        cell: str | Path | None = None,
+        cell: str | Path | Cell | None = None,
         dialects: Sequence[str] = (DEFAULT_DIALECT,),
         host: str = "127.0.0.1",
         port: int | Sequence[int] = 0,
@@ -140,7 +141,7 @@ class Simulator(LoopOrThread):
         if cell is None:
             self.cell = robot_alone(DEFAULT_ROBOT if robot is None else robot)
         else:
-            self.cell = load_cell(cell)
+            self.cell = cell if isinstance(cell, Cell) else load_cell(cell)
         for line in differing_limits(self.cell.description):
             logger.warning("%s", line)
         self.clock = Clock(rate_hz, clock if isinstance(clock, Pace) else pace(clock))

@@ -6,12 +6,11 @@ import sys
 from collections.abc import Sequence
 
 from iiwa_sim import log
+from iiwa_sim.cli.addresses import add_host
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.names import BRIDGE
 from iiwa_sim.cli.options import (
     ROSBRIDGE_PORT,
-    Parser,
-    add_host,
     add_log,
     add_robot,
     add_ros,
@@ -21,6 +20,7 @@ from iiwa_sim.cli.options import (
     ros_conventions,
 )
 from iiwa_sim.cli.output import announce
+from iiwa_sim.cli.parsing import Parser
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.serve.listening import host_and_port
 

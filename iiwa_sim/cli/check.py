@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from iiwa_sim.cli.names import CHECK
-from iiwa_sim.cli.options import Parser, add_server
+from iiwa_sim.cli.options import add_server
 from iiwa_sim.cli.output import say
+from iiwa_sim.cli.parsing import Parser
 
 
 def run(given: Sequence[str]) -> int:

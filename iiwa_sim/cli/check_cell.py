@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from iiwa_sim.cli.names import CHECK_CELL
-from iiwa_sim.cli.options import Parser
 from iiwa_sim.cli.output import say
+from iiwa_sim.cli.parsing import Parser
 
 
 def run(given: Sequence[str]) -> int:

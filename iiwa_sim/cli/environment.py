@@ -8,7 +8,7 @@ variable counts as none.
 import argparse
 from collections.abc import Mapping
 
-from iiwa_sim.cli.options import Parser
+from iiwa_sim.cli.parsing import Parser
 from iiwa_sim.wording import shortened
 
 PREFIX = "IIWA_SIM_"
@@ -41,7 +41,10 @@ def read_environment(parser: Parser, environment: Mapping[str, str]) -> argparse
         text = environment.get(name or "", "")
         if name is None or not text or _is_service_link(name, text):
             continue
-        value = _value(parser, action, name, text)
+        try:
+            value = value_of(action, text)
+        except argparse.ArgumentTypeError as fault:
+            parser.error(f"{name}: {fault}")
         if action.option_strings:
             setattr(found, action.dest, value)
         else:  # argparse sets a positional argument that is not given to its default
@@ -67,15 +70,13 @@ def _is_service_link(name: str, text: str) -> bool:
     return name.startswith(_SERVICE_LINKS) or (name == _SERVICE_PORT and "://" in text)
 
 
-def _value(parser: Parser, action: argparse.Action, name: str, text: str) -> object:
-    try:
-        if action.nargs == 0:
-            return _switched(text)
-        if isinstance(action, argparse._AppendAction):
-            return [_converted(action, each) for each in text.split(",")]
-        return _converted(action, text)
-    except argparse.ArgumentTypeError as fault:
-        parser.error(f"{name}: {fault}")
+def value_of(action: argparse.Action, text: str) -> object:
+    """What a text means as the value of an option. Raises ArgumentTypeError."""
+    if action.nargs == 0:
+        return _switched(text)
+    if isinstance(action, argparse._AppendAction):
+        return [_converted(action, each) for each in text.split(",")]
+    return _converted(action, text)
 
 
 def _switched(text: str) -> bool:

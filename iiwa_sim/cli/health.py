@@ -8,9 +8,10 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from iiwa_sim.cli import serve
+from iiwa_sim.cli import server_options
+from iiwa_sim.cli.addresses import reached_at
 from iiwa_sim.cli.names import HEALTH
-from iiwa_sim.cli.options import Parser, whole
+from iiwa_sim.cli.parsing import Parser, whole
 from iiwa_sim.client import CommandError, Iiwa, Krc4, ReplyError
 from iiwa_sim.dialect.ports import IIWA, KRC4
 from iiwa_sim.serve.listening import host_and_port, why
@@ -54,11 +55,11 @@ def _fault(process: int) -> str:
     if place is None:
         return f"process {process} is no iiwa-sim"
     variables = (variable.partition("=") for variable in environment)
-    options = serve.parsed(words[place + 1 :], {name: value for name, _, value in variables})
+    options = server_options.parsed(words[place + 1 :], {name: value for name, _, value in variables})
     for dialect, port in zip(options.dialect, options.port, strict=True):
         if port == 0:
             return f"process {process} was told to pick a port for {dialect}: only its first lines tell which"
-        host = serve.reached_at(options.host)
+        host = reached_at(options.host)
         try:
             _ASK[dialect](host, port)
         except (OSError, CommandError, ReplyError) as fault:

@@ -1,44 +1,25 @@
-"""What the subcommands have in common: how options are told and checked, and shared options."""
+"""Options that subcommands share."""
 
 import argparse
 from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
 
 from iiwa_sim import log
 from iiwa_sim.cli.names import ROS_PACKAGE_PATH
-from iiwa_sim.cli.output import say
+from iiwa_sim.cli.parsing import Error, Parser, whole
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
+from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
 from iiwa_sim.ros.conventions import RESULT_TYPES, Conventions, Reference
-from iiwa_sim.serve.listening import MAX_PORT, why
+from iiwa_sim.serve.listening import why
 from iiwa_sim.serve.web_access import WebAccess
-from iiwa_sim.wording import harmless, shortened
+from iiwa_sim.wording import shortened
 
 ROSBRIDGE_PORT = 9090
-LONGEST_MESSAGE = 400
-"""Characters of a message about wrong arguments, which cites them."""
-
-
-class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
-
-    @property
-    def options(self) -> list[argparse.Action]:
-        """All that can be given, with --help."""
-        return list(self._actions)
-
-    def error(self, message: str) -> NoReturn:
-        told = shortened(harmless(message), LONGEST_MESSAGE)
-        self.exit(2, f"{self.prog}: {told} (see {self.prog} --help)\n")
-
-    def print_help(self, _file: object = None) -> None:
-        say(self.format_help())
-
-
-def check_robot(parser: Parser, options: argparse.Namespace) -> None:
+def check_robot(error: Error, options: argparse.Namespace) -> None:
+    """A cell and a robot exclude each other; `error` ends the program."""
     if options.cell is not None and options.robot is not None:
-        parser.error("argument --robot: expected no cell with it, which names its robot")
+        error("argument --robot: expected no cell with it, which names its robot")
 
 
 def add_server(parser: Parser) -> None:
@@ -81,12 +62,6 @@ def add_robot(parser: Parser) -> None:
         "--robot",
         metavar="NAME|FOLDER",
         help=f"{', '.join(built_in_robots())}, or your own (default: {DEFAULT_ROBOT})",
-    )
-
-
-def add_host(parser: Parser) -> None:
-    parser.add_argument(
-        "--host", default="127.0.0.1", help="address to listen on; 0.0.0.0 for all (default: %(default)s)"
     )
 
 
@@ -205,13 +180,3 @@ def _accepted(text: str, check: Callable[[], object]) -> str:
     except ValueError as fault:
         raise argparse.ArgumentTypeError(str(fault)) from None
     return text
-
-
-def whole(low: int, high: int) -> Callable[[str], int]:
-    def whole_number(text: str) -> int:
-        if not (text.isascii() and text.isdigit() and len(text) < 10 and low <= int(text) <= high):
-            shown = shortened(repr(text), 40)
-            raise argparse.ArgumentTypeError(f"{shown} is not a whole number from {low} to {high}")
-        return int(text)
-
-    return whole_number

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from iiwa_sim.cli.names import PLOT
-from iiwa_sim.cli.options import Parser, add_rate, add_robot, check_robot
+from iiwa_sim.cli.options import add_rate, add_robot, check_robot
+from iiwa_sim.cli.parsing import Parser
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.wording import shortened
@@ -42,7 +43,7 @@ def run(given: Sequence[str]) -> int:
 def _options(given: Sequence[str]) -> argparse.Namespace:
     parser = _parser()
     options = parser.parse_args(given)
-    check_robot(parser, options)
+    check_robot(parser.error, options)
     return options
 
 

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from iiwa_sim.cli.names import REPLAY
-from iiwa_sim.cli.options import Parser, add_servers
+from iiwa_sim.cli.options import add_servers
 from iiwa_sim.cli.output import say
+from iiwa_sim.cli.parsing import Parser
 from iiwa_sim.wording import harmless
 
 

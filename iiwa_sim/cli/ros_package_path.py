@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from importlib.resources import files
 
 from iiwa_sim.cli.names import ROS_PACKAGE_PATH
-from iiwa_sim.cli.options import Parser
 from iiwa_sim.cli.output import say
+from iiwa_sim.cli.parsing import Parser
 
 
 def run(given: Sequence[str]) -> int:

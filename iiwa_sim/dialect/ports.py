@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+MAX_PORT = 65535
 IIWA = "iiwa"
 KRC4 = "krc4"
 DEFAULT_DIALECT = IIWA

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from math import hypot
 from pathlib import Path
 
@@ -29,10 +30,7 @@ class Model:
         """Raises `RobotFault` where the URDF is unreadable or does not match the description."""
         self.description = description
         self.joint_count = len(description.joints)
-        self._model = _read_urdf(description)
-        self._check_joints()
-        flange = self._frame(description.flange)
-        self.fixed_poses = self._fixed_poses(flange)
+        self.fixed_poses = _fixed_poses(description)
         """As `Tcp` takes them."""
         self._flange = Tcp(self.fixed_poses, IDENTITY)
         self._tcp: Tcp | None = None
@@ -62,13 +60,23 @@ class Model:
             points.append(frame.translation)
         return np.array(axes), np.array(points)
 
-    def _fixed_poses(self, flange: int) -> list[Transform]:
+
+class _Reading:
+    """What Pinocchio makes of a URDF, checked against the description."""
+
+    def __init__(self, description: RobotDescription) -> None:
+        self.description = description
+        self._joint_count = len(description.joints)
+        self._model = _read_urdf(description)
+        self._check_joints()
+
+    def fixed_poses(self, flange: int) -> list[Transform]:
         """As `Tcp` takes them, for the flange of this index."""
         model, data = self._model, self._model.createData()
-        pin.computeJointJacobians(model, data, np.zeros(self.joint_count))
+        pin.computeJointJacobians(model, data, np.zeros(self._joint_count))
         poses: list[Transform] = []
         before = IDENTITY.rotation
-        for joint in range(1, self.joint_count + 1):
+        for joint in range(1, self._joint_count + 1):
             axis = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL)[3:, joint - 1]
             turned = _with_z_along(axis.tolist())
             placement = _transform(model.jointPlacements[joint])
@@ -77,7 +85,7 @@ class Model:
         on_last = _transform(model.frames[flange].placement)
         return [*poses, _within(transpose(before), on_last, IDENTITY.rotation)]
 
-    def _frame(self, link: str) -> int:
+    def frame(self, link: str) -> int:
         """Index of the frame of a link, which Pinocchio gives for an unknown name too (one past the end)."""
         model, description = self._model, self.description
         index: int = model.getFrameId(link, pin.FrameType.BODY)
@@ -85,7 +93,7 @@ class Model:
             raise RobotFault(
                 description.settings_path, "flange", repr(link), f"a link of {description.urdf_path}"
             )
-        if model.frames[index].parentJoint != self.joint_count:
+        if model.frames[index].parentJoint != self._joint_count:
             last = description.joints[-1]
             raise RobotFault(
                 description.settings_path, "flange", repr(link), f"a link fixed to the last joint, {last}"
@@ -110,6 +118,13 @@ class Model:
                 raise RobotFault(
                     description.urdf_path, f"joint {name}: type", kind, "a revolute joint with limits"
                 )
+
+
+@lru_cache(maxsize=8)
+def _fixed_poses(description: RobotDescription) -> tuple[Transform, ...]:
+    """As `Tcp` takes them; robots of the same description, as those of a fleet, share the reading."""
+    reading = _Reading(description)
+    return tuple(reading.fixed_poses(reading.frame(description.flange)))
 
 
 def _transform(pose: pin.SE3) -> Transform:

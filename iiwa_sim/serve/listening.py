@@ -10,10 +10,9 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.serve.socket_options import reset_at_close
 from iiwa_sim.wording import Unusable, harmless, shortened
-
-MAX_PORT = 65535
 
 BACKLOG = 512
 """Clients that may knock at once."""

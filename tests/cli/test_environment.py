@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from iiwa_sim.cli import main, serve
+from iiwa_sim.cli import main, server_options
 from iiwa_sim.cli.environment import unknown_variables, variable
 from tests.processes import running
 
@@ -18,6 +18,8 @@ EXAMPLES = {  # of a value other than the default, as text
     "dialect": "krc4",
     "port": "31000",
     "rate": "250",
+    "count": "3",
+    "fleet": "fleet.toml",
     "clock": "fast",
     "servo_timeout": "1.5",
     "status_port": "31001",
@@ -53,6 +55,7 @@ NEEDED_WITH = {
 }
 WRONG = {
     "rate": "99",
+    "count": "0",
     "clock": "fats",
     "port": "tcp",
     "dialect": "klingon",
@@ -76,11 +79,15 @@ WRONG = {
     "log_level": "loud",
     "log_json": "json",
 }
-ANY_TEXT = {"cell", "robot", "host", "transcript", "backdoor_host", "backdoor_token"}
+ANY_TEXT = {"cell", "fleet", "robot", "host", "transcript", "backdoor_host", "backdoor_token"}
 
 
 def options() -> dict[str, argparse.Action]:
-    return {option.dest: option for option in serve.server_parser().options if variable(option) is not None}
+    return {
+        option.dest: option
+        for option in server_options.server_parser().options
+        if variable(option) is not None
+    }
 
 
 def as_arguments(option: argparse.Action, text: str) -> list[str]:
@@ -108,9 +115,9 @@ def test_a_variable_does_what_the_option_does(name: str, tmp_path_factory: pytes
         secret.write_text("swordfish")
         text = str(secret)
     besides = NEEDED_WITH.get(name, ())
-    by_variable = serve.parsed(besides, {f"IIWA_SIM_{name.upper()}": text})
-    assert vars(by_variable) == vars(serve.parsed([*besides, *as_arguments(option, text)], {}))
-    assert vars(by_variable) != vars(serve.parsed(besides, {}))
+    by_variable = server_options.parsed(besides, {f"IIWA_SIM_{name.upper()}": text})
+    assert vars(by_variable) == vars(server_options.parsed([*besides, *as_arguments(option, text)], {}))
+    assert vars(by_variable) != vars(server_options.parsed(besides, {}))
 
 
 @pytest.mark.parametrize("name", WRONG)
@@ -126,18 +133,22 @@ def test_a_wrong_value_ends_with_one_line_that_names_the_variable(
 
 
 def test_the_command_line_comes_before_the_environment() -> None:
-    assert serve.parsed(["--clock", "stepped"], {"IIWA_SIM_CLOCK": "fast"}).clock.name == "stepped"
+    assert server_options.parsed(["--clock", "stepped"], {"IIWA_SIM_CLOCK": "fast"}).clock.name == "stepped"
 
 
 def test_an_empty_variable_is_none() -> None:
-    assert vars(serve.parsed([], {"IIWA_SIM_CLOCK": "", "IIWA_SIM_STRICT": ""})) == vars(serve.parsed([], {}))
+    assert vars(server_options.parsed([], {"IIWA_SIM_CLOCK": "", "IIWA_SIM_STRICT": ""})) == vars(
+        server_options.parsed([], {})
+    )
 
 
 def test_what_kubernetes_sets_for_a_service_of_this_name_is_left_alone() -> None:
     links = {"IIWA_SIM_PORT": "tcp://10.0.0.7:30000", "IIWA_SIM_SERVICE_HOST": "10.0.0.7"}
-    assert vars(serve.parsed([], links)) == vars(serve.parsed([], {}))
+    assert vars(server_options.parsed([], links)) == vars(server_options.parsed([], {}))
     assert (
-        unknown_variables(serve.server_parser(), links | {"IIWA_SIM_PORT_30000_TCP": "tcp://10.0.0.7:30000"})
+        unknown_variables(
+            server_options.server_parser(), links | {"IIWA_SIM_PORT_30000_TCP": "tcp://10.0.0.7:30000"}
+        )
         == []
     )
 

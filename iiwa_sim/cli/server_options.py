@@ -1,0 +1,219 @@
+"""The options of the bare `iiwa-sim`."""
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from iiwa_sim.backdoor.token import LOOPBACK, Token, check_reach
+from iiwa_sim.cli.addresses import add_addresses, settle_ports
+from iiwa_sim.cli.environment import RULE, read_environment
+from iiwa_sim.cli.names import REPLAY, SUBCOMMANDS
+from iiwa_sim.cli.options import (
+    add_log,
+    add_rate,
+    add_robot,
+    add_ros,
+    add_ros_conventions,
+    add_rosbridge,
+    check_robot,
+    secret_in,
+)
+from iiwa_sim.cli.parsing import Error, Parser, whole
+from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
+from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
+from iiwa_sim.dialect.ports import MAX_PORT
+from iiwa_sim.dialect.wire.decimals import parse_decimal
+from iiwa_sim.serve import status_stream
+from iiwa_sim.serve.turns import LONGEST_PAUSE_S
+from iiwa_sim.wording import shortened
+
+
+def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Namespace:
+    """The options for a run, of command line and environment, also those checked that hang together.
+
+    With a fleet they are what its robots have where it says nothing else.
+    """
+    parser = server_parser()
+    options = parser.parse_args(given)
+    if options.version:
+        return options
+    found = read_environment(parser, environment)  # not before --help had its turn
+    options = parser.parse_args(given, found)
+    if options.fleet is None:
+        check(parser.error, options)
+    elif options.count is not None:
+        parser.error("argument --fleet: expected no --count with it: the file names its robots")
+    return options
+
+
+def check(error: Error, options: argparse.Namespace) -> None:
+    """The options of one robot that hang together, and ports that are not named; `error` tells a fault."""
+    check_robot(error, options)
+    settle_ports(error, options)
+    if options.status_rate is not None:
+        if options.status_port is None:
+            error("argument --status-rate: expected --status-port with it")
+        if options.status_rate > options.rate:
+            limit = f"the {options.rate} ticks per second of --rate"
+            error(f"argument --status-rate: {options.status_rate} is above {limit}")
+    if options.rosbridge_secret is not None and options.rosbridge_port is None:
+        error("argument --rosbridge-secret: expected --rosbridge-port with it")
+    for name, given in (("origin", options.rosbridge_origin), ("host", options.rosbridge_host)):
+        if given and options.rosbridge_port is None:
+            error(f"argument --rosbridge-{name}: expected --rosbridge-port with it")
+    _check_backdoor(error, options)
+
+
+def _check_backdoor(error: Error, options: argparse.Namespace) -> None:
+    """Host and token go with a port; and other machines do without a token what they like."""
+    has_port = options.backdoor_port is not None or options.backdoor_http_port is not None
+    tokens = (options.backdoor_token, options.backdoor_token_file)
+    for name, given in zip(("host", "token", "token-file"), (options.backdoor_host, *tokens), strict=True):
+        if given is not None and not has_port:
+            wanted = "expected --backdoor-port or --backdoor-http-port with it"
+            error(f"argument --backdoor-{name}: {wanted}")
+    if None not in tokens:
+        error("argument --backdoor-token-file: expected no --backdoor-token with it")
+    text = options.backdoor_token if options.backdoor_token is not None else options.backdoor_token_file
+    try:
+        check_reach(options.backdoor_host or LOOPBACK, None if text is None else Token(text))
+    except ValueError as fault:
+        error(f"argument --backdoor-{'host' if text is None else 'token'}: {fault}")
+
+
+def server_parser() -> Parser:
+    """With all options of the bare `iiwa-sim`."""
+    # Subcommands have parsers of their own, chosen by the first argument.
+    parser = Parser(
+        prog="iiwa-sim",
+        description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, "
+        "and the messages of a KUKA KRC4. "
+        f"Other things it does, each with a --help: iiwa-sim {', '.join(SUBCOMMANDS)}",
+        epilog=f"{RULE} To talk to it: telnet HOST PORT, then help",
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "cell",
+        nargs="?",
+        metavar="CELL.toml",
+        help="robot, start pose, tool and what stands round it (default: a robot alone)",
+    )
+    add_robot(parser)
+    add_addresses(parser)
+    add_rate(parser)
+    parser.add_argument(
+        "--clock",
+        type=_pace,
+        default=REAL,
+        metavar="real|10x|fast|stepped",
+        help=f"how simulated time passes: in real time, {MIN_SPEED:g} to {MAX_SPEED:g} times as fast, as "
+        "fast as it can while the robot is under way, or only when told (default: real)",
+    )
+    parser.add_argument(
+        "--servo-timeout",
+        type=_seconds(LONGEST_SERVO_TIMEOUT_S),
+        metavar="SECONDS",
+        help="stop the robot when a smart or direct move is not followed by another for so long, above 0 and "
+        f"up to {LONGEST_SERVO_TIMEOUT_S:g} (default: never)",
+    )
+    parser.add_argument(
+        "--status-port",
+        type=whole(0, MAX_PORT),
+        metavar="PORT",
+        help="broadcast the robot's state there, as lines of JSON, and take the line 'stop'; 0 picks a port "
+        "(default: no such port)",
+    )
+    low_hz, high_hz = status_stream.MIN_RATE_HZ, status_stream.MAX_RATE_HZ
+    parser.add_argument(
+        "--status-rate",
+        type=whole(low_hz, high_hz),
+        metavar="HZ",
+        help=f"lines per second on that port, {low_hz} to {high_hz}, and not above the --rate "
+        f"(default: {status_stream.DEFAULT_RATE_HZ})",
+    )
+    add_rosbridge(parser)
+    add_ros(parser)
+    add_ros_conventions(parser)
+    parser.add_argument(
+        "--backdoor-port",
+        type=whole(0, MAX_PORT),
+        metavar="PORT",
+        help="on this port, take the commands of a test bench: faults, pushes, and more; 0 picks a port "
+        "(default: no such port)",
+    )
+    parser.add_argument(
+        "--backdoor-http-port",
+        type=whole(0, MAX_PORT),
+        metavar="PORT",
+        help="the same as JSON over HTTP, as POST /backdoor/emergency-stop, with GET /state, /dialogue, "
+        "/healthz, /openapi.json; 0 picks a port (default: no such port)",
+    )
+    parser.add_argument(
+        "--backdoor-host",
+        metavar="HOST",
+        help="address on which these two listen; one that other machines reach, such as 0.0.0.0, takes a "
+        f"token (default: {LOOPBACK})",
+    )
+    parser.add_argument(
+        "--backdoor-token",
+        metavar="TOKEN",
+        help="take only who knows it: the first line of a connection, 'Authorization: Bearer TOKEN' over "
+        "HTTP. The command line shows it to others on this machine (default: all)",
+    )
+    parser.add_argument(
+        "--backdoor-token-file",
+        type=secret_in,
+        metavar="FILE",
+        help="the same, with the token in this file",
+    )
+    parser.add_argument(
+        "--strict",
+        action="store_true",
+        help="answer error to a line with more values than its command takes (default: they are ignored, as "
+        "by the original, with a warning in the log)",
+    )
+    parser.add_argument(
+        "--exclusive",
+        action="store_true",
+        help="serve one client after the other: who connects meanwhile waits (default: all at once)",
+    )
+    parser.add_argument(
+        "--reconnect-pause",
+        type=_seconds(LONGEST_PAUSE_S, or_zero=True),
+        default=0.0,
+        metavar="SECONDS",
+        help="after the last client has gone, serve the next one so much later, up to "
+        f"{LONGEST_PAUSE_S:g} (default: 0)",
+    )
+    parser.add_argument(
+        "--transcript",
+        type=Path,
+        metavar="FILE",
+        help=f"write down there what is said in all dialects; iiwa-sim {REPLAY} plays it",
+    )
+    parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
+    add_log(parser)
+    parser.add_argument("--version", action="store_true", help="print the version and leave")
+    return parser
+
+
+def _pace(text: str) -> Pace:
+    try:
+        return pace(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{shortened(repr(text), 40)} is not {EXPECTED}") from None
+
+
+def _seconds(longest_s: float, *, or_zero: bool = False) -> Callable[[str], float]:
+    def seconds(text: str) -> float:
+        try:
+            value = parse_decimal(text.encode())
+        except ValueError:
+            value = -1.0
+        if not (0.0 < value <= longest_s or (or_zero and value == 0.0)):
+            shown = shortened(repr(text), 40)
+            limits = f"from 0 to {longest_s:g}" if or_zero else f"above 0 and up to {longest_s:g}"
+            raise argparse.ArgumentTypeError(f"{shown} is not a number of seconds {limits}")
+        return value
+
+    return seconds

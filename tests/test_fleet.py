@@ -1,0 +1,266 @@
+"""Several robots in one process: ports, names, options of each, and that none notices the others."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.cli import main, server_options
+from iiwa_sim.cli.fleet import OF_THE_PROCESS, robots_of
+from tests.processes import IIWA_SIM
+from tests.talking import DEADLINE_S, Client
+
+COUNT = 20
+JOINTS = ("0.3 0.6 0.1 -1.2 0.1 1.4 0.2", "-0.5 0.2 0.4 -1.6 -0.3 0.9 1.1", "0 0.5 0 -1.5 0 1.1 0")
+ROUND = [
+    *(f"joint move : {joints} " + " ".join(["0.6"] * 7) for joints in JOINTS),
+    "lin move : 500 150 480 0 -1.57079 0 0.5 0",
+    "lin move : 450 -100 520 0.2 -1.4 0.1 0.3 0",
+]
+SAMPLES = 12
+
+
+@contextlib.contextmanager
+def fleet(*options: str) -> Iterator[tuple[subprocess.Popen[str], dict[str, dict[str, int]]]]:
+    """A process, and by robot and port's name the ports."""
+    with subprocess.Popen(
+        [*IIWA_SIM, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            assert process.stdout is not None
+            expected = len(robots(*options)) * sum(option.endswith("port") for option in options)
+            ports: dict[str, dict[str, int]] = {}
+            for _ in range(expected):
+                line = process.stdout.readline()
+                found = re.fullmatch(r"(?:(\S+) )?(\w+) on 127\.0\.0\.1:(\d+)\n", line)
+                assert found is not None, line
+                ports.setdefault(found[1] or "", {})[found[2]] = int(found[3])
+            yield process, ports
+        finally:
+            process.kill()
+
+
+def robots(*options: str) -> list[str]:
+    parser = server_options.server_parser()
+    return [robot.name for robot in robots_of(parser, server_options.parsed(options, {}))]
+
+
+async def driven(ports: dict[str, int], rounds: int) -> list[object]:
+    """What one robot shows of a program: its states at rest, and on the way at fixed ticks of each move."""
+    driver, bench = await Client.connect(ports["listening"]), await Client.connect(ports["backdoor"])
+    seen: list[object] = []
+    for line in ROUND * rounds:
+        assert await bench.ask("pause") == "done"
+        assert await driver.ask(line) == "done"
+        for _ in range(SAMPLES):
+            assert await bench.ask("advance : 0.02") == "done"
+            seen.append(await state(bench))
+        assert await bench.ask("resume") == "done"
+        await driver.until_stopped()
+        assert await bench.ask("advance : 0.01") == "done"  # or the last tick of the move may show a velocity
+        seen.append(await state(bench))
+    await driver.leaves()
+    await bench.leaves()
+    return seen
+
+
+async def state(bench: Client) -> object:
+    """All of it but for what time it is."""
+    seen = json.loads(await bench.ask("get state"))
+    del seen["time_s"], seen["tick"]
+    return seen
+
+
+@pytest.mark.parametrize("rounds", [1, pytest.param(12, marks=pytest.mark.slow)])
+def test_twenty_robots_driven_at_once_move_as_one_alone_bit_for_bit(rounds: int) -> None:
+    options = ("--port", "0", "--backdoor-port", "0", "--clock", "fast")
+
+    async def all_driven(ports: list[dict[str, int]]) -> list[list[object]]:
+        return await asyncio.gather(*(driven(each, rounds) for each in ports))
+
+    with fleet(*options) as (_, ports):
+        (alone,) = asyncio.run(all_driven([ports[""]]))
+    with fleet("--count", str(COUNT), *options) as (_, ports):
+        assert list(ports) == [f"robot-{index}" for index in range(COUNT)]
+        together = asyncio.run(all_driven(list(ports.values())))
+    assert len(alone) == rounds * len(ROUND) * (SAMPLES + 1)
+    assert alone[0] != alone[1] != alone[SAMPLES]
+    assert all(each == alone for each in together)
+
+
+def test_one_log_tells_which_robot() -> None:
+    with fleet("--count", "2", "--port", "0", "--log-level", "info", "--log-json") as (process, ports):
+
+        async def said() -> None:
+            for name in ("robot-1", "robot-0"):
+                client = await Client.connect(ports[name]["listening"])
+                assert await client.ask(f"nonsense {name}") == "unknown command"
+                assert await client.ask("bye") == "bye"
+                await client.leaves()
+
+        asyncio.run(said())
+        process.terminate()
+        _, told = process.communicate(timeout=DEADLINE_S)
+    lines = [json.loads(line) for line in told.splitlines()]
+    refused = [(line["robot"], line["line"]) for line in lines if "code" in line]
+    assert refused == [("robot-1", "nonsense robot-1"), ("robot-0", "nonsense robot-0")]
+    assert {line["robot"] for line in lines if "session" in line} == {"robot-0", "robot-1"}
+    assert process.returncode == 0
+
+
+def test_ports_are_counted_up_from_those_that_are_named() -> None:
+    options = ["--count", "3", "--dialect", "iiwa,krc4", "--port", "31000,32000", "--status-port", "33000"]
+    options += ["--backdoor-port", "0", "--transcript", "said.txt"]
+    parser = server_options.server_parser()
+    found = [robot.options for robot in robots_of(parser, server_options.parsed(options, {}))]
+    assert [each.port for each in found] == [[31000, 32000], [31001, 32001], [31002, 32002]]
+    assert [each.status_port for each in found] == [33000, 33001, 33002]
+    assert {each.backdoor_port for each in found} == {0}
+    assert [str(each.transcript) for each in found] == [f"said-robot-{index}.txt" for index in range(3)]
+
+
+def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
+    (tmp_path / "cells").mkdir()
+    (tmp_path / "cells" / "welder.toml").write_text('robot = "lbr_iiwa_14_r820"\n')
+    file = tmp_path / "fleet.toml"
+    file.write_text(
+        """
+        [robot.welder]
+        cell = "cells/welder.toml"
+        clock = "10x"
+        [robot.painter]
+        robot = "kr_6_r900_sixx"
+        dialect = "krc4"
+        port = 0
+        strict = true
+        [robot.both]
+        dialect = ["iiwa", "krc4"]
+        port = [31000, 31001]
+        servo_timeout = 1.5
+        """
+    )
+    parser = server_options.server_parser()
+    given = server_options.parsed(["--fleet", str(file), "--clock", "fast", "--exclusive"], {})
+    welder, painter, both = robots_of(parser, given)
+    assert [welder.name, painter.name, both.name] == ["welder", "painter", "both"]
+    assert (welder.options.cell, welder.options.port) == (str(tmp_path / "cells/welder.toml"), [30000])
+    assert (painter.options.robot, painter.options.port) == ("kr_6_r900_sixx", [0])
+    assert [each.options.clock.name for each in (welder, painter, both)] == ["10x", "fast", "fast"]
+    assert [each.options.strict for each in (welder, painter, both)] == [False, True, False]
+    assert all(each.options.exclusive for each in (welder, painter, both))
+    assert (both.options.port, both.options.servo_timeout) == ([31000, 31001], 1.5)
+
+
+def test_the_example_serves_as_it_says() -> None:
+    file = Path(__file__).parent.parent / "examples" / "fleet.toml"
+    parser = server_options.server_parser()
+    found = robots_of(parser, server_options.parsed(["--fleet", str(file)], {}))
+    assert len(found) == 3
+    assert len({robot.options.robot or robot.options.cell for robot in found}) == 3
+
+
+TABLE = "[robot.one]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "FILE: robot = (missing): expected this key"),
+        ("[robot]\n", "FILE: robot = {}: expected at least one robot, as [robot.NAME]"),
+        ("[robots.one]\n", "FILE: robots = {'one': {}}: expected no key of this name"),
+        ("robot = 1\n", "FILE: robot = 1: expected object, not int"),
+        ("[robot.'a b']\n", "FILE: robot.a b = 'a b': expected a name of letters, digits, '-', '_' and '.'"),
+        (TABLE + "prot = 1\n", "FILE: robot.one.prot = 1: expected no key of this name"),
+        (
+            TABLE + "log_level = 'debug'\n",
+            "FILE: robot.one.log_level = 'debug': expected no key of this name",
+        ),
+        (TABLE + "port = 65536\n", "FILE: robot.one.port: '65536' is not a whole number from 0 to 65535"),
+        (
+            TABLE + "port = [1, 2]\n",
+            "FILE: robot.one: argument --port: 2 given, expected 1, one for each dialect",
+        ),
+        (TABLE + "port = true\n", "FILE: robot.one.port = True: expected no true or false"),
+        (TABLE + "strict = 1\n", "FILE: robot.one.strict = 1: expected true or false"),
+        (TABLE + "clock = 'fats'\n", "FILE: robot.one.clock: 'fats' is not real"),
+        (TABLE + "clock = {a = 1}\n", "FILE: robot.one.clock = {'a': 1}: expected a text or numbers"),
+        (
+            TABLE + "status_rate = 5\n",
+            "FILE: robot.one: argument --status-rate: expected --status-port with it",
+        ),
+        (
+            TABLE + "cell = 'a.toml'\nrobot = 'b'\n",
+            "FILE: robot.one: argument --robot: expected no cell with it",
+        ),
+        (
+            TABLE + "port = 5\n[robot.two]\nport = 5\n",
+            "FILE: --port of two overlaps --port of one: both are port 5",
+        ),
+        (TABLE + "cell = 'no.toml'\n", "file = "),
+        ("[robot.one", "FILE: expected valid TOML"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_one_line(
+    text: str, told: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "fleet.toml"
+    file.write_text(text)
+    assert main(["--fleet", str(file)]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.startswith("iiwa-sim: ")
+    assert err.count("\n") == 1
+    assert told.replace("FILE", str(file)) in err
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--count", "0"], "argument --count: '0' is not a whole number from 1 to 10000"),
+        (["--count", "2", "--fleet", "x"], "argument --fleet: expected no --count with it"),
+        (["--count", "2", "--ros"], "argument --ros: expected one robot"),
+        (
+            ["--count", "2", "--status-port", "30001"],
+            "--port of robot-1 overlaps --status-port of robot-0: both are",
+        ),
+        (
+            ["--count", "2", "--port", "65535"],
+            "argument --port: robot number 1 would have 65536, expected up to",
+        ),
+        (
+            ["--count", "2", "--dialect", "iiwa,krc4", "--port", "5,6"],
+            "--port of robot-1 overlaps --port of robot-0",
+        ),
+    ],
+)
+def test_what_is_wrong_in_options_is_one_line(
+    options: list[str], told: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(options)
+    assert caught.value.code == 2
+    err = capfd.readouterr().err
+    assert told in err
+    assert err.count("\n") == 1
+
+
+def test_more_robots_than_the_system_lets_it_open_files_for() -> None:
+    limited = f"ulimit -n 100; exec {' '.join(IIWA_SIM)} --count 60 --port 0"
+    done = subprocess.run(
+        ["bash", "-c", limited], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    assert (done.returncode, done.stderr) == (
+        2,
+        "iiwa-sim: 60 robots need 184 open files: expected up to 100 (ulimit -Hn)\n",
+    )
+
+
+def test_what_belongs_to_the_process_is_an_option() -> None:
+    assert set(OF_THE_PROCESS) <= {each.dest for each in server_options.server_parser().options}
