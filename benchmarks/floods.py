@@ -1,60 +1,32 @@
 """What floods do to others: a polite client's replies, simulated time, and how soon a stop is a rest.
 
 As many connections as a row says send without end what it says, and throw away what is answered. The same
-bytes go to a bare echo server in the same run, and the same polite client asks there. Everything stays on
-this machine, and ends after some seconds.
+bytes go to a bare echo server in the same run, and the same polite client asks there. Slow readers send
+nothing; their rows show ticks. Everything stays on this machine, and ends after some seconds.
 """
 
 import contextlib
 import json
-import multiprocessing
-import multiprocessing.synchronize
-import selectors
 import socket
 import time
 from collections.abc import Iterator
 from statistics import median
-from typing import NamedTuple
 
+from benchmarks import flooders_ros1
 from benchmarks.figures import Figure, Kind, percentile
+from benchmarks.flooders import Address, Flood, bare, flooding, frame, readers_of_all_states, says, websockets
 from benchmarks.peers import ECHO, IIWA_SIM, Line, listening
 
 QUESTION = b"get joint position\r\n"
 FLOODERS = (10, 50, 200)
+SLOW_READERS = 100
 SECONDS = 3.0
-SETTLING_S = 0.5
 PAUSE_S = 0.005
 """Of the polite client, before it asks again: it asks some 150 times a second."""
-CHUNK_BYTES = 65_536
 MOVE = "joint move : {} 0.5 0 -1 0 1.5 0 0.1 0.1 0.1 0.1 0.1 0.1 0.1\r\n"
 STOPS = 5
 
-
-def _frame(text: bytes, opcode: int = 1) -> bytes:
-    """A masked frame of WebSocket; the mask is all zeros."""
-    length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
-    return bytes([0x80 | opcode]) + length + b"\0\0\0\0" + text
-
-
-def _says(operation: str, **fields: object) -> bytes:
-    return _frame(json.dumps({"op": operation, **fields}).encode())
-
-
 _WRONG = {"command_type": "PTP", "pose_type": "JOINTS", "pose": [0.1] * 7, "velocity": []}
-OPENING = (
-    b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
-)
-
-
-class Flood(NamedTuple):
-    """What is sent where, and what the connection begins with."""
-
-    port: str
-    what: str
-    message: bytes
-    opening: bytes = b""
-
 
 FLOODS = (
     Flood("iiwa", "rubbish", b"rubbish !\r\n"),
@@ -62,33 +34,43 @@ FLOODS = (
     Flood("krc4", "valid queries", b'<Cmd I0="1" I1="310"/>\r\n'),
     Flood("backdoor", "rubbish", b"rubbish !\r\n"),
     Flood("status", "noise", b"x" * 60 + b"\r\n"),
-    Flood("rosbridge", "pings", _frame(b"", 9), OPENING),
-    Flood("rosbridge", "calls", _says("call_service", service="/get_io", args={"number": 1}), OPENING),
+    Flood("rosbridge", "pings", frame(b"", 9), websockets),
+    Flood("rosbridge", "calls", says("call_service", service="/get_io", args={"number": 1}), websockets),
     Flood(
         "rosbridge",
         "lists",
-        _says("publish", topic="/command_list", msg={"commands": [_WRONG] * 200}),
-        OPENING,
+        says("publish", topic="/command_list", msg={"commands": [_WRONG] * 200}),
+        websockets,
     ),
 )
+SLOW = Flood("rosbridge", "slow readers of five topics", b"", readers_of_all_states)
 
 
 def measure() -> list[Figure]:
-    """All floods in all numbers."""
-    return [figure for flood in FLOODS for count in FLOODERS for figure in _flooded(flood, count)]
+    """All floods in all numbers; of ROS 1 where it is installed."""
+    found = [figure for flood in FLOODS for count in FLOODERS for figure in _flooded(flood, count)]
+    found += _flooded(SLOW, SLOW_READERS)
+    if not flooders_ros1.is_there():
+        return found
+    return found + [
+        figure for flood in flooders_ros1.floods() for count in FLOODERS for figure in _flooded(flood, count)
+    ]
 
 
 def gate() -> list[Figure]:
     """Those that CI has the time for."""
-    return [figure for flood in FLOODS for figure in _flooded(flood, FLOODERS[0])]
+    return [
+        *(figure for flood in FLOODS for figure in _flooded(flood, FLOODERS[0])),
+        *_flooded(SLOW, SLOW_READERS),
+    ]
 
 
 def _flooded(flood: Flood, count: int) -> list[Figure]:
-    with listening(ECHO) as echo, _flooding(echo, flood, count, opens=False):
+    with listening(ECHO) as echo, flooding(echo, flood._replace(connected=bare), count):
         of_echo = _replies_us(echo)
-    with _simulator() as ports:
+    with _simulator(ros1=flood.port == "ros1") as ports:
         address = ports["iiwa"]
-        with _flooding(ports[flood.port], flood, count, opens=True):
+        with flooding(ports[flood.port], flood, count):
             begun, simulated_s = time.perf_counter(), _simulated_s(ports["status"])
             of_sim = _replies_us(address)
             passed_s = _simulated_s(ports["status"]) - simulated_s
@@ -112,8 +94,8 @@ def _flooded(flood: Flood, count: int) -> list[Figure]:
 
 
 @contextlib.contextmanager
-def _simulator() -> Iterator[dict[str, tuple[str, int]]]:
-    """The addresses of its ports, by their names."""
+def _simulator(*, ros1: bool) -> Iterator[dict[str, Address]]:
+    """The addresses of its ports, by their names; that of "ros1" is the master's."""
     ports = {}
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
@@ -121,12 +103,16 @@ def _simulator() -> Iterator[dict[str, tuple[str, int]]]:
     options = ["--dialect", "iiwa,krc4", "--port", f"0,{ports['krc4']}", "--log-level", "error"]
     for name in ("status", "rosbridge", "backdoor"):
         options += [f"--{name}-port", str(ports[name])]
-    command = [*IIWA_SIM[:-2], *options]
-    with listening(command) as address:
-        yield {"iiwa": address} | {name: ("127.0.0.1", port) for name, port in ports.items()}
+    with contextlib.ExitStack() as open_ones:
+        found: dict[str, Address] = {name: ("127.0.0.1", port) for name, port in ports.items()}
+        if ros1:
+            found["ros1"] = open_ones.enter_context(flooders_ros1.master())
+            options.append("--ros")
+        found["iiwa"] = open_ones.enter_context(listening([*IIWA_SIM[:-2], *options]))
+        yield found
 
 
-def _replies_us(address: tuple[str, int]) -> list[float]:
+def _replies_us(address: Address) -> list[float]:
     with Line(*address) as line:
         end, taken = time.perf_counter() + SECONDS, []
         while time.perf_counter() < end:
@@ -135,14 +121,14 @@ def _replies_us(address: tuple[str, int]) -> list[float]:
     return taken
 
 
-def _simulated_s(address: tuple[str, int]) -> float:
+def _simulated_s(address: Address) -> float:
     """The time of the newest state."""
     with socket.create_connection(address, timeout=30) as connection, connection.makefile("rb") as lines:
         time_s: float = json.loads(lines.readline())["time_s"]
     return time_s
 
 
-def _stop_ms(address: tuple[str, int]) -> float:
+def _stop_ms(address: Address) -> float:
     """From the command until the robot says that it rests."""
     with Line(*address) as line:
         for target in (-1.5, 1.5):
@@ -153,55 +139,3 @@ def _stop_ms(address: tuple[str, int]) -> float:
         while line.ask(b"get status\r\n") == b"moving\r\n":
             time.sleep(PAUSE_S)
         return 1e3 * (time.perf_counter() - begun)
-
-
-@contextlib.contextmanager
-def _flooding(address: tuple[str, int], flood: Flood, count: int, *, opens: bool) -> Iterator[None]:
-    """A process that floods until the context ends."""
-    begun = multiprocessing.Event()
-    flooders = multiprocessing.Process(target=_flood, args=(address, flood, count, opens, begun), daemon=True)
-    flooders.start()
-    try:
-        if not begun.wait(30.0):
-            raise RuntimeError("the flood did not begin")
-        time.sleep(SETTLING_S)
-        yield
-    finally:
-        flooders.terminate()
-        flooders.join()
-
-
-def _flood(
-    address: tuple[str, int],
-    flood: Flood,
-    count: int,
-    opens: bool,
-    begun: "multiprocessing.synchronize.Event",
-) -> None:
-    data = flood.message * (CHUNK_BYTES // len(flood.message) + 1)
-    rests: dict[socket.socket, memoryview] = {}
-    with selectors.DefaultSelector() as selector:
-        for _ in range(count):
-            connection = socket.create_connection(address, timeout=30)
-            if opens and flood.opening:
-                connection.sendall(flood.opening)
-                while b"\r\n\r\n" not in connection.recv(4096):
-                    pass
-            connection.setblocking(False)
-            rests[connection] = memoryview(data)
-            selector.register(connection, selectors.EVENT_READ | selectors.EVENT_WRITE)
-        begun.set()
-        while selector.get_map():
-            for key, events in selector.select():
-                connection = key.fileobj
-                try:
-                    if events & selectors.EVENT_READ and not connection.recv(CHUNK_BYTES):
-                        raise ConnectionError("the server has gone")
-                    if events & selectors.EVENT_WRITE:
-                        rests[connection] = rests[connection][
-                            connection.send(rests[connection]) :
-                        ] or memoryview(data)
-                except BlockingIOError:
-                    pass
-                except ConnectionError:
-                    selector.unregister(connection)

@@ -11,16 +11,15 @@ import logging
 import time
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.never_waiting import NeverWaiting
+from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import harmless
 
 REFUSALS_TOLD = 20
-"""Of one session, with one code, within `REFUSALS_NS`: who sends rubbish without end leaves it readable."""
-REFUSALS_NS = 1_000_000_000
+"""Of one session, with one code, within a second: who sends rubbish without end leaves the log readable."""
 
 LEVELS = ("error", "warning", "info", "debug")
 DEFAULT_LEVEL = "warning"
@@ -41,7 +40,7 @@ class SessionLog:
 
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
         self._now_ns = now_ns
-        self._kinds: dict[tuple[str, int], _Refusals] = {}  # in the order in which their seconds began
+        self._refusals = Throttle[tuple[str, int]](REFUSALS_TOLD, _refused_more)
 
     @property
     def commands(self) -> bool:
@@ -57,13 +56,12 @@ class SessionLog:
         )
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
-        self._tell_numbers()
-        kind = self._kinds.setdefault((session, code), _Refusals(self._now_ns() + REFUSALS_NS))
-        if kind.told >= REFUSALS_TOLD and not self.commands:
-            kind.untold += 1
-            return
-        kind.told += 1
-        last = kind.told == REFUSALS_TOLD and not self.commands
+        last = False
+        if not self.commands:
+            count = self._refusals.count((session, code), self._now_ns())
+            if count is None:
+                return
+            last = count == REFUSALS_TOLD
         logger.warning(
             "%s refused '%s': %s%s",
             session,
@@ -101,30 +99,16 @@ class SessionLog:
             extra={"fields": {"session": session, "line": line}},
         )
 
-    def _tell_numbers(self) -> None:
-        """Of the kinds whose second is over."""
-        while self._kinds:
-            session, code = first = next(iter(self._kinds))
-            if self._kinds[first].until_ns > self._now_ns():
-                return
-            untold = self._kinds.pop(first).untold
-            if untold:
-                logger.warning(
-                    "%s refused %d more within that second, with code %d",
-                    session,
-                    untold,
-                    code,
-                    extra={"fields": {"session": session, "code": code, "untold": untold}},
-                )
 
-
-@dataclass
-class _Refusals:
-    """Those of a kind: until when they count together, and how many were told and not told."""
-
-    until_ns: int
-    told: int = 0
-    untold: int = 0
+def _refused_more(kind: tuple[str, int], untold: int) -> None:
+    session, code = kind
+    logger.warning(
+        "%s refused %d more within that second, with code %d",
+        session,
+        untold,
+        code,
+        extra={"fields": {"session": session, "code": code, "untold": untold}},
+    )
 
 
 def robot_fault(code: int, reason: str) -> None:

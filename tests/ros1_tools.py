@@ -12,9 +12,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 from xmlrpc.server import SimpleXMLRPCServer
 
-from iiwa_sim.ros.rmi.definitions import message_md5
+from iiwa_sim.ros.rmi.definitions import message_md5, service_md5
 from iiwa_sim.ros.side import SYSTEM_PACKAGES
 from tests.needed import lacks
 from tests.processes import IIWA_SIM
@@ -83,6 +84,18 @@ class Terminal:
         nodes: list[str] = dict(subscribed if subscribers else published).get(topic, [])
         return nodes
 
+    def service_at(self, name: str) -> tuple[str, int]:
+        """Where the master says that a service is."""
+        with xmlrpc.client.ServerProxy(self.master_uri) as proxy:
+            found: Any = proxy.lookupService("/tests", name)
+        return _place(found[2])
+
+    def node_at(self) -> tuple[str, int]:
+        """Where the robot's node is asked for its topics."""
+        with xmlrpc.client.ServerProxy(self.master_uri) as proxy:
+            found: Any = proxy.lookupNode("/tests", "/iiwa_sim")
+        return _place(found[2])
+
     @contextmanager
     def hearing(self, topic: str, *options: str) -> Iterator[subprocess.Popen[str]]:
         """A `rostopic echo` that the robot knows of."""
@@ -124,20 +137,37 @@ def see_system_packages() -> None:
 
 def deaf_subscriber(terminal: Terminal, topic: str, kind: str) -> socket.socket:
     """A subscriber that nobody reads from, with a buffer that is soon full."""
-    with xmlrpc.client.ServerProxy(terminal.master_uri) as proxy:
-        node: Any = proxy.lookupNode("/tests", "/iiwa_sim")
-    with xmlrpc.client.ServerProxy(node[2]) as proxy:
+    with xmlrpc.client.ServerProxy("http://{}:{}".format(*terminal.node_at())) as proxy:
         offered: Any = proxy.requestTopic("/deaf", topic, [["TCPROS"]])
     _, host, port = offered[2]
     connection = socket.socket()
     connection.settimeout(DEADLINE_S)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)  # before it connects
     connection.connect((host, port))
-    fields = {"callerid": "/deaf", "topic": topic, "type": kind, "md5sum": message_md5(kind)}
+    connection.sendall(_header(callerid="/deaf", topic=topic, type=kind, md5sum=message_md5(kind)))
+    return connection
+
+
+def caller(terminal: Terminal, name: str, kind: str) -> socket.socket:
+    """One who may call a service over and over, in bytes: each request with its length before it."""
+    connection = socket.create_connection(terminal.service_at(name), DEADLINE_S)
+    connection.sendall(_header(callerid="/caller", service=name, md5sum=service_md5(kind), persistent="1"))
+    length = int.from_bytes(connection.recv(4, socket.MSG_WAITALL), "little")
+    connection.recv(length, socket.MSG_WAITALL)  # the header that answers
+    return connection
+
+
+def _place(uri: str) -> tuple[str, int]:
+    parts = urlsplit(uri)
+    assert parts.hostname is not None
+    assert parts.port is not None
+    return parts.hostname, parts.port
+
+
+def _header(**fields: str) -> bytes:
     packed = [f"{name}={value}".encode() for name, value in fields.items()]
     header = b"".join(len(each).to_bytes(4, "little") + each for each in packed)
-    connection.sendall(len(header).to_bytes(4, "little") + header)
-    return connection
+    return len(header).to_bytes(4, "little") + header
 
 
 def asked_of_a_publisher(terminal: Terminal, topic: str, kind: str) -> tuple[Any, ...]:

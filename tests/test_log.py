@@ -12,6 +12,7 @@ import pytest
 from iiwa_sim import log
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.frames import Frame
+from iiwa_sim.throttle import SECOND_NS
 
 ERRATIC = "odd\n12:00:00.000 error forged\x1b[31m\r\u202e\x85\ud800"
 
@@ -115,9 +116,9 @@ def test_a_flood_of_refusals_leaves_the_log_readable() -> None:
         ours.refused("flooder", f"rubbish {number}", -1, "no such command")
     ours.refused("flooder", "lin move : far", 3021, "out of reach")
     ours.refused("driver", "hullo", -1, "no such command")
-    now_ns = log.REFUSALS_NS
+    now_ns = SECOND_NS
     ours.refused("driver", "hallo", -1, "no such command")
-    now_ns += log.REFUSALS_NS
+    now_ns += SECOND_NS
     ours.refused("driver", "hillo", -1, "no such command")
     told = [json.loads(line) for line in pipe.lines()]
     lines = [each.get("line") for each in told]
@@ -139,7 +140,7 @@ def test_of_a_driver_that_is_refused_now_and_then_every_refusal_is_told() -> Non
     ours = log.SessionLog(lambda: now_ns)
     for number in range(200):
         ours.refused("driver", f"lin move : {number}", 3021, "out of reach")
-        now_ns += log.REFUSALS_NS // log.REFUSALS_TOLD
+        now_ns += SECOND_NS // log.REFUSALS_TOLD
     told = [json.loads(line) for line in pipe.lines()]
     assert [each["line"] for each in told] == [f"lin move : {number}" for number in range(200)]
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import signal
+import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -16,11 +18,13 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.ros.conventions import RESULT_TYPES
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
+from iiwa_sim.serve.socket_options import reset_at_close
 from tests.processes import IIWA_SIM, Process, running
 from tests.ros1_tools import (
     SYSTEM_PYTHON,
     Terminal,
     asked_of_a_publisher,
+    caller,
     deaf_subscriber,
     master,
     needs_ros,
@@ -35,6 +39,8 @@ SERVICES = {
     "/robot/get_digital_ios": "robot_movement_interface/GetDigitalIOs",
     "/robot/set_digital_ios": "robot_movement_interface/SetDigitalIOs",
 }
+FEW = 60
+"""Descriptors, of which the node itself needs some twenty."""
 LIST = "robot_movement_interface/CommandList"
 PTP = "command_type: PTP, pose_type: JOINTS, velocity_type: '%', velocity: [0.5]"
 
@@ -190,8 +196,7 @@ def test_every_state_can_be_echoed(terminal: Terminal) -> None:
     assert said["/io_states"].count("pin_number") == 32
 
 
-@pytest.mark.usefixtures("robot")
-def test_a_flood_delays_neither_ticks_nor_others(terminal: Terminal) -> None:
+def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(terminal: Terminal, robot: Process) -> None:
     """Lists as long as are taken, by publishers who do nothing else."""
     script = (
         "import roslib.message, rospy\n"
@@ -204,12 +209,13 @@ def test_a_flood_delays_neither_ticks_nor_others(terminal: Terminal) -> None:
         "print('begins', flush=True)\n"
         "while True: publisher.publish(made(commands=wrong))\n"
     )
-    _assert_others_are_served_during(script, terminal)
+    _assert_others_are_served_during(script, terminal, robot)
 
 
-@pytest.mark.usefixtures("robot")
 @pytest.mark.parametrize("persistent", [True, pytest.param(False, marks=pytest.mark.slow)])
-def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, persistent: bool) -> None:
+def test_a_flood_of_calls_delays_neither_ticks_nor_others_nor_the_end(
+    terminal: Terminal, robot: Process, persistent: bool
+) -> None:
     """Requests as long as are taken, from several threads of a node that does nothing else."""
     script = (
         "import roslib.message, rospy, threading\n"
@@ -223,7 +229,53 @@ def test_a_flood_of_calls_delays_neither_ticks_nor_others(terminal: Terminal, pe
         "for _ in range(8): threading.Thread(target=calls).start()\n"
         "print('begins', flush=True)\n"
     )
-    _assert_others_are_served_during(script, terminal)
+    _assert_others_are_served_during(script, terminal, robot)
+
+
+def test_callers_that_vanish_before_their_answers_are_no_fault(terminal: Terminal, robot: Process) -> None:
+    for _ in range(20):
+        with caller(terminal, "/get_io", "robot_movement_interface/GetIO") as connection:
+            for number in range(50):
+                connection.sendall(b"\4\0\0\0" + number.to_bytes(4, "little"))
+            reset_at_close(connection)
+    assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+    assert _stops(robot) == ""
+
+
+@pytest.mark.parametrize(
+    "knocked_at", ["topics and services", pytest.param("XML-RPC", marks=pytest.mark.slow)]
+)
+def test_without_descriptors_the_node_waits_and_serves_again(environment: Terminal, knocked_at: str) -> None:
+    """rospy's server of topics and services ends for good where it cannot accept; that of XML-RPC spins."""
+    with_few = (
+        "import resource, runpy\n"
+        f"resource.setrlimit(resource.RLIMIT_NOFILE, ({FEW}, {FEW}))\n"
+        "runpy.run_module('iiwa_sim', run_name='__main__', alter_sys=True)\n"
+    )
+    with running("--ros", program=(sys.executable, "-c", with_few)) as robot:
+        assert robot.process.stdout is not None
+        robot.process.stdout.readline()
+        with Iiwa("127.0.0.1", robot.port) as telnet:
+            with ExitStack() as idle:
+                at = environment.node_at() if knocked_at == "XML-RPC" else environment.service_at("/get_io")
+                beyond = 0
+                while beyond < 5:
+                    connection = idle.enter_context(socket.socket())
+                    connection.setblocking(False)  # once the backlog is full, too, nobody waits
+                    connection.connect_ex(at)
+                    time.sleep(0.01)
+                    beyond += len(list(Path(f"/proc/{robot.process.pid}/fd").iterdir())) >= FEW - 1
+                logged = b""
+                assert robot.process.stderr is not None
+                while b"nobody can connect for the time being" not in logged:
+                    logged = robot.process.stderr.readline().encode()
+                    assert logged, "it has ended"
+                assert telnet.get_override() == 1.0
+            said = environment.says("rosservice", "call", "/get_io", "number: 1")
+            assert said == "value: False\nerror: 0\n"
+            _hear(environment, "/tool_frame", 20)
+        log = _stops(robot)
+    assert "Traceback" not in log, log
 
 
 @pytest.mark.slow
@@ -262,7 +314,7 @@ def test_messages_that_are_none_are_refused_in_one_line(terminal: Terminal, robo
         "a message of 300000 bytes: expected up to 262144",
         f"what came is no {LIST}",
     ]
-    assert "Traceback" not in log
+    assert "Traceback" not in log, log
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
@@ -296,7 +348,7 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
             assert anew.nodes_at("/joint_states") == ["/iiwa_sim"]
             log = _stops(robot)
             assert "the ROS master did not know this node any more: it has been told again" in log
-            assert "Traceback" not in log
+            assert "Traceback" not in log, log
             assert anew.nodes_at("/joint_states") == []
 
 
@@ -394,8 +446,8 @@ def _stops(robot: Process) -> str:
     return log
 
 
-def _assert_others_are_served_during(flood_script: str, terminal: Terminal) -> None:
-    """The script says when it begins, and goes on for ever."""
+def _assert_others_are_served_during(flood_script: str, terminal: Terminal, robot: Process) -> None:
+    """The script says when it begins, and goes on for ever, also while the robot ends."""
     with terminal.starts(SYSTEM_PYTHON, "-c", flood_script) as flood:
         try:
             assert flood.stdout is not None
@@ -403,8 +455,11 @@ def _assert_others_are_served_during(flood_script: str, terminal: Terminal) -> N
             _hear(terminal, "/tool_frame", 200)
             assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
             assert flood.poll() is None
+            log = _stops(robot)
         finally:
             flood.kill()
+    assert "fault" not in log
+    assert "Traceback" not in log, log
 
 
 def _hear(terminal: Terminal, topic: str, count: int) -> None:

@@ -3,14 +3,15 @@
 import asyncio
 import logging
 import time
+import traceback
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil
 from typing import Protocol
 
-from iiwa_sim.clock.faults import TickFaults
 from iiwa_sim.clock.pace import REAL, Pace
+from iiwa_sim.throttle import Throttle
 from iiwa_sim.timer import Timer, open_timer
 
 MIN_RATE_HZ = 100
@@ -41,6 +42,9 @@ LONGEST_HOLD_NS = 50_000_000
 LONGEST_ADVANCE_S = 86400.0
 
 _SECOND_NS = 1_000_000_000
+
+Place = tuple[str, str, int | None]
+"""Of a fault: its type, and the file and line that raised it."""
 
 logger = logging.getLogger(__name__)
 
@@ -117,7 +121,7 @@ class Clock:
         self._errands: deque[_Errand] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = 0
-        self._faults = TickFaults()
+        self._faults = Throttle[Place](1, _failed_more)
         self._take(pace)
 
     def start(self, robot: Stepped) -> None:
@@ -292,10 +296,18 @@ class Clock:
         try:
             self._robot.step()
         except Exception as fault:
-            untold = self._faults.untold(fault, self._now_ns())
-            if untold is not None:
-                logger.exception("internal fault in a tick (%d more since the last one)", untold)
+            if self._faults.count(_place_of(fault), self._now_ns()) is not None:
+                logger.exception("internal fault in a tick")
 
     def _drop(self, ticks: int) -> None:
         self.dropped_ticks += ticks
         logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", ticks, ticks * self._period_ns * 1e-6)
+
+
+def _place_of(fault: Exception) -> Place:
+    where = traceback.extract_tb(fault.__traceback__)[-1]
+    return type(fault).__name__, where.filename, where.lineno
+
+
+def _failed_more(place: Place, untold: int) -> None:
+    logger.error("%d more internal faults in ticks within that second: %s in %s, line %s", untold, *place)

@@ -12,6 +12,7 @@ from functools import partial
 
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.serve.socket_options import reset_at_close
+from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 BACKLOG = 512
@@ -22,9 +23,6 @@ LONGEST_HOST = 100
 
 AGAIN_S = 0.25
 """Until it is tried again to accept connections, where the system had nothing left for them."""
-TELL_S = 1.0
-"""Between two log lines that say so, whatever the number of ports."""
-
 _USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 logger = logging.getLogger(__name__)
@@ -131,14 +129,11 @@ def wait_if_used_up(fault: OSError) -> bool:
     return True
 
 
-_told_at_s = -TELL_S  # of all ports of the process, which share its descriptors
+_told = Throttle[str](1)  # of all ports of the process, which share its descriptors
 
 
 def _tell_used_up(fault: OSError) -> None:
-    global _told_at_s  # noqa: PLW0603
-    now_s = time.monotonic()
-    if now_s >= _told_at_s + TELL_S:
-        _told_at_s = now_s
+    if _told.count("used up", time.monotonic_ns()) is not None:
         logger.warning("nobody can connect for the time being: %s", why(fault))
 
 

@@ -15,6 +15,7 @@ import pytest
 from iiwa_sim.serve import listening
 from iiwa_sim.serve.listening import Acceptor, listen, wait_if_used_up
 from iiwa_sim.serve.tcp import TcpServer
+from iiwa_sim.throttle import Throttle
 from tests.serve.line_sessions import EchoSession
 from tests.talking import DEADLINE_S, Client, until
 
@@ -40,7 +41,7 @@ class NoneLeft:
 
 @pytest.fixture(autouse=True)
 def nothing_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(listening, "_told_at_s", -1e9)
+    monkeypatch.setattr(listening, "_told", Throttle[str](1))
 
 
 async def test_while_descriptors_are_used_up_it_asks_now_and_then_and_says_so_once(

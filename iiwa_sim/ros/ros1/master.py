@@ -3,7 +3,6 @@
 import http.client
 import logging
 import os
-import socket
 import tempfile
 import threading
 import xmlrpc.client
@@ -12,10 +11,9 @@ from typing import Any
 
 import rosgraph
 import rospy
-from rosgraph.xmlrpc import ThreadingXMLRPCServer
-from rospy.impl.tcpros_base import TCPServer
 
-from iiwa_sim.serve.listening import wait_if_used_up
+from iiwa_sim.ros.ros1.patience import accept_patiently
+from iiwa_sim.ros.ros1.told import shorten
 
 EVERY_S = 2.0
 """Between two looks; each is one short call."""
@@ -28,7 +26,8 @@ logger = logging.getLogger(__name__)
 def start_node(name: str) -> None:
     """rospy.init_node, without the signal handlers and the log files that rospy would have."""
     logging.getLogger("rospy").setLevel(logging.WARNING)
-    _accept_patiently()
+    shorten()
+    accept_patiently()
     # Without a file of its own for logging rospy takes one that replaces all handlers of the process.
     with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
         nothing_new.write("{version: 1, incremental: true}\n")
@@ -42,43 +41,6 @@ def start_node(name: str) -> None:
                 del os.environ["ROS_PYTHON_LOG_CONFIG_FILE"]
             else:
                 os.environ["ROS_PYTHON_LOG_CONFIG_FILE"] = previous
-
-
-def _accept_patiently() -> None:
-    """Where no descriptor is left: rospy's server of topics would end for good, and its server of XML-RPC try
-    again and again without a pause."""
-    of_topics, of_xmlrpc = TCPServer._create_server_sock, ThreadingXMLRPCServer.get_request
-
-    def create_server_sock(server: Any) -> Any:
-        return _PatientListener(of_topics(server))
-
-    def get_request(server: Any) -> Any:
-        try:
-            return of_xmlrpc(server)
-        except OSError as fault:
-            wait_if_used_up(fault)
-            raise
-
-    TCPServer._create_server_sock = create_server_sock
-    ThreadingXMLRPCServer.get_request = get_request
-
-
-class _PatientListener:
-    """A listening socket."""
-
-    def __init__(self, listening: socket.socket) -> None:
-        self._listening = listening
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._listening, name)
-
-    def accept(self) -> Any:
-        while True:
-            try:
-                return self._listening.accept()
-            except OSError as fault:
-                if not wait_if_used_up(fault):
-                    raise
 
 
 class MasterWatch:

@@ -21,6 +21,7 @@ from iiwa_sim.ros.rmi.definitions import Definition, service
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized
 from iiwa_sim.ros.ros1.master import MasterWatch, start_node
+from iiwa_sim.ros.ros1.service import Service
 from iiwa_sim.ros.ros1.types import Types
 from iiwa_sim.serve.budget import Budget, Share
 from iiwa_sim.wording import harmless, shortened
@@ -154,9 +155,8 @@ class Ros1Node:
         sys.setswitchinterval(self._switch_s)
         for topic, listener in self._listeners.items():
             self._node.unlisten(topic, listener)
-        for future in self._waiting:
-            if not future.done():
-                future.set_exception(rospy.ServiceException("the robot's node ends"))
+        for future in list(self._waiting):  # each leaves it
+            _settle(future, fault=rospy.ServiceException("the robot's node ends"))
         try:
             await _beside(self._take_leave, ENDING_S)
         except TimeoutError:
@@ -178,7 +178,7 @@ class Ros1Node:
             self._listeners[topic] = partial(self._publish, publisher, kind)
         for name, kind in self._node.services.items():
             called = partial(self._called, name, kind)
-            self._handles.append(rospy.Service(name, self._types.services[kind], called))
+            self._handles.append(Service(name, self._types.services[kind], called))
         for topic, kind in SUBSCRIBED.items():
             heard = partial(self._heard, topic, kind)
             self._handles.append(rospy.Subscriber(topic, self._types.heard(kind), heard, tcp_nodelay=True))
@@ -217,7 +217,7 @@ class Ros1Node:
                 self._node.receive(topic, content)
             except BadMessage as fault:
                 self._log.refused(f"{sender} (ROS)", topic, EXECUTION, str(fault))
-            done.set_result(None)
+            _settle(done, None)
 
         with contextlib.suppress(rospy.ServiceException):  # the node ends
             self._in_loop(sender, topic, receive)
@@ -227,15 +227,11 @@ class Ros1Node:
         definition = service(kind)
 
         def call(answered: Future[Message]) -> Job:
-            def end(tell: Callable[[], None]) -> None:
-                if not answered.done():
-                    tell()
-
             def fail(reason: str) -> None:
-                end(lambda: answered.set_exception(rospy.ServiceException(reason)))
+                _settle(answered, fault=rospy.ServiceException(reason))
 
             def answer(response: Message) -> None:
-                end(lambda: answered.set_result(response))
+                _settle(answered, response)
 
             try:
                 content = yield from _content(definition.request, request.data)
@@ -259,7 +255,7 @@ class Ros1Node:
                 yield from job(future)
             except Exception as fault:  # noqa: BLE001  # the server goes on
                 self._log.exception("ROS", what, fault)
-                future.set_exception(rospy.ServiceException("internal fault, told in the log"))
+                _settle(future, fault=rospy.ServiceException("internal fault, told in the log"))
             finally:
                 self._on_heard()
 
@@ -289,6 +285,16 @@ class Ros1Node:
                 self._senders.popitem(last=False)
         self._senders.move_to_end(name)
         return self._senders[name]
+
+
+def _settle(future: Future[Any], result: object = None, *, fault: Exception | None = None) -> None:
+    """Of what is settled already, as all is when the node ends, nothing changes. To be called in the loop."""
+    if future.done():
+        return
+    if fault is None:
+        future.set_result(result)
+    else:
+        future.set_exception(fault)
 
 
 def _content(definition: Definition, data: bytes) -> Generator[None, None, Message]:

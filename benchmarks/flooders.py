@@ -1,0 +1,128 @@
+"""Those who flood: a process with many connections that send without end, and throw away what is answered."""
+
+import contextlib
+import json
+import multiprocessing
+import multiprocessing.synchronize
+import selectors
+import socket
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+from iiwa_sim.ros.rmi.node import PUBLISHED
+
+Address = tuple[str, int]
+
+SETTLING_S = 0.5
+CHUNK_BYTES = 65_536
+SLOW_BYTES = 2048
+"""Of what is sent to a slow reader, taken by it every SLOW_S."""
+SLOW_S = 0.1
+
+
+def bare(address: Address, count: int) -> list[socket.socket]:
+    """So many connections that begin with nothing."""
+    return [socket.create_connection(address, timeout=30) for _ in range(count)]
+
+
+def websockets(address: Address, count: int) -> list[socket.socket]:
+    """Connections that are WebSockets."""
+    connections = bare(address, count)
+    for connection in connections:
+        connection.sendall(
+            b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+            b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+        )
+        while b"\r\n\r\n" not in connection.recv(4096):
+            pass
+    return connections
+
+
+def readers_of_all_states(address: Address, count: int) -> list[socket.socket]:
+    """Subscribers of five topics of rosbridge, with buffers that are soon full."""
+    connections = websockets(address, count)
+    for connection in connections:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SLOW_BYTES)
+        for topic, (_, rate_hz) in PUBLISHED.items():
+            if rate_hz:
+                connection.sendall(says("subscribe", topic=topic))
+    return connections
+
+
+def frame(text: bytes, opcode: int = 1) -> bytes:
+    """A masked frame of WebSocket; the mask is all zeros."""
+    length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
+    return bytes([0x80 | opcode]) + length + b"\0\0\0\0" + text
+
+
+def says(operation: str, **fields: object) -> bytes:
+    """A frame with an operation of rosbridge."""
+    return frame(json.dumps({"op": operation, **fields}).encode())
+
+
+class Flood(NamedTuple):
+    """What is sent to which port, over connections of what kind."""
+
+    port: str
+    what: str
+    message: bytes
+    """Empty for those who only read, and slowly."""
+    connected: Callable[[Address, int], Sequence[socket.socket]] = bare
+
+
+@contextlib.contextmanager
+def flooding(address: Address, flood: Flood, count: int) -> Iterator[None]:
+    """A process that floods until the context ends."""
+    begun = multiprocessing.Event()
+    flooders = multiprocessing.Process(target=_flood, args=(address, flood, count, begun), daemon=True)
+    flooders.start()
+    try:
+        if not begun.wait(60.0):
+            raise RuntimeError("the flood did not begin")
+        time.sleep(SETTLING_S)
+        yield
+    finally:
+        flooders.terminate()
+        flooders.join()
+
+
+def _flood(address: Address, flood: Flood, count: int, begun: "multiprocessing.synchronize.Event") -> None:
+    connections = flood.connected(address, count)
+    begun.set()
+    if flood.message:
+        _send(connections, flood.message * (CHUNK_BYTES // len(flood.message) + 1))
+    else:
+        _read_slowly(connections)
+
+
+def _read_slowly(connections: Sequence[socket.socket]) -> None:
+    while True:
+        time.sleep(SLOW_S)
+        for connection in connections:
+            if not connection.recv(SLOW_BYTES):
+                raise ConnectionError("the server has gone")
+
+
+def _send(connections: Sequence[socket.socket], data: bytes) -> None:
+    rests: dict[socket.socket, memoryview] = {}
+    with selectors.DefaultSelector() as selector:
+        for connection in connections:
+            connection.setblocking(False)
+            rests[connection] = memoryview(data)
+            selector.register(connection, selectors.EVENT_READ | selectors.EVENT_WRITE)
+        while selector.get_map():
+            for key, events in selector.select():
+                connection = key.fileobj
+                assert isinstance(connection, socket.socket)
+                try:
+                    if events & selectors.EVENT_READ and not connection.recv(CHUNK_BYTES):
+                        raise ConnectionError("the server has gone")
+                    if events & selectors.EVENT_WRITE:
+                        rests[connection] = rests[connection][
+                            connection.send(rests[connection]) :
+                        ] or memoryview(data)
+                except BlockingIOError:
+                    pass
+                except ConnectionError:
+                    selector.unregister(connection)

@@ -1,0 +1,29 @@
+"""A service of ROS 1 whose callers may vanish. Needs rospy."""
+
+import contextlib
+import logging
+from types import TracebackType
+from typing import Any
+
+import rospy
+
+logger = logging.getLogger(__name__)
+
+
+class Service(rospy.Service):  # type: ignore[misc]  # rospy has no types
+    """rospy.Service, to which a caller that has gone before its answer is no fault with tracebacks."""
+
+    def __init__(self, name: str, kind: type, called: Any) -> None:
+        super().__init__(name, kind, called, error_handler=self._failed)
+
+    def _failed(
+        self, fault: Exception, kind: type[Exception], _value: Exception, traceback: TracebackType
+    ) -> None:
+        if isinstance(fault, OSError):  # of the connection: the robot's part raises ServiceException only
+            logger.info("a caller of %s has gone before its answer", self.resolved_name)
+        else:
+            logger.error("internal fault in %s", self.resolved_name, exc_info=(kind, fault, traceback))
+
+    def _write_service_error(self, transport: Any, reason: str) -> None:
+        with contextlib.suppress(OSError):  # gone
+            super()._write_service_error(transport, reason)
