@@ -1,5 +1,8 @@
 """`make image`: build both images, iiwa-sim and iiwa-sim-ros, and try them; exit code 1 with what is wrong.
 
+Exit code 75, with the reason in one line, where this machine can build and run no images at all: neither
+docker nor podman runs so much as `true`, or there is no base to build on. make makes a 2 of either.
+
 By docker, or by podman. Where podman reaches no registry of images, it builds on a base made from Debian's
 packages, with images of its own under ~/.cache/iiwa-sim: they last, so that a second build takes seconds.
 """
@@ -15,11 +18,12 @@ from pathlib import Path
 import base
 import engine
 import trial
-from engine import Engine, EngineFault
+from engine import Engine, EngineFault, NoImagesHere
 
 SOURCE = Path(__file__).parent.parent.parent
 DOCKERFILE = SOURCE / "Dockerfile"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "iiwa-sim" / "images"
+NO_IMAGES_HERE = os.EX_TEMPFAIL  # 75
 IMAGES = {"iiwa-sim": [], "iiwa-sim-ros": ["--target", "ros"]}
 
 
@@ -27,6 +31,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="iiwa-sim-image-") as folder:
         scratch = Path(folder)
         builder, options = _builder(scratch)
+        engine.check(builder, _base(), scratch)
         dockerfile = _understood_by(builder, scratch)
         for image, target in IMAGES.items():
             builder.build(SOURCE, dockerfile, image, [*options, *_labels(), *target])
@@ -55,7 +60,7 @@ def _builder(scratch: Path) -> tuple[Engine, list[str]]:
             return builder, []
     builder = engine.podman(CACHE)
     if builder is None:
-        raise EngineFault("no docker that runs, and no podman")
+        raise NoImagesHere("there is no docker that runs, and no podman")
     if not builder.has(name):
         print(f"{name} cannot be pulled here: a base from Debian's packages takes its place", flush=True)
         base.make(builder, name)
@@ -98,5 +103,8 @@ def _labels() -> list[str]:
 if __name__ == "__main__":
     try:
         main()
+    except NoImagesHere as fault:
+        print(f"image: no images can be built and run here: {fault}", file=sys.stderr)
+        sys.exit(NO_IMAGES_HERE)
     except EngineFault as fault:
         sys.exit(f"image: {fault}")

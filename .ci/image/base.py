@@ -9,24 +9,26 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from engine import Engine, EngineFault
+from engine import Engine, NoImagesHere
 
 SUITE = "bookworm"
 PACKAGES = ["ca-certificates", "python3", "python3-dev", "python3-venv"]
 
 
 def make(engine: Engine, name: str) -> None:
-    """Make it, and tag it with the name of the base it stands for. Raises `EngineFault`."""
+    """Make it, and tag it with the name of the base it stands for. Raises `NoImagesHere`."""
     if shutil.which("debootstrap") is None:
-        raise EngineFault(f"{name} cannot be pulled, and there is no debootstrap to make a base with")
+        raise NoImagesHere(f"{name} cannot be pulled, and there is no debootstrap to make a base with")
     with tempfile.TemporaryDirectory(prefix="iiwa-sim-base-") as scratch:
         root = Path(scratch) / "root"
         words = ["debootstrap", "--variant=minbase", f"--include={','.join(PACKAGES)}", SUITE, str(root)]
-        done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=900)
-        if done.returncode:
-            raise EngineFault(
-                f"{' '.join(words)}: exit code {done.returncode}\n{done.stdout[-2000:]}{done.stderr}"
-            )
+        try:
+            done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=900)
+        except subprocess.TimeoutExpired:
+            raise NoImagesHere("debootstrap makes no base here: nothing after 900 s") from None
+        if done.returncode:  # for want of privileges, or of a mirror
+            said = (done.stdout + done.stderr).strip().splitlines() or [f"exit code {done.returncode}"]
+            raise NoImagesHere(f"debootstrap makes no base here: {said[-1]}")
         for program in ("python", "python3"):
             (root / "usr/local/bin" / program).symlink_to("/usr/bin/python3")
         for compiled in [*(root / "usr/lib").glob("python3*/**/__pycache__")]:

@@ -13,6 +13,10 @@ class EngineFault(Exception):
     """There is none, or it could not do what it was to do. The message is for the screen."""
 
 
+class NoImagesHere(EngineFault):
+    """This machine builds and runs no images, whatever is in them. The message is one line."""
+
+
 @dataclass
 class Engine:
     """A command line, and what it needs on this machine."""
@@ -50,6 +54,25 @@ class Engine:
         words = [*self.command, "build", *self.build_options, "--file", str(dockerfile), "--tag", image]
         if subprocess.run([*words, *options, str(folder)], check=False, timeout=1800).returncode:
             raise EngineFault(f"{image} cannot be built")
+
+
+def check(builder: Engine, base: str, scratch: Path) -> None:
+    """Build the least there is on the base, and run it. Raises `NoImagesHere`.
+
+    What goes wrong after that is a fault of what is built.
+    """
+    nothing, image = scratch / "nothing", "iiwa-sim-nothing"
+    nothing.mkdir()
+    (nothing / "Dockerfile").write_text(f"FROM {base}\nRUN true\n")
+    options = [*builder.build_options, *(["--pull=never"] if builder.command[0] == "podman" else [])]
+    try:
+        builder("build", *options, "--tag", image, str(nothing), timeout_s=300)
+        builder("run", "--rm", "--network", "host", "--read-only", *builder.run_options, image, "true")
+    except EngineFault as fault:
+        words = str(fault).strip().splitlines()
+        raise NoImagesHere(f"{builder.command[0]} cannot build and run so much as `true` here: {words[-1]}") from None
+    finally:
+        builder("rmi", "--force", image, needed=False)
 
 
 def docker() -> Engine | None:
