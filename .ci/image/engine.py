@@ -69,8 +69,9 @@ def check(builder: Engine, base: str, scratch: Path) -> None:
         builder("build", *options, "--tag", image, str(nothing), timeout_s=300)
         builder("run", "--rm", "--network", "host", "--read-only", *builder.run_options, image, "true")
     except EngineFault as fault:
-        words = str(fault).strip().splitlines()
-        raise NoImagesHere(f"{builder.command[0]} cannot build and run so much as `true` here: {words[-1]}") from None
+        why = str(fault).strip().splitlines()[-1]
+        what = f"{builder.command[0]} cannot build and run so much as `true` here"
+        raise NoImagesHere(f"{what}: {why}") from None
     finally:
         builder("rmi", "--force", image, needed=False)
 

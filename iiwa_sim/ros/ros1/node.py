@@ -21,7 +21,7 @@ from iiwa_sim.ros.rmi.definitions import Definition, service
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized
 from iiwa_sim.ros.ros1.master import MasterWatch, start_node
-from iiwa_sim.ros.ros1.service import Service
+from iiwa_sim.ros.ros1.service import READ_BYTES, Service
 from iiwa_sim.ros.ros1.types import Types
 from iiwa_sim.serve.budget import Budget, Share
 from iiwa_sim.wording import harmless, shortened
@@ -181,7 +181,11 @@ class Ros1Node:
             self._handles.append(Service(name, self._types.services[kind], called))
         for topic, kind in SUBSCRIBED.items():
             heard = partial(self._heard, topic, kind)
-            self._handles.append(rospy.Subscriber(topic, self._types.heard(kind), heard, tcp_nodelay=True))
+            self._handles.append(
+                rospy.Subscriber(
+                    topic, self._types.heard(kind), heard, buff_size=READ_BYTES, tcp_nodelay=True
+                )
+            )
 
     def _take_leave(self) -> None:
         if self._watch is not None:

@@ -7,6 +7,10 @@ from typing import Any
 
 import rospy
 
+READ_BYTES = 1024
+"""Taken from a caller or publisher at once. All messages in them are taken apart without a break, in a thread
+beside the loop: some hundred of the smallest."""
+
 logger = logging.getLogger(__name__)
 
 
@@ -14,7 +18,7 @@ class Service(rospy.Service):  # type: ignore[misc]  # rospy has no types
     """rospy.Service, to which a caller that has gone before its answer is no fault with tracebacks."""
 
     def __init__(self, name: str, kind: type, called: Any) -> None:
-        super().__init__(name, kind, called, error_handler=self._failed)
+        super().__init__(name, kind, called, buff_size=READ_BYTES, error_handler=self._failed)
 
     def _failed(
         self, fault: Exception, kind: type[Exception], _value: Exception, traceback: TracebackType

@@ -4,6 +4,7 @@ Text frames are str, binary ones bytes. Needs the library cbor2.
 """
 
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -29,13 +30,14 @@ _newest: dict[tuple[str, str], tuple[dict[str, Any], str | bytes]] = {}
 
 
 def encoded_once(
-    compression: str, topic: str, kind: str, content: dict[str, Any], time: dict[str, int]
+    compression: str, topic: str, kind: str, content: dict[str, Any], now: Callable[[], dict[str, int]]
 ) -> str | bytes:
-    """As `encoded`: the newest message of a topic is made once for all clients that want it so."""
+    """As `encoded`, at the time of ROS that `now` gives: the newest message of a topic is made once for all
+    clients that want it so."""
     known = _newest.get((compression, topic))
     if known is not None and known[0] is content:
         return known[1]
-    frame = encoded(compression, topic, kind, content, time)
+    frame = encoded(compression, topic, kind, content, now())
     if len(_newest) > MOST_KINDS:  # a client may write a topic in many ways
         _newest.clear()
     _newest[compression, topic] = (content, frame)

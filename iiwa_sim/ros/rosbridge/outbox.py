@@ -71,8 +71,11 @@ class Outbox:
     def feed(self, topic: str, message: Unmade) -> None:
         """A message of a topic; where too many wait the oldest is lost, and has cost next to nothing."""
         feed = self._feeds.get(topic)
-        if feed is not None:
-            feed.waiting.append(message)
+        if feed is None:
+            return
+        first = not feed.waiting
+        feed.waiting.append(message)
+        if first:  # else it has been said, and whoever sends comes to it
             self._wake()
 
     def next(self, now_s: float) -> Next:

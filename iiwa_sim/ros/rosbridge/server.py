@@ -212,17 +212,17 @@ class Connection(asyncio.BufferedProtocol):
 
     def _work(self, until_s: float) -> bool:
         """Hear and say what there is until then; whether there is more."""
+        cut_short = False
         try:
-            while not self._transport.is_closing() and self._does_something():
-                if time.monotonic() >= until_s:
-                    break
+            while not (cut_short or self._transport.is_closing()) and self._does_something():
+                cut_short = time.monotonic() >= until_s
             if self._heard:
                 self._heard = False
                 self._server.on_heard()
         except Exception:
             logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
             self._transport.abort()
-        return self._goes_on()
+        return self._goes_on(cut_short)
 
     def _does_something(self) -> bool:
         """One step, if there is any to do."""
@@ -251,12 +251,12 @@ class Connection(asyncio.BufferedProtocol):
         """Not from one who pings and does not read the answers."""
         return self._transport.get_write_buffer_size() <= MOST_UNREAD_BYTES
 
-    def _goes_on(self) -> bool:
-        """Whether there is more to do now; if not, see to it that it goes on or ends."""
+    def _goes_on(self, cut_short: bool) -> bool:
+        """Whether there may be more to do now; if not, see to it that it goes on or ends."""
         if self._transport.is_closing():
             return False
-        if self._messages or (self._received and self._takes_more):
-            return True
+        if cut_short or self._messages or (self._received and self._takes_more):
+            return True  # cut short, there may be more to say, too
         if self._sent_end:
             self._transport.close()
         elif self._received:

@@ -6,6 +6,8 @@ goes stops nothing: it is one of many publishers, as everywhere in ROS.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple, NoReturn
 
 import msgspec
@@ -56,12 +58,15 @@ class _Wish(NamedTuple):
     compression: str
 
 
-class _Subscribed(NamedTuple):
+@dataclass
+class _Subscribed:
     """A topic that the client hears."""
 
     hear: Callable[[Message], None]
     wishes: dict[Any, _Wish]
     """By the ids of the subscriptions."""
+    compression: str = COMPRESSIONS[0]
+    """The most demanding of those wished for."""
 
 
 class RosbridgeSession:
@@ -176,12 +181,14 @@ class RosbridgeSession:
             name = message["topic"]  # as the client writes it: by that it tells topics apart
             kind, wishes = PUBLISHED[topic][0], dict[Any, _Wish]()
 
-            def hear(content: Message) -> None:
-                compression = max((each.compression for each in wishes.values()), key=COMPRESSIONS.index)
-                time = self._node.time()
-                self._outbox.feed(topic, lambda: encoded_once(compression, name, kind, content, time))
+            now = self._node.time
 
-            self._subscribed[topic] = _Subscribed(hear, wishes)
+            def hear(content: Message) -> None:  # in the tick, for each client: that is to cost little
+                self._outbox.feed(
+                    topic, partial(encoded_once, subscribed.compression, name, kind, content, now)
+                )
+
+            self._subscribed[topic] = subscribed = _Subscribed(hear, wishes)
             self._node.listen(topic, hear)
         wishes = self._subscribed[topic].wishes
         if key not in wishes and len(wishes) >= MOST_SUBSCRIPTIONS:
@@ -206,6 +213,9 @@ class RosbridgeSession:
     def _set_feed(self, topic: str) -> None:
         """Of several subscriptions the most demanding counts. Results wait until they are sent."""
         wishes = self._subscribed[topic].wishes.values()
+        self._subscribed[topic].compression = max(
+            (each.compression for each in wishes), key=COMPRESSIONS.index
+        )
         queue_length = LONGEST_FEED if topic == COMMAND_RESULT else max(each.queue_length for each in wishes)
         self._outbox.set_feed(topic, min(each.throttle_s for each in wishes), queue_length)
 
