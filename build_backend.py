@@ -4,6 +4,7 @@
 """
 
 import os
+import platform
 import shutil
 import subprocess
 import sys
@@ -19,8 +20,21 @@ if _ZIG:
     os.environ["LDSHARED"] = f"{os.environ['CC']} -shared"
 
 
+def _check_platform():
+    """End with one line where a library that we need has no wheels, before a compiler's page tells it."""
+    if sys.platform == "win32":
+        sys.exit("iiwa-sim: pin (Pinocchio) has no wheels for Windows: take WSL 2 or the container image")
+    on_arm_linux = sys.platform == "linux" and platform.machine() in ("aarch64", "arm64")
+    if on_arm_linux and not (os.environ.get("CXX") or any(map(shutil.which, ("c++", "g++", "clang++")))):
+        sys.exit(
+            "iiwa-sim: ruckig has no wheels for ARM Linux, so pip compiles it, which takes a C++ compiler: "
+            "apt install g++, or what your system calls it"
+        )
+
+
 def get_requires_for_build_wheel(config_settings=None):
     """What is asked of PyPI before the kernels are compiled."""
+    _check_platform()
     return [*build_meta.get_requires_for_build_wheel(config_settings), *(["ziglang"] if _ZIG else [])]
 
 

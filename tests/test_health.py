@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 
 import pytest
 
@@ -72,6 +73,28 @@ def test_variables_count_where_the_command_line_says_nothing(capsys: pytest.Capt
     assert f"iiwa on 127.0.0.1:{port}" in capsys.readouterr().err
 
 
+def test_of_several_robots_the_first_and_the_last_are_asked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Simulator() as first, Simulator(dialects=["krc4"]) as last:
+        file = tmp_path / "fleet.toml"
+        file.write_text(
+            f"[robot.a]\nport = {first.port}\n[robot.b]\nport = 1\n"
+            f"[robot.c]\ndialect = 'krc4'\nport = {last.port}\n"
+        )
+        with started_as("iiwa-sim", IIWA_SIM_FLEET=str(file)) as process:
+            assert main(["health", str(process)]) == 0
+        with started_as("iiwa-sim", "--count", "3", "--port", str(first.port)) as process:
+            answers = main(["health", str(process)])
+    assert (answers, capsys.readouterr().err[:26]) == (1, "iiwa-sim: robot-2 iiwa on ")
+
+
+def test_nothing_of_the_robot_is_loaded_for_it() -> None:
+    loaded = "import sys, iiwa_sim.cli, iiwa_sim.cli.health; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", loaded], capture_output=True, text=True, check=True)
+    assert not {"asyncio", "msgspec", "numpy", "logging", "json", "pinocchio"} & set(done.stdout.split())
+
+
 def test_one_dialect_that_does_not_answer_is_enough(capsys: pytest.CaptureFixture[str]) -> None:
     (nobody,) = free_ports(1)
     with Simulator() as simulator:
@@ -89,7 +112,7 @@ def test_something_else_that_answers_is_not_healthy(capsys: pytest.CaptureFixtur
         with started_as("iiwa-sim", "--port", str(port)) as process:
             assert main(["health", str(process)]) == 1
     assert capsys.readouterr().err == (
-        f"iiwa-sim: iiwa on 127.0.0.1:{port}: the connection ended before the answer to 'hello'\n"
+        f"iiwa-sim: iiwa on 127.0.0.1:{port}: the connection ended before the answer\n"
     )
 
 

@@ -14,6 +14,12 @@ from iiwa_sim.cli.early import end_while_loading
 from iiwa_sim.cli.names import BRIDGE, SERVE, SUBCOMMANDS
 from iiwa_sim.wording import Unusable
 
+WITHOUT_WHEELS = {
+    "pinocchio": "pip install pin; for Windows it has no wheels: take WSL 2 or the container image",
+    "ruckig": "pip install ruckig; on ARM Linux pip compiles it with a C++ compiler: apt install g++",
+}
+"""Libraries that are not to be had ready-made everywhere, and what to do about it."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the simulator until SIGTERM or SIGINT, or what a subcommand asks for; returns the exit code.
@@ -30,6 +36,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return code
     except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)
+        return 2
+    except ModuleNotFoundError as fault:
+        if fault.name not in WITHOUT_WHEELS:
+            raise
+        print(f"iiwa-sim: {fault.name} is not installed: {WITHOUT_WHEELS[fault.name]}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:  # in a subcommand
         return 128 + signal.SIGINT

@@ -1,39 +1,35 @@
 """`iiwa-sim health`: whether an iiwa-sim that runs as process 1, as in a container, answers all its dialects.
 
-Which they are, and on which ports, its command line and environment tell. It is asked there as by any client.
-Exit code 0 if it answers, 1 with one line if it does not.
+Which they are, and on which ports, its command line and environment tell. It is asked there as by any client,
+of several robots the first and the last one. Exit code 0 if it answers, 1 with one line if it does not.
+
+A container is asked every few seconds as long as it lives: so nothing of the robot is loaded for that, and
+nothing but what Python itself brings.
 """
 
+import argparse
+import socket
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from iiwa_sim.cli import server_options
-from iiwa_sim.cli.addresses import reached_at
-from iiwa_sim.cli.names import HEALTH
+from iiwa_sim.cli.addresses import add_addresses, reached_at, settle_ports
+from iiwa_sim.cli.environment import read_environment
+from iiwa_sim.cli.names import BRIDGE, HEALTH
 from iiwa_sim.cli.parsing import Parser, whole
-from iiwa_sim.client import CommandError, Iiwa, Krc4, ReplyError
 from iiwa_sim.dialect.ports import IIWA, KRC4
-from iiwa_sim.serve.listening import host_and_port, why
 
 TIMEOUT_S = 2.0
 """For each dialect: so a check of two ends before Docker, which grants it 5 s, ends it without a word."""
 
 _LARGEST_PROCESS = 2**22  # of Linux
+_LONGEST_ANSWER = 4096
 _PROGRAMS = ("iiwa-sim", "iiwa_sim")  # the script, and what comes behind python -m
-
-
-def _ask_iiwa(host: str, port: int) -> None:
-    with Iiwa(host, port, TIMEOUT_S) as robot:
-        robot.hello()
-
-
-def _ask_krc4(host: str, port: int) -> None:
-    with Krc4(host, port, TIMEOUT_S) as robot:
-        robot.fin()
-
-
-_ASK: dict[str, Callable[[str, int], None]] = {IIWA: _ask_iiwa, KRC4: _ask_krc4}
+_ASK = {
+    IIWA: (b"hello\r\n", b"hello", b"\n"),
+    KRC4: (b'<Cmd I0="1" I1="100"/>', b"<Res", b"</Res>"),  # FIN
+}
+"""What is sent, how the answer begins, and how it ends."""
 
 
 def run(given: Sequence[str]) -> int:
@@ -50,21 +46,62 @@ def _fault(process: int) -> str:
         words = _listed(process, "cmdline")
         environment = _listed(process, "environ")
     except OSError as fault:
-        return f"command line and environment of process {process} cannot be read: {why(fault)}"
+        return f"command line and environment of process {process} cannot be read: {fault.strerror}"
     place = next((i for i, word in enumerate(words) if Path(word).name in _PROGRAMS), None)
     if place is None:
         return f"process {process} is no iiwa-sim"
+    given = words[place + 1 :]
+    if given[:1] == [BRIDGE]:
+        return f"process {process} is an iiwa-sim {BRIDGE}, which has nothing that could be asked"
     variables = (variable.partition("=") for variable in environment)
-    options = server_options.parsed(words[place + 1 :], {name: value for name, _, value in variables})
-    for dialect, port in zip(options.dialect, options.port, strict=True):
-        if port == 0:
-            return f"process {process} was told to pick a port for {dialect}: only its first lines tell which"
-        host = reached_at(options.host)
-        try:
-            _ASK[dialect](host, port)
-        except (OSError, CommandError, ReplyError) as fault:
-            return f"{dialect} on {host_and_port(host, port)}: {fault}"
+    for robot, options in _robots(given, {name: value for name, _, value in variables}):
+        for dialect, port in zip(options.dialect, options.port, strict=True):
+            what = f"{robot} {dialect}".lstrip()
+            if port == 0:
+                told = "only its first lines tell which"
+                return f"process {process} was told to pick a port for {what}: {told}"
+            host = reached_at(options.host)
+            unanswered = _unanswered(host, port, *_ASK[dialect])
+            if unanswered:
+                return f"{what} on {f'[{host}]' if ':' in host else host}:{port}: {unanswered}"
     return ""
+
+
+def _robots(given: Sequence[str], environment: dict[str, str]) -> Iterator[tuple[str, argparse.Namespace]]:
+    """Names and options of the robots to ask: the only one, or the first and the last."""
+    parser = Parser(prog="iiwa-sim", allow_abbrev=False)
+    add_addresses(parser)
+    options, _ = parser.parse_known_args(given, read_environment(parser, environment))
+    if options.fleet is None:
+        settle_ports(parser.error, options)
+        yield "" if options.count is None else "robot-0", options
+        last = (options.count or 1) - 1
+        if last:
+            options.port = [port and port + last for port in options.port]
+            yield f"robot-{last}", options
+        return
+    # Only a fleet of unlike robots takes more than the few modules that are loaded here.
+    from iiwa_sim.cli.fleet import robots_of
+    from iiwa_sim.cli.server_options import parsed, server_parser
+
+    robots = robots_of(server_parser(), parsed(given, environment))
+    yield from robots if len(robots) == 1 else (robots[0], robots[-1])
+
+
+def _unanswered(host: str, port: int, asked: bytes, begins: bytes, ends: bytes) -> str:
+    """Why there is no answer; empty if there is one."""
+    answer = b""
+    try:
+        with socket.create_connection((host, port), TIMEOUT_S) as connection:
+            connection.sendall(asked)
+            while ends not in answer and len(answer) < _LONGEST_ANSWER:
+                more = connection.recv(_LONGEST_ANSWER)
+                if not more:
+                    return "the connection ended before the answer"
+                answer += more
+    except OSError as fault:
+        return str(fault)
+    return "" if answer.startswith(begins) else f"an answer of something else: {answer[:40]!r}"
 
 
 def _listed(process: int, what: str) -> list[str]:

@@ -1,0 +1,85 @@
+"""The container image as a class of Testcontainers: `pip install 'iiwa-sim[testcontainers]'`, and Docker.
+
+    with IiwaContainer(clock="fast") as robot:
+        driver = MyDriver(robot.host, robot.port)
+        robot.backdoor("emergency-stop")
+
+Options of `iiwa-sim` are keywords with `_` for `-`; the container gets them as environment variables.
+"""
+
+import json
+import secrets
+import urllib.request
+from typing import Any, Self
+
+from testcontainers.core.container import DockerContainer
+from testcontainers.core.wait_strategies import LogMessageWaitStrategy
+
+IMAGE = "iiwa-sim"
+PORT, KRC4_PORT, BACKDOOR_PORT = 30000, 54600, 30080
+"""Within the container."""
+STARTED = "backdoor by HTTP on "
+"""The last line of those that tell where it listens."""
+STARTED_WITHIN_S = 60
+ANSWERED_WITHIN_S = 30.0
+
+
+class IiwaContainer(DockerContainer):
+    """A robot in a container of its own, which listens when the context has been entered.
+
+    Its backdoor is reached over HTTP, with a token that is new for each container.
+    """
+
+    def __init__(self, image: str = IMAGE, **options: str | float | bool) -> None:
+        """`options` are those of `iiwa-sim`: `clock="fast"`, `dialect="krc4"`, `strict=True`.
+
+        Raises ValueError for those that say where it listens, which are given, and docker's DockerException
+        where no Docker runs.
+        """
+        super().__init__(image)
+        for name in options:
+            if name in ("host", "port", "count", "fleet") or name.startswith("backdoor"):
+                raise ValueError(f"option {name!r}: expected none that says where the container listens")
+        self._token = secrets.token_hex(16)
+        for name, value in options.items():
+            self.with_env(
+                f"IIWA_SIM_{name.upper()}", str(int(value)) if isinstance(value, bool) else str(value)
+            )
+        self._dialects = str(options.get("dialect", "iiwa")).split(",")
+        self.with_env("IIWA_SIM_BACKDOOR_HTTP_PORT", str(BACKDOOR_PORT))
+        self.with_env("IIWA_SIM_BACKDOOR_HOST", "0.0.0.0")
+        self.with_env("IIWA_SIM_BACKDOOR_TOKEN", self._token)
+        self.with_exposed_ports(PORT, KRC4_PORT, BACKDOOR_PORT)
+        self.waiting_for(LogMessageWaitStrategy(STARTED).with_startup_timeout(STARTED_WITHIN_S))
+
+    def start(self) -> Self:
+        """Start it, and wait until it listens. Raises TimeoutError where it does not."""
+        super().start()
+        return self
+
+    @property
+    def host(self) -> str:
+        """Where this machine reaches the container."""
+        return str(self.get_container_host_ip())
+
+    @property
+    def port(self) -> int:
+        """Port on this machine of the first dialect."""
+        return int(self.get_exposed_port(KRC4_PORT if self._dialects[0] == "krc4" else PORT))
+
+    def backdoor(self, command: str, /, **values: object) -> Any:
+        """What `POST /backdoor/COMMAND` answers: `backdoor("drop-replies", connection=0, replies=1)`.
+
+        Raises urllib's HTTPError where it is refused; its body tells why.
+        """
+        return self._ask(f"/backdoor/{command}", json.dumps(values).encode())["reply"]
+
+    def state(self) -> dict[str, Any]:
+        """The robot's state, as on the status port."""
+        return dict(self._ask("/state", None))
+
+    def _ask(self, path: str, body: bytes | None) -> Any:
+        address = f"http://{self.host}:{self.get_exposed_port(BACKDOOR_PORT)}{path}"
+        request = urllib.request.Request(address, body, {"Authorization": f"Bearer {self._token}"})
+        with urllib.request.urlopen(request, timeout=ANSWERED_WITHIN_S) as answer:
+            return json.load(answer)

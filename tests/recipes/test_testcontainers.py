@@ -1,0 +1,91 @@
+"""The class for Testcontainers, with a robot of this machine in the place of a container."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from typing import Any
+from unittest import mock
+from urllib.error import HTTPError
+
+os.environ["TESTCONTAINERS_RYUK_DISABLED"] = (
+    "true"  # before the import: it would start a container of its own
+)
+
+import pytest
+
+from iiwa_sim.cli import server_options
+from iiwa_sim.cli.environment import unknown_variables
+from iiwa_sim.client import Iiwa
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.testcontainers import BACKDOOR_PORT, KRC4_PORT, PORT, STARTED, IiwaContainer
+
+
+@pytest.fixture(autouse=True)
+def docker() -> Iterator[mock.Mock]:
+    """In the place of a daemon."""
+    with mock.patch("testcontainers.core.container.DockerClient") as client:
+        yield client.return_value
+
+
+def options_of(container: IiwaContainer) -> Any:
+    assert unknown_variables(server_options.server_parser(), container.env) == []
+    return server_options.parsed([], container.env | {"IIWA_SIM_HOST": "0.0.0.0"})
+
+
+def test_its_variables_are_what_the_image_takes() -> None:
+    container = IiwaContainer("registry.example/iiwa-sim", clock="fast", strict=True, servo_timeout=1.5)
+    options = options_of(container)
+    assert container.image == "registry.example/iiwa-sim"
+    assert (options.clock.name, options.strict, options.servo_timeout) == ("fast", True, 1.5)
+    assert options.port == [PORT]
+    assert (options.backdoor_http_port, options.backdoor_host) == (BACKDOOR_PORT, "0.0.0.0")
+    assert len(options.backdoor_token) == 32
+    assert options.backdoor_token != IiwaContainer().env["IIWA_SIM_BACKDOOR_TOKEN"]
+    assert set(map(int, container.ports)) == {PORT, KRC4_PORT, BACKDOOR_PORT}
+
+
+@pytest.mark.parametrize("name", ["host", "port", "count", "fleet", "backdoor_token", "backdoor_http_port"])
+def test_where_it_listens_is_not_an_option(name: str) -> None:
+    with pytest.raises(
+        ValueError, match=f"option '{name}': expected none that says where the container listens"
+    ):
+        IiwaContainer(**{name: "1"})
+
+
+def test_it_starts_one_container_and_waits_for_its_last_line(docker: mock.Mock) -> None:
+    container = IiwaContainer(clock="stepped")
+    strategy = container._wait_strategy
+    assert strategy is not None
+    with mock.patch.object(strategy, "wait_until_ready") as waited, container:
+        waited.assert_called_once()
+        (created,) = docker.create.call_args_list
+        assert created.args == ("iiwa-sim",)
+        assert created.kwargs["environment"]["IIWA_SIM_CLOCK"] == "stepped"
+    assert STARTED in str(vars(strategy))
+
+
+def test_its_driver_and_its_backdoor_reach_the_robot() -> None:
+    container = IiwaContainer(clock="stepped")
+    token = container.env["IIWA_SIM_BACKDOOR_TOKEN"]
+    with Simulator(
+        clock="stepped", backdoor_http_port=0, backdoor_host="0.0.0.0", backdoor_token=token
+    ) as robot:
+        published = {PORT: robot.port, BACKDOOR_PORT: robot.backdoor_http_port}
+        with (
+            mock.patch.object(IiwaContainer, "get_container_host_ip", return_value="127.0.0.1"),
+            mock.patch.object(IiwaContainer, "get_exposed_port", side_effect=published.__getitem__),
+            Iiwa(container.host, container.port) as driver,
+        ):
+            assert container.backdoor("emergency-stop") == "done"
+            assert driver.get_error().code == 3030
+            assert container.backdoor("run-until-stopped", limit=1) == {"time": 0.0}
+            assert container.state()["error"]["code"] == 3030
+            with pytest.raises(HTTPError, match="409"):
+                container.backdoor("fail-move", code=1)
+
+
+def test_the_port_is_that_of_the_first_dialect() -> None:
+    with mock.patch.object(IiwaContainer, "get_exposed_port", side_effect=int):
+        assert IiwaContainer().port == PORT
+        assert IiwaContainer(dialect="krc4,iiwa").port == KRC4_PORT

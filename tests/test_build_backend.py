@@ -1,0 +1,118 @@
+"""What the build says where it cannot do without what is missing, and what is released."""
+
+from __future__ import annotations
+
+import platform
+import re
+import runpy
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+@pytest.fixture
+def backend(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    monkeypatch.setenv("CC", "cc")  # so that it leaves the environment alone
+    monkeypatch.delenv("CXX", raising=False)
+    return runpy.run_path(str(ROOT / "build_backend.py"))
+
+
+def test_on_windows_it_says_what_is_missing(backend: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "win32")
+    with pytest.raises(
+        SystemExit, match=r"pin .* has no wheels for Windows: take WSL 2 or the container image"
+    ):
+        backend["get_requires_for_build_wheel"]()
+
+
+def test_on_arm_linux_without_a_compiler_it_says_what_to_install(
+    backend: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(platform, "machine", lambda: "aarch64")
+    monkeypatch.setattr(shutil, "which", lambda _: None)
+    with pytest.raises(SystemExit, match=r"ruckig has no wheels for ARM Linux.*apt install g"):
+        backend["get_requires_for_build_wheel"]()
+
+
+def test_elsewhere_it_asks_for_what_it_needs(
+    backend: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(ROOT)
+    backend["_check_platform"]()
+
+
+@pytest.mark.parametrize(
+    ("name", "told"), [("pinocchio", "pip install pin"), ("ruckig", "pip install ruckig")]
+)
+def test_a_library_that_is_not_installed_is_told_in_one_line(name: str, told: str) -> None:
+    hidden = f"import sys; sys.modules['{name}'] = None; from iiwa_sim.cli import main; sys.exit(main())"
+    done = subprocess.run(
+        [sys.executable, "-c", hidden, "--port", "0"], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2
+    assert re.fullmatch(rf"iiwa-sim: {name} is not installed: {told}; [^\n]+\n", done.stderr)
+
+
+def test_the_pythons_that_are_named_are_those_that_are_built_and_tested() -> None:
+    named = {
+        found[1]
+        for each in PROJECT["project"]["classifiers"]
+        if (found := re.fullmatch(r"Programming Language :: Python :: (3\.\d+)", each))
+    }
+    built = {f"3.{each[3:-2]}" for each in PROJECT["tool"]["cibuildwheel"]["build"]}
+    workflow = (ROOT / ".github" / "workflows" / "test.yml").read_text()
+    assert named == built == set(re.findall(r'"(3\.\d+)"', workflow.split("matrix:")[1].split("os:")[0]))
+
+
+def git(folder: Path, *words: str) -> None:
+    subprocess.run(["git", "-C", str(folder), *words], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize(
+    ("file", "message", "code"),
+    [
+        ("docs/a.md", "a page", 0),
+        ("iiwa_sim/a.py", "a change", 1),
+        ("iiwa_sim/a.py", "nothing to notice\n\nChangelog: none", 0),
+        ("CHANGELOG.md", "a line", 0),
+    ],
+)
+def test_the_gate_of_the_changelog(file: str, message: str, code: int, tmp_path: Path) -> None:
+    git(tmp_path, "init", "--initial-branch", "main")
+    git(tmp_path, "config", "user.name", "a")
+    git(tmp_path, "config", "user.email", "a@example.org")
+    git(tmp_path, "commit", "--allow-empty", "--message", "first")
+    (tmp_path / file).parent.mkdir(exist_ok=True)
+    (tmp_path / file).write_text("new")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "--message", message)
+    done = subprocess.run(
+        [str(ROOT / ".ci" / "changelog"), "HEAD~1"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == code, done.stderr
+    assert done.stderr.count("\n") == code
+
+
+def test_a_tag_has_to_be_the_version_with_a_section_in_the_changelog(tmp_path: Path) -> None:
+    (tmp_path / ".ci").mkdir()
+    shutil.copy(ROOT / ".ci" / "version", tmp_path / ".ci")
+
+    def told(version: str, section: str) -> str:
+        (tmp_path / "pyproject.toml").write_text(f'[project]\nversion = "{version}"\n')
+        (tmp_path / "CHANGELOG.md").write_text(f"# Changelog\n\n## {section}\n\n- A line.\n\n## 0.1.0\n")
+        words = [str(tmp_path / ".ci" / "version"), "1.2.3"]
+        return subprocess.run(words, capture_output=True, text=True, check=False).stderr
+
+    assert told("1.2.3", "1.2.3 (2026-12-01)") == ""
+    assert told("1.2.2", "1.2.3 (2026-12-01)") == "the tag says 1.2.3, pyproject.toml 1.2.2\n"
+    assert told("1.2.3", "1.2.2") == "the tag says 1.2.3, the newest section of CHANGELOG.md is 1.2.2\n"
+    assert told("1.2.3", "1.2.3 (unreleased)") == "CHANGELOG.md still calls 1.2.3 unreleased\n"
