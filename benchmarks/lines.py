@@ -7,8 +7,9 @@ import numpy as np
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.planner import JOINT_BLENDING, Plan, Planner
 from iiwa_sim.frames import Frame, compose
-from iiwa_sim.motion.chain import Chain, Way
-from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.queue.chain import Chain
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.planning import begun, planned_on
 from iiwa_sim.motion.slices import at_once
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
@@ -16,6 +17,7 @@ from iiwa_sim.robot.model import Model
 SHARE_OF_LIMITS = 0.8  # the joint positions that lines start from lie within this share
 LENGTHS_MM = (200.0, 600.0)
 LARGEST_TURN_RAD = 1.0
+UNDER_WAY_S = 0.01  # a chain is planned quickly to set out with, and better when it has
 
 
 def random_lines(
@@ -52,7 +54,8 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
 
 def chain_of(plan: Plan) -> Chain:
     """The move alone, with its timing."""
-    return at_once(Chain.along(Way(Move(1, *plan, plan.path.joints(0.0), lambda _: None))))
+    chain = begun(Move(1, *plan, lambda _: None))
+    return at_once(planned_on(chain, UNDER_WAY_S, [], [])) or chain
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:

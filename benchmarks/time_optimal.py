@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
 
-from iiwa_sim.motion.sampled_path import Path
+from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.robot.description import RobotDescription
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ STENCIL = 5
 TINY = 1e-9
 
 
-def fastest_without_jerk_limit_s(path: Path, description: RobotDescription) -> float:
+def fastest_without_jerk_limit_s(path: Polynomial, description: RobotDescription) -> float:
     """Duration of the path from rest to rest."""
     s, dq, ddq = _shape(path)
     return fastest_along_s(s, dq, ddq, np.array(description.velocity), np.array(description.acceleration))
@@ -105,7 +105,7 @@ def _backwards(widths: Array, caps: Array, room: Array, bend: Array) -> Array:
     return highest
 
 
-def _shape(path: Path) -> tuple[Array, Array, Array]:
+def _shape(path: Polynomial) -> tuple[Array, Array, Array]:
     """Samples of s (m,) and the first two derivatives of the joints (m, n) there, by central differences."""
     fine = np.linspace(0.0, 1.0, 2 * SAMPLES + 1)
     q = np.array([path.joints(x) for x in fine.tolist()])

@@ -28,7 +28,7 @@ from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault
 from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.urdf import differing_limits
 from iiwa_sim.ros.conventions import TODAYS, Conventions

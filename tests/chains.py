@@ -225,7 +225,8 @@ class Recorder:
             self.runs.append(Run(self.robot, rest_tick, rest, []))
         else:
             assert len(left) == max(len(before) - 1, 0)
-        self.runs[-1].moves = self._begun_at(rest, left)
+        done = [] if self.runs[-1] is not run else run.moves[: len(run.moves) - len(before)]
+        self.runs[-1].moves = [*done, *self._begun_at(rest, left)]
 
     def clear(self) -> bool:
         """Clears the queue; whether the move that runs goes on to its target."""

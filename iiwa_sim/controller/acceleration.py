@@ -11,10 +11,12 @@ import numpy as np
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.sampled_path import Path
+from iiwa_sim.motion.path.polynomial import Polynomial
 
 LOWEST_SHARE = 1e-6
 """Of the robot's limits: a lower acceleration is refused, as a speed is."""
+PLACES = 129
+"""Of a line, where it is looked at."""
 HALVINGS = 40
 """Of an interval in which a share of the limits is searched: far below what floats tell apart."""
 
@@ -51,7 +53,7 @@ def capped_joints(limits: JointLimits, cap: AccelerationCap) -> JointLimits:
     return limits._replace(acceleration=np.minimum(limits.acceleration, acceleration))
 
 
-def capped_line(limits: JointLimits, path: Path, tcp_m_s2: float) -> JointLimits:
+def capped_line(limits: JointLimits, path: Polynomial, tcp_m_s2: float) -> JointLimits:
     """Limits (n,) within which the TCP nowhere accelerates along its line by more than `tcp_m_s2` (m/s^2).
 
     Accelerations of all joints are lowered by one share: the TCP comes to its acceleration where the line
@@ -62,7 +64,8 @@ def capped_line(limits: JointLimits, path: Path, tcp_m_s2: float) -> JointLimits
     length_m = path.tcp_length_m
     if not length_m:
         return limits
-    dq, ddq = np.abs(path.samples.dq).clip(min=1e-12), np.abs(path.samples.ddq)
+    _, first, second, _ = path.derivatives(np.linspace(0.0, 1.0, PLACES))
+    dq, ddq = np.abs(first).clip(min=1e-12), np.abs(second)
     # The greatest (ds/dt)^2 at each sample: by the speed limits, and by what half of the line allows.
     fastest = np.minimum((limits.velocity / dq).min(axis=1) ** 2, tcp_m_s2 / length_m)[:, None]
     from_limits, from_speed = limits.acceleration / dq, ddq * fastest / dq

@@ -10,11 +10,11 @@ from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.impedance import Impedance
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Feel, Pushes
 from iiwa_sim.robot.inverse import inverse_of

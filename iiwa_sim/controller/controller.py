@@ -17,7 +17,7 @@ from iiwa_sim.controller.modes import (
 )
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.frames import Transform
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.joints import Joints
 
 LEAST_OVERRIDE = 1e-6
 """Other than 0: less is no motion that anybody could see, and no number to divide by."""

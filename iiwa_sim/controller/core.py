@@ -29,7 +29,7 @@ from iiwa_sim.controller.motions import Motions
 from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.targets import Targets
 from iiwa_sim.frames import Frame, Transform, compose
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 

@@ -5,10 +5,10 @@ from typing import NamedTuple
 from iiwa_sim.motion.compliance_kernel import Manner
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.impedance import Impedance
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Felt
 

@@ -23,9 +23,9 @@ from iiwa_sim.controller.readings import Readings
 from iiwa_sim.controller.stiffness import check_joint_stiffness, manner_of
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.compliance_kernel import Manner
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.queue.move import Move
 
 HOLD_ENDS = "a gravity hold is on: stop ends it"
 LONGEST_QUEUE = 1000  # moves that wait; one more is refused
@@ -293,7 +293,7 @@ class Moves(Readings):
             checked(thresholds)
         self._enter(change)
         self._accepted += 1
-        motions.append(self._move(self._accepted, plan, planned, start))
+        motions.append(self._move(self._accepted, plan, planned))
         self.endings.accepted(self._accepted)
         if thresholds is not None:
             self._guards.add(ForceGuard(self._accepted, thresholds, self.cartesian_force()))
@@ -302,8 +302,8 @@ class Moves(Readings):
     def _shifted(self, shift: Frame, *, in_tool: bool) -> Frame:
         return shifted(self._tcp(self.end_of_queue), shift, in_tool=in_tool)
 
-    def _move(self, number: int, plan: Callable[[Joints], Plan], planned: Plan, start: Joints) -> Move:
-        return Move(number, *planned, start, lambda start: self._plan_again(number, plan, start))
+    def _move(self, number: int, plan: Callable[[Joints], Plan], planned: Plan) -> Move:
+        return Move(number, *planned, lambda start: self._plan_again(number, plan, start))
 
     def _plan_again(self, number: int, plan: Callable[[Joints], Plan], start: Joints) -> Move | None:
         """An accepted move, to begin elsewhere (rad). Where that is impossible, say so."""
@@ -316,7 +316,7 @@ class Moves(Readings):
             self._tell(refused.code, reason)
             self.endings.lost(number, refused.code, reason)
             return None
-        return self._move(number, plan, planned, start)
+        return self._move(number, plan, planned)
 
     def _yield(self, plan: Callable[[Joints], Plan], manner: Manner) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
@@ -329,7 +329,7 @@ class Moves(Readings):
         self._enter(change)
         self._accepted += 1
         with self.endings.because(STOP_TRIGGERED, REPLACED):
-            motions.head_yielding(self._move(self._accepted, plan, planned, start), manner)
+            motions.head_yielding(self._move(self._accepted, plan, planned), manner)
         self.endings.accepted(self._accepted)
         return self._accepted
 

@@ -8,13 +8,16 @@ import numpy as np
 
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
-from iiwa_sim.frames import IDENTITY, Frame, Transform, apply, compose, inverse
+from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.lin import Line, LineOutOfReach, SingularLine
-from iiwa_sim.motion.ptp import JointLine
-from iiwa_sim.motion.sampled_path import Joints, Path
+from iiwa_sim.motion.path.extremes import first_outside, least_time_per_s, travel
+from iiwa_sim.motion.path.lin import lin
+from iiwa_sim.motion.path.line_joints import LineOutOfReach, SingularLine
+from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.ptp import ptp
+from iiwa_sim.motion.path.zone import JointBall, Sphere, Zone
 from iiwa_sim.motion.tcp_line import TcpLine
-from iiwa_sim.motion.zone import JointBall, Sphere, Zone
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import (
@@ -47,7 +50,7 @@ FARTHEST_MM = 1e6
 class Plan(NamedTuple):
     """How a move goes: all of a `Move` but its number."""
 
-    path: Path
+    path: Polynomial
     limits: JointLimits
     length_s: float
     zone: Zone | None
@@ -74,6 +77,8 @@ class Planner:
         self._limits = JointLimits(
             np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)
         )
+        self._lowest = np.array(description.position_min) - ROUNDING_RAD
+        self._highest = np.array(description.position_max) + ROUNDING_RAD
 
     def joint_line(
         self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float], blending_rel: float
@@ -83,7 +88,7 @@ class Planner:
         if not 0.0 <= blending_rel <= 1.0:
             raise Refused(EXECUTION, f"blending over {blending_rel:g} of the way: expected 0 to 1")
         zone = JointBall(blending_rel, start, end) if blending_rel else None
-        return self._plan(JointLine(start, end), speeds_rel, zone)
+        return self._plan(ptp(start, end), speeds_rel, zone)
 
     def ptp(
         self,
@@ -97,7 +102,7 @@ class Planner:
         """PTP to a pose of the TCP in the base."""
         flange = _flange_of(tcp, speed_rel, redundancy, tool_in_flange)
         end = self._find(Asked("TCP", tcp), flange, start, redundancy).joints
-        return self._plan(JointLine(start, end), speed_rel, self._sphere(end, blending_mm, tool_in_flange))
+        return self._plan(ptp(start, end), speed_rel, self._sphere(end, blending_mm, tool_in_flange))
 
     def lin(
         self,
@@ -121,13 +126,12 @@ class Planner:
             raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected above 0")
         flange = _flange_of(tcp, 1.0, None, tool_in_flange)
         line = self._line_from(start, Asked("TCP", tcp), flange, None, tool_in_flange)
-        if line.tcp_length_m < SAME_M:
-            if float(np.ptp(line.samples.q, axis=0).max()) > SAME_TURN_RAD:
+        length_m = line.tcp_length_m or 0.0
+        if length_m < SAME_M:
+            if float(travel(line).max()) > SAME_TURN_RAD:
                 raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
             return self._plan(line, 1.0, self._sphere(line.end, blending_mm, tool_in_flange))
-        # At full speed the fastest joint of a sample is at its limit, and so much time passes per unit of s.
-        time_per_s = (np.abs(line.samples.dq) / self._limits.velocity).max(axis=1)
-        fastest_m_s = line.tcp_length_m / float(time_per_s.min())
+        fastest_m_s = length_m / least_time_per_s(line, self._limits.velocity)
         speed_rel = min(1.0, tcp_speed_m_s / fastest_m_s)
         if speed_rel < LEAST_SPEED_REL:
             slowest = LEAST_SPEED_REL * fastest_m_s
@@ -180,22 +184,21 @@ class Planner:
         pose = _flange_of(flange, speed_rel, None, IDENTITY)
         return self._find(Asked("flange", flange), pose, present, None).joints
 
-    def _plan(self, path: Path, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
+    def _plan(self, path: Polynomial, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
         limits = self._limits.at_speed(speed_rel)
-        travel = np.abs(np.diff(path.samples.q, axis=0)).sum(axis=0)
+        ways = travel(path)
         with np.errstate(over="ignore", invalid="ignore"):  # the least of all speeds take longer than a float
-            length_s = float((travel / limits.velocity).max())
+            length_s = float((ways / limits.velocity).max())
         if not length_s <= LONGEST_MOVE_S:
             raise Refused(EXECUTION, f"at this speed the move would take more than {LONGEST_MOVE_S:g} s")
-        return Plan(path, limits, 0.0 if travel.max() < STANDSTILL_RAD else length_s, zone)
+        return Plan(path, limits, 0.0 if ways.max() < STANDSTILL_RAD else length_s, zone)
 
     def _sphere(self, target: Joints, blending_mm: float, tool_in_flange: Transform) -> Zone | None:
         if not (isfinite(blending_mm) and blending_mm >= 0.0):
             raise Refused(EXECUTION, f"blending {blending_mm:g} mm: expected 0 or more")
         if blending_mm == 0.0:
             return None
-        model, tool = self._model, tool_in_flange.translation
-        return Sphere(blending_mm / 1000.0, target, lambda joints: apply(model.flange(joints), tool))
+        return Sphere(blending_mm / 1000.0, target, self._model.tcp(tool_in_flange))
 
     def _find(
         self,
@@ -222,7 +225,7 @@ class Planner:
         flange: Transform,
         redundancy: float | None,
         tool_in_flange: Transform,
-    ) -> Line:
+    ) -> Polynomial:
         self._check_end(start, "start")
         tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
         return self._line_to(asked, flange, start, redundancy, tcp_line)
@@ -234,7 +237,7 @@ class Planner:
         start: Joints,
         redundancy: float | None,
         tcp_line: TcpLine,
-    ) -> Line:
+    ) -> Polynomial:
         """The line with the redundancy kept or given where that reaches the target, else with the nearest.
 
         It is tried on the branch on which the target is found, and on the one the robot is on: at a singular
@@ -262,9 +265,9 @@ class Planner:
             except Refused:
                 raise refused from None
 
-    def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Line:
+    def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Polynomial:
         try:
-            line = Line(self._inverse, self._limits, start, tcp_line, redundancy, status)
+            line = lin(self._inverse, start, tcp_line, redundancy, status)
         except LineOutOfReach as out:
             raise Refused(OUT_OF_REACH, f"the line is out of reach after {out.s:.1%} of its way") from None
         except SingularLine as singular:
@@ -294,28 +297,16 @@ class Planner:
                     f"{degrees(upper):g} deg)",
                 )
 
-    def _check_line(self, line: Line) -> None:
-        """Joint limits along a line, with what a joint may bulge out between two samples."""
-        s, q, dq, ddq, _ = line.samples
-        # Between samples a joint goes farther than at them only where it turns back.
-        turns = dq[:-1] * dq[1:] < 0.0
-        bulge = turns * np.maximum(np.abs(ddq[:-1]), np.abs(ddq[1:])) * (np.diff(s)[:, None] ** 2 / 8.0)
-        lowest = np.minimum(q[:-1], q[1:]) - bulge * (dq[:-1] < 0.0)
-        highest = np.maximum(q[:-1], q[1:]) + bulge * (dq[:-1] > 0.0)
-        below = lowest < np.array(self._description.position_min) - ROUNDING_RAD
-        outside = below | (highest > np.array(self._description.position_max) + ROUNDING_RAD)
-        if outside.any():
-            place, joint = divmod(int(outside.argmax()), outside.shape[1])
-            limits = self._description.position_min if below[place, joint] else self._description.position_max
-            limit, name = limits[joint], self._description.joints[joint]
-            # Between two samples joints go nearly straight on.
-            way = q[place + 1, joint] - q[place, joint]
-            part = min(max((limit - q[place, joint]) / way, 0.0), 1.0) if way else 0.0
-            crossing = s[place] + part * (s[place + 1] - s[place])
+    def _check_line(self, line: Polynomial) -> None:
+        """Joint limits along a line."""
+        found = first_outside(line, self._lowest, self._highest)
+        if found is not None:
+            d = self._description
+            limit = (d.position_max if found.upwards else d.position_min)[found.joint]
             raise Refused(
                 JOINT_LIMIT,
-                f"{name} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg) after "
-                f"{crossing:.1%} of the line",
+                f"{d.joints[found.joint]} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg) "
+                f"after {found.s:.1%} of the line",
             )
 
 

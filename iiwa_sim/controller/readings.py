@@ -13,7 +13,7 @@ from iiwa_sim.controller.modes import (
 )
 from iiwa_sim.controller.status import AUTOMATIC, RobotStatus
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.joints import Joints
 
 
 class Readings(Core):

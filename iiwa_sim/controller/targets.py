@@ -8,8 +8,8 @@ from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.planner import ROUNDING_RAD, Planner
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import RobotDescription
 
 DIRECT_REACH_RAD = 0.087

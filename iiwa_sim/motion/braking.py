@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Synchronization, Trajectory
 
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.joints import Joints
 
 
 class Braking:

@@ -30,8 +30,8 @@ from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.frames import Rotation, Transform, Vector, multiply, rotation_vector, transpose
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.least_constraint import least_deviation
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.shift_kernel import MASS_KG
 from iiwa_sim.motion.spring import Spring, damping
 from iiwa_sim.motion.surroundings import Feel, Felt, Pushes

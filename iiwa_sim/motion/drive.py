@@ -3,24 +3,22 @@
 from collections import deque
 from collections.abc import Iterable
 
+import numpy as np
+
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.look_ahead import LookAhead, Taken
-from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.numbers import Numbers
+from iiwa_sim.motion.queue.chain import Chain
+from iiwa_sim.motion.queue.look_ahead import Ahead, LookAhead
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.planning import ending
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.rate_change import Running
-from iiwa_sim.motion.run import Run
-from iiwa_sim.motion.run_ahead import RunAhead
-from iiwa_sim.motion.sampled_path import Joints
 
-AHEAD = 256
+AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a sixth of what one by one does."""
 SAME_RAD = 1e-10
 """A move planned from so near to where the robot will be need not be planned again."""
-
-STENCIL_S = 2e-5
-"""Of planned time, between samples of a difference: where the jerk jumps, the acceleration found is wrong by
-what it changes in this time; rounding adds some 1e-6 rad/s^2."""
 
 
 class Drive:
@@ -39,8 +37,8 @@ class Drive:
         """Where the robot comes to rest when all moves, or the stop under way, are done (rad)."""
         self._time = time
         self._look_ahead = LookAhead(time, lowest, highest)
-        self._run: Run | None = None
-        self._version = 0  # of what the run is planned to do
+        self._chain: Chain | None = None
+        self._version = 0  # of what the chain is planned to do
         self._waiting: deque[Move] = deque()
         self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
         self._newest = 0
@@ -51,45 +49,45 @@ class Drive:
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        return self._run is not None or bool(self._waiting) or bool(self._again)
+        return self._chain is not None or bool(self._waiting) or bool(self._again)
 
     @property
     def waiting(self) -> int:
         """Moves that have not begun."""
         waiting = len(self._waiting) + len(self._again)
-        if self._run is None or self._time.stopping:
+        if self._chain is None or self._time.stopping:
             return waiting
-        return waiting + self._run.waiting(self._time.time_s)
+        return waiting + self._chain.waiting(self._time.time_s)
 
     @property
     def behind(self) -> int:
         """Moves behind the one that runs, or begins in the next tick."""
         waiting = self.waiting
-        return waiting - 1 if waiting and self._run is None else waiting
+        return waiting - 1 if waiting and self._chain is None else waiting
 
     @property
     def under_way(self) -> int:
         """The number of the move that runs and is not being stopped, 0 where there is none."""
-        if self._run is None or self._time.stopping:
+        if self._chain is None or self._time.stopping:
             return 0
-        return self._run.move_at(self._time.time_s)
+        return self._chain.move_at(self._time.time_s).number
 
     @property
     def running(self) -> Running | None:
         """What runs at the override, None where nothing does."""
-        if self._run is None or self._time.stopping:
+        if self._chain is None or self._time.stopping:
             return None
-        return self._time.running(RunAhead(self._run, self._version))
+        return self._time.running(self._chain)
 
     @property
     def goal(self) -> Joints:
         """Where the move under way, or the first that waits, or a stop ends (rad); at rest where it is."""
-        if self._run is None:
+        if self._chain is None:
             waiting = self._waiting or self._again
             return waiting[0].path.end if waiting else self.joints
         if self._time.stopping:
             return self.rest_after_stop()
-        return self._run.goal(self._time.time_s)
+        return self._chain.move_at(self._time.time_s).path.end
 
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
@@ -106,7 +104,7 @@ class Drive:
 
     def abandon(self) -> None:
         """Forget what runs and what waits: something else goes on from here."""
-        self._end_run()
+        self._end_chain()
         self._forget_all()
         self.rest = self.joints
 
@@ -122,20 +120,15 @@ class Drive:
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
-        if self._run is None:
+        if self._chain is None:
             return self.joints
-        return self._run.joints(self._time.rest_s())
+        return self._chain.joints(self._time.rest_s())
 
     def planned_state(self) -> tuple[Joints, Joints, Joints]:
         """Of a move that runs: positions (rad), and their derivatives by planned time (rad/s, rad/s^2)."""
-        run, now = self._run, self._time.time_s
-        assert run is not None
-        times = (now - STENCIL_S, now, now + STENCIL_S)
-        # Before its start and behind its end it is at rest there.
-        before, here, after = (run.joints(min(max(time_s, 0.0), run.rest_s)) for time_s in times)
-        velocity = [(b - a) / (2.0 * STENCIL_S) for a, b in zip(before, after, strict=True)]
-        second = [(a - 2.0 * h + b) / STENCIL_S**2 for a, h, b in zip(before, here, after, strict=True)]
-        return here, tuple(velocity), tuple(second)
+        assert self._chain is not None
+        q, velocity, acceleration, _ = self._chain.along(np.array([self._time.time_s]))[0][0].tolist()
+        return tuple(q), tuple(velocity), tuple(acceleration)
 
     def stop(self) -> None:
         """Stop on the path, and forget the moves that wait."""
@@ -149,8 +142,8 @@ class Drive:
         The robot goes on from where it has come to rest. Moves that it was blended into are done where it
         passes their targets while it brakes. While it is being stopped no move runs, and nothing changes.
         """
-        run = self._run
-        if run is None:
+        chain = self._chain
+        if chain is None:
             waiting = self._waiting or self._again
             if waiting:
                 waiting.popleft()
@@ -159,8 +152,8 @@ class Drive:
         else:
             cancelled = self.under_way
             self._time.stop()
-            resumed = max(run.move_at(self._time.rest_s()), cancelled + 1)
-            self._waiting.extendleft(reversed(run.moves_from(resumed)))
+            resumed = max(chain.move_at(self._time.rest_s()).number, cancelled + 1)
+            self._waiting.extendleft(move for move in reversed(chain.moves) if move.number >= resumed)
         self._plan_again()
 
     def clear(self) -> None:
@@ -169,17 +162,20 @@ class Drive:
         Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
         robot stops on its path.
         """
-        run = self._run
+        chain = self._chain
         kept: list[Move] = []
         blended: list[Move] = []
-        if run is None:
+        if chain is None:
             kept = [*self._waiting, *self._again][:1]
         elif not self._time.stopping:
-            blended = run.moves_from(self.under_way + 1)
-            if blended and not run.end_with_move_at(self._time.time_s):
-                self._time.stop()
+            blended = [move for move in chain.moves if move.number > self.under_way]
+            if blended:
+                shorter = ending(chain, self._time.time_s)
+                if shorter is None:
+                    self._time.stop()
+                else:
+                    self._go_along(shorter)
             self._ahead.clear()
-            self._version += 1
             self._look_ahead.forget()
         self._forget(move.number for move in [*blended, *self._waiting, *self._again][len(kept) :])
         self._waiting.clear()
@@ -215,38 +211,42 @@ class Drive:
     def _advance(self) -> None:
         if self._again:
             self._plan_next_again()
-        if self._run is None:
+        if self._chain is None:
             if not self._waiting:
                 return
             if self._waiting[0].length_s == 0.0:
                 # One move a tick of those that have no way to go: many might add up to a jump.
                 self.joints = self._waiting.popleft().path.end
                 return
-        run = self._run
-        if run is None:
-            run = self._begin(0.0)  # which costs as much as a look ahead: that is for the next tick
-        elif not self._time.stopping and (self._ahead or not self._time.even):
+        chain = self._chain
+        if chain is None:
+            chain = self._begin(0.0)  # which costs as much as a look ahead: that is for the next tick
+            if chain is None:
+                return
+        elif not self._time.stopping and (self._ahead or self._time.standing or not self._time.even):
             # The tick that finds joints ahead has enough to do.
-            self._take(self._look_ahead.step(run, self._to_look_at))
+            chain = self._take(chain, self._look_ahead.step(chain, self._to_look_at))
         self._time.step()
-        while self._time.time_s >= run.rest_s:
-            self.joints = run.last.end
-            left_s = 0.0 if self._time.stopping else self._time.time_s - run.rest_s
-            self._end_run()
+        while self._time.time_s >= chain.rest_s:
+            self.joints = chain.end
+            left_s = 0.0 if self._time.stopping else self._time.time_s - chain.rest_s
+            self._end_chain()
             if not self._waiting or self._waiting[0].length_s == 0.0:
                 return
-            run = self._begin(left_s)
+            chain = self._begin(left_s)
+            if chain is None:
+                return
         if self._time.stopping:
-            self.joints = run.joints(self._time.time_s)
+            self.joints = chain.joints(self._time.time_s)
             if self._time.stopped:
-                self._end_run()
+                self._end_chain()
         elif not self._time.even:
             self._ahead.clear()
-            self.joints = run.joints(self._time.time_s)
+            self.joints = chain.joints(self._time.time_s)
         elif not self._time.standing:
             if not self._ahead:
                 times = self._time.ticks(AHEAD)
-                joints = run.joints_along(times[times < run.rest_s])
+                joints = chain.joints_along(times[times < chain.rest_s])
                 self._ahead = list(map(tuple, joints[::-1].tolist()))
             self.joints = self._ahead.pop()
 
@@ -258,26 +258,36 @@ class Drive:
             return self._waiting
         return deque(move for move in self._waiting if move.number < self._apart)
 
-    def _begin(self, time_s: float) -> Run:
-        """A run that begins with the next moves, begun that long ago."""
-        self._run = run = Run(self._look_ahead.first_chain(self._waiting))
+    def _begin(self, time_s: float) -> Chain | None:
+        """A chain that begins with the next move, begun that long ago; None while it is being planned."""
+        begins = self._look_ahead.begin(self._waiting)
+        if begins is None:
+            return None
+        self._go_along(begins.chain)
+        for _ in range(begins.moves):
+            self._waiting.popleft()
         self._ahead.clear()
-        self._version += 1
         self._look_ahead.forget()
         self._time.begin(time_s)
-        return run
+        return begins.chain
 
-    def _end_run(self) -> None:
-        self._run = None
+    def _go_along(self, chain: Chain) -> None:
+        self._version += 1
+        self._chain, chain.version = chain, self._version
+
+    def _end_chain(self) -> None:
+        self._chain = None
         self._ahead.clear()
 
-    def _take(self, taken: Taken | None) -> None:
-        """Moves that do not wait any more, since the run has been planned again with them."""
-        if taken is not None:
-            for _ in range(taken.moves):
-                self._waiting.popleft()
-            self._version += 1
-            del self._ahead[: max(len(self._ahead) - self._time.ticks_until(taken.from_s), 0)]
+    def _take(self, chain: Chain, ahead: Ahead | None) -> Chain:
+        """The chain under way, or another, with moves that do not wait any more."""
+        if ahead is None:
+            return chain
+        self._go_along(ahead.chain)
+        for _ in range(ahead.moves):
+            self._waiting.popleft()
+        del self._ahead[: max(len(self._ahead) - self._time.ticks_until(ahead.chain.front_s), 0)]
+        return ahead.chain
 
     def _plan_again(self) -> None:
         """Let what waits be planned again."""
@@ -292,7 +302,7 @@ class Drive:
         while self._again:
             start = self._planned_end()
             move: Move | None = self._again[0]
-            if not _same(self._again[0].start, start):
+            if not _same(self._again[0].path.start, start):
                 if planned:
                     return
                 move, planned = self._again[0].again(start), True
@@ -309,9 +319,9 @@ class Drive:
         """Where the last move ends that need not be planned again (rad)."""
         if self._waiting:
             return self._waiting[-1].path.end
-        if self._run is None or self._time.stopping:
+        if self._chain is None or self._time.stopping:
             return self.rest_after_stop()
-        return self._run.last.end
+        return self._chain.end
 
     def _forget_all(self) -> None:
         self._waiting.clear()

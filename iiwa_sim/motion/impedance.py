@@ -6,9 +6,9 @@ from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.compliance_kernel import Compliance, Manner
 from iiwa_sim.motion.joint_bounds_kernel import largest_way
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
-from iiwa_sim.motion.move import Move
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.nominal import Nominal
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.surroundings import Felt
 
 STILL_RAD_PER_S = 2e-4

@@ -10,7 +10,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.joints import Joints
 
 # Newton's method on a convex function, from above: it gets there long before.
 _NEWTON_STEPS = cython.declare(cython.int, 60)

@@ -13,7 +13,7 @@ import cython
 import numpy as np
 
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.spring import Spring, damping
 from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, NOTHING, Feel, Pushes
 from iiwa_sim.robot.kinematics_kernel import Kinematics

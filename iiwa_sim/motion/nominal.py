@@ -5,11 +5,11 @@ from math import inf
 import numpy as np
 
 from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.pursuit import Pursuit
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 
 REPLAN_S = 0.008

@@ -1,8 +1,8 @@
 """Pursuit: what a robot in motion heads for, to come onto a path and stay close to it to its end."""
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.move import Move
-from iiwa_sim.motion.sampled_path import Joints
+from iiwa_sim.motion.queue.move import Move
 
 AHEAD = 1.5
 """The point headed for is so many braking times ahead, so that the robot does not brake before the end."""

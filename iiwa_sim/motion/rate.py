@@ -52,6 +52,11 @@ class PlannedTime:
         return Running(plan, self.time_s, *self._stop_limits)
 
     @property
+    def changing(self) -> bool:
+        """Whether the override is on its way to what was asked for."""
+        return self._override.changing
+
+    @property
     def even(self) -> bool:
         """Whether the rate is the same all through this tick, and stays so if nothing is asked for."""
         return self._slowing is None and self._override.even

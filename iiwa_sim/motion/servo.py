@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.sampled_path import Joints
 
 JERK_SHARES = (1.0, 1.0 - 1e-6)
 """Where Ruckig finds nothing, some phase of the way has no length; with a little less jerk it has one."""

@@ -5,7 +5,6 @@ from math import cos, dist, sin
 import numpy as np
 
 from iiwa_sim.frames import Rotation, Transform, Vector, compose, multiply, rotate, rotation_vector, transpose
-from iiwa_sim.motion.limits import Array
 
 ROUNDING_RAD = 1e-12  # a smaller turn is none
 
@@ -62,14 +61,3 @@ class TcpLine:
             ),
             (fx + a * ax + b * bx, fy + a * ay + b * by, fz + a * az + b * bz),
         )
-
-    def flanges(self, s: Array) -> tuple[Array, Array]:
-        """Rotations (m, 3, 3) and translations (m, 3) of the flange at values of s (m,)."""
-        turned = s * self._angle
-        poses = (
-            np.array((*self._start.rotation, *self._start.translation))
-            + np.sin(turned)[:, None] * np.array(self._sine)
-            + (1.0 - np.cos(turned))[:, None] * np.array(self._versine)
-        )
-        poses[:, 9:] += s[:, None] * np.array(self._way)
-        return poses[:, :9].reshape(-1, 3, 3), poses[:, 9:]

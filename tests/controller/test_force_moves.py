@@ -16,10 +16,10 @@ from iiwa_sim.contact.shapes import Plane, Shape, Sphere
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, apply, inverse
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.sampled_path import Joints
 from tests.contact.materials import RADIUS, at, surface
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
 

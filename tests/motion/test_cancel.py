@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.move import Move
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.ptp import JointLine
+from iiwa_sim.motion.path.ptp import ptp
+from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.chain_checks import assert_keeps_all_promises
@@ -301,12 +301,10 @@ class Again:
         )
 
     def _move(self, number: int, start: Joints, end: Callable[[float], float]) -> Move:
-        path = JointLine(start, (end(start[0]),))
+        path = ptp(start, (end(start[0]),))
         way = abs(path.end[0] - start[0])
         length_s = way if way > STANDSTILL_RAD else 0.0
-        return Move(
-            number, path, LIMITS, length_s, None, start, lambda joints: self._again(number, joints, end)
-        )
+        return Move(number, path, LIMITS, length_s, None, lambda joints: self._again(number, joints, end))
 
     def _again(self, number: int, start: Joints, end: Callable[[float], float]) -> Move:
         self.count += 1

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import inverse_of

@@ -4,10 +4,10 @@ Where the line is regular the closed-form inverse is fitted as it is. A line sta
 where it goes exactly through a singular pose, or begins or ends in one, see `iiwa_sim.motion.path.singular`.
 """
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.line_joints import LineJoints, fitted_pieces
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.path.singular import FREE_AT_START, Stretches
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.robot.inverse import Inverse
 

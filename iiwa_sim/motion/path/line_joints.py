@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import line_kernel
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.tcp_line import TcpLine
 from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.inverse_kernel import OUT_OF_REACH

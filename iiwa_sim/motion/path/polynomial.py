@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import polynomial_kernel
-from iiwa_sim.motion.sampled_path import Joints
 
 
 class Polynomial:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.polynomial import Polynomial
-from iiwa_sim.motion.sampled_path import Joints
 
 
 def ptp(start: Joints, end: Joints) -> Polynomial:

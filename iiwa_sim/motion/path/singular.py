@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array
 from iiwa_sim.motion.path.bridge import at_border, bridge
 from iiwa_sim.motion.path.line_joints import LineJoints, LineOutOfReach, SingularLine, fitted_pieces
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.turns import continued
 
 EVEN_SAMPLES = 33

@@ -6,10 +6,10 @@ from typing import Self
 
 import numpy as np
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import zone_kernel
 from iiwa_sim.motion.path.polynomial import Polynomial
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.robot.tcp_kernel import Tcp
 
 HALF = 0.49

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.timing.loads_kernel import add_times, places
 
 UNIT_S = 0.01

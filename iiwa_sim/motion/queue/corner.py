@@ -48,8 +48,8 @@ class Corner(NamedTuple):
     """and the part of the corner in which accelerations build up (0..1]."""
 
 
-def shape(v: Array, rho: float) -> Array:
-    """F at v (m,) from 0 to 1."""
+def shape(v: Array, rho: Array | float) -> Array:
+    """F at v from 0 to 1, where rho may differ (arrays of shapes that go together)."""
     height = 1.0 / (0.5 - 0.5 * rho + rho * rho / 6.0)
     beyond = np.maximum(v - rho, 0.0)
     within: Array = np.minimum(v, rho)

@@ -13,7 +13,7 @@ from iiwa_sim.motion.queue.move import Move
 OWN_SAMPLES_S = 0.004
 """x between samples of a move outside corners, about: some milliseconds at its full speed."""
 LEAST_OWN, MOST_OWN = 24, 96
-CORNER_SAMPLES = 16
+CORNER_PARTS = np.arange(16) / 16.0
 PIECE_PARTS = np.arange(8) / 8.0
 
 
@@ -114,15 +114,14 @@ class Course:
     def edges(self) -> Array:
         """Where third derivatives over x jump, rising: there corners begin and end, and accelerations are
         built up."""
-        found = []
-        for corner, target, first, second in zip(
-            self.corners[1:-1], self.targets[1:-1].tolist(), self.moves, self.moves[1:], strict=False
-        ):
-            before, after = corner.before * first.length_s, corner.after * second.length_s
-            for v in (0.0, corner.rho, 1.0 - corner.rho, 1.0) if corner.before > 0.0 else ():
-                done, left = shape(np.array([v, 1.0 - v]), corner.rho).tolist()
-                found.append(target - before * left + after * done)
-        return np.unique(found)
+        _, before, after, rho = self._arrays[:4]
+        lengths = np.diff(self.targets)
+        there = np.flatnonzero(before[1:-1]) + 1
+        rho = rho[there, None]
+        v = np.concatenate([np.zeros_like(rho), rho, 1.0 - rho, np.ones_like(rho)], axis=1)
+        left = (before[there] * lengths[there - 1])[:, None] * shape(1.0 - v, rho)
+        done = (after[there] * lengths[there])[:, None] * shape(v, rho)
+        return np.unique(self.targets[there, None] - left + done)
 
     def samples(self, start: float) -> Array:
         """Values of x from `start` to the end, as many as the fastest run needs."""
@@ -133,23 +132,15 @@ class Course:
             first = targets[k] + after[k] * length
             last = targets[k + 1] - before[k + 1] * length
             if k and after[k]:
-                parts.append(
-                    np.linspace(
-                        targets[k] - before[k] * self.moves[k - 1].length_s,
-                        first,
-                        CORNER_SAMPLES,
-                        endpoint=False,
-                    )
-                )
+                begins = targets[k] - before[k] * self.moves[k - 1].length_s
+                parts.append(begins + (first - begins) * CORNER_PARTS)
             count = min(max(int((last - first) / OWN_SAMPLES_S), LEAST_OWN), MOST_OWN)
-            own = np.linspace(first, last, count, endpoint=False)
+            own = first + (last - first) / count * np.arange(count)
             borders = move.path.borders
             if len(borders) > 2:
                 # Where a path is made of short pieces, it bends much within little.
-                inner = (
-                    targets[k]
-                    + length * (borders[:-1, None] + np.diff(borders)[:, None] * PIECE_PARTS).ravel()
-                )
+                s = borders[:-1, None] + np.diff(borders)[:, None] * PIECE_PARTS
+                inner = targets[k] + length * s.ravel()
                 own = np.union1d(own, inner[(inner > first) & (inner < last)])
             parts.append(own)
         x = np.concatenate([*parts, [self.end_x]])

@@ -26,6 +26,8 @@ SHORT_S = 0.05
 many as take"""
 ENOUGH_S = 0.3
 """so long,"""
+SHORTEST_S = 0.1
+"""or so long, where there are two: waiting for the plan of both would cost more,"""
 MOST_AT_FIRST = 12
 """but no more."""
 SLICE_S = 0.0025
@@ -35,6 +37,7 @@ MOST_SLICES = 2
 SLICES = 8
 """What is planned anew takes about so many slices; what is before then is not changed."""
 LEAST_MARGIN_S = 0.01
+CHANGING_S = 0.15
 CELLS_OF_MOVE = 10
 """Of a short move, about; and so many cells are"""
 CELLS_IN_SLICE = 10.0
@@ -48,6 +51,8 @@ LONGEST_S = 0.2
 LEAST_PACE = 0.02
 SHARES = (1.0, 0.6, 0.3)
 """Of a corner, where no clock was found for the whole of it."""
+MOST_TRIES = 3
+"""To go on into a move, before it is left to set out from rest."""
 ROUNDING = 1e-9
 
 
@@ -76,6 +81,7 @@ class LookAhead:
         self._work: Slices[Ahead | None] | None = None
         self._setting_out: tuple[int, Slices[Ahead | None]] | None = None
         self._faster_tried = False
+        self._tries = 0  # to go on into the first move that waits
         self._refused = 0  # the last move that was found to set out from rest
 
     def begin(self, waiting: deque[Move]) -> Ahead | None:
@@ -84,6 +90,9 @@ class LookAhead:
         if first.length_s >= SHORT_S or len(waiting) < 2 or not may_blend(first, waiting[1]):
             return Ahead(begun(first), 1)
         if self._setting_out is None or self._setting_out[0] != first.number:
+            alone = begun(first)
+            if len(waiting) == 2 and alone.rest_s >= SHORTEST_S:
+                return Ahead(alone, 1)
             self._setting_out = first.number, self._first(list(islice(waiting, MOST_AT_FIRST)))
         for _ in range(self._slices):
             try:
@@ -111,6 +120,9 @@ class LookAhead:
             except StopIteration as end:
                 self._work = None
                 ahead: Ahead | None = end.value
+                # Comparing with a stop takes slices, too, in which the robot may have passed the front.
+                if ahead is not None and ahead.chain.front_s <= self._time.time_s:
+                    return None
                 return ahead
         return None
 
@@ -128,8 +140,14 @@ class LookAhead:
             return self._faster(chain)
         return None
 
+    @property
+    def _soonest_s(self) -> float:
+        """What lies ahead is kept for so long: till another plan is there, and as far as a
+        changing override looks."""
+        return max(self._margin_s, CHANGING_S) if self._time.changing else self._margin_s
+
     def _faster(self, chain: Chain) -> Slices[Ahead | None]:
-        then_s = self._time.time_s + self._margin_s
+        then_s = self._time.time_s + self._soonest_s
         faster = yield from planned_on(chain, then_s, [], [])
         if faster is None or faster.front_s <= self._time.time_s or faster.rest_s >= chain.rest_s:
             return None
@@ -159,7 +177,7 @@ class LookAhead:
         cells = ahead + sum(CELLS_OF_MOVE + min(move.length_s, LONG_S) / CELL_S for move in moves)
         slices = SLICES + cells / CELLS_IN_SLICE
         needed_s = (slices / self._slices + 1.0) * self._time.tick_s
-        return max(self._margin_s, min(needed_s, 0.5 * (chain.rest_s - now_s), LONGEST_S))
+        return max(self._soonest_s, min(needed_s, 0.5 * (chain.rest_s - now_s), LONGEST_S))
 
     def _corners(self, moves: Sequence[Move], pace: float, enough_s: float) -> Slices[list[Corner]]:
         """Those between moves, until one has to be a stop, or they take long enough at a pace (dx/dt)."""
@@ -177,6 +195,7 @@ class LookAhead:
 
     def _on(self, chain: Chain, moves: Sequence[Move]) -> Slices[Ahead | None]:
         """The chain going on into as many of these moves as may be."""
+        number = moves[0].number
         now_s = self._time.time_s
         pace = min(
             max((chain.course.end_x - chain.x(now_s)) / max(chain.rest_s - now_s, 1e-3), LEAST_PACE), 1.0
@@ -198,8 +217,13 @@ class LookAhead:
             if on is None or on.front_s <= self._time.time_s:
                 continue
             if not (yield from self._slower_than_stopping(on, chain, moves[:count])):
+                self._tries = 0
                 return Ahead(on, count)
-        self._refused = moves[0].number if moves else 0
+            self._tries = MOST_TRIES
+        # Later there may be a way: what then can still be changed begins elsewhere.
+        self._tries += 1
+        if not moves or self._tries >= MOST_TRIES:
+            self._refused, self._tries = number, 0
         return None
 
     def _slower_than_stopping(self, on: Chain, chain: Chain, moves: Sequence[Move]) -> Slices[bool]:
@@ -208,11 +232,12 @@ class LookAhead:
         least_s = sum(move.length_s for move in moves)
         if gained_s <= least_s or len(moves) > 1:
             return False
-        alone = yield from planned(Course(moves, []), Front.at_start())
+        yield
+        alone = begun(moves[0])
         stopping = chain
         if chain.rough:
-            stopping = (yield from planned_on(chain, self._time.time_s + self._margin_s, [], [])) or chain
-        return alone is not None and stopping.rest_s + alone.rest_s < on.rest_s
+            stopping = (yield from planned_on(chain, self._time.time_s + self._soonest_s, [], [])) or chain
+        return stopping.rest_s + alone.rest_s < on.rest_s
 
 
 def may_blend(first: Move, second: Move) -> bool:

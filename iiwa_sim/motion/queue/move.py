@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.path.zone import Zone
-from iiwa_sim.motion.sampled_path import Joints
 
 
 class Move(NamedTuple):

@@ -32,11 +32,11 @@ LATE = 0.95
 """A corner that would have begun too early begins so near to what is left of it,"""
 LEAST_CORNER = 0.1
 """and is none where less is left."""
-INSIDE = np.linspace(0.002, 0.998, 4)
-"""Parts of a cell where limits are looked at: jerks jump at its ends, which bounds may look past for a peak
-inside;"""
+INSIDE = np.linspace(0.002, 0.998, 8)
+"""Parts of a cell where limits are looked at: jerks jump at its ends, and peaks inside may hide;"""
 CLOSER = np.array([0.03, 0.08, 0.15, 0.22, 0.43, 0.57, 0.78, 0.85, 0.92, 0.97])
 """there are more of them in corners,"""
+PLACES_IN_SLICE = 400
 BESIDE_EDGE = 1e-4
 """and limits are looked at so near to where a corner begins or ends."""
 NEAR_S = 0.2
@@ -62,13 +62,13 @@ SMOOTH = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 
 def planned(course: Course, front: Front) -> Slices[Chain | None]:
     """A chain along a course that goes on from a front; None where none was found that keeps the limits."""
-    nominal = _nominal(course, front)
+    nominal = yield from _nominal(course, front)
     if nominal is None:
         return None
     controls, widths = nominal
     frozen = front.frozen
     yield
-    rows = _rows(course, controls[frozen:])
+    rows = yield from _rows(course, controls[frozen:])
     yield
     if frozen:
         # As before as far as x is kept, then at an even pace.
@@ -84,8 +84,8 @@ def begun(move: Move) -> Chain:
     """A chain of one move, planned quickly: to set out with, and to be planned on."""
     course, front = Course([move], []), Front.at_start()
     straight = len(move.path.coefficients) == 2
-    controls, widths = _straight(course) if straight else _checked(_nominal(course, front))
-    rows = _rows(course, controls)
+    controls, widths = _straight(course) if straight else _checked(at_once(_nominal(course, front)))
+    rows = at_once(_rows(course, controls))
     c = steady(rows, widths / UNIT_S)
     if not isfinite(float(rows.j3.sum())):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
@@ -136,7 +136,7 @@ def _set_out(course: Course, front: Front) -> tuple[float, float]:
     return x + half_s * speed + acceleration * half_s**2 / 3.0, speed + half_s * acceleration
 
 
-def _nominal(course: Course, front: Front) -> tuple[Array, Array] | None:
+def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]:
     """x as a B-spline over cells from the front's first on, and the nominal times of cells behind it.
 
     None where it is too late to plan anything.
@@ -152,12 +152,16 @@ def _nominal(course: Course, front: Front) -> tuple[Array, Array] | None:
     else:
         x, speed, earlier = course.first_x, 0.0, (course.first_x, 0.0)
     samples = course.samples(x)
+    yield
     found, limits = course.at(samples)
+    yield
     velocity, acceleration, jerk = (np.ascontiguousarray(limits[:, i]) for i in range(3))
     squares, speeds, times = (np.empty(len(samples)) for _ in range(3))
     caps(found, velocity, acceleration, jerk, squares)
     run(samples, found, acceleration, squares, 0.0, speed, speeds, times)
+    yield
     widths = _widths(course, samples, times, front)
+    yield
     mean = np.empty((len(widths) + 1, 3))
     moving_average(
         np.append(earlier[0], samples),
@@ -302,16 +306,18 @@ def _grid(start_s: float, end_s: float) -> Array:
     return np.concatenate([start_s + half, (end_s - half[::-1])[1:]])
 
 
-def _rows(course: Course, controls: Array) -> Rows:
+def _rows(course: Course, controls: Array) -> Slices[Rows]:
     """What bounds the clock over cells of x as a B-spline (N + 3,)."""
     count, joints = len(controls) - 3, course.joint_count
     knots = (controls[:-2] + 4.0 * controls[1:-1] + controls[2:]) / 6.0
     cells, parts = np.repeat(np.arange(count), len(INSIDE)), np.tile(INSIDE, count)
-    for first, last in zip(*course.corner_spans(), strict=True):
-        low, high = knots.searchsorted((first, last)).tolist()
-        bent = np.arange(max(low - 1, 0), min(high, count))
-        cells = np.concatenate([cells, np.repeat(bent, len(CLOSER))])
-        parts = np.concatenate([parts, np.tile(CLOSER, len(bent))])
+    begins, ends = course.corner_spans()
+    in_corners = np.zeros(count + 1)
+    np.add.at(in_corners, (knots.searchsorted(begins) - 1).clip(0, count), 1.0)
+    np.add.at(in_corners, knots.searchsorted(ends).clip(0, count), -1.0)
+    bent = np.flatnonzero(np.cumsum(in_corners[:-1]) > 0.0)
+    cells = np.concatenate([cells, np.repeat(bent, len(CLOSER))])
+    parts = np.concatenate([parts, np.tile(CLOSER, len(bent))])
     edges = course.edges()
     edges = edges[(edges > knots[0]) & (edges < knots[-1])]
     if len(edges):
@@ -322,7 +328,12 @@ def _rows(course: Course, controls: Array) -> Rows:
         parts = np.concatenate([parts, (found - BESIDE_EDGE).clip(0.0), (found + BESIDE_EDGE).clip(max=1.0)])
     x = _x(controls, cells, parts).clip(course.first_x, course.end_x)
     at_knots, limits = course.at(knots.clip(course.first_x, course.end_x))
-    inside, limits_inside = course.at(x)
+    inside, limits_inside = np.empty((len(x), 4, joints)), np.empty((len(x), 3, joints))
+    for k in range(0, len(x), PLACES_IN_SLICE):
+        inside[k : k + PLACES_IN_SLICE], limits_inside[k : k + PLACES_IN_SLICE] = course.at(
+            x[k : k + PLACES_IN_SLICE]
+        )
+        yield
     rows = Rows(
         np.empty((count + 1, joints)),
         np.empty((count + 1, joints)),

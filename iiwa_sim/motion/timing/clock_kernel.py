@@ -326,7 +326,7 @@ def _solve(
     step: cython.double[::1],
     fixed: cython.Py_ssize_t,
 ) -> cython.bint:
-    """The Newton step from row `fixed` on, by L D L' of the band, in place. False where not positive."""
+    """Newton's step from row `fixed` on, by L D L' of the band, in place; False where it is not positive."""
     m: cython.Py_ssize_t = gradient.shape[0]
     i: cython.Py_ssize_t
     d: cython.double

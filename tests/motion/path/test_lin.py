@@ -1,4 +1,4 @@
-"""LIN as a polynomial: on the line everywhere, the same as today's planner, refused where that refuses."""
+"""LIN as a polynomial: on the line everywhere, or refused, with where it cannot go on."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import IDENTITY, Frame, Transform, rotation_about
-from iiwa_sim.motion import lin as sampled_lin
-from iiwa_sim.motion.limits import Array, JointLimits
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path.bridge import at_border
 from iiwa_sim.motion.path.lin import lin
 from iiwa_sim.motion.path.line_joints import LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.polynomial import Polynomial
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.tcp_line import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 
@@ -40,20 +39,13 @@ class Line(NamedTuple):
     def polynomial(self) -> Polynomial:
         return lin(self.arm.inverse, self.start, self.line, self.redundancy, self.status)
 
-    def sampled(self) -> sampled_lin.Line:
-        """As today's planner has it."""
-        d = self.arm.description
-        limits = JointLimits(np.array(d.velocity), np.array(d.acceleration), np.array(d.jerk))
-        return sampled_lin.Line(self.arm.inverse, limits, self.start, self.line, self.redundancy, self.status)
-
-    def answer(self, *, sampled: bool) -> str:
+    def answer(self) -> Polynomial | str:
         try:
-            self.sampled() if sampled else self.polynomial()
-        except (LineOutOfReach, sampled_lin.LineOutOfReach):
+            return self.polynomial()
+        except LineOutOfReach:
             return "out of reach"
-        except (SingularLine, sampled_lin.SingularLine):
+        except SingularLine:
             return "singular"
-        return "done"
 
 
 def between(arm: Arm, start: Joints, end: Joints, tool: Transform) -> Line:
@@ -106,22 +98,16 @@ def assert_continuous(path: Polynomial, tolerances: tuple[float, ...]) -> None:
 
 @settings(max_examples=100, deadline=None)
 @given(line=lines())
-def test_a_line_is_straight_and_as_todays_planner_has_it(line: Line) -> None:
-    today = line.answer(sampled=True)
-    answer = line.answer(sampled=False)
-    if answer != "done":
-        assert answer == today
+def test_a_line_is_straight(line: Line) -> None:
+    path = line.answer()
+    if isinstance(path, str):
         return
-    path = line.polynomial()
     assert off_the_line(line, path) < 1e-9
     assert_continuous(path, REGULAR)
     assert path.joints(0.0) == line.start
     np.testing.assert_allclose(path.derivatives(np.array([0.0]))[0][0], line.start, atol=1e-14, rtol=0)
     np.testing.assert_allclose(path.derivatives(np.array([1.0]))[0][0], path.end, atol=1e-14, rtol=0)
     assert path.tcp_length_m == line.line.length_m
-    assert today in {"done", "singular"}  # what today's samples do not resolve may be done
-    if today == "done":
-        np.testing.assert_allclose(path.derivatives(S)[0], line.sampled().joints_along(S), atol=1e-8, rtol=0)
 
 
 WRIST = {"srs": 5, "opw": 4}
@@ -135,7 +121,7 @@ WRIST = {"srs": 5, "opw": 4}
     off=st.sampled_from([0.0, 1e-12, 1e-9, -1e-6, 1e-5, 1e-4, -1e-3, 1e-2, -5e-2]),
     towards=st.booleans(),
 )
-def test_a_line_to_or_from_a_nearly_stretched_wrist_is_done_where_it_was_and_straight(
+def test_a_line_to_or_from_a_nearly_stretched_wrist_is_straight(
     name: str, seed: int, off: float, towards: bool
 ) -> None:
     arm = arm_named(name)
@@ -147,7 +133,7 @@ def test_a_line_to_or_from_a_nearly_stretched_wrist_is_done_where_it_was_and_str
     if d.kinematics == "srs":
         beside[2] = q[2]
     ends = tuple(beside.tolist()), tuple(q.tolist())
-    assert_answered_as_today(between(arm, *(ends if towards else ends[::-1]), NO_TOOL))
+    assert_straight_where_done(between(arm, *(ends if towards else ends[::-1]), NO_TOOL))
 
 
 @settings(max_examples=60, deadline=None)
@@ -183,25 +169,19 @@ def test_a_line_in_the_plane_of_the_arm_passes_the_stretched_wrist(
         arm, start, TcpLine(arm.model.flange(start), target, NO_TOOL), inverse.redundancy(start),
         inverse.status(start),
     )  # fmt: skip
-    path = assert_answered_as_today(line)
+    path = assert_straight_where_done(line)
     if digits is None and kind in {"through", "to"}:
         assert path is not None
         other = WRIST[arm.description.kinematics] - 1
         assert np.abs(path.derivatives(S)[0][:, other]).max() < 1e-9
 
 
-def assert_answered_as_today(line: Line) -> Polynomial | None:
-    """Done where today's planner does it, and straight; what that leaves undone may be done."""
-    today, answer = line.answer(sampled=True), line.answer(sampled=False)
-    assert answer in {today, "done"}
-    if answer != "done":
+def assert_straight_where_done(line: Line) -> Polynomial | None:
+    path = line.answer()
+    if isinstance(path, str):
         return None
-    assert today != "out of reach"
-    path = line.polynomial()
     assert off_the_line(line, path) < 1e-6
     assert_continuous(path, SINGULAR)
-    if today == "done":
-        np.testing.assert_allclose(path.end, line.sampled().end, atol=1e-5, rtol=0)
     return path
 
 

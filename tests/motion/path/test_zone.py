@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.frames import Transform, compose
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.lin import lin
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.path.zone import HALF, JointBall, Sphere
-from iiwa_sim.motion.sampled_path import Joints
 from iiwa_sim.motion.tcp_line import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 

@@ -1,5 +1,4 @@
-"""A chain that is under way is planned on: what the robot does up to then stays bit for bit, limits hold
-behind it."""
+"""A chain under way is planned on: what the robot does up to then stays bit for bit, limits hold behind."""
 
 from itertools import pairwise
 
@@ -33,13 +32,10 @@ MOST = np.array([1.001, 1.01, 1.01])
 def short_moves(
     count: int, way_rad: float, turn_rad: float, radius_part: float, speed_rel: float
 ) -> list[Move]:
-    """A polyline in joint space that turns to one side and to the other, with spheres of a part of a move's
-    way."""
+    """A polyline of joints that turns to either side, with spheres of a part of a move's way."""
     limits = LIMITS.at_speed(speed_rel)
-    ahead, aside = (
-        np.array([0.5, 0.3, 0.2, -0.6, 0.1, 0.4, 0.2]),
-        np.array([-0.3, 0.5, 0.4, 0.2, 0.5, -0.2, 0.4]),
-    )
+    ahead = np.array([0.5, 0.3, 0.2, -0.6, 0.1, 0.4, 0.2])
+    aside = np.array([-0.3, 0.5, 0.4, 0.2, 0.5, -0.2, 0.4])
     at, moves = START, []
     for k in range(count):
         heading = turn_rad * (k % 2)
@@ -67,11 +63,12 @@ def chain_of(moves: list[Move], corners: list[Corner]) -> Chain:
 
 
 def loads(chain: Chain, from_s: float, limits: JointLimits) -> Array:
-    """The largest velocity, acceleration and jerk (3,) between ticks from a time on, as parts of limits."""
+    """The largest velocity, acceleration and jerk (3,) between ticks from a time on, over limits."""
     q = chain.joints_along(np.arange(from_s, chain.rest_s, TICK_S))
     q = np.concatenate([q, [chain.end] * 4])
     found = [
-        np.abs(np.diff(q, k + 1, axis=0) / TICK_S ** (k + 1) / limit).max() for k, limit in enumerate(limits)
+        np.abs(np.diff(q, order, axis=0) / TICK_S**order / limit).max()
+        for order, limit in enumerate(limits, start=1)
     ]
     return np.array(found)
 
@@ -107,12 +104,13 @@ def test_moves_that_come_one_batch_after_the_other_take_as_long_as_if_known_at_o
     corners = corners_of(moves)
     chain = chain_of(moves[:12], corners[:11])
     for count in range(12, 30, 6):
-        then_s = max(chain.front_s, chain.rest_s - 0.8)
-        further, behind = moves[count : count + 6], corners[count - 1 : count + 5]
-        # Where no clock is found for the whole corner, there is one for a smaller one.
-        smaller = behind[0]._replace(before=0.6 * behind[0].before, after=0.6 * behind[0].after)
-        on = at_once(planned_on(chain, then_s, further, behind)) or at_once(
-            planned_on(chain, then_s, further, [smaller, *behind[1:]])
+        on = at_once(
+            planned_on(
+                chain,
+                max(chain.front_s, chain.rest_s - 0.8),
+                moves[count : count + 6],
+                corners[count - 1 : count + 5],
+            )
         )
         assert on is not None
         chain = on

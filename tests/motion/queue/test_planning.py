@@ -1,4 +1,4 @@
-"""The timing of chains, on single lines as the robot runs them."""
+"""Chains as they are planned: limits between ticks, too, and durations near the optimum."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.stepped import ARMS, ROBOTS, TOLERANCE, SteppedRobot, worst_loads
+from tests.stepped import ARMS, ROBOTS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
 
@@ -31,7 +31,7 @@ def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
 
 
 @pytest.mark.requirement("FRC009")
-@pytest.mark.parametrize(("robot", "median", "most"), [(ARMS[0], 1.15, 1.25), (ARMS[1], 1.22, 1.45)])
+@pytest.mark.parametrize(("robot", "median", "most"), [(ARMS[0], 1.08, 1.11), (ARMS[1], 1.15, 1.3)])
 def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit(
     robot: str, median: float, most: float
 ) -> None:
@@ -56,7 +56,7 @@ def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     controller.lin_joint_move((0.6163, 0.7738, 0.2731, -1.2483, -0.2809, 1.3182, 0.1703), 0.5, 500.0)
     controller.ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0)
     robot.runs_until_stopped()
-    assert worst_loads(robot)["jerk"] <= 1.0
+    assert worst_loads(robot)["jerk"] <= TOLERANCE
 
 
 def test_a_slow_line_keeps_its_speed_also_where_a_joint_is_fastest_between_two_samples() -> None:
@@ -66,4 +66,4 @@ def test_a_slow_line_keeps_its_speed_also_where_a_joint_is_fastest_between_two_s
     end = robot.tcp_frame((-1.0493, 0.1581, -2.015, 0.2452, -1.1388, -0.2814, 1.6804))
     robot.controller.lin_move(end, 0.05, 0.0, -2.015)
     robot.runs_until_stopped()
-    assert worst_loads(robot)["velocity"] <= 0.05
+    assert worst_loads(robot)["velocity"] <= 0.05 * VELOCITY_TOLERANCE

@@ -1,0 +1,4 @@
+"""Joint positions as all of motion hands them on."""
+
+Joints = tuple[float, ...]
+"""rad, base first"""
