@@ -55,7 +55,7 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
 def chain_of(plan: Plan) -> Chain:
     """The move alone, with its timing."""
     chain = begun(Move(1, *plan, lambda _: None))
-    return at_once(planned_on(chain, UNDER_WAY_S, [], [])) or chain
+    return at_once(planned_on(chain, 0.0, UNDER_WAY_S, [], [])) or chain
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:

@@ -170,7 +170,8 @@ class Drive:
         elif not self._time.stopping:
             blended = [move for move in chain.moves if move.number > self.under_way]
             if blended:
-                shorter = ending(chain, self._time.time_s)
+                now_s = self._time.time_s
+                shorter = ending(chain, now_s, now_s + self._look_ahead.kept_s)
                 if shorter is None:
                     self._time.stop()
                 else:

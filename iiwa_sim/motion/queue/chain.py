@@ -23,8 +23,8 @@ UNIT_S = 0.01
 AHEAD_CELLS = 2
 BESIDE_BRAKING_S = 0.1
 """So much before it begins to brake at its end, a chain is as it would be if it went on."""
-KEPT_S = 0.3
-"""So much before what may change a front keeps: more than it takes to plan."""
+KEPT_S = 0.01
+"""So much of what is over a front keeps: an override looks back a little."""
 
 
 class Front(NamedTuple):
@@ -169,12 +169,12 @@ class Chain:
         """How many of its moves have not begun at a time."""
         return self.course.moves[-1].number - self.move_at(time_s).number
 
-    def front(self, time_s: float, free_s: float, until_x: float) -> Front:
-        """The clock is kept up to the first knot after a time, or so long before its end; x up to a little
-        before it brakes at its end, or before the run whose mean it is comes to `until_x`."""
+    def front(self, now_s: float, time_s: float, free_s: float, until_x: float) -> Front:
+        """The clock is kept from `now_s` up to the first knot after a time, or so long before its end; x up
+        to a little before it brakes at its end, or before the run whose mean it is comes to `until_x`."""
         k = int(self.times.searchsorted(max(time_s, self.rest_s - free_s)))
         k = max(min(k, len(self.times) - 2), 1)
-        first = max(min(int(self.times.searchsorted(time_s - KEPT_S)) - 1, k - 1), 0)
+        first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
         c = self.controls
         rates = 0.5 * (c[2:] - c[:-2]) * np.sqrt(0.5 * (self.clock[1:] + self.clock[:-1])) / UNIT_S
         rising = np.flatnonzero(np.diff(rates) > 0.0)

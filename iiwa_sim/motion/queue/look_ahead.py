@@ -120,11 +120,21 @@ class LookAhead:
             except StopIteration as end:
                 self._work = None
                 ahead: Ahead | None = end.value
-                # Comparing with a stop takes slices, too, in which the robot may have passed the front.
-                if ahead is not None and ahead.chain.front_s <= self._time.time_s:
-                    return None
-                return ahead
+                # Comparing with a stop takes slices, too, and an override may have begun to change.
+                if ahead is None or self._in_time(ahead.chain):
+                    return ahead
+                self._faster_tried = False
+                return None
         return None
+
+    @property
+    def kept_s(self) -> float:
+        """What lies ahead is not to change before: as far as a changing override looks."""
+        return CHANGING_S if self._time.changing else 0.0
+
+    def _in_time(self, planned: Chain) -> bool:
+        """Whether what a chain changes is still ahead."""
+        return planned.front_s > self._time.time_s + self.kept_s
 
     def _next(self, chain: Chain, waiting: deque[Move]) -> Slices[Ahead | None] | None:
         left_s = chain.rest_s - self._time.time_s
@@ -142,14 +152,13 @@ class LookAhead:
 
     @property
     def _soonest_s(self) -> float:
-        """What lies ahead is kept for so long: till another plan is there, and as far as a
-        changing override looks."""
-        return max(self._margin_s, CHANGING_S) if self._time.changing else self._margin_s
+        """What lies ahead is kept for so long: till another plan is there, and what may not change."""
+        return self._margin_s + self.kept_s
 
     def _faster(self, chain: Chain) -> Slices[Ahead | None]:
-        then_s = self._time.time_s + self._soonest_s
-        faster = yield from planned_on(chain, then_s, [], [])
-        if faster is None or faster.front_s <= self._time.time_s or faster.rest_s >= chain.rest_s:
+        now_s = self._time.time_s
+        faster = yield from planned_on(chain, now_s, now_s + self._soonest_s, [], [])
+        if faster is None or faster.rest_s >= chain.rest_s:
             return None
         return Ahead(faster, 0)
 
@@ -206,38 +215,47 @@ class LookAhead:
         if len(moves) > 1:
             tries.insert(2, (1, 1.0))
         patience = 1.0
+        stopping_s: float | None = None
         for count, share in tries if moves else ():
             first = corners[0]._replace(before=share * corners[0].before, after=share * corners[0].after)
             while True:
-                then_s = self._time.time_s + patience * self._needed_s(chain, moves[:count])
-                on = yield from planned_on(chain, then_s, moves[:count], [first, *corners[1:count]])
-                if on is None or on.front_s > self._time.time_s or patience > MOST_PATIENCE:
+                now_s = self._time.time_s
+                then_s = now_s + patience * self._needed_s(chain, moves[:count])
+                on = yield from planned_on(chain, now_s, then_s, moves[:count], [first, *corners[1:count]])
+                if on is None:
                     break
-                patience *= MORE_PATIENCE
-            if on is None or on.front_s <= self._time.time_s:
-                continue
-            if not (yield from self._slower_than_stopping(on, chain, moves[:count])):
-                self._tries = 0
-                return Ahead(on, count)
-            self._tries = MOST_TRIES
+                if self._in_time(on):
+                    if count > 1 or on.rest_s - chain.rest_s <= moves[0].length_s:
+                        self._tries = 0
+                        return Ahead(on, count)
+                    if stopping_s is None:
+                        stopping_s = yield from self._stopping_s(chain, moves[0])
+                    if on.rest_s > stopping_s:
+                        self._tries = MOST_TRIES
+                        break
+                    if self._in_time(on):
+                        self._tries = 0
+                        return Ahead(on, count)
+                elif patience > MOST_PATIENCE:
+                    break
+                else:
+                    patience *= MORE_PATIENCE
         # Later there may be a way: what then can still be changed begins elsewhere.
         self._tries += 1
         if not moves or self._tries >= MOST_TRIES:
             self._refused, self._tries = number, 0
         return None
 
-    def _slower_than_stopping(self, on: Chain, chain: Chain, moves: Sequence[Move]) -> Slices[bool]:
-        """Whether to stop before these moves, and to set out again, is over sooner."""
-        gained_s = on.rest_s - chain.rest_s
-        least_s = sum(move.length_s for move in moves)
-        if gained_s <= least_s or len(moves) > 1:
-            return False
+    def _stopping_s(self, chain: Chain, move: Move) -> Slices[float]:
+        """When it would be over to come to rest before a move, and to set out again."""
         yield
-        alone = begun(moves[0])
-        stopping = chain
-        if chain.rough:
-            stopping = (yield from planned_on(chain, self._time.time_s + self._soonest_s, [], [])) or chain
-        return stopping.rest_s + alone.rest_s < on.rest_s
+        alone_s = begun(move).rest_s
+        if not chain.rough:
+            return chain.rest_s + alone_s
+        yield
+        now_s = self._time.time_s
+        faster = yield from planned_on(chain, now_s, now_s + self._soonest_s, [], [])
+        return min(faster.rest_s if faster else chain.rest_s, chain.rest_s) + alone_s
 
 
 def may_blend(first: Move, second: Move) -> bool:

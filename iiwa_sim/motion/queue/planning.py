@@ -94,16 +94,16 @@ def begun(move: Move) -> Chain:
 
 
 def planned_on(
-    chain: Chain, time_s: float, moves: Sequence[Move], corners: Sequence[Corner]
+    chain: Chain, now_s: float, time_s: float, moves: Sequence[Move], corners: Sequence[Corner]
 ) -> Slices[Chain | None]:
-    """The same chain up to a time, faster after it, and going on into moves round corners.
+    """The same chain from now up to a time, faster after it, and going on into moves round corners.
 
     Corners that have begun by then are made smaller; None where that is too late, or no way on keeps the
     limits.
     """
     course = chain.course
     begins = corners[0].before * course.moves[-1].length_s if corners else 0.0
-    front = chain.front(time_s, chain.rest_s if chain.rough else FREE_S, course.end_x - begins)
+    front = chain.front(now_s, time_s, chain.rest_s if chain.rough else FREE_S, course.end_x - begins)
     if corners:
         share = (course.end_x - _set_out(course, front)[0]) / begins
         if share < 1.0:
@@ -118,13 +118,13 @@ def planned_on(
     return (yield from planned(course.gone_on(front.first_x, moves, corners), front))
 
 
-def ending(chain: Chain, time_s: float) -> Chain | None:
-    """The same chain that ends with the move under way at a time; None where it has begun to leave its path,
-    or no clock brings it to rest in time."""
-    if not chain.waiting(time_s):
+def ending(chain: Chain, now_s: float, time_s: float) -> Chain | None:
+    """The same chain from now up to a time that ends with the move under way; None where it will have begun
+    to leave its path, or no clock brings it to rest in time."""
+    if not chain.waiting(now_s):
         return chain
-    number = chain.move_at(time_s).number
-    front = chain.front(time_s, chain.rest_s, chain.course.leaves_x(number))
+    number = chain.move_at(now_s).number
+    front = chain.front(now_s, time_s, chain.rest_s, chain.course.leaves_x(number))
     course = chain.course.ending(front.first_x, number, front.state[0])
     return at_once(planned(course, front)) if course else None
 

@@ -85,7 +85,7 @@ def test_a_running_chain_goes_on_as_it_was_up_to_then_and_within_limits_behind(
     moves = short_moves(10 + more, *shape)
     corners = corners_of(moves)
     first = chain_of(moves[:10], corners[:9])
-    on = at_once(planned_on(first, 0.2 * first.rest_s, moves[10:], corners[9:]))
+    on = at_once(planned_on(first, 0.0, 0.2 * first.rest_s, moves[10:], corners[9:]))
     if on is None:
         # It has begun to brake: it comes to rest as planned.
         return
@@ -107,6 +107,7 @@ def test_moves_that_come_one_batch_after_the_other_take_as_long_as_if_known_at_o
         on = at_once(
             planned_on(
                 chain,
+                0.0,
                 max(chain.front_s, chain.rest_s - 0.8),
                 moves[count : count + 6],
                 corners[count - 1 : count + 5],
