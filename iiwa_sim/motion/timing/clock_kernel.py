@@ -71,7 +71,8 @@ def _barrier(
     mu: cython.double,
     fixed: cython.Py_ssize_t,
 ) -> cython.double:
-    """The time that is to be least, plus mu times how near all limits are; FAR where one is passed."""
+    """The time that is to be least, plus mu times how near all limits are, and 0 is to each c, which stays
+    above it; FAR where one is passed."""
     cells: cython.Py_ssize_t = j1.shape[0] // 2
     n: cython.Py_ssize_t = a1.shape[1]
     k: cython.Py_ssize_t
@@ -95,7 +96,7 @@ def _barrier(
         least = 1.0 - b / cap[k]
         if not least > 0.0:
             return FAR
-        product *= least
+        product *= least * c[k]
         for i in range(n):
             y = a2[k, i] * b + a1[k, i] * d
             x = 1.0 - y * y
@@ -107,7 +108,11 @@ def _barrier(
         if product < TINY:
             product *= HUGE
             twos += 256.0
+        elif product > HUGE:
+            product *= TINY
+            twos -= 256.0
         if k == cells:
+            product *= c[k + 1]
             break
         mid = (c[k] + 6.0 * c[k + 1] + c[k + 2]) * 0.125
         dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
@@ -200,8 +205,8 @@ def _assemble(
     v2: cython.double
     z2: cython.double
     for i in range(m):
-        gradient[i] = 0.0
-        band[i, 0] = 0.0
+        gradient[i] = -mu / c[i]
+        band[i, 0] = mu / (c[i] * c[i])
         band[i, 1] = 0.0
         band[i, 2] = 0.0
     for e in range(2):
