@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -220,6 +221,13 @@ def assert_straight(robot: SteppedRobot, joints: Sequence[Sequence[float]], targ
         np.linalg.norm(np.subtract(robot.tcp(joints[-1]).translation, target.to_transform().translation))
         < 1e-9
     )
+
+
+def assert_same_frame(one: Frame, other: Frame) -> None:
+    """To 1e-6 mm and rad; an angle of pi is one of -pi, and rounding decides which of them is read."""
+    assert np.abs(np.subtract(one[:3], other[:3])).max() < 1e-6
+    turns = [math.remainder(a - b, math.tau) for a, b in zip(one[3:], other[3:], strict=True)]
+    assert np.abs(turns).max() < 1e-6
 
 
 def rotation_exp(vectors: Array) -> Array:

@@ -21,7 +21,7 @@ from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
 from tests.contact.materials import RADIUS, at, surface
-from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
+from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, line_errors
 
 STOP_S = 0.1
 LIMITS = JointLimits(np.ones(1), np.array([5.0]), np.array([125.0]))
@@ -345,7 +345,7 @@ def test_a_stop_ends_a_force_move_like_any_other() -> None:
     pushed(robot, 0.0)
     robot.runs_until_stopped()
     assert robot.contacts == []
-    np.testing.assert_allclose(robot.controller.tool_frame(), here, atol=1e-6)
+    assert_same_frame(robot.controller.tool_frame(), here)
 
 
 def test_what_ended_a_move_is_told_in_one_line() -> None:

@@ -20,7 +20,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
-from tests.stepped import ARMS, SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits
 from tests.touching import START_MM, Array, Law, Way, assert_touched, ball, beside, flat, probe
 
 DEPTH_MM = 150.0
@@ -289,7 +289,7 @@ def test_a_touch_in_a_chain_of_blends(name: str, speed: float, blending_mm: floa
     overshoot = expected.place[2] - expected.rest[2]
     assert lowest == pytest.approx(expected.rest[2], abs=0.01 * overshoot)
     robot.runs_until_stopped()
-    assert c.tool_frame() == pytest.approx(back, abs=1e-6)
+    assert_same_frame(c.tool_frame(), back)
     assert len(robot.contacts) == 1
 
 

@@ -8,10 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.lines import random_lines
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
-from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
@@ -222,17 +220,6 @@ def test_a_line_to_a_singular_frame_as_read_from_the_wire_ends_calmly() -> None:
         frame = Frame(*(round(value, digits) for value in robot.tcp_frame(TRANSPORT)))
         robot.goes_to([0.1, 0.5, 0.0, 1.4, 0.8, -0.4, 0.2])
         goes_straight_to(robot, frame)
-
-
-@pytest.mark.parametrize("robot_name", ARMS)
-@settings(max_examples=20, deadline=None)
-@given(seed=st.integers(0, 10_000))
-def test_many_places_at_once_are_the_same_as_one_by_one(robot_name: str, seed: int) -> None:
-    (plan,) = random_lines(load_robot(robot_name), count=1, seed=seed)
-    s = np.linspace(0.0, 1.0, 100)
-    for places in (s, s[s < 1.0]):
-        one_by_one = [plan.path.joints(x) for x in places.tolist()]
-        np.testing.assert_allclose(plan.path.joints_along(places), one_by_one, atol=1e-12)
 
 
 @pytest.mark.parametrize("off_mm", [0.01, 0.1, 1.0, 10.0])

@@ -78,8 +78,8 @@ def corner(
     return None
 
 
-class _Setting(NamedTuple):
-    """How a move sets out from a target, or comes to rest at it, as fast as its limits allow."""
+class Setting(NamedTuple):
+    """How a move sets out from a target, or comes to rest at it, as fast as its limits there allow."""
 
     way: float
     """Of the joint that goes farthest, rad per unit of s"""
@@ -89,7 +89,7 @@ class _Setting(NamedTuple):
     jerk: float
 
     @classmethod
-    def of(cls, move: Move, slope: Array) -> "_Setting":
+    def of(cls, move: Move, slope: Array) -> "Setting":
         """`slope` is dq/ds (n,) at the target."""
         way = np.abs(slope)
         return cls(float(way.max()), *(1.0 / (way / np.array(move.limits)).max(axis=1)).tolist())
@@ -120,8 +120,8 @@ class _Setting(NamedTuple):
 class _Turn(NamedTuple):
     """What lies on either side of a target."""
 
-    ending: _Setting
-    leaving: _Setting
+    ending: Setting
+    leaving: Setting
     cosine: float
     """of the angle by which the joints turn, each counted by its acceleration"""
 
@@ -130,7 +130,7 @@ class _Turn(NamedTuple):
         end, start = first.path.derivatives(_END)[1][0], second.path.derivatives(_START)[1][0]
         one, other = end / first.limits.acceleration, start / second.limits.acceleration
         size = sqrt(float(one @ one) * float(other @ other))
-        return cls(_Setting.of(first, end), _Setting.of(second, start), float(one @ other) / size)
+        return cls(Setting.of(first, end), Setting.of(second, start), float(one @ other) / size)
 
     def rounded(self, before: float, after: float) -> Corner | None:
         """The corner with the rho that suits it; None where it is too small."""

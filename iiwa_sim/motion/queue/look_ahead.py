@@ -6,9 +6,11 @@ from itertools import islice, pairwise
 from math import ceil
 from typing import NamedTuple
 
+import numpy as np
+
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.chain import Chain, Front
-from iiwa_sim.motion.queue.corner import Corner, corner
+from iiwa_sim.motion.queue.corner import Corner, Setting, corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import CELL_S, FREE_S, begun, planned, planned_on
@@ -21,15 +23,16 @@ MOST_AT_ONCE = 30
 """so many at once at the most,"""
 BATCH_S = 0.5
 """or as many as take about so long."""
+SHORTEST_S = 0.1
+"""A chain that takes less is not planned on into short moves, which take less than"""
 SHORT_S = 0.05
-"""Where the first move takes less at its full speed, some are planned together before the robot sets out, as
-many as take"""
+"""at their full speed: while it runs, some of those are planned together, as many as take"""
 ENOUGH_S = 0.3
 """so long,"""
-SHORTEST_S = 0.1
-"""or so long, where there are two: waiting for the plan of both would cost more,"""
 MOST_AT_FIRST = 12
-"""but no more."""
+"""but no more; and the robot waits for that no longer than"""
+MOST_WAIT_S = 0.1
+"""when it has come to rest."""
 SLICE_S = 0.0025
 """A tick has a slice for each of these that it has begun,"""
 MOST_SLICES = 2
@@ -53,6 +56,8 @@ SHARES = (1.0, 0.6, 0.3)
 """Of a corner, where no clock was found for the whole of it."""
 MOST_TRIES = 3
 """To go on into a move, before it is left to set out from rest."""
+ABOUT = 0.95
+ENDS = np.array([0.0, 1.0])
 ROUNDING = 1e-9
 
 
@@ -62,6 +67,26 @@ class Ahead(NamedTuple):
     chain: Chain
     moves: int
     """So many that waited are part of it."""
+
+
+class _SettingOut:
+    """Moves that are planned together while the robot is not there yet."""
+
+    def __init__(self, number: int, work: Slices[Ahead | None]) -> None:
+        """Of the first of them."""
+        self.number = number
+        self.over = False
+        self.ahead: Ahead | None = None
+        self._work = work
+
+    def go_on(self, slices: int) -> None:
+        for _ in range(slices):
+            if self.over:
+                return
+            try:
+                next(self._work)
+            except StopIteration as end:
+                self.over, self.ahead = True, end.value
 
 
 class LookAhead:
@@ -79,37 +104,40 @@ class LookAhead:
     def forget(self) -> None:
         """Begin anew: another chain is under way, or other moves wait."""
         self._work: Slices[Ahead | None] | None = None
-        self._setting_out: tuple[int, Slices[Ahead | None]] | None = None
+        self._setting_out: _SettingOut | None = None
+        self._waited_s = 0.0  # for that
         self._faster_tried = False
         self._tries = 0  # to go on into the first move that waits
         self._refused = 0  # the last move that was found to set out from rest
 
     def begin(self, waiting: deque[Move]) -> Ahead | None:
-        """A chain to set out with; None while short moves are planned together, in the slices of ticks."""
+        """A chain to set out with; None while short moves are still being planned together."""
         first = waiting[0]
-        if first.length_s >= SHORT_S or len(waiting) < 2 or not may_blend(first, waiting[1]):
+        setting_out = self._setting_out
+        if setting_out is None or setting_out.number != first.number:
             return Ahead(begun(first), 1)
-        if self._setting_out is None or self._setting_out[0] != first.number:
-            alone = begun(first)
-            if len(waiting) == 2 and alone.rest_s >= SHORTEST_S:
-                return Ahead(alone, 1)
-            self._setting_out = first.number, self._first(list(islice(waiting, MOST_AT_FIRST)))
-        for _ in range(self._slices):
-            try:
-                next(self._setting_out[1])
-            except StopIteration as end:
-                self._setting_out = None
-                ahead: Ahead | None = end.value
-                # What waits may have been forgotten meanwhile.
-                if ahead and all(
-                    one is other for one, other in zip(ahead.chain.moves, waiting, strict=False)
-                ):
-                    return ahead if ahead.moves <= len(waiting) else Ahead(begun(first), 1)
-                return Ahead(begun(first), 1)
-        return None
+        setting_out.go_on(self._slices)
+        self._waited_s += self._time.tick_s
+        if not setting_out.over and self._waited_s < MOST_WAIT_S:
+            return None
+        ahead = setting_out.ahead
+        # What waits may have been forgotten meanwhile.
+        if (
+            ahead is None
+            or ahead.moves > len(waiting)
+            or any(one is not other for one, other in zip(ahead.chain.moves, waiting, strict=False))
+        ):
+            return Ahead(begun(first), 1)
+        return ahead
 
     def step(self, chain: Chain, waiting: deque[Move]) -> Ahead | None:
         """The slices of a tick; None while nothing changes."""
+        if self._is_short(chain, waiting):
+            if self._setting_out is None or self._setting_out.number != waiting[0].number:
+                moves = list(islice(waiting, MOST_AT_FIRST))
+                self._setting_out, self._waited_s = _SettingOut(moves[0].number, self._first(moves)), 0.0
+            self._setting_out.go_on(self._slices)
+            return None
         for _ in range(self._slices):
             if self._work is None:
                 self._work = self._next(chain, waiting)
@@ -126,6 +154,15 @@ class LookAhead:
                 self._faster_tried = False
                 return None
         return None
+
+    def _is_short(self, chain: Chain, waiting: deque[Move]) -> bool:
+        """Whether a chain is over too soon to go on into the short moves that wait."""
+        return (
+            chain.rest_s < SHORTEST_S
+            and len(waiting) > 1
+            and waiting[0].length_s < SHORT_S
+            and may_blend(waiting[0], waiting[1])
+        )
 
     @property
     def kept_s(self) -> float:
@@ -167,15 +204,8 @@ class LookAhead:
         corners = yield from self._corners(moves, 1.0, ENOUGH_S)
         for count in sorted({len(corners), 1}, reverse=True) if corners else ():
             chain = yield from planned(Course(moves[: count + 1], corners[:count]), Front.at_start())
-            if chain is None:
-                continue
-            if count > 1:
+            if chain is not None and not (yield from _slower(chain.rest_s, moves[: count + 1])):
                 return Ahead(chain, count + 1)
-            yield
-            stopping = [begun(move) for move in moves[:2]]
-            if chain.rest_s <= sum(each.rest_s for each in stopping):
-                return Ahead(chain, 2)
-            return Ahead(stopping[0], 1)
         return None
 
     def _needed_s(self, chain: Chain, moves: Sequence[Move]) -> float:
@@ -215,24 +245,23 @@ class LookAhead:
         if len(moves) > 1:
             tries.insert(2, (1, 1.0))
         patience = 1.0
-        stopping_s: float | None = None
+        rests_s: float | None = None
+        slower: set[int] = set()  # with so many moves to stop between them is over sooner
         for count, share in tries if moves else ():
             first = corners[0]._replace(before=share * corners[0].before, after=share * corners[0].after)
-            while True:
+            while count not in slower:
                 now_s = self._time.time_s
                 then_s = now_s + patience * self._needed_s(chain, moves[:count])
                 on = yield from planned_on(chain, now_s, then_s, moves[:count], [first, *corners[1:count]])
                 if on is None:
                     break
                 if self._in_time(on):
-                    if count > 1 or on.rest_s - chain.rest_s <= moves[0].length_s:
-                        self._tries = 0
-                        return Ahead(on, count)
-                    if stopping_s is None:
-                        stopping_s = yield from self._stopping_s(chain, moves[0])
-                    if on.rest_s > stopping_s:
-                        self._tries = MOST_TRIES
-                        break
+                    if _may_be_slower(on.rest_s - _at_least_s(chain), moves[:count]):
+                        if rests_s is None:
+                            rests_s = yield from self._rests_s(chain)
+                        if (yield from _slower(on.rest_s - rests_s, moves[:count])):
+                            slower.add(count)
+                            break
                     if self._in_time(on):
                         self._tries = 0
                         return Ahead(on, count)
@@ -242,20 +271,48 @@ class LookAhead:
                     patience *= MORE_PATIENCE
         # Later there may be a way: what then can still be changed begins elsewhere.
         self._tries += 1
-        if not moves or self._tries >= MOST_TRIES:
+        if not moves or 1 in slower or self._tries >= MOST_TRIES:
             self._refused, self._tries = number, 0
         return None
 
-    def _stopping_s(self, chain: Chain, move: Move) -> Slices[float]:
-        """When it would be over to come to rest before a move, and to set out again."""
-        yield
-        alone_s = begun(move).rest_s
+    def _rests_s(self, chain: Chain) -> Slices[float]:
+        """When the chain under way is over if it is as fast as may be."""
         if not chain.rough:
-            return chain.rest_s + alone_s
+            return chain.rest_s
         yield
         now_s = self._time.time_s
         faster = yield from planned_on(chain, now_s, now_s + self._soonest_s, [], [])
-        return min(faster.rest_s if faster else chain.rest_s, chain.rest_s) + alone_s
+        return min(faster.rest_s, chain.rest_s) if faster else chain.rest_s
+
+
+def _at_least_s(chain: Chain) -> float:
+    """The same, about."""
+    return min(chain.rest_s, sum(map(_alone_s, chain.moves))) if chain.rough else chain.rest_s
+
+
+def _slower(gained_s: float, moves: Sequence[Move]) -> Slices[bool]:
+    """Whether moves that take so long would be over sooner with stops between them."""
+    stopping_s = 0.0
+    if _may_be_slower(gained_s, moves):
+        for move in moves:
+            yield
+            stopping_s += begun(move).rest_s
+            if stopping_s >= gained_s:
+                return False
+        return True
+    return False
+
+
+def _may_be_slower(gained_s: float, moves: Sequence[Move]) -> bool:
+    """Whether that needs to be looked at."""
+    return gained_s > sum(map(_alone_s, moves))
+
+
+def _alone_s(move: Move) -> float:
+    """How long a move takes from rest to rest at the least; about, where it is no straight line of joints."""
+    part = 1.0 if len(move.path.coefficients) == 2 else ABOUT
+    slopes = move.path.derivatives(ENDS)[1]
+    return part * sum(Setting.of(move, slope).time_s(0.5) for slope in slopes)
 
 
 def may_blend(first: Move, second: Move) -> bool:
