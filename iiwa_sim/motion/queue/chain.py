@@ -16,10 +16,10 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.rows import UNIT_S
 from iiwa_sim.motion.timing.loads_kernel import add_times, places
+from iiwa_sim.motion.timing.rows import Rows
 
-UNIT_S = 0.01
-"""The clock counts time in this unit."""
 AHEAD_CELLS = 2
 BESIDE_BRAKING_S = 0.1
 """So much before it begins to brake at its end, a chain is as it would be if it went on."""
@@ -41,11 +41,18 @@ class Front(NamedTuple):
     """The clock is kept for so many cells only."""
     cells_s: Array
     """How long the next two cells would take."""
+    rows: Rows | None
+    """What bounds the clock over the cells behind the frozen ones, if that is known."""
 
     @classmethod
     def at_start(cls) -> "Front":
         """Of a chain that begins."""
-        return cls(np.zeros(3), np.zeros(2), np.zeros(1), 0, np.empty(0))
+        return cls(np.zeros(3), np.zeros(2), np.zeros(1), 0, np.empty(0), None)
+
+    @property
+    def kept(self) -> int:
+        """The cells behind the frozen ones whose x is kept."""
+        return len(self.times) - 1 - self.frozen
 
     @property
     def first_x(self) -> float:
@@ -68,12 +75,14 @@ class Chain:
     `rest_s`."""
 
     def __init__(
-        self, course: Course, controls: Array, clock: Array, times: Array, rough: bool = False
+        self, course: Course, controls: Array, clock: Array, times: Array, rows: Rows, rough: bool = False
     ) -> None:
-        """`times` (k + 1,) of the first knots are given."""
+        """`times` (k + 1,) of the first knots are given, and what bounds the clock over the cells of the last
+        knots."""
         self.course = course
         self.controls = controls
         self.clock = clock
+        self._rows = rows
         self.version = 0
         """Which of those that have been under way one after the other: its owner counts."""
         self.rough = rough
@@ -170,15 +179,16 @@ class Chain:
         return self.course.moves[-1].number - self.move_at(time_s).number
 
     def front(self, now_s: float, time_s: float, free_s: float, until_x: float) -> Front:
-        """The clock is kept from `now_s` up to the first knot after a time, or so long before its end; x up
-        to a little before it brakes at its end, or before the run whose mean it is comes to `until_x`."""
-        k = int(self.times.searchsorted(max(time_s, self.rest_s - free_s)))
-        k = max(min(k, len(self.times) - 2), 1)
-        first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
+        """The clock is kept from `now_s` up to the first knot after a time, or so long before it brakes at
+        its end; x up to a little before it brakes there, or before the run whose mean it is comes to
+        `until_x`."""
         c = self.controls
         rates = 0.5 * (c[2:] - c[:-2]) * np.sqrt(0.5 * (self.clock[1:] + self.clock[:-1])) / UNIT_S
         rising = np.flatnonzero(np.diff(rates) > 0.0)
         brakes_s = float(self.times[rising[-1] + 1]) if len(rising) else 0.0
+        k = int(self.times.searchsorted(max(time_s, brakes_s - free_s)))
+        k = max(min(k, len(self.times) - 2), 1)
+        first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
         ahead = (c[:-2] + 4.0 * c[1:-1] + c[2:]) / 6.0 + 0.5 * self.course.window_s * rates
         last = min(
             int(self.times.searchsorted(max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + self.times[k])))),
@@ -186,12 +196,14 @@ class Chain:
             len(self.times) - 2,
         )
         last = max(last, k)
+        known = len(self.times) - 1 - self._rows.cells
         return Front(
             self.controls[first : last + 3],
             self.clock[first : last + 2],
             self.times[first : last + 1],
             k - first,
             np.diff(self.times[last : last + 3]),
+            self._rows.part(k - known, last - known) if k >= known and last > k else None,
         )
 
     def _places(self, times: Array) -> tuple[NDArray[np.intp], Array]:

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue.chain_kernel import derivatives, positions
-from iiwa_sim.motion.queue.corner import Corner, shape
+from iiwa_sim.motion.queue.chain_kernel import Way
+from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.move import Move
 
 OWN_SAMPLES_S = 0.004
@@ -39,7 +39,10 @@ class Course:
         self.targets = first_x + np.cumsum([0.0] + [move.length_s for move in moves])
         before, after, rho = (np.array(each) for each in zip(*self.corners, strict=True))
         rows = np.cumsum([0] + [len(path.coefficients) for path in paths])
-        self._arrays = (
+        limits = np.array([move.limits for move in moves])
+        self.before, self.after = before, after
+        self.joint_count = limits.shape[2]
+        self.way = Way(
             self.targets,
             before,
             after,
@@ -48,14 +51,10 @@ class Course:
             np.concatenate([path.borders for path in paths]),
             np.concatenate([path.offsets + row for path, row in zip(paths, rows, strict=False)]),
             np.concatenate([path.coefficients for path in paths]),
+            limits,
         )
-        self._limits = np.array([move.limits for move in moves])
-        self.joint_count = self._limits.shape[2]
-        self.window_s = (
-            float((self._limits[:, 1] / self._limits[:, 2]).max()) if window_s is None else window_s
-        )
+        self.window_s = float((limits[:, 1] / limits[:, 2]).max()) if window_s is None else window_s
         """In which full jerk builds up full acceleration, where there is time for that."""
-        self._scratch = np.empty((2, 4, self.joint_count))
 
     @property
     def end_x(self) -> float:
@@ -91,19 +90,19 @@ class Course:
         3, n)."""
         found = np.empty((len(x), 4, self.joint_count))
         limits = np.empty((len(x), 3, self.joint_count))
-        derivatives(x, *self._arrays, self._limits, self._scratch, found, limits)
+        self.way.derivatives(x, found, limits)
         return found, limits
 
     def positions(self, controls: Array, cells: NDArray[np.intp], parts: Array) -> Array:
         """Joint positions (m, n) where x as a B-spline over cells is at parts of cells (m,) that follow each
         other."""
         found = np.empty((len(cells), self.joint_count))
-        positions(controls, cells, parts, *self._arrays, self._scratch, found)
+        self.way.positions(controls, cells, parts, found)
         return found
 
     def corner_spans(self) -> tuple[Array, Array]:
         """From where to where corners go, in x."""
-        _, before, after = self._arrays[:3]
+        before, after = self.before, self.after
         lengths = np.diff(self.targets)
         round_them = np.flatnonzero(before[1:-1]) + 1
         return (
@@ -111,21 +110,9 @@ class Course:
             self.targets[round_them] + after[round_them] * lengths[round_them],
         )
 
-    def edges(self) -> Array:
-        """Where third derivatives over x jump, rising: there corners begin and end, and accelerations are
-        built up."""
-        _, before, after, rho = self._arrays[:4]
-        lengths = np.diff(self.targets)
-        there = np.flatnonzero(before[1:-1]) + 1
-        rho = rho[there, None]
-        v = np.concatenate([np.zeros_like(rho), rho, 1.0 - rho, np.ones_like(rho)], axis=1)
-        left = (before[there] * lengths[there - 1])[:, None] * shape(1.0 - v, rho)
-        done = (after[there] * lengths[there])[:, None] * shape(v, rho)
-        return np.unique(self.targets[there, None] - left + done)
-
     def samples(self, start: float) -> Array:
         """Values of x from `start` to the end, as many as the fastest run needs."""
-        targets, (_, before, after) = self.targets, self._arrays[:3]
+        targets, before, after = self.targets, self.before, self.after
         parts = []
         for k, move in enumerate(self.moves):
             length = move.length_s

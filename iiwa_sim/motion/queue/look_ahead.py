@@ -21,7 +21,7 @@ HORIZON_S = 1.5
 """While less than this of a chain lies ahead, it is planned on into moves that wait,"""
 MOST_AT_ONCE = 30
 """so many at once at the most,"""
-BATCH_S = 0.5
+BATCH_S = 1.0
 """or as many as take about so long."""
 SHORTEST_S = 0.1
 """A chain that takes less is not planned on into short moves, which take less than"""
@@ -43,7 +43,7 @@ LEAST_MARGIN_S = 0.01
 CHANGING_S = 0.15
 CELLS_OF_MOVE = 10
 """Of a short move, about; and so many cells are"""
-CELLS_IN_SLICE = 10.0
+CELLS_IN_SLICE = 25.0
 """planned in a slice, all in all."""
 LONG_S = 1.5
 """Longer moves have no more cells."""
@@ -212,7 +212,7 @@ class LookAhead:
         """How long it takes to plan a chain on into so many moves, about; less where so much does not lie
         ahead."""
         now_s = self._time.time_s
-        ahead = len(chain.times) - int(chain.times.searchsorted(max(now_s, chain.rest_s - FREE_S)))
+        ahead = len(chain.times) - int(chain.times.searchsorted(max(now_s, chain.rest_s - 2.0 * FREE_S)))
         cells = ahead + sum(CELLS_OF_MOVE + min(move.length_s, LONG_S) / CELL_S for move in moves)
         slices = SLICES + cells / CELLS_IN_SLICE
         needed_s = (slices / self._slices + 1.0) * self._time.tick_s

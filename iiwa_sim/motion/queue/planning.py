@@ -4,17 +4,16 @@ from collections.abc import Sequence
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 from ruckig import InputParameter, Result, Ruckig, Trajectory
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue.chain import UNIT_S, Chain, Front
-from iiwa_sim.motion.queue.chain_kernel import rows as write_rows
+from iiwa_sim.motion.queue.chain import Chain, Front
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.rows import UNIT_S, rows_along
 from iiwa_sim.motion.slices import Slices, at_once
-from iiwa_sim.motion.timing.clock import Rows, fastest, quick, steady
+from iiwa_sim.motion.timing.clock import fastest, guess, quick, steady
 from iiwa_sim.motion.timing.run_kernel import caps, moving_average, run
 
 CELL_S = 0.01
@@ -26,19 +25,12 @@ CORNER_CELLS = 12.0
 SHORTEST_CELL_S = 0.0025
 BESIDE_S = 0.08
 """So fast cells may change."""
-FREE_S = 0.9
-"""Before the end of a chain, which is planned anew when it goes on."""
+FREE_S = 0.4
+"""Before a chain brakes at its end: from there on it is planned anew when it goes on."""
 LATE = 0.95
 """A corner that would have begun too early begins so near to what is left of it,"""
 LEAST_CORNER = 0.1
 """and is none where less is left."""
-INSIDE = np.linspace(0.002, 0.998, 8)
-"""Parts of a cell where limits are looked at: jerks jump at its ends, and peaks inside may hide;"""
-CLOSER = np.array([0.03, 0.08, 0.15, 0.22, 0.43, 0.57, 0.78, 0.85, 0.92, 0.97])
-"""there are more of them in corners,"""
-PLACES_IN_SLICE = 400
-BESIDE_EDGE = 1e-4
-"""and limits are looked at so near to where a corner begins or ends."""
 NEAR_S = 0.2
 """Farther than this from corners and ends, cells become longer,"""
 WIDER = 0.1
@@ -46,14 +38,6 @@ WIDER = 0.1
 GRID_PER_S = 1000.0
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
-PACE = 0.98
-"""Of what limits allow at an even pace: a first guess,"""
-MOST = 1.2
-"""at the most this part of the nominal one;"""
-SPAN = 8
-"""over so many cells it changes,"""
-LEAST_PACE = 0.2
-"""and behind a seam it is not less than this part."""
 SEAM = 5.0
 """Cells in which nominal times go over from those before the front."""
 GROW = float(np.exp(1.0 / SEAM))
@@ -68,16 +52,15 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
     controls, widths = nominal
     frozen = front.frozen
     yield
-    rows = yield from _rows(course, controls[frozen:])
-    yield
+    rows = yield from rows_along(course, controls[frozen:], front.rows)
     if frozen:
         # As before as far as x is kept, then at an even pace.
-        c = np.concatenate([front.clock[frozen:-2], _going_on(front.clock[-2:], rows, widths)])
+        c = np.concatenate([front.clock[frozen:-2], guess(rows, widths / UNIT_S, front.clock[-2:])])
     else:
         c = steady(rows, widths / UNIT_S)
-    if not (yield from fastest(rows, c, 2 if frozen else 0)):
+    if not (yield from fastest(rows, c, 2 if frozen else 0, front.kept if frozen else 0)):
         return None
-    return Chain(course, controls, np.concatenate([front.clock[:frozen], c]), front.times[: frozen + 1])
+    return Chain(course, controls, np.concatenate([front.clock[:frozen], c]), front.times[: frozen + 1], rows)
 
 
 def begun(move: Move) -> Chain:
@@ -85,12 +68,12 @@ def begun(move: Move) -> Chain:
     course, front = Course([move], []), Front.at_start()
     straight = len(move.path.coefficients) == 2
     controls, widths = _straight(course) if straight else _checked(at_once(_nominal(course, front)))
-    rows = at_once(_rows(course, controls))
+    rows = at_once(rows_along(course, controls, None))
     c = steady(rows, widths / UNIT_S)
     if not isfinite(float(rows.j3.sum())):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     rough = not quick(rows, c)
-    return Chain(course, controls, c, front.times, rough)
+    return Chain(course, controls, c, front.times, rows, rough)
 
 
 def planned_on(
@@ -213,40 +196,6 @@ def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:
     return nominal
 
 
-def _going_on(last: Array, rows: Rows, widths: Array) -> Array:
-    """A first guess of a clock behind the last two coefficients of the one before: from its pace to what
-    limits allow at an even one."""
-    count = len(widths)
-    even = (UNIT_S / np.concatenate([2.0 * widths[:1] - widths[1:2], widths, widths[-1:]])) ** 2
-    jerk = np.abs(rows.j3[-2 * count :]).max(axis=1).reshape(count, 2).max(axis=1)
-    behind = len(rows.cap) - 1 - count
-    inside = rows.inner_cells >= behind
-    cells = rows.inner_cells[inside]
-    inner = (np.abs(rows.inner[inside, 2]) / rows.cell_limits[cells, 2]).max(axis=1)
-    np.maximum.at(jerk, cells - behind, inner)
-    jerk *= even[1:-1] ** 1.5
-    square = np.maximum(np.abs(rows.a2[behind:]).max(axis=1), 1.0 / rows.cap[behind:])
-    square = np.maximum(square[1:], square[:-1]) * even[1:-1]
-    room = PACE / np.maximum(np.maximum(square, np.cbrt(jerk) ** 2), 1.0 / MOST)
-    # No faster than beside it, and changing gently.
-    room = _around(room, 2 * SPAN).min(axis=1)
-    room = _around(_around(room, SPAN).mean(axis=1), SPAN).mean(axis=1)
-    even *= np.concatenate([room[:1], room, room[-1:]])
-    off, other = (last / even[:2] - 1.0).tolist()
-    k = np.arange(count + 2)
-    even *= np.maximum(1.0 + (off + (other * GROW - off) * k) * np.exp(-k / SEAM), LEAST_PACE)
-    even[:2] = last
-    return even
-
-
-def _around(values: Array, span: int) -> Array:
-    """Rows of the values around each."""
-    rows: Array = np.lib.stride_tricks.sliding_window_view(
-        np.pad(values, span // 2, mode="edge"), span // 2 * 2 + 1
-    )
-    return rows
-
-
 def _widths(course: Course, samples: Array, times: Array, front: Front) -> Array:
     """Nominal times of cells behind the front: some more at short corners, fewer far from any, changing
     gently."""
@@ -304,70 +253,3 @@ def _grid(start_s: float, end_s: float) -> Array:
     near = np.linspace(0.0, 2.0 * NEAR_S, int(2.0 * NEAR_S * GRID_PER_S), endpoint=False)
     half = np.concatenate([near, np.geomspace(2.0 * NEAR_S, 0.5 * way_s, 200)])
     return np.concatenate([start_s + half, (end_s - half[::-1])[1:]])
-
-
-def _rows(course: Course, controls: Array) -> Slices[Rows]:
-    """What bounds the clock over cells of x as a B-spline (N + 3,)."""
-    count, joints = len(controls) - 3, course.joint_count
-    knots = (controls[:-2] + 4.0 * controls[1:-1] + controls[2:]) / 6.0
-    cells, parts = np.repeat(np.arange(count), len(INSIDE)), np.tile(INSIDE, count)
-    begins, ends = course.corner_spans()
-    in_corners = np.zeros(count + 1)
-    np.add.at(in_corners, (knots.searchsorted(begins) - 1).clip(0, count), 1.0)
-    np.add.at(in_corners, knots.searchsorted(ends).clip(0, count), -1.0)
-    bent = np.flatnonzero(np.cumsum(in_corners[:-1]) > 0.0)
-    cells = np.concatenate([cells, np.repeat(bent, len(CLOSER))])
-    parts = np.concatenate([parts, np.tile(CLOSER, len(bent))])
-    edges = course.edges()
-    edges = edges[(edges > knots[0]) & (edges < knots[-1])]
-    if len(edges):
-        # Where corners begin, bend and end, jerks jump: both sides are looked at.
-        places = (knots.searchsorted(edges) - 1).clip(0, count - 1)
-        found = _part(controls, places, edges)
-        cells = np.concatenate([cells, places, places])
-        parts = np.concatenate([parts, (found - BESIDE_EDGE).clip(0.0), (found + BESIDE_EDGE).clip(max=1.0)])
-    x = _x(controls, cells, parts).clip(course.first_x, course.end_x)
-    at_knots, limits = course.at(knots.clip(course.first_x, course.end_x))
-    inside, limits_inside = np.empty((len(x), 4, joints)), np.empty((len(x), 3, joints))
-    for k in range(0, len(x), PLACES_IN_SLICE):
-        inside[k : k + PLACES_IN_SLICE], limits_inside[k : k + PLACES_IN_SLICE] = course.at(
-            x[k : k + PLACES_IN_SLICE]
-        )
-        yield
-    rows = Rows(
-        np.empty((count + 1, joints)),
-        np.empty((count + 1, joints)),
-        np.empty(count + 1),
-        np.empty((2 * count, joints)),
-        np.empty((2 * count, joints)),
-        np.empty((2 * count, joints)),
-        np.empty((len(cells), 3, joints)),
-        cells,
-        parts,
-        np.empty((count, 3, joints)),
-    )
-    write_rows(
-        controls, at_knots, limits, cells, parts, inside, limits_inside, UNIT_S,
-        np.empty((2 * count, joints)), *rows[:7], rows.cell_limits,
-    )  # fmt: skip
-    return rows
-
-
-def _x(controls: Array, cells: NDArray[np.intp], parts: Array) -> Array:
-    """x at parts of cells (m,)."""
-    u, w = parts, 1.0 - parts
-    c = [controls[cells + i] for i in range(4)]
-    found: Array = (
-        w**3 * c[0] + (3 * u**3 - 6 * u**2 + 4) * c[1] + (3 * w**3 - 6 * w**2 + 4) * c[2] + u**3 * c[3]
-    ) / 6.0
-    return found
-
-
-def _part(controls: Array, cells: NDArray[np.intp], x: Array) -> Array:
-    """The parts of cells (m,) where x is (m,)."""
-    low, high = np.zeros(len(x)), np.ones(len(x))
-    for _ in range(20):
-        middle = 0.5 * (low + high)
-        before = _x(controls, cells, middle) < x
-        low, high = np.where(before, middle, low), np.where(before, high, middle)
-    return low

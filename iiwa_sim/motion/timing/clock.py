@@ -6,18 +6,23 @@ limits that the first guess breaks are widened just enough, and the clock is mov
 is broken.
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.slices import Slices
 from iiwa_sim.motion.timing.clock_kernel import newton
-from iiwa_sim.motion.timing.loads_kernel import inner_loads, steady_loads, widened
+from iiwa_sim.motion.timing.guess_kernel import going_on, steady_loads
+from iiwa_sim.motion.timing.loads_kernel import (
+    inner_loads,
+    knot_loads,
+    put_worst,
+    tighten,
+    tightened,
+    widened,
+)
+from iiwa_sim.motion.timing.rows import Rows
 
-CELL_STEPS = 800
+CELL_STEPS = 1600
 """Newton steps times cells in a slice: half a millisecond."""
 ROUNDS = 15  # of widening
 ROUND_STEPS = 4
@@ -31,48 +36,20 @@ KEPT = 1.004
 ACCEPTED = 1.3
 """Of what is too much, where no better clock was found."""
 OVERDONE = 2.2
-NEAR_FROZEN = 24  # cells
+"""What is too much between knots counts so many times for them;"""
 MORE_EACH = 0.3
-LEAST_LOAD = 0.4
-KEPT_VELOCITY = 1.0004
+"""where a clock is kept that it is to be like, only so much more in each repair."""
+ROOM = 0.998
+"""Of limits, which that clock keeps also in the end."""
+KEPT_VELOCITY = 1.0009
 MU_FRESH, MU_WARM, MU_END, CUT = 2.0, 0.3, 0.003, 0.3
-
-
-Bounds = tuple[Array, Array, Array, Array, Array, Array]
-
-
-class Rows(NamedTuple):
-    """What bounds a clock over N cells: see `clock_kernel`, and `inner_loads` for the last four."""
-
-    a1: Array
-    a2: Array
-    cap: Array
-    j1: Array
-    j2: Array
-    j3: Array
-    inner: Array
-    inner_cells: NDArray[np.intp]
-    inner_parts: Array
-    cell_limits: Array
-
-    @property
-    def bounds(self) -> Bounds:
-        """Copies of the first six."""
-        return (
-            self.a1.copy(),
-            self.a2.copy(),
-            self.cap.copy(),
-            self.j1.copy(),
-            self.j2.copy(),
-            self.j3.copy(),
-        )
 
 
 def steady(rows: Rows, widths: Array) -> Array:
     """The clock (N + 2,) that goes evenly over cells of nominal times (N,), as fast as all limits allow,
     almost."""
     c: Array = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
-    squares, cubes = steady_loads(*rows[:6], c)
+    squares, cubes = steady_loads(*rows[:7], c)
     scaled: Array = c * (0.999 * min(1.0 / max(squares, 1e-12), max(cubes, 1e-18) ** (-2.0 / 3.0)))
     return scaled
 
@@ -83,38 +60,62 @@ def quick(rows: Rows, c: Array) -> bool:
     cells = len(rows.cap) - 1
     vectors, band, loads = np.empty((3, cells + 2)), np.empty((cells + 2, 3)), np.empty((cells, 3))
     c *= QUICK_START
-    _, _, over = newton(*rows[:6], c, vectors, band, MU_WARM, MU_END, CUT, 0, max(CELL_STEPS // cells, 1))
-    inner_loads(rows.inner, rows.inner_cells, rows.inner_parts, rows.cell_limits, c, loads)
+    _, _, over = newton(*rows[:7], c, vectors, band, MU_WARM, MU_END, CUT, 0, max(CELL_STEPS // cells, 1))
+    inner_loads(*rows.inside, c, loads)
     largest = _too_fast(loads)
     if largest > 1.0:
         c /= largest
     return bool(over) and largest < ALMOST
 
 
-def fastest(rows: Rows, c: Array, fixed: int) -> Slices[bool]:
+def guess(rows: Rows, widths: Array, last: Array) -> Array:
+    """A first guess of a clock (M + 2,) over the last cells, of nominal times (M,), behind the last two
+    coefficients of what was there before."""
+    c = np.empty(len(widths) + 2)
+    c[:2] = last
+    going_on(
+        rows.a2, rows.cap, rows.j3, rows.counts, rows.inner, rows.starts, rows.per_limit, widths,
+        np.empty((2, len(widths))), c,
+    )  # fmt: skip
+    return c
+
+
+def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
     """Bring c (N + 2,) from a first guess to nearly the fastest clock, in place, but for the first `fixed`
     of them.
 
-    False, and c is of no use, where none was found that keeps the limits.
+    Over the first `kept` cells the guess keeps the limits, or nearly. False, and c is of no use, where no
+    clock was found that does everywhere.
     """
-    cells = len(rows.cap) - 1
-    bounds, wide = rows.bounds, rows.bounds
+    cells = rows.cells
+    bounds, wide = rows.like_rows(), rows.like_rows()
     vectors, band = np.empty((3, cells + 2)), np.empty((cells + 2, 3))
-    loads = np.empty((cells, 3))
+    loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
     chunk = max(CELL_STEPS // cells, 1)
     spent = 0
     best: tuple[float, Array, float] | None = None
     mu_start = MU_WARM if fixed else MU_FRESH
+    allowed = np.tile([1.0, KEPT, KEPT], (cells, 1))
+    worst = np.empty(2, dtype=np.intp)
+    tight, most = rows.tight, np.full((cells + 1, 4), np.inf)
+    if kept:
+        # There may be no better way than the one that is kept: there no more is asked for.
+        inner_loads(*rows.inside, c, loads)
+        np.maximum(allowed[:kept], loads[:kept], out=allowed[:kept])
+        knot_loads(*rows[:7], c, ends)
+        most[:kept] = np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0)
+        np.minimum(tight, most, out=tight)
+    tightened(*rows[:7], tight, *bounds)
     for repair in range(REPAIRS + 1):
         last = 1e30
         for k in range(ROUNDS):
-            load = widened(*bounds, c, *wide)
+            load = widened(*bounds, rows.counts, c, *wide)
             if load < 0.9999:
                 break
             if k > 4 and load - 1.0 > LITTLE_GAIN * (last - 1.0):
                 return _best(best, c, fixed)
             last = load
-            newton(*wide, c, vectors, band, 1.0, 1.0, 1.0, fixed, ROUND_STEPS)
+            newton(*wide, rows.counts, c, vectors, band, 1.0, 1.0, 1.0, fixed, ROUND_STEPS)
             spent += ROUND_STEPS
             if spent >= chunk:
                 spent = 0
@@ -123,22 +124,29 @@ def fastest(rows: Rows, c: Array, fixed: int) -> Slices[bool]:
             return _best(best, c, fixed)
         mu, steps, over = mu_start, 0, False
         while not over and steps < MOST_STEPS:
+            most_steps = min(chunk - spent, MOST_STEPS - steps)
             mu, done, over = newton(
-                *bounds, c, vectors, band, mu, MU_END, CUT, fixed, min(chunk - spent, MOST_STEPS - steps)
+                *bounds, rows.counts, c, vectors, band, mu, MU_END, CUT, fixed, most_steps
             )
             steps += done
             spent += done
             if spent >= chunk:
                 spent = 0
                 yield
-        inner_loads(rows.inner, rows.inner_cells, rows.inner_parts, rows.cell_limits, c, loads)
-        worst = loads.max(axis=0)
-        excess = max((worst[0] - 1.0) / (KEPT_VELOCITY - 1.0), (max(worst[1], worst[2]) - 1.0) / (KEPT - 1.0))
+        inner_loads(*rows.inside, c, loads)
+        over_allowed = (loads - allowed).max(axis=0).tolist()
+        excess = 1.0 + max(
+            (over_allowed[0] + 1.0 - KEPT_VELOCITY) / (KEPT_VELOCITY - 1.0),
+            max(over_allowed[1:]) / (KEPT - 1.0),
+        )
         if best is None or excess < best[0]:
             best = excess, c.copy(), _too_fast(loads)
         if excess <= 1.0:
             return True
-        _tighten(bounds, loads, c, repair if fixed else None)
+        put_worst(*rows.inside, c, loads, allowed, kept, worst, *rows[:2], *rows[3:7])
+        knot_loads(*bounds, rows.counts, c, ends)
+        tighten(loads, ends, allowed, kept, OVERDONE, 1.0 + MORE_EACH * repair, tight, most)
+        tightened(*rows[:7], tight, *bounds)
         mu_start = 0.05
     return _best(best, c, fixed)
 
@@ -158,40 +166,3 @@ def _too_fast(loads: Array) -> float:
     divided."""
     velocity, acceleration, jerk = loads.max(axis=0).tolist()
     return float(max(velocity**2, acceleration / KEPT, (jerk / KEPT) ** (2.0 / 3.0)))
-
-
-def _tighten(bounds: Bounds, loads: Array, c: Array, repair: int | None) -> None:
-    """Let the limits at knots be as much tighter as they were passed between them.
-
-    Next to what is frozen there may be no better way than that of the chain before: there no more than
-    needed.
-    """
-    a1, a2, cap, *jerks = bounds
-    velocity, acceleration, jerk = loads.T
-    overdone = np.full(len(loads), OVERDONE)
-    if repair is not None:
-        overdone[:NEAR_FROZEN] = 1.0 + MORE_EACH * repair
-    over = np.where(velocity > 1.0, velocity * velocity * 1.001, 1.0)
-    cap /= np.maximum(np.append(over, 1.0), np.append(1.0, over))
-    over = np.where(acceleration > KEPT, acceleration**overdone, 1.0)
-    over = np.maximum(np.append(over, 1.0), np.append(1.0, over))
-    a1 *= over[:, None]
-    a2 *= over[:, None]
-    # A jerk inside a cell may be far above those at its ends: then these are to count for it.
-    far = np.clip(_jerks(jerks, c), LEAST_LOAD, 1.0)
-    if repair is not None:
-        far[:NEAR_FROZEN] = 1.0
-    over = np.minimum(jerk**overdone, 2.0) / far
-    over = np.repeat(np.where(jerk > KEPT, over, 1.0), 2)
-    for each in jerks:
-        each *= over[:, None]
-
-
-def _jerks(rows: Sequence[Array], c: Array) -> Array:
-    """The largest jerks at the ends of cells (N,), as parts of what these rows allow."""
-    j1, j2, j3 = (each.reshape(len(c) - 2, 2, -1) for each in rows)
-    b, slope, bend = 0.5 * (c[:-1] + c[1:]), np.diff(c), np.diff(c, 2)[:, None, None]
-    at_ends = np.stack([b[:-1], b[1:]], axis=1)[..., None]
-    slopes = np.stack([slope[:-1], slope[1:]], axis=1)[..., None]
-    jerks: Array = np.abs(np.sqrt(at_ends) * (j3 * at_ends + j2 * slopes + j1 * bend)).max(axis=(1, 2))
-    return jerks

@@ -7,7 +7,8 @@ sqrt(b) (q''' b + 3/2 q'' b' + q' b'' / 2).
 
 Rows are those factors over the limits, so that all of them have to stay within -1 and 1: `a1`, `a2` (N +
 1, n) of accelerations at knots, `cap` (N + 1,) what velocities leave b at knots, `j1`, `j2`, `j3` (2 N,
-n) of jerks at both ends of each cell. All arrays are C-contiguous float64.
+n) of jerks at both ends of each cell. Only the first `counts` (N + 1, 3) of them count: at a knot, and at
+the beginning and the end of the cell behind it. All arrays are C-contiguous float64.
 """
 
 # mypy: allow-untyped-decorators
@@ -67,6 +68,7 @@ def _barrier(
     j1: cython.double[:, ::1],
     j2: cython.double[:, ::1],
     j3: cython.double[:, ::1],
+    counts: cython.Py_ssize_t[:, ::1],
     c: cython.double[::1],
     mu: cython.double,
     fixed: cython.Py_ssize_t,
@@ -74,7 +76,6 @@ def _barrier(
     """The time that is to be least, plus mu times how near all limits are, and 0 is to each c, which stays
     above it; FAR where one is passed."""
     cells: cython.Py_ssize_t = j1.shape[0] // 2
-    n: cython.Py_ssize_t = a1.shape[1]
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     e: cython.Py_ssize_t
@@ -97,7 +98,7 @@ def _barrier(
         if not least > 0.0:
             return FAR
         product *= least * c[k]
-        for i in range(n):
+        for i in range(counts[k, 0]):
             y = a2[k, i] * b + a1[k, i] * d
             x = 1.0 - y * y
             if x < least:
@@ -123,7 +124,7 @@ def _barrier(
             if e == 1:
                 b = 0.5 * (c[k + 1] + c[k + 2])
                 d = c[k + 2] - c[k + 1]
-            for i in range(n):
+            for i in range(counts[k, 1 + e]):
                 y = j3[2 * k + e, i] * b + j2[2 * k + e, i] * d + j1[2 * k + e, i] * dd
                 x = 1.0 - b * y * y
                 if x < least:
@@ -150,6 +151,7 @@ def _assemble(
     j1: cython.double[:, ::1],
     j2: cython.double[:, ::1],
     j3: cython.double[:, ::1],
+    counts: cython.Py_ssize_t[:, ::1],
     c: cython.double[::1],
     mu: cython.double,
     fixed: cython.Py_ssize_t,
@@ -159,7 +161,6 @@ def _assemble(
     """Gradient and (Gauss-Newton) Hessian of the barrier; of the Hessian the diagonal and two bands beside
     it."""
     cells: cython.Py_ssize_t = j1.shape[0] // 2
-    n: cython.Py_ssize_t = a1.shape[1]
     m: cython.Py_ssize_t = cells + 2
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
@@ -228,7 +229,7 @@ def _assemble(
         hbb = mu * inv * inv
         hbd = 0.0
         hdd = 0.0
-        for i in range(n):
+        for i in range(counts[k, 0]):
             f0 = a2[k, i]
             f1 = a1[k, i]
             y = f0 * b + f1 * d
@@ -277,7 +278,7 @@ def _assemble(
             h11 = 0.0
             h12 = 0.0
             h22 = 0.0
-            for i in range(n):
+            for i in range(counts[k, 1 + e]):
                 y = j3[o, i] * b + j2[o, i] * d + j1[o, i] * dd
                 f0 = half * y + root * j3[o, i]
                 f1 = root * j2[o, i]
@@ -374,6 +375,7 @@ def newton(
     j1: cython.double[:, ::1],
     j2: cython.double[:, ::1],
     j3: cython.double[:, ::1],
+    counts: cython.Py_ssize_t[:, ::1],
     c: cython.double[::1],
     vectors: cython.double[:, ::1],
     band: cython.double[:, ::1],
@@ -407,11 +409,11 @@ def newton(
     moved: cython.bint
     over: cython.bint = False
     scale = _mean_time(c, cells)
-    value = _barrier(a1, a2, cap, j1, j2, j3, c, mu * scale, fixed)
+    value = _barrier(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed)
     if value >= FAR:
         return mu, 0, True
     while done < most:
-        _assemble(a1, a2, cap, j1, j2, j3, c, mu * scale, fixed, gradient, band)
+        _assemble(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed, gradient, band)
         if not _solve(gradient, band, step, fixed):
             over = True
             break
@@ -429,7 +431,7 @@ def newton(
         for _ in range(25):
             for i in range(fixed, m):
                 trial[i] = c[i] + t * step[i]
-            new = _barrier(a1, a2, cap, j1, j2, j3, trial, mu * scale, fixed)
+            new = _barrier(a1, a2, cap, j1, j2, j3, counts, trial, mu * scale, fixed)
             if new < value + 1e-4 * t * slope:
                 moved = True
                 break
@@ -446,5 +448,5 @@ def newton(
             if mu < mu_end:
                 mu = mu_end
         scale = _mean_time(c, cells)
-        value = _barrier(a1, a2, cap, j1, j2, j3, c, mu * scale, fixed)
+        value = _barrier(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed)
     return mu, done, over

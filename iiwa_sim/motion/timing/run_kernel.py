@@ -17,7 +17,7 @@ CREEP = cython.declare(cython.double, 1e-12)
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _root(x: cython.double) -> cython.double:
+def root(x: cython.double) -> cython.double:
     """The third root of x > 0, by operations that are the same on all machines."""
     scale: cython.double = 1.0
     y: cython.double = 1.0
@@ -72,7 +72,7 @@ def caps(
             y = fabs(derivatives[k, 3, i])
             room = cap / BEYOND
             if y * y * room * room * room > jerk[k, i] * jerk[k, i]:
-                y = _root(jerk[k, i] / y)
+                y = root(jerk[k, i] / y)
                 cap = BEYOND * y * y
         for i in range(n):
             rate = fabs(derivatives[k, 1, i])

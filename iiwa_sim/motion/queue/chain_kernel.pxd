@@ -1,0 +1,26 @@
+# For kernels that follow a way: `find`, `at`, then what lies in `here`; and a place within a cell.
+cdef class Way:
+    cdef readonly object edges         # x where third derivatives jump, rising
+    cdef double[::1] targets
+    cdef double[::1] before
+    cdef double[::1] after
+    cdef double[::1] rho
+    cdef double[::1] heights
+    cdef double[:, ::1] starts         # where moves begin, by their polynomials
+    cdef Py_ssize_t[::1] pieces
+    cdef double[::1] borders
+    cdef Py_ssize_t[::1] offsets
+    cdef double[:, ::1] coefficients
+    cdef double[:, :, ::1] limits
+    cdef double[:, :, ::1] here        # q, dq/dx, d2q/dx2, d3q/dx3 (4, 1, n), after `at`
+    cdef double[:, :, ::1] other
+    cdef readonly Py_ssize_t joint_count
+    cdef readonly double first_x
+    cdef readonly double end_x
+    cdef Py_ssize_t find(self, double x, Py_ssize_t k) noexcept
+    cdef Py_ssize_t corner_at(self, double x, Py_ssize_t k) noexcept
+    cdef bint is_straight(self, Py_ssize_t k) noexcept
+    cdef Py_ssize_t at(self, double x, Py_ssize_t k, int order) noexcept
+    cdef void _polynomial(self, Py_ssize_t k, double s, int order, double[:, :, ::1] out) noexcept
+    cdef double limit(self, Py_ssize_t k, Py_ssize_t c, int order, Py_ssize_t joint) noexcept
+cdef double spline(double[::1] controls, Py_ssize_t cell, double part) noexcept

@@ -1,0 +1,341 @@
+"""What bounds the clock of a chain, cell by cell (see `timing.clock_kernel`); compiled by Cython.
+
+Rows are found at knots and at both ends of each cell; limits are looked at in more places, at parts of
+cells, some more of them in corners, and on both sides of where jerks jump.
+"""
+
+# mypy: allow-untyped-decorators
+
+import cython
+from cython.cimports.libc.math import fabs
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, spline
+else:
+    from iiwa_sim.motion.queue.chain_kernel import Way, spline
+
+PEAK = cython.declare(cython.double, 1.1)  # of jerks inside a cell, over those at its ends
+PLAIN = cython.declare(cython.int, 4)  # places in a cell,
+BENT = cython.declare(cython.int, 8)  # or in one that is in a corner
+LONG = cython.declare(cython.double, 0.005)  # of a cell in x, for one more,
+MOST = cython.declare(cython.int, 24)  # but no more than so many
+BESIDE = cython.declare(cython.double, 1e-4)  # so near to an edge limits are looked at
+SURE = cython.declare(cython.double, 1.5)  # margin of what is left out
+
+
+def layout(
+    way: Way,
+    edges: cython.double[::1],
+    controls: cython.double[::1],
+    first: cython.Py_ssize_t,
+    starts: cython.Py_ssize_t[::1],
+) -> int:
+    """Write where in the list of places those of the cells from `first` on begin (N + 1,), and give their
+    number.
+
+    `controls` (N + 3,) is x as a cubic B-spline over the cells, `edges` (e,) where third derivatives jump.
+    """
+    k: cython.Py_ssize_t
+    e: cython.Py_ssize_t = 0
+    move: cython.Py_ssize_t = 0
+    count: cython.Py_ssize_t
+    begins: cython.double
+    ends: cython.double = spline(controls, first, 0.0)
+    bent: cython.bint
+    while e < edges.shape[0] and edges[e] < ends:
+        e += 1
+    for k in range(first, controls.shape[0] - 3):
+        begins, ends = ends, spline(controls, k, 1.0)
+        move = way.find(begins, move)
+        bent = way.corner_at(begins, move) >= 0
+        count = 0
+        while e < edges.shape[0] and edges[e] < ends:
+            count += 2
+            e += 1
+        if bent or count > 0:
+            starts[k + 1] = starts[k] + count + BENT
+        else:
+            count = PLAIN if way.is_straight(move) else PLAIN + int((ends - begins) / LONG)
+            starts[k + 1] = starts[k] + min(count, MOST)
+    return int(starts[controls.shape[0] - 3])
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _part(controls: cython.double[::1], k: cython.Py_ssize_t, x: cython.double) -> cython.double:
+    """The part of a cell where x is."""
+    low: cython.double = 0.0
+    high: cython.double = 1.0
+    middle: cython.double
+    _: cython.int
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        if spline(controls, k, middle) < x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _over_theta(
+    way: Way,
+    controls: cython.double[::1],
+    k: cython.Py_ssize_t,
+    u: cython.double,
+    out: cython.double[:, ::1],
+    at: cython.Py_ssize_t,
+) -> cython.void:
+    """Write three derivatives of joints over theta at a part of a cell to rows from `at` on; what `way` found
+    last is there."""
+    x1: cython.double
+    x2: cython.double
+    x3: cython.double
+    f1: cython.double
+    f2: cython.double
+    i: cython.Py_ssize_t
+    x3 = controls[k + 3] - 3.0 * controls[k + 2] + 3.0 * controls[k + 1] - controls[k]
+    x2 = (controls[k + 2] - 2.0 * controls[k + 1] + controls[k]) + u * x3
+    x1 = 0.5 * (controls[k + 2] - controls[k]) + u * (x2 - 0.5 * u * x3)
+    for i in range(way.joint_count):
+        f1 = way.here[1, 0, i]
+        f2 = way.here[2, 0, i]
+        out[at, i] = f1 * x1
+        out[at + 1, i] = f2 * x1 * x1 + f1 * x2
+        out[at + 2, i] = way.here[3, 0, i] * x1 * x1 * x1 + 3.0 * f2 * x1 * x2 + f1 * x3
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _narrow(
+    way: Way, move: cython.Py_ssize_t, corner: cython.Py_ssize_t, limits: cython.double[:, ::1]
+) -> cython.void:
+    """Lower limits (3, n) to those on a move, or in a corner."""
+    o: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    for o in range(3):
+        for i in range(way.joint_count):
+            limits[o, i] = min(limits[o, i], way.limit(move, corner, o, i))
+
+
+def write(
+    way: Way,
+    edges: cython.double[::1],
+    controls: cython.double[::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    unit: cython.double,
+    starts: cython.Py_ssize_t[::1],
+    scratch: cython.double[:, ::1],
+    a1: cython.double[:, ::1],
+    a2: cython.double[:, ::1],
+    cap: cython.double[::1],
+    j1: cython.double[:, ::1],
+    j2: cython.double[:, ::1],
+    j3: cython.double[:, ::1],
+    counts: cython.Py_ssize_t[:, ::1],
+    inner: cython.double[:, :, ::1],
+    parts: cython.double[::1],
+    per_limit: cython.double[:, :, ::1],
+) -> None:
+    """Write what belongs to the cells first..last - 1 and their first knots, and to the last knot of all.
+
+    `unit` is the unit of time of the clock in s, `scratch` is (15, n). Limits that change within a cell are
+    taken at their least. Rows of joints that do not matter are left out: `counts` (N + 1, 3) says how many
+    are kept at a knot, and at the ends of the cell behind it.
+    """
+    n: cython.Py_ssize_t = way.joint_count
+    cells: cython.Py_ssize_t = controls.shape[0] - 3
+    k: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    e: cython.Py_ssize_t = 0
+    o: cython.Py_ssize_t
+    half: cython.int
+    even: cython.Py_ssize_t
+    move: cython.Py_ssize_t
+    corner: cython.Py_ssize_t
+    before_move: cython.Py_ssize_t
+    before_corner: cython.Py_ssize_t
+    last_one: cython.bint
+    u: cython.double
+    x: cython.double
+    y: cython.double
+    most: cython.double
+    limits: cython.double[:, ::1] = scratch[12:15]
+    if first >= last:
+        return
+    x = min(max(spline(controls, first, 0.0), way.first_x), way.end_x)
+    move = way.find(x, 0)
+    corner = way.at(x, move, 3)
+    while e < edges.shape[0] and edges[e] < x:
+        e += 1
+    for k in range(first, last):
+        # Rows 0 to 2 of the scratch are the beginning of the cell, which `way` found last, 3 to 5 its end.
+        _over_theta(way, controls, k, 0.0, scratch, 0)
+        for o in range(3):
+            for i in range(n):
+                limits[o, i] = 1e300
+        _narrow(way, move, corner, limits)
+        p = starts[k]
+        x = spline(controls, k, 1.0)
+        even = BENT if e < edges.shape[0] and edges[e] < x else starts[k + 1] - p
+        for o in range(even):
+            parts[p] = (o + 0.5) / even
+            p += 1
+        while e < edges.shape[0] and edges[e] < x and p + 1 < starts[k + 1]:
+            u = _part(controls, k, edges[e])
+            parts[p] = max(u - BESIDE, 0.0)
+            parts[p + 1] = min(u + BESIDE, 1.0)
+            p += 2
+            e += 1
+        for p in range(starts[k], starts[k + 1] + 1):
+            last_one = p == starts[k + 1]
+            u = 1.0 if last_one else parts[p]
+            x = min(max(spline(controls, k, u), way.first_x), way.end_x)
+            before_move, before_corner = move, corner
+            move = way.find(x, move)
+            corner = way.at(x, move, 3)
+            if move != before_move or corner != before_corner:
+                _narrow(way, move, corner, limits)
+            if not last_one:
+                _over_theta(way, controls, k, u, inner[p], 0)
+        _over_theta(way, controls, k, 1.0, scratch, 3)
+        y = 1.0
+        for o in range(3):
+            y *= unit
+            for i in range(n):
+                per_limit[k, o, i] = 1.0 / (limits[o, i] * y)
+        _knot(scratch, 0, k, cells, per_limit, a1, a2, cap, counts)
+        if k == cells - 1:
+            _knot(scratch, 3, k + 1, cells, per_limit, a1, a2, cap, counts)
+        # A corner may begin inside: then what asks most of a joint in that half stands for an end.
+        for half in range(2):
+            o = 2 * k + half
+            for i in range(n):
+                y = per_limit[k, 2, i]
+                most = PEAK * max(fabs(scratch[2, i]), fabs(scratch[5, i]))
+                scratch[6, i] = scratch[3 * half, i]
+                scratch[7, i] = scratch[3 * half + 1, i]
+                scratch[8, i] = scratch[3 * half + 2, i]
+                for p in range(starts[k], starts[k + 1]):
+                    if (parts[p] < 0.5) == (half == 0) and fabs(inner[p, 2, i]) > most:
+                        most = fabs(inner[p, 2, i])
+                        scratch[6, i] = inner[p, 0, i]
+                        scratch[7, i] = inner[p, 1, i]
+                        scratch[8, i] = inner[p, 2, i]
+                j1[o, i] = 0.5 * scratch[6, i] * y
+                j2[o, i] = 1.5 * scratch[7, i] * y
+                j3[o, i] = scratch[8, i] * y
+            counts[k, 1 + half] = _chosen(j1[o], j2[o], j3[o], n, 3, scratch)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _knot(
+    scratch: cython.double[:, ::1],
+    at: cython.Py_ssize_t,
+    k: cython.Py_ssize_t,
+    cells: cython.Py_ssize_t,
+    per_limit: cython.double[:, :, ::1],
+    a1: cython.double[:, ::1],
+    a2: cython.double[:, ::1],
+    cap: cython.double[::1],
+    counts: cython.Py_ssize_t[:, ::1],
+) -> cython.void:
+    """Rows at a knot, from derivatives in the scratch."""
+    i: cython.Py_ssize_t
+    before: cython.Py_ssize_t = k - 1 if k > 0 else 0
+    behind: cython.Py_ssize_t = k if k < cells else cells - 1
+    y: cython.double
+    cap[k] = 1e12
+    for i in range(scratch.shape[1]):
+        y = max(per_limit[before, 1, i], per_limit[behind, 1, i])
+        a1[k, i] = 0.5 * scratch[at, i] * y
+        a2[k, i] = scratch[at + 1, i] * y
+        y = fabs(scratch[at, i]) * max(per_limit[before, 0, i], per_limit[behind, 0, i])
+        if y * y * cap[k] > 1.0:
+            cap[k] = 1.0 / (y * y)
+    counts[k, 0] = _chosen(a1[k], a2[k], a2[k], scratch.shape[1], 2, scratch)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _chosen(
+    first: cython.double[::1],
+    second: cython.double[::1],
+    third: cython.double[::1],
+    n: cython.Py_ssize_t,
+    orders: cython.int,
+    scratch: cython.double[:, ::1],
+) -> cython.Py_ssize_t:
+    """Bring to the front the rows of joints that matter, and give their number.
+
+    A row does not matter that is a part of another one, or so small beside others that the load of such a
+    part would not be passed. Rows 6 to 9 of the scratch are used.
+    """
+    i: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    best: cython.Py_ssize_t
+    left: cython.Py_ssize_t = n
+    kept: cython.Py_ssize_t = 0
+    u: cython.double = 1e-300
+    v: cython.double = 1e-300
+    w: cython.double = 1e-300
+    part: cython.double
+    rest: cython.double
+    y: cython.double
+    o: cython.Py_ssize_t
+    for i in range(n):
+        u = max(u, fabs(first[i]))
+        v = max(v, fabs(second[i]))
+        w = max(w, fabs(third[i]))
+    u, v, w = 1.0 / u, 1.0 / v, (1.0 / w if orders == 3 else 0.0)
+    for i in range(n):
+        scratch[6, i] = first[i] * u
+        scratch[7, i] = second[i] * v
+        scratch[8, i] = third[i] * w
+        scratch[9, i] = (
+            scratch[6, i] * scratch[6, i] + scratch[7, i] * scratch[7, i] + scratch[8, i] * scratch[8, i]
+        )
+    while kept < left:
+        best = kept
+        for i in range(kept + 1, left):
+            if scratch[9, i] > scratch[9, best]:
+                best = i
+        for o in range(4):
+            y = scratch[6 + o, best]
+            scratch[6 + o, best] = scratch[6 + o, kept]
+            scratch[6 + o, kept] = y
+        first[best], first[kept] = first[kept], first[best]
+        second[best], second[kept] = second[kept], second[best]
+        if orders == 3:
+            third[best], third[kept] = third[kept], third[best]
+        rest = 2.0
+        for m in range(kept):
+            part = (
+                scratch[6, kept] * scratch[6, m]
+                + scratch[7, kept] * scratch[7, m]
+                + scratch[8, kept] * scratch[8, m]
+            ) / scratch[9, m]
+            y = fabs(part) + SURE * (
+                fabs(scratch[6, kept] - part * scratch[6, m])
+                + fabs(scratch[7, kept] - part * scratch[7, m])
+                + fabs(scratch[8, kept] - part * scratch[8, m])
+            )
+            rest = min(rest, y)
+        if rest <= 1.0:
+            # To the end: it is left out.
+            left -= 1
+            for o in range(4):
+                y = scratch[6 + o, left]
+                scratch[6 + o, left] = scratch[6 + o, kept]
+                scratch[6 + o, kept] = y
+            first[left], first[kept] = first[kept], first[left]
+            second[left], second[kept] = second[kept], second[left]
+            if orders == 3:
+                third[left], third[kept] = third[kept], third[left]
+        else:
+            kept += 1
+    return max(kept, 1)

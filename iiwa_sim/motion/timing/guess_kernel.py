@@ -1,0 +1,136 @@
+"""First guesses of a clock: at an even pace over nominal time; compiled by Cython.
+
+Rows, c and theta as in `clock_kernel`, `inner`, `starts` and `per_limit` as in `loads_kernel`.
+"""
+
+# mypy: allow-untyped-decorators
+
+import cython
+from cython.cimports.libc.math import fabs, sqrt
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.timing.run_kernel import root
+else:
+    from iiwa_sim.motion.timing.run_kernel import root
+
+PACE = cython.declare(cython.double, 0.98)  # of what limits allow at an even pace,
+MOST = cython.declare(cython.double, 1.2)  # at the most this part of the nominal one (of its square);
+SPAN = cython.declare(cython.Py_ssize_t, 8)  # over so many cells it changes,
+LEAST = cython.declare(cython.double, 0.2)  # and behind a seam it is not less than this part.
+FADE = cython.declare(cython.double, 0.8187307530779818)  # exp(-1/5): the old pace is left in five cells
+GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
+
+
+def steady_loads(
+    a1: cython.double[:, ::1],
+    a2: cython.double[:, ::1],
+    cap: cython.double[::1],
+    j1: cython.double[:, ::1],
+    j2: cython.double[:, ::1],
+    j3: cython.double[:, ::1],
+    counts: cython.Py_ssize_t[:, ::1],
+    c: cython.double[::1],
+) -> tuple[float, float]:
+    """The largest load of velocities (squared) and accelerations, and that of jerks."""
+    cells: cython.Py_ssize_t = j1.shape[0] // 2
+    k: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    o: cython.Py_ssize_t
+    b: cython.double
+    d: cython.double
+    dd: cython.double
+    square: cython.double = 0.0
+    cube: cython.double = 0.0
+    for k in range(cells + 1):
+        b = 0.5 * (c[k] + c[k + 1])
+        d = c[k + 1] - c[k]
+        square = max(square, b / cap[k])
+        for i in range(counts[k, 0]):
+            square = max(square, fabs(a2[k, i] * b + a1[k, i] * d))
+    for o in range(2 * cells):
+        k = o // 2
+        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
+        k += o % 2
+        b = 0.5 * (c[k] + c[k + 1])
+        d = c[k + 1] - c[k]
+        for i in range(counts[o // 2, 1 + o % 2]):
+            cube = max(cube, sqrt(b) * fabs(j3[o, i] * b + j2[o, i] * d + j1[o, i] * dd))
+    return square, cube
+
+
+def going_on(
+    a2: cython.double[:, ::1],
+    cap: cython.double[::1],
+    j3: cython.double[:, ::1],
+    counts: cython.Py_ssize_t[:, ::1],
+    inner: cython.double[:, :, ::1],
+    starts: cython.Py_ssize_t[::1],
+    per_limit: cython.double[:, :, ::1],
+    widths: cython.double[::1],
+    scratch: cython.double[:, ::1],
+    c: cython.double[::1],
+) -> None:
+    """Write a first guess behind the first two of c (M + 2,), which are given: from their pace to what limits
+    allow at an even one over cells of nominal times (M,), the last of all.
+
+    `scratch` is (2, M).
+    """
+    count: cython.Py_ssize_t = widths.shape[0]
+    behind: cython.Py_ssize_t = cap.shape[0] - 1 - count
+    k: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    i: cython.Py_ssize_t
+    o: cython.Py_ssize_t
+    square: cython.double
+    jerk: cython.double
+    even: cython.double
+    room: cython.double
+    fade: cython.double = FADE
+    first: cython.double
+    second: cython.double
+    for k in range(count):
+        m = behind + k
+        square = max(1.0 / cap[m], 1.0 / cap[m + 1])
+        for o in range(m, m + 2):
+            for i in range(counts[o, 0]):
+                square = max(square, fabs(a2[o, i]))
+        jerk = 0.0
+        for o in range(2):
+            for i in range(counts[m, 1 + o]):
+                jerk = max(jerk, fabs(j3[2 * m + o, i]))
+        for o in range(starts[m], starts[m + 1]):
+            for i in range(inner.shape[2]):
+                jerk = max(jerk, fabs(inner[o, 2, i]) * per_limit[m, 2, i])
+        even = 1.0 / widths[k]
+        room = root(jerk * even * even * even) if jerk > 1e-12 else 0.0
+        room = max(square * even * even, room * room)
+        scratch[0, k] = PACE / max(room, 1.0 / MOST)
+    # No faster than beside it, and changing gently.
+    for k in range(count):
+        room = MOST
+        for m in range(max(k - SPAN, 0), min(k + SPAN + 1, count)):
+            room = min(room, scratch[0, m])
+        scratch[1, k] = room
+    _smooth(scratch[1], scratch[0], count)
+    _smooth(scratch[0], scratch[1], count)
+    first = c[0] * (2.0 * widths[0] - widths[1]) * (2.0 * widths[0] - widths[1]) / scratch[1, 0] - 1.0
+    second = c[1] * widths[0] * widths[0] / scratch[1, 0] - 1.0
+    for k in range(2, count + 2):
+        fade *= FADE
+        even = 1.0 + (first + (second * GROW - first) * k) * fade
+        m = min(k - 1, count - 1)
+        c[k] = scratch[1, m] / (widths[m] * widths[m]) * max(even, LEAST)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _smooth(values: cython.double[::1], means: cython.double[::1], count: cython.Py_ssize_t) -> cython.void:
+    """Write means over SPAN cells around each; beyond the ends values are as there."""
+    k: cython.Py_ssize_t
+    m: cython.Py_ssize_t
+    total: cython.double
+    for k in range(count):
+        total = 0.0
+        for m in range(k - SPAN // 2, k + SPAN // 2 + 1):
+            total += values[min(max(m, 0), count - 1)]
+        means[k] = total / (SPAN // 2 * 2 + 1)
