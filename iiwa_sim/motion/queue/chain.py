@@ -10,14 +10,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.course import Course
+from iiwa_sim.motion.queue.motion_kernel import Motion, add_times
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.rows import UNIT_S
-from iiwa_sim.motion.timing.loads_kernel import add_times, places
 from iiwa_sim.motion.timing.rows import Rows
 
 AHEAD_CELLS = 2
@@ -93,6 +92,7 @@ class Chain:
         add_times(clock[k:], later)
         self.times = np.concatenate([times[:k], later * UNIT_S])
         self.rest_s = float(self.times[-1])
+        self._motion = Motion(course.way, controls, clock, self.times, UNIT_S)
         self.front_s = float(times[-1])
         """From here on it is not what it was planned from."""
 
@@ -112,66 +112,29 @@ class Chain:
         return tuple(self.joints_along(np.array([time_s]))[0].tolist())
 
     def joints_along(self, times: Array) -> Array:
-        """The same (m, n) at rising times (m,) before `rest_s`."""
-        cells, parts = self._places(times)
-        return self.course.positions(self.controls, cells, parts)
+        """The same (m, n) at times (m,) before `rest_s`."""
+        found = np.empty((len(times), self.course.joint_count))
+        self._motion.joints_along(times, found)
+        return found
 
     def along(self, times: Array) -> tuple[Array, Array]:
-        """Joint positions with velocities, accelerations and jerks over planned time (m, 4, n) at rising
-        times (m,), and the limits that hold there (m, 3, n). Before and behind it the robot rests."""
-        cells, parts = self._places(times.clip(0.0, self.rest_s))
-        x = self._over_theta(cells, parts)
-        first, second, third = (self.clock[cells + i] / UNIT_S**2 for i in range(3))
-        bend = first - 2.0 * second + third
-        slope = second - first + parts * bend
-        b = 0.5 * (first + second) + parts * (second - first + 0.5 * parts * bend)
-        found, limits = self.course.at(x[0])
-        # dx/dt, d2x/dt2, d3x/dt3
-        rate = np.sqrt(b)
-        v = rate * x[1]
-        a = b * x[2] + 0.5 * slope * x[1]
-        j = rate * (b * x[3] + 1.5 * slope * x[2] + 0.5 * bend * x[1])
-        resting = (times < 0.0) | (times >= self.rest_s)
-        v[resting] = a[resting] = j[resting] = 0.0
-        v, a, j = v[:, None], a[:, None], j[:, None]
-        q1, q2, q3 = found[:, 1], found[:, 2], found[:, 3]
-        moving = np.stack(
-            [found[:, 0], q1 * v, q2 * v * v + q1 * a, q3 * v**3 + 3.0 * q2 * v * a + q1 * j], axis=1
-        )
-        return moving, limits
+        """Joint positions with velocities, accelerations and jerks over planned time (m, 4, n) at times (m,),
+        and the limits that hold there (m, 3, n). Before and behind it the robot rests."""
+        found = np.empty((len(times), 4, self.course.joint_count))
+        limits = np.empty((len(times), 3, self.course.joint_count))
+        self._motion.along(times, found, limits)
+        return found, limits
 
     def x(self, time_s: float) -> float:
         """Where on its course it is at a time."""
-        return float(self._over_theta(*self._places(np.array([min(max(time_s, 0.0), self.rest_s)])))[0][0])
-
-    def _over_theta(self, cells: NDArray[np.intp], parts: Array) -> Array:
-        """x and its derivatives over theta (4, m) at parts of cells (m,)."""
-        c, u, w = [self.controls[cells + i] for i in range(4)], parts, 1.0 - parts
-        x = np.array(
-            [
-                (
-                    w**3 * c[0]
-                    + (3 * u**3 - 6 * u**2 + 4) * c[1]
-                    + (3 * w**3 - 6 * w**2 + 4) * c[2]
-                    + u**3 * c[3]
-                )
-                / 6,
-                (-(w**2) * c[0] + (3 * u**2 - 4 * u) * c[1] + (1 + 2 * u - 3 * u**2) * c[2] + u**2 * c[3])
-                / 2,
-                w * c[0] + (3 * u - 2) * c[1] + (1 - 3 * u) * c[2] + u * c[3],
-                c[3] - 3 * c[2] + 3 * c[1] - c[0],
-            ]
-        )
-        x[0] = x[0].clip(self.course.first_x, self.course.end_x)
-        return x
+        return float(self._motion.x(time_s))
 
     def move_at(self, time_s: float) -> Move:
         """The move that is under way at a time: of two in a corner the second from where the corner stands
         for the target."""
         if time_s >= self.rest_s:
             return self.course.moves[-1]
-        x = self.x(time_s)
-        k = int(self.course.targets[1:-1].searchsorted(x, side="right"))
+        k: int = self._motion.move_at(time_s)
         return self.course.moves[k]
 
     def waiting(self, time_s: float) -> int:
@@ -205,8 +168,3 @@ class Chain:
             np.diff(self.times[last : last + 3]),
             self._rows.part(k - known, last - known) if k >= known and last > k else None,
         )
-
-    def _places(self, times: Array) -> tuple[NDArray[np.intp], Array]:
-        cells, parts = np.empty(len(times), dtype=np.intp), np.empty(len(times))
-        places(self.clock, self.times / UNIT_S, times / UNIT_S, cells, parts)
-        return cells, parts

@@ -304,23 +304,3 @@ class Way:
             for o in range(3):
                 for i in range(self.joint_count):
                     limits_there[p, o, i] = self.limit(k, c, o, i)
-
-    def positions(
-        self,
-        controls: cython.double[::1],
-        cells: cython.Py_ssize_t[::1],
-        parts: cython.double[::1],
-        found: cython.double[:, ::1],
-    ) -> None:
-        """Write joint positions (m, n) at parts of cells (m,) that follow each other. `controls` (N + 3,) is
-        x as a cubic B-spline."""
-        k: cython.Py_ssize_t = 0
-        p: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        x: cython.double
-        for p in range(cells.shape[0]):
-            x = min(max(spline(controls, cells[p], parts[p]), self.first_x), self.end_x)
-            k = self.find(x, k)
-            self.at(x, k, 0)
-            for i in range(self.joint_count):
-                found[p, i] = self.here[0, 0, i]

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.chain_kernel import Way
@@ -92,13 +91,6 @@ class Course:
         limits = np.empty((len(x), 3, self.joint_count))
         self.way.derivatives(x, found, limits)
         return found, limits
-
-    def positions(self, controls: Array, cells: NDArray[np.intp], parts: Array) -> Array:
-        """Joint positions (m, n) where x as a B-spline over cells is at parts of cells (m,) that follow each
-        other."""
-        found = np.empty((len(cells), self.joint_count))
-        self.way.positions(controls, cells, parts, found)
-        return found
 
     def corner_spans(self) -> tuple[Array, Array]:
         """From where to where corners go, in x."""

@@ -1,4 +1,4 @@
-"""How near a clock comes to the limits, and when it passes the knots; compiled by Cython.
+"""How near a clock comes to the limits; compiled by Cython.
 
 Rows, c and theta as in `clock_kernel`.
 """
@@ -97,8 +97,8 @@ def inner_loads(
     """Write the largest velocity, acceleration and jerk over their limits in each cell (N, 3).
 
     `inner` (m, 3, n) are the first three derivatives of joints over theta at parts (m,) of cells, where
-    those of the cell k are from `starts[k]` on; `per_limit` (N, 3, n) is 1 over limits, in the clock's unit of
-    time.
+    those of the cell k are from `starts[k]` on; `per_limit` (N, 3, n) is 1 over limits, in the clock's unit
+    of time.
     """
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
@@ -387,79 +387,3 @@ def tightened(
             j1[o, i] = rows_j1[o, i] * y
             j2[o, i] = rows_j2[o, i] * y
             j3[o, i] = rows_j3[o, i] * y
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _time(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double) -> cython.double:
-    """From the beginning of a cell to its part u, by Gauss' rule of six places."""
-    return u * (
-        0.08566224618958517 / sqrt(_b(c0, c1, c2, 0.033765242898423986 * u))
-        + 0.1803807865240693 / sqrt(_b(c0, c1, c2, 0.1693953067668677 * u))
-        + 0.23395696728634552 / sqrt(_b(c0, c1, c2, 0.38069040695840156 * u))
-        + 0.23395696728634552 / sqrt(_b(c0, c1, c2, 0.6193095930415985 * u))
-        + 0.1803807865240693 / sqrt(_b(c0, c1, c2, 0.8306046932331322 * u))
-        + 0.08566224618958517 / sqrt(_b(c0, c1, c2, 0.966234757101576 * u))
-    )
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _b(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double) -> cython.double:
-    return 0.5 * (c0 + c1) + u * (c1 - c0) + 0.5 * u * u * (c0 - 2.0 * c1 + c2)
-
-
-def add_times(c: cython.double[::1], times: cython.double[::1]) -> cython.void:
-    """Write times (N + 1,) of the knots, from that of the first one on, which is given."""
-    k: cython.Py_ssize_t
-    for k in range(times.shape[0] - 1):
-        times[k + 1] = times[k] + _time(c[k], c[k + 1], c[k + 2], 1.0)
-
-
-def places(
-    c: cython.double[::1],
-    times: cython.double[::1],
-    at: cython.double[::1],
-    cells: cython.Py_ssize_t[::1],
-    parts: cython.double[::1],
-) -> cython.void:
-    """Write in which cell, and which part of it (0..1), the clock is at rising times (m,); `times` (N + 1,)
-    as by `add_times`."""
-    last: cython.Py_ssize_t = times.shape[0] - 2
-    low: cython.Py_ssize_t = 0
-    high: cython.Py_ssize_t = last
-    k: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    _: cython.int
-    left: cython.double
-    u: cython.double
-    step: cython.double
-    if at.shape[0] > 0:
-        while low < high:
-            k = (low + high + 1) // 2
-            if times[k] <= at[0]:
-                low = k
-            else:
-                high = k - 1
-    k = low
-    for p in range(at.shape[0]):
-        while k < last and times[k + 1] <= at[p]:
-            k += 1
-        left = at[p] - times[k]
-        u = left * sqrt(_b(c[k], c[k + 1], c[k + 2], 0.5))
-        for _ in range(20):
-            if u > 1.0:
-                u = 1.0
-            if u < 0.0:
-                u = 0.0
-            step = (_time(c[k], c[k + 1], c[k + 2], u) - left) * sqrt(_b(c[k], c[k + 1], c[k + 2], u))
-            u -= step
-            if fabs(step) < 1e-14:
-                break
-        if u > 1.0:
-            u = 1.0
-        if u < 0.0:
-            u = 0.0
-        cells[p] = k
-        parts[p] = u

@@ -1,0 +1,193 @@
+"""Joint positions of a chain over time; compiled by Cython.
+
+x is a cubic B-spline over theta, which counts cells, and theta goes with time as b(theta) =
+(dtheta/dt)^2 says, a quadratic B-spline over the same cells.
+"""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+import cython
+from cython.cimports.libc.math import fabs, sqrt
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, spline
+else:
+    from iiwa_sim.motion.queue.chain_kernel import Way, spline
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _time(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double) -> cython.double:
+    """From the beginning of a cell to its part u, by Gauss' rule of six places."""
+    return u * (
+        0.08566224618958517 / sqrt(_b(c0, c1, c2, 0.033765242898423986 * u))
+        + 0.1803807865240693 / sqrt(_b(c0, c1, c2, 0.1693953067668677 * u))
+        + 0.23395696728634552 / sqrt(_b(c0, c1, c2, 0.38069040695840156 * u))
+        + 0.23395696728634552 / sqrt(_b(c0, c1, c2, 0.6193095930415985 * u))
+        + 0.1803807865240693 / sqrt(_b(c0, c1, c2, 0.8306046932331322 * u))
+        + 0.08566224618958517 / sqrt(_b(c0, c1, c2, 0.966234757101576 * u))
+    )
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _b(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double) -> cython.double:
+    return 0.5 * (c0 + c1) + u * (c1 - c0) + 0.5 * u * u * (c0 - 2.0 * c1 + c2)
+
+
+def add_times(c: cython.double[::1], times: cython.double[::1]) -> cython.void:
+    """Write times (N + 1,) of the knots, from that of the first one on, which is given."""
+    k: cython.Py_ssize_t
+    for k in range(times.shape[0] - 1):
+        times[k + 1] = times[k] + _time(c[k], c[k + 1], c[k + 2], 1.0)
+
+
+@cython.cclass
+class Motion:
+    """Where a chain is when. It remembers the cell it was in last: times close to each other cost least."""
+
+    way: Way
+    controls: cython.double[::1]
+    clock: cython.double[::1]
+    times: cython.double[::1]
+    unit: cython.double
+    cell: cython.Py_ssize_t
+    part: cython.double
+    move: cython.Py_ssize_t
+
+    def __init__(
+        self,
+        way: Way,
+        controls: cython.double[::1],
+        clock: cython.double[::1],
+        times: cython.double[::1],
+        unit: cython.double,
+    ) -> None:
+        """`controls` (N + 3,) of x, `clock` (N + 2,) of b; `times` (N + 1,) of the knots are in s, `unit` is
+        the unit of time of the clock in s."""
+        self.way, self.controls, self.clock, self.times, self.unit = way, controls, clock, times, unit
+        self.cell = self.move = 0
+        self.part = 0.0
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _go_to(self, time_s: cython.double) -> cython.void:
+        """Find the cell, and the part of it (0..1), in which the clock is at a time."""
+        last: cython.Py_ssize_t = self.times.shape[0] - 2
+        low: cython.Py_ssize_t = 0
+        high: cython.Py_ssize_t = last
+        k: cython.Py_ssize_t = self.cell
+        left: cython.double
+        u: cython.double
+        step: cython.double
+        b: cython.double
+        c0: cython.double
+        c1: cython.double
+        c2: cython.double
+        _: cython.int
+        if not (self.times[k] <= time_s and (k == last or time_s < self.times[k + 1])):
+            if k < last and self.times[k + 1] <= time_s and (k + 1 == last or time_s < self.times[k + 2]):
+                k += 1
+            else:
+                while low < high:
+                    k = (low + high + 1) // 2
+                    if self.times[k] <= time_s:
+                        low = k
+                    else:
+                        high = k - 1
+                k = low
+        c0, c1, c2 = self.clock[k], self.clock[k + 1], self.clock[k + 2]
+        left = (time_s - self.times[k]) / self.unit
+        u = left * sqrt(_b(c0, c1, c2, 0.5))
+        for _ in range(20):
+            u = min(max(u, 0.0), 1.0)
+            b = _b(c0, c1, c2, u)
+            step = (_time(c0, c1, c2, u) - left) * sqrt(b)
+            u -= step
+            if fabs(step) < 1e-14:
+                break
+        self.cell = k
+        self.part = min(max(u, 0.0), 1.0)
+
+    @cython.ccall
+    def x(self, time_s: cython.double) -> cython.double:
+        """Where on its course it is at a time."""
+        self._go_to(min(max(time_s, self.times[0]), self.times[self.times.shape[0] - 1]))
+        return min(max(spline(self.controls, self.cell, self.part), self.way.first_x), self.way.end_x)
+
+    @cython.ccall
+    def move_at(self, time_s: cython.double) -> cython.Py_ssize_t:
+        """The move on which that is: of two in a corner the second from where the corner stands for the
+        target."""
+        self.move = self.way.find(self.x(time_s), self.move)
+        return self.move
+
+    def joints_along(self, times: cython.double[::1], found: cython.double[:, ::1]) -> None:
+        """Write joint positions (m, n) at times (m,)."""
+        p: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        x: cython.double
+        for p in range(times.shape[0]):
+            x = self.x(times[p])
+            self.move = self.way.find(x, self.move)
+            self.way.at(x, self.move, 0)
+            for i in range(self.way.joint_count):
+                found[p, i] = self.way.here[0, 0, i]
+
+    def along(
+        self,
+        times: cython.double[::1],
+        found: cython.double[:, :, ::1],
+        limits: cython.double[:, :, ::1],
+    ) -> None:
+        """Write joint positions and their derivatives over time (m, 4, n) at times (m,), and the limits that
+        hold there (m, 3, n). Before the first knot and from the last one on the robot rests."""
+        p: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        c: cython.Py_ssize_t
+        u: cython.double
+        x: cython.double
+        x1: cython.double
+        x2: cython.double
+        x3: cython.double
+        b: cython.double
+        d: cython.double
+        dd: cython.double
+        rate: cython.double
+        v: cython.double
+        a: cython.double
+        j: cython.double
+        q1: cython.double
+        q2: cython.double
+        for p in range(times.shape[0]):
+            x = self.x(times[p])
+            k, u = self.cell, self.part
+            self.move = self.way.find(x, self.move)
+            c = self.way.at(x, self.move, 3)
+            x3 = self.controls[k + 3] - 3.0 * self.controls[k + 2] + 3.0 * self.controls[k + 1]
+            x3 -= self.controls[k]
+            x2 = self.controls[k + 2] - 2.0 * self.controls[k + 1] + self.controls[k] + u * x3
+            x1 = 0.5 * (self.controls[k + 2] - self.controls[k]) + u * (x2 - 0.5 * u * x3)
+            dd = self.clock[k] - 2.0 * self.clock[k + 1] + self.clock[k + 2]
+            d = self.clock[k + 1] - self.clock[k] + u * dd
+            b = _b(self.clock[k], self.clock[k + 1], self.clock[k + 2], u)
+            # dx/dt, d2x/dt2, d3x/dt3
+            rate = sqrt(b)
+            v = rate * x1 / self.unit
+            a = (b * x2 + 0.5 * d * x1) / (self.unit * self.unit)
+            j = rate * (b * x3 + 1.5 * d * x2 + 0.5 * dd * x1) / (self.unit * self.unit * self.unit)
+            if times[p] < self.times[0] or times[p] >= self.times[self.times.shape[0] - 1]:
+                v = a = j = 0.0
+            for i in range(self.way.joint_count):
+                q1, q2 = self.way.here[1, 0, i], self.way.here[2, 0, i]
+                found[p, 0, i] = self.way.here[0, 0, i]
+                found[p, 1, i] = q1 * v
+                found[p, 2, i] = q2 * v * v + q1 * a
+                found[p, 3, i] = self.way.here[3, 0, i] * v * v * v + 3.0 * q2 * v * a + q1 * j
+                limits[p, 0, i] = self.way.limit(self.move, c, 0, i)
+                limits[p, 1, i] = self.way.limit(self.move, c, 1, i)
+                limits[p, 2, i] = self.way.limit(self.move, c, 2, i)
