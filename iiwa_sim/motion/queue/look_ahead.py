@@ -23,16 +23,16 @@ MOST_AT_ONCE = 30
 """so many at once at the most,"""
 BATCH_S = 1.0
 """or as many as take about so long."""
-SHORTEST_S = 0.1
-"""A chain that takes less is not planned on into short moves, which take less than"""
 SHORT_S = 0.05
-"""at their full speed: while it runs, some of those are planned together, as many as take"""
+"""Where the first move takes less at its full speed, some are planned together before the robot sets out, as
+many as take"""
 ENOUGH_S = 0.3
 """so long,"""
 MOST_AT_FIRST = 12
-"""but no more; and the robot waits for that no longer than"""
+"""but no more. The robot waits for that no longer than"""
 MOST_WAIT_S = 0.1
-"""when it has come to rest."""
+SHORTEST_S = 0.1
+"""A chain that takes less is not planned on into such moves: they are planned together while it runs."""
 SLICE_S = 0.0025
 """A tick has a slice for each of these that it has begun,"""
 MOST_SLICES = 2
@@ -113,9 +113,9 @@ class LookAhead:
     def begin(self, waiting: deque[Move]) -> Ahead | None:
         """A chain to set out with; None while short moves are still being planned together."""
         first = waiting[0]
-        setting_out = self._setting_out
-        if setting_out is None or setting_out.number != first.number:
+        if not _are_short(waiting):
             return Ahead(begun(first), 1)
+        setting_out = self._set_out(waiting)
         setting_out.go_on(self._slices)
         self._waited_s += self._time.tick_s
         if not setting_out.over and self._waited_s < MOST_WAIT_S:
@@ -132,11 +132,8 @@ class LookAhead:
 
     def step(self, chain: Chain, waiting: deque[Move]) -> Ahead | None:
         """The slices of a tick; None while nothing changes."""
-        if self._is_short(chain, waiting):
-            if self._setting_out is None or self._setting_out.number != waiting[0].number:
-                moves = list(islice(waiting, MOST_AT_FIRST))
-                self._setting_out, self._waited_s = _SettingOut(moves[0].number, self._first(moves)), 0.0
-            self._setting_out.go_on(self._slices)
+        if _are_short(waiting) and (chain.rest_s < SHORTEST_S or self._refused == waiting[0].number):
+            self._set_out(waiting).go_on(self._slices)
             return None
         for _ in range(self._slices):
             if self._work is None:
@@ -155,14 +152,12 @@ class LookAhead:
                 return None
         return None
 
-    def _is_short(self, chain: Chain, waiting: deque[Move]) -> bool:
-        """Whether a chain is over too soon to go on into the short moves that wait."""
-        return (
-            chain.rest_s < SHORTEST_S
-            and len(waiting) > 1
-            and waiting[0].length_s < SHORT_S
-            and may_blend(waiting[0], waiting[1])
-        )
+    def _set_out(self, waiting: deque[Move]) -> _SettingOut:
+        """What sets out with the first of these."""
+        if self._setting_out is None or self._setting_out.number != waiting[0].number:
+            moves = list(islice(waiting, MOST_AT_FIRST))
+            self._setting_out, self._waited_s = _SettingOut(moves[0].number, self._first(moves)), 0.0
+        return self._setting_out
 
     @property
     def kept_s(self) -> float:
@@ -313,6 +308,11 @@ def _alone_s(move: Move) -> float:
     part = 1.0 if len(move.path.coefficients) == 2 else ABOUT
     slopes = move.path.derivatives(ENDS)[1]
     return part * sum(Setting.of(move, slope).time_s(0.5) for slope in slopes)
+
+
+def _are_short(waiting: deque[Move]) -> bool:
+    """Whether moves that wait are to be planned together before the robot sets out."""
+    return len(waiting) > 1 and waiting[0].length_s < SHORT_S and may_blend(waiting[0], waiting[1])
 
 
 def may_blend(first: Move, second: Move) -> bool:
