@@ -358,3 +358,24 @@ def test_what_waits_may_be_told_to_begin_elsewhere() -> None:
     assert min(places) >= 0.5
     assert places[-1] == robot.drive.rest[0] == 2.0
     assert robot.count == 1
+
+
+@pytest.mark.requirement("FRC014", "FRC016")
+@pytest.mark.parametrize("name", ARMS)
+def test_moves_that_follow_a_cleared_queue_are_counted_and_cleared_as_well(name: str) -> None:
+    """Numbers of moves that are forgotten lie between theirs. Once these were counted, too."""
+    recorder = sent(name, [])
+    recorder.lin(0.0, 200.0, 0.0, 30.0, 0.5)
+    recorder.lin(50.0, 0.0, 0.0, 30.0, 0.5)
+    recorder.lin(0.0, -100.0, 0.0, 30.0, 0.5)
+    recorder.wait(round(0.1 / recorder.robot.tick_s))
+    assert recorder.clear()
+    recorder.lin(0.0, 0.0, 60.0, 30.0, 0.5)
+    recorder.lin(-50.0, 0.0, 0.0, 30.0, 0.5)
+    controller = recorder.robot.controller
+    for _ in range(round(0.3 / recorder.robot.tick_s)):
+        recorder.wait(1)
+        assert controller.queue == sum(map(controller.is_pending, (1, 2, 3, 4, 5))) - 1
+    recorder.clear()
+    recorder.finish()
+    assert_keeps_all_promises(recorder)

@@ -132,14 +132,17 @@ class Chain:
     def move_at(self, time_s: float) -> Move:
         """The move that is under way at a time: of two in a corner the second from where the corner stands
         for the target."""
+        return self.course.moves[self._index_at(time_s)]
+
+    def _index_at(self, time_s: float) -> int:
         if time_s >= self.rest_s:
-            return self.course.moves[-1]
+            return len(self.course.moves) - 1
         k: int = self._motion.move_at(time_s)
-        return self.course.moves[k]
+        return k
 
     def waiting(self, time_s: float) -> int:
         """How many of its moves have not begun at a time."""
-        return self.course.moves[-1].number - self.move_at(time_s).number
+        return len(self.course.moves) - 1 - self._index_at(time_s)
 
     def front(self, now_s: float, time_s: float, free_s: float, until_x: float) -> Front:
         """The clock is kept from `now_s` up to the first knot after a time, or so long before it brakes at

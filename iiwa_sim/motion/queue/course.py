@@ -70,18 +70,18 @@ class Course:
         kept = [*self.corners[gone + 1 : -1], *corners]
         return Course([*self.moves[gone:], *moves], kept, float(self.targets[gone]), self.window_s)
 
-    def leaves_x(self, number: int) -> float:
+    def leaves_x(self, move: Move) -> float:
         """Where it leaves the path of a move for that of the next."""
-        count = number - self.moves[0].number + 1
+        count = self.moves.index(move) + 1
         return float(self.targets[count]) - self.corners[count].before * self.moves[count - 1].length_s
 
-    def ending(self, x: float, number: int, reached: float) -> "Course | None":
-        """What of it is left from an x on, up to a move of this number; None where what has been reached is
+    def ending(self, x: float, move: Move, reached: float) -> "Course | None":
+        """What of it is left from an x on, up to the end of a move; None where what has been reached is
         beyond the path of that move."""
-        if reached >= self.leaves_x(number):
+        if reached >= self.leaves_x(move):
             return None
         left = self.gone_on(x, [], [])
-        count = number - left.moves[0].number + 1
+        count = left.moves.index(move) + 1
         return Course(left.moves[:count], left.corners[1:count], left.first_x, self.window_s)
 
     def at(self, x: Array) -> tuple[Array, Array]:

@@ -106,9 +106,9 @@ def ending(chain: Chain, now_s: float, time_s: float) -> Chain | None:
     to leave its path, or no clock brings it to rest in time."""
     if not chain.waiting(now_s):
         return chain
-    number = chain.move_at(now_s).number
-    front = chain.front(now_s, time_s, chain.rest_s, chain.course.leaves_x(number))
-    course = chain.course.ending(front.first_x, number, front.state[0])
+    move = chain.move_at(now_s)
+    front = chain.front(now_s, time_s, chain.rest_s, chain.course.leaves_x(move))
+    course = chain.course.ending(front.first_x, move, front.state[0])
     return at_once(planned(course, front)) if course else None
 
 
