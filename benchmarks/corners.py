@@ -24,6 +24,8 @@ ROBOTS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 TICKS_S = (0.001, 0.002)
 MEDIAN, P90, LARGEST = 1.04, 1.08, 1.15
 """What a planner is to stay below, of the time of the optimum."""
+KR_6_MARGIN = 1.06
+"""Missed: two corners of the KR 6 with small spheres take 1.18 and 1.21, one of them no less than exact stops do."""
 SLOWEST_MM_S = {"named R5 v1": 60.0, "named R60 v1": 280.0}
 """How fast at least the TCP is to pass named corners of the default robot."""
 
@@ -86,8 +88,7 @@ def slowest_mm_s(robot: str, corner: Corner, taken: Taken, tick_s: float) -> flo
 
 
 def _goal(at_most: float) -> dict[str, Any]:
-    """Missed today: an iiwa takes 1.10, 1.23 and 1.38 times the optimum."""
-    return {"at_most": at_most, "kind": Kind.SIMULATED, "margin": 1.35}
+    return {"at_most": at_most, "kind": Kind.SIMULATED}
 
 
 def measure() -> list[Figure]:
@@ -103,7 +104,13 @@ def measure() -> list[Figure]:
             figures += [
                 Figure(f"{of}: duration over optimum, median", median(ratios), "x", **_goal(MEDIAN)),
                 Figure(f"{of}: duration over optimum, p90", percentile(ratios, 0.9), "x", **_goal(P90)),
-                Figure(f"{of}: duration over optimum, largest", max(ratios), "x", **_goal(LARGEST)),
+                Figure(
+                    f"{of}: duration over optimum, largest",
+                    max(ratios),
+                    "x",
+                    **_goal(LARGEST),
+                    margin=1.0 if robot == ROBOTS[0] else KR_6_MARGIN,
+                ),
                 Figure(f"{of}: later than with an exact stop", late, "", at_most=0, kind=Kind.SIMULATED),
             ]
             if tick_s != TICKS_S[0]:
@@ -119,7 +126,6 @@ def measure() -> list[Figure]:
                             "mm/s",
                             at_least=least,
                             kind=Kind.SIMULATED,
-                            margin=15.0,  # missed: 35 and 20
                         )
                     )
     return figures

@@ -15,12 +15,11 @@ from tests.chain_checks import assert_keeps_its_paths, assert_keeps_its_speeds
 from tests.stepped import SteppedRobot, assert_within_limits
 
 TICK_S = 0.002
-HELD = {
-    "lbr_iiwa_7_r800": (1.10, 1.23, 1.38),
-    "kr_6_r900_sixx": (1.12, 1.24, 1.37),
+LARGEST = {
+    "lbr_iiwa_7_r800": corners.LARGEST,
+    "kr_6_r900_sixx": corners.KR_6_MARGIN * corners.LARGEST,
 }
-"""Median, p90 and largest of the duration over the optimum; the goals are in `benchmarks.corners`."""
-LEAST_MM_S = 15.0  # held today; the goals are corners.SLOWEST_MM_S
+"""Of the duration over the optimum: that of the KR 6 misses its goal at two corners."""
 both = pytest.mark.parametrize("robot", corners.ROBOTS)
 
 
@@ -32,10 +31,9 @@ def test_corners_are_near_their_optimum_and_never_later_than_exact_stops(robot: 
         taken = corners.take(robot, corner, TICK_S)
         assert taken.blended_s <= taken.exact_s + 1.5 * TICK_S, corner.name
         ratios.append(taken.blended_s / corner.optimum_s)
-    largest_median, largest_p90, largest = HELD[robot]
-    assert median(ratios) <= largest_median
-    assert percentile(ratios, 0.9) <= largest_p90
-    assert max(ratios) <= largest
+    assert median(ratios) <= corners.MEDIAN
+    assert percentile(ratios, 0.9) <= corners.P90
+    assert max(ratios) <= LARGEST[robot]
 
 
 @pytest.mark.requirement("FRC012", "FRC015")
@@ -44,7 +42,7 @@ def test_the_named_corners_are_passed_at_speed(robot: str) -> None:
     for corner in corners.corners(robot):
         if corner.name in corners.SLOWEST_MM_S:
             taken = corners.take(robot, corner, TICK_S)
-            assert corners.slowest_mm_s(robot, corner, taken, TICK_S) > LEAST_MM_S
+            assert corners.slowest_mm_s(robot, corner, taken, TICK_S) >= corners.SLOWEST_MM_S[corner.name]
 
 
 @pytest.mark.requirement("FRC012", "FRC015")

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from tests.stepped import ARMS, SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, VELOCITY_TOLERANCE, SteppedRobot, assert_within_limits
 
 DESCRIPTIONS = [load_robot(name) for name in ARMS]
 BOTH = pytest.mark.parametrize("description", DESCRIPTIONS, ids=lambda description: description.name)
@@ -96,7 +96,8 @@ def test_no_joint_is_faster_than_its_relative_speed(
     robot.controller.joint_move(data.draw(positions(description)), speeds_rel)
     robot.runs_until_stopped()
     velocities = np.abs(np.diff(robot.joints, axis=0)) / robot.tick_s
-    assert (velocities <= np.array(robot.description.velocity) * speeds_rel * (1 + 1e-9)).all()
+    limits = np.array(robot.description.velocity) * speeds_rel
+    assert (velocities <= limits * VELOCITY_TOLERANCE).all()
 
 
 @pytest.mark.requirement("FRC005", "FRC008")

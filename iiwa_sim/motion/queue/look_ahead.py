@@ -32,7 +32,8 @@ MOST_AT_FIRST = 12
 """but no more. The robot waits for that no longer than"""
 MOST_WAIT_S = 0.1
 SHORTEST_S = 0.1
-"""A chain that takes less is not planned on into such moves: they are planned together while it runs."""
+"""A chain that takes less is not planned on into such moves: they are planned together while it runs. For two
+moves, the first of which takes more, the robot does not wait at all."""
 SLICE_S = 0.0025
 """A tick has a slice for each of these that it has begun,"""
 MOST_SLICES = 2
@@ -115,7 +116,11 @@ class LookAhead:
         first = waiting[0]
         if not _are_short(waiting):
             return Ahead(begun(first), 1)
-        setting_out = self._set_out(waiting)
+        setting_out = self._setting_out
+        if setting_out is None or setting_out.number != first.number:
+            if len(waiting) == 2 and (alone := begun(first)).rest_s >= SHORTEST_S:
+                return Ahead(alone, 1)
+            setting_out = self._set_out(waiting)
         setting_out.go_on(self._slices)
         self._waited_s += self._time.tick_s
         if not setting_out.over and self._waited_s < MOST_WAIT_S:
