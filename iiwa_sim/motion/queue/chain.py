@@ -109,6 +109,8 @@ class Chain:
         """Joint positions (rad) at a time."""
         if time_s >= self.rest_s:
             return self.end
+        if time_s <= 0.0:
+            return self.course.moves[0].path.start
         return tuple(self.joints_along(np.array([time_s]))[0].tolist())
 
     def joints_along(self, times: Array) -> Array:
