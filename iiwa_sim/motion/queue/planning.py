@@ -41,6 +41,9 @@ STILL = 1e-12
 SEAM = 5.0
 """Cells in which nominal times go over from those before the front."""
 GROW = float(np.exp(1.0 / SEAM))
+LEAST_PART = 0.2
+SHORTEST_S = 1e-4
+"""So short is no cell: where what is left is hardly longer than those that are kept, it is too late to plan."""
 SMOOTH = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 
 
@@ -144,6 +147,8 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
     run(samples, found, acceleration, squares, 0.0, speed, speeds, times)
     yield
     widths = _widths(course, samples, times, front)
+    if widths.min() < SHORTEST_S:
+        return None
     yield
     mean = np.empty((len(widths) + 1, 3))
     moving_average(
@@ -240,7 +245,7 @@ def _widths_between(end_s: float, corners: list[tuple[float, float]], first: Arr
         off = (first / widths[: len(first)] - 1.0).tolist()
         grow = off[1] * GROW - off[0] if len(off) > 1 else 0.0
         fade = np.exp(-k / SEAM)
-        widths *= 1.0 + (off[0] + grow * k) * fade
+        widths *= np.maximum(1.0 + (off[0] + grow * k) * fade, LEAST_PART)
     widths *= 1.0 + (end_s - widths.sum()) / float((widths * (1.0 - fade)).sum()) * (1.0 - fade)
     return widths
 

@@ -20,6 +20,8 @@ LN2 = cython.declare(cython.double, 0.6931471805599453)
 FAR = cython.declare(cython.double, 1e300)  # the barrier where a limit is passed
 TIE = cython.declare(cython.double, 10.0)  # keeps the ends, where nothing moves yet, like what is beside them
 TINY = cython.declare(cython.double, 8.636168555094445e-78)  # 2^-256
+LEAST = cython.declare(cython.double, 1e-300)  # of what a loop scales
+LARGEST = cython.declare(cython.double, 1e300)
 HUGE = cython.declare(cython.double, 1.157920892373162e77)  # 2^256
 
 
@@ -33,6 +35,10 @@ def _log(x: cython.double) -> cython.double:
     y: cython.double
     total: cython.double
     k: cython.int
+    if x > LARGEST:
+        x = LARGEST
+    if x < LEAST:
+        x = LEAST
     while x < 1.1102230246251565e-16:
         x *= 9007199254740992.0
         shift -= 53.0

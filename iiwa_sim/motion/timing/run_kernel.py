@@ -13,6 +13,8 @@ STILL = cython.declare(cython.double, 1e-9)  # rad per unit of x: a joint that g
 BEYOND = cython.declare(cython.double, 1.0)
 SLOWEST = cython.declare(cython.double, 1e-9)
 CREEP = cython.declare(cython.double, 1e-12)
+LEAST = cython.declare(cython.double, 1e-300)  # of what a loop scales
+LARGEST = cython.declare(cython.double, 1e300)
 
 
 @cython.cfunc
@@ -22,6 +24,10 @@ def root(x: cython.double) -> cython.double:
     scale: cython.double = 1.0
     y: cython.double = 1.0
     _: cython.int
+    if x > LARGEST:
+        x = LARGEST
+    if x < LEAST:
+        x = LEAST
     while x > 8.0:
         x *= 0.125
         scale *= 2.0
