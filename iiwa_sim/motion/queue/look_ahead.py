@@ -24,13 +24,16 @@ MOST_AT_ONCE = 30
 BATCH_S = 1.0
 """or as many as take about so long."""
 SHORT_S = 0.05
-"""Where the first move takes less at its full speed, some are planned together before the robot sets out, as
-many as take"""
+"""Where the first move takes less at its full speed, and less than"""
+LONG_ENOUGH_S = 0.2
+"""alone, some are planned together before the robot sets out, as many as take"""
 ENOUGH_S = 0.3
 """so long,"""
 MOST_AT_FIRST = 12
 """but no more. The robot waits for that no longer than"""
 MOST_WAIT_S = 0.1
+"""or than this part of what there is to gain."""
+WORTH_WAITING = 0.5
 SHORTEST_S = 0.1
 """A chain that takes less is not planned on into such moves: they are planned together while it runs. For two
 moves, the first of which takes more, the robot does not wait at all."""
@@ -106,7 +109,7 @@ class LookAhead:
         """Begin anew: another chain is under way, or other moves wait."""
         self._work: Slices[Ahead | None] | None = None
         self._setting_out: _SettingOut | None = None
-        self._waited_s = 0.0  # for that
+        self._waits_s = 0.0  # for that, so long at the most
         self._faster_tried = False
         self._tries = 0  # to go on into the first move that waits
         self._refused = 0  # the last move that was found to set out from rest
@@ -122,8 +125,8 @@ class LookAhead:
                 return Ahead(alone, 1)
             setting_out = self._set_out(waiting)
         setting_out.go_on(self._slices)
-        self._waited_s += self._time.tick_s
-        if not setting_out.over and self._waited_s < MOST_WAIT_S:
+        self._waits_s -= self._time.tick_s
+        if not setting_out.over and self._waits_s > 0.0:
             return None
         ahead = setting_out.ahead
         # What waits may have been forgotten meanwhile.
@@ -161,7 +164,10 @@ class LookAhead:
         """What sets out with the first of these."""
         if self._setting_out is None or self._setting_out.number != waiting[0].number:
             moves = list(islice(waiting, MOST_AT_FIRST))
-            self._setting_out, self._waited_s = _SettingOut(moves[0].number, self._first(moves)), 0.0
+            self._setting_out = _SettingOut(moves[0].number, self._first(moves))
+            # Without stops all short moves together are over sooner by so much at the most.
+            gain_s = sum(_alone_s(move) for move in moves if move.length_s < SHORT_S)
+            self._waits_s = min(WORTH_WAITING * gain_s, MOST_WAIT_S)
         return self._setting_out
 
     @property
@@ -317,7 +323,9 @@ def _alone_s(move: Move) -> float:
 
 def _are_short(waiting: deque[Move]) -> bool:
     """Whether moves that wait are to be planned together before the robot sets out."""
-    return len(waiting) > 1 and waiting[0].length_s < SHORT_S and may_blend(waiting[0], waiting[1])
+    if len(waiting) < 2 or waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
+        return False
+    return _alone_s(waiting[0]) < LONG_ENOUGH_S
 
 
 def may_blend(first: Move, second: Move) -> bool:
