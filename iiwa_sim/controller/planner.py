@@ -248,6 +248,10 @@ class Planner:
         try:
             end = self._find(asked, flange, start, redundancy, keep_status=True)
         except Refused as unreachable:
+            d = self._description
+            longest = max(b - a for a, b in zip(d.position_min, d.position_max, strict=True))
+            if abs(kept - self._inverse.redundancy(start)) > longest:
+                raise  # no joint goes so far
             try:
                 return self._line(start, tcp_line, kept, own)
             except Refused:

@@ -51,7 +51,7 @@ def test_joint_moves_along_a_position_limit_blend_in_their_zones_and_keep_the_li
 @pytest.mark.requirement("FRC012", "FRC015")
 @pytest.mark.parametrize("way_mm", [0.001, 0.02, 0.3])
 @both
-def test_very_short_moves_between_long_ones_are_no_slower_than_stops_at_them(name: str, way_mm: float) -> None:
+def test_very_short_moves_between_long_ones_are_no_slower_than_stops(name: str, way_mm: float) -> None:
     recorder = recorder_of(name)
     recorder.lin(0.0, 100.0, 0.0, 20.0)
     recorder.lin(0.0, 0.0, way_mm, 20.0)
@@ -90,7 +90,8 @@ def digest(name: str, seed: int) -> str:
 
 @both
 def test_the_same_chain_is_the_same_bit_for_bit_in_another_process_too(name: str) -> None:
-    script = f"from tests.motion.test_tight_corners import digest; print(digest({name!r}, 3), digest({name!r}, 8))"
+    call = f"print(digest({name!r}, 3), digest({name!r}, 8))"
+    script = f"from tests.motion.test_tight_corners import digest; {call}"
     elsewhere = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=300
     )

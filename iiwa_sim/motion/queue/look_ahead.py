@@ -316,6 +316,8 @@ def _may_be_slower(gained_s: float, moves: Sequence[Move]) -> bool:
 
 def _alone_s(move: Move) -> float:
     """How long a move takes from rest to rest at the least; about, where it is no straight line of joints."""
+    if move.length_s == 0.0:
+        return 0.0
     part = 1.0 if len(move.path.coefficients) == 2 else ABOUT
     slopes = move.path.derivatives(ENDS)[1]
     return part * sum(Setting.of(move, slope).time_s(0.5) for slope in slopes)

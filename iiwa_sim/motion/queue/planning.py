@@ -43,7 +43,7 @@ SEAM = 5.0
 GROW = float(np.exp(1.0 / SEAM))
 LEAST_PART = 0.2
 SHORTEST_S = 1e-4
-"""So short is no cell: where what is left is hardly longer than those that are kept, it is too late to plan."""
+"""So short is no cell: where hardly more is left than the cells that are kept, it is too late to plan."""
 SMOOTH = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 
 
