@@ -25,7 +25,7 @@ TICKS_S = (0.001, 0.002)
 MEDIAN, P90, LARGEST = 1.04, 1.08, 1.15
 """What a planner is to stay below, of the time of the optimum."""
 KR_6_MARGIN = 1.06
-"""Missed: two corners of the KR 6 with small spheres take 1.18 and 1.21, one of them as long as exact stops."""
+"""Missed: two corners of the KR 6 with small spheres take 1.18 and 1.21, one as long as with a stop."""
 SLOWEST_MM_S = {"named R5 v1": 60.0, "named R60 v1": 280.0}
 """How fast at least the TCP is to pass named corners of the default robot."""
 
