@@ -155,9 +155,11 @@ class Planner:
         status = wanted if wanted in self._inverse.merging_statuses(start) else own
         line = self._line(start, tcp_line, self._inverse.redundancy(joints), status)
         if float(np.abs(np.subtract(line.end, joints)).max()) > SAME_RAD:
-            other = "with the arm bent another way, or a joint a turn away"
-            reason = f"a line to that pose ends in other joint positions, {other}"
-            raise Refused(ROBOT_CONFIGURATION, reason)
+            ends = "a line to that pose ends in other joint positions"
+            if self._inverse.status(line.end) != wanted:
+                reason = f"{ends}, with the arm bent another way: a singular pose lies between"
+                raise Refused(CROSSING_SINGULARITY, reason)
+            raise Refused(ROBOT_CONFIGURATION, f"{ends}, a joint a turn away")
         return self._plan(line, speed_rel, self._sphere(line.end, blending_mm, tool_in_flange))
 
     def with_acceleration(self, plan: Plan, cap: AccelerationCap | None) -> Plan:

@@ -78,7 +78,8 @@ def test_without_blending_the_robot_comes_to_its_target(robot: RosRobot, kind: s
     robot.gets(target(1, B), target(2, C))
     robot.runs_until_results(2)
     tcp = robot.tcp(B).translation
-    assert min(np.linalg.norm(np.subtract(robot.tcp(q).translation, tcp)) for q in robot.joints) < 1e-8
+    # It rests there between two ticks: what it creeps in half a tick is some 20 nm.
+    assert min(np.linalg.norm(np.subtract(robot.tcp(q).translation, tcp)) for q in robot.joints) < 1e-7
 
 
 def test_a_line_at_a_speed_in_m_s(robot: RosRobot) -> None:
