@@ -9,6 +9,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.iiwa.session import IiwaSession
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+CELLS = sorted(file for file in EXAMPLES.glob("*.toml") if file.name != "fleet.toml")
 TICK_S = 0.001
 DOWN = "3.14159265359 0 3.14159265359"
 """Orientation on the wire of a tool that points down."""

@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.cell import settings as cell_settings
 from iiwa_sim.cell.settings import OTHER_RANGES, SURFACE_RANGES, CellSettings
 from iiwa_sim.settings import Range
-from tests.cell.cells import EXAMPLES, SteppedDriver, cell_from
+from tests.cell.cells import CELLS, SteppedDriver, cell_from
 
 PAGE = (Path(__file__).parents[2] / "docs" / "cell.md").read_text()
 
@@ -59,6 +59,6 @@ def test_its_ranges_are_those_of_the_code(key: str, allowed: Range) -> None:
 
 
 def test_it_names_the_examples() -> None:
-    assert {f"../examples/{file.name}" for file in EXAMPLES.glob("*.toml")} == set(
+    assert {f"../examples/{file.name}" for file in CELLS} == set(
         re.findall(r"\((\.\./examples/[^)]*)\)", PAGE)
     )

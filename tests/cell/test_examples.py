@@ -7,7 +7,7 @@ import pytest
 
 from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.cell.summary import summary
-from tests.cell.cells import DOWN, EXAMPLES, SteppedDriver
+from tests.cell.cells import CELLS, DOWN, EXAMPLES, SteppedDriver
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def test_the_walls_push_the_peg_back_to_the_middle(peg: SteppedDriver, x_mm: flo
     assert (fx, fy) == pytest.approx((x_mm * half, -y_mm * half), rel=1e-3, abs=0.21 * half)
 
 
-@pytest.mark.parametrize("file", sorted(EXAMPLES.glob("*.toml")), ids=lambda file: file.name)
+@pytest.mark.parametrize("file", CELLS, ids=lambda file: file.name)
 def test_they_are_summed_up(file: object) -> None:
     cell = load_cell(str(file))
     told = summary(cell)
