@@ -145,6 +145,7 @@ class Connection(asyncio.BufferedProtocol):
         self._parts = bytearray()  # of a message that comes in several frames
         self._session: ClientSession | None = None  # until the WebSocket is open
         self._waiting: Waiting
+        self._refused = False  # what it began with
         self._heard = False  # a message, and nobody has been told
         self._unread = False  # what has been sent last
         self._due: asyncio.TimerHandle | None = None  # when a message of a topic may be sent
@@ -305,8 +306,13 @@ class Connection(asyncio.BufferedProtocol):
             self.close(POLICY_VIOLATION)
 
     def _take_apart(self) -> None:
-        bite, self._received = self._received[:BITE_BYTES], self._received[BITE_BYTES:]
+        length = BITE_BYTES
+        if self._session is None:  # what follows the request is looked at once that is answered
+            length = bytes(self._received[:BITE_BYTES]).find(b"\n") + 1 or BITE_BYTES
+        bite, self._received = self._received[:length], self._received[length:]
         self._websocket.receive_data(bytes(bite))
+        if (fault := self._websocket.handshake_exc) is not None and not self._refused:
+            self._refuse(str(fault.__cause__ or fault))
         for event in self._websocket.events_received():
             if isinstance(event, Request):
                 self._open(event)
@@ -322,12 +328,18 @@ class Connection(asyncio.BufferedProtocol):
         refusal = self._server.access.refusal(headers.get_all("Host"), headers.get_all("Origin"))
         if refusal is None:
             response = self._websocket.accept(request)
+            if (fault := self._websocket.handshake_exc) is not None:
+                self._refuse(str(fault))
         else:
             response = self._websocket.reject(FORBIDDEN, f"{refusal}\n")
-            logger.warning("%s refused: %s", self._name, refusal, extra=self._mark)
+            self._refuse(refusal)
         self._websocket.send_response(response)
         if self._websocket.state is State.OPEN:
             if self._limit is not None:
                 self._limit.cancel()
             self._session, self._waiting = self._server.open_session(self._name, self._share.ask_later)
             logger.info("%s connected", self._name, extra=self._mark)
+
+    def _refuse(self, reason: str) -> None:
+        self._refused = True
+        logger.warning("%s refused: %s", self._name, reason, extra=self._mark)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Callable
 
+import pytest
 from websockets.asyncio.client import connect
 
 from iiwa_sim.ros.rosbridge.outbox import Outbox
@@ -47,4 +49,59 @@ async def test_all_that_waits_is_sent_also_where_there_is_time_for_one_message_a
             await client.send(word)
             heard = [await client.recv() for _ in range(10)]
             assert heard == [f"{word} {k}" for k in range(5)] + [f"result {k}" for k in range(5)]
+    await server.close()
+
+
+OPENING = (
+    b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("said", "status", "told"),
+    [
+        (OPENING.replace(b"Host: 127.0.0.1", b"Host: evil.example"), b"403", "the host 'evil.example'"),
+        (b"GET / HTTP/1.1\r\n\r\n", b"403", "0 headers Host: expected one"),
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"426", "Connection"),
+        (b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n", None, "request body"),
+        (b"hello\r\n", None, "HTTP request line"),
+    ],
+)
+@pytest.mark.parametrize("more", [b"", b"stop\r\n", b"\xff" * 1000])
+async def test_what_opens_no_websocket_is_refused_in_one_line(
+    said: bytes, status: bytes | None, told: str, more: bytes, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Whatever comes behind it, at once: it was an assertion of the library's, with a traceback, or nothing."""
+
+    def open_session(_name: str, wake: Callable[[], None]) -> tuple[Counting, Outbox]:
+        raise AssertionError("no session should be opened")
+
+    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, budget=Budget())
+    await server.start()
+    async with asyncio.timeout(DEADLINE_S):
+        reader, writer = await asyncio.open_connection(*server.address)
+        writer.write(said + more)
+        answer = await reader.read()
+        writer.close()
+    await server.close()
+    assert answer.split()[1:2] == ([] if status is None else [status])
+    assert len(caplog.records) == 1, caplog.text
+    assert re.search(f"refused: .*{told}", caplog.text)
+    assert "Traceback" not in caplog.text
+
+
+async def test_frames_right_behind_the_opening_are_heard() -> None:
+    def open_session(_name: str, wake: Callable[[], None]) -> tuple[Counting, Outbox]:
+        outbox = Outbox(wake)
+        return Counting(outbox), outbox
+
+    server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, budget=Budget())
+    await server.start()
+    async with asyncio.timeout(DEADLINE_S):
+        reader, writer = await asyncio.open_connection(*server.address)
+        writer.write(OPENING + b"\x81\x83\0\0\0\0one")
+        assert b" 101 " in await reader.readuntil(b"\r\n\r\n")
+        assert await reader.readexactly(7) == b"\x81\x05one 0"
+        writer.close()
     await server.close()
