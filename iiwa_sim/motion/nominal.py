@@ -140,7 +140,7 @@ class Nominal:
     def _look_ahead(self) -> None:
         """Head for the next point of a path that is pursued."""
         pursuit = self._pursuit
-        if pursuit is None or pursuit.ends:
+        if pursuit is None or (pursuit.ends and not self._not_taken_over):
             return
         self._ticks += 1
         if self._ticks < self._replan_ticks:
