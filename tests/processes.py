@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -42,3 +43,14 @@ def running(
             yield Process(process, int(line.rsplit(":", 1)[1]))
         finally:
             process.kill()
+
+
+@contextmanager
+def killed_unless_done(process: Process) -> Iterator[None]:
+    """A bound for what waits for a process to do or write something, which then sees its end."""
+    timer = threading.Timer(DEADLINE_S, process.process.kill)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()

@@ -19,7 +19,7 @@ from iiwa_sim.ros.conventions import RESULT_TYPES
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
-from tests.processes import IIWA_SIM, Process, running
+from tests.processes import IIWA_SIM, Process, killed_unless_done, running
 from tests.ros1_tools import (
     SYSTEM_PYTHON,
     Terminal,
@@ -256,7 +256,7 @@ def test_without_descriptors_the_node_waits_and_serves_again(environment: Termin
         assert robot.process.stdout is not None
         robot.process.stdout.readline()
         with Iiwa("127.0.0.1", robot.port) as telnet:
-            with ExitStack() as idle:
+            with killed_unless_done(robot), ExitStack() as idle:
                 at = environment.node_at() if knocked_at == "XML-RPC" else environment.service_at("/get_io")
                 beyond = 0
                 while beyond < 5:

@@ -72,9 +72,9 @@ OPENING = (
 async def test_what_opens_no_websocket_is_refused_in_one_line(
     said: bytes, status: bytes | None, told: str, more: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Whatever comes behind it, at once: it was an assertion of the library's, with a traceback, or nothing."""
+    """Whatever comes behind it at once; it was a traceback out of the library, or nothing at all."""
 
-    def open_session(_name: str, wake: Callable[[], None]) -> tuple[Counting, Outbox]:
+    def open_session(_name: str, _wake: Callable[[], None]) -> tuple[Counting, Outbox]:
         raise AssertionError("no session should be opened")
 
     server = RosbridgeServer(open_session, "127.0.0.1", 0, lambda: None, budget=Budget())
