@@ -26,7 +26,9 @@ BATCH_S = 1.0
 SHORT_S = 0.05
 """Where the first move takes less at its full speed, and less than"""
 LONG_ENOUGH_S = 0.2
-"""alone, some are planned together before the robot sets out, as many as take"""
+"""alone, but more than"""
+TINY_S = 0.035
+"""so that there is something to gain, some are planned together before the robot sets out, as many as take"""
 ENOUGH_S = 0.3
 """so long,"""
 MOST_AT_FIRST = 12
@@ -327,7 +329,7 @@ def _are_short(waiting: deque[Move]) -> bool:
     """Whether moves that wait are to be planned together before the robot sets out."""
     if len(waiting) < 2 or waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
         return False
-    return _alone_s(waiting[0]) < LONG_ENOUGH_S
+    return TINY_S < _alone_s(waiting[0]) < LONG_ENOUGH_S
 
 
 def may_blend(first: Move, second: Move) -> bool:

@@ -41,6 +41,8 @@ MORE_EACH = 0.3
 """where a clock is kept that it is to be like, only so much more in each repair."""
 ROOM = 0.998
 """Of limits, which that clock keeps also in the end."""
+STUCK = 0.02
+"""Of what is beside it: a coefficient below is where nearly nothing moves any more."""
 KEPT_VELOCITY = 1.0009
 MU_FRESH, MU_WARM, MU_END, CUT = 2.0, 0.3, 0.003, 0.3
 
@@ -133,6 +135,9 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
             if spent >= chunk:
                 spent = 0
                 yield
+        if _lifted(c, fixed):
+            mu_start = 0.05
+            continue
         inner_loads(*rows.inside, c, loads)
         over_allowed = (loads - allowed).max(axis=0).tolist()
         excess = 1.0 + max(
@@ -149,6 +154,18 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
         tightened(*rows[:7], tight, *bounds)
         mu_start = 0.05
     return _best(best, c, fixed)
+
+
+def _lifted(c: Array, fixed: int) -> bool:
+    """Whether steps have led to where the chain all but stands still for a knot: there it keeps all limits,
+    and none leads out. Such coefficients are then like those beside them."""
+    beside = 0.5 * (c[:-2] + c[2:])
+    stuck = c[1:-1] < STUCK * beside
+    stuck[: max(fixed - 1, 0)] = False
+    if not stuck.any():
+        return False
+    c[1:-1][stuck] = 0.5 * beside[stuck]
+    return True
 
 
 def _best(best: tuple[float, Array, float] | None, c: Array, fixed: int) -> bool:
