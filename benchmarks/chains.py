@@ -14,6 +14,8 @@ from benchmarks.lines import LARGEST_TURN_RAD, random_joints
 from benchmarks.time_optimal import Array, apart, derivatives, fastest_along_s
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.requests import Kind as How
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.robot.model import Model
@@ -164,7 +166,7 @@ def time_optimum_s(
 
 def _command(lin: bool, target: Frame, speed_rel: float, radius_mm: float) -> Command:
     def send(controller: Controller, blending: bool) -> int:
-        move = controller.lin_move if lin else controller.ptp_move
-        return move(target, speed_rel, radius_mm if blending else 0.0)
+        kind = How.LIN if lin else How.PTP
+        return controller.move(MoveRequest(kind, target, speed_rel, radius_mm if blending else 0.0))
 
     return send

@@ -2,7 +2,7 @@
 
 import gc
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from statistics import median
 from time import thread_time
 
@@ -11,6 +11,8 @@ from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, MoveRequest
+from iiwa_sim.controller.requests import Kind as How
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.description import load_robot
 
@@ -23,6 +25,10 @@ STIFFNESS_N_PER_M = 2000.0
 STIFFNESS_NM_PER_RAD = 300.0
 WEIGHED_DOWN_N = (0.0, 0.0, -10.0, 0.0, 0.0, 0.0)  # balanced, so that the TCP presses with 10 N
 RADIUS_M = 0.005  # of the sphere that touches the table, which its middle then does
+
+
+def _joint_move(joints: Sequence[float], speed_rel: float) -> MoveRequest:
+    return MoveRequest(How.PTP, joints, speeds=[speed_rel] * 7, blending=JOINT_BLENDING)
 
 
 def measure() -> list[Figure]:
@@ -39,34 +45,36 @@ def measure() -> list[Figure]:
     )
 
     def joint() -> None:
-        robot.joint_move([q + chance.uniform(-0.4, 0.4) for q in home], [0.5] * 7)
+        robot.move(_joint_move([q + chance.uniform(-0.4, 0.4) for q in home], 0.5))
 
     def lin() -> None:
         x_mm = centre.x_mm + chance.uniform(-150, 50)
         y_mm = centre.y_mm + chance.uniform(-200, 200)
         z_mm = centre.z_mm + chance.uniform(-150, 50)
-        robot.lin_move(centre._replace(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm), 0.5, 0.0)
+        robot.move(MoveRequest(How.LIN, centre._replace(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm), 0.5))
 
     def slide() -> None:
         x_mm = centre.x_mm + chance.uniform(-150, 50)
         y_mm = centre.y_mm + chance.uniform(-200, 200)
-        pressing.lin_move(centre._replace(x_mm=x_mm, y_mm=y_mm), 0.5, 0.0)
+        pressing.move(MoveRequest(How.LIN, centre._replace(x_mm=x_mm, y_mm=y_mm), 0.5))
 
     def slide_softly() -> None:
         x_mm = centre.x_mm + chance.uniform(-150, 50)
         y_mm = centre.y_mm + chance.uniform(-200, 200)
-        yielding.lin_stiff_move(centre._replace(x_mm=x_mm, y_mm=y_mm), 0.5, STIFFNESS_N_PER_M, WEIGHED_DOWN_N)
+        target = centre._replace(x_mm=x_mm, y_mm=y_mm)
+        compliance = Compliance(STIFFNESS_N_PER_M, WEIGHED_DOWN_N)
+        yielding.move(MoveRequest(How.LIN, target, 0.5, compliance=compliance))
 
     def hold() -> None:
         """Hold the joints against a push that changes, down and to the sides."""
         if not held.moving:
-            held.start_gravity(STIFFNESS_NM_PER_RAD)
+            held.move(MoveRequest(How.HOLD, hold_nm_per_rad=STIFFNESS_NM_PER_RAD))
         sideways_n, down_n = chance.uniform(-5, 5), chance.uniform(10, 30)
         held.load.wrench = (0.0, sideways_n, down_n, 0.0, 0.0, 0.0)  # the TCP's z axis points down
 
     def back_home() -> None:
         robot.stop()
-        robot.joint_move(home, [1.0] * 7)
+        robot.move(_joint_move(home, 1.0))
         while robot.moving:
             robot.step()
 

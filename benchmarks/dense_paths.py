@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.told import Joints, Told, run
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.requests import Kind as How
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 
@@ -80,7 +82,7 @@ def told(robot: str, path: str, tick_s: float = TICK_S) -> tuple[Controller, lis
     def at(corner: Points) -> Frame:
         return middle._replace(y_mm=middle.y_mm + float(corner[0]), z_mm=middle.z_mm + float(corner[1]))
 
-    controller.ptp_move(at(corners[0]), 1.0, 0.0)
+    controller.move(MoveRequest(How.PTP, at(corners[0])))
     while controller.moving:
         controller.step()
     start = controller.joints

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.planner import JOINT_BLENDING, Plan, Planner
+from iiwa_sim.controller.planner import Plan, Planner
+from iiwa_sim.controller.requests import JOINT_BLENDING
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.queue.chain import Chain
 from iiwa_sim.motion.queue.move import Move

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import Frame
 
 Joints = tuple[float, ...]
@@ -50,10 +51,12 @@ class Told(NamedTuple):
         """Sends it, with its blending or without; gives its number, or raises `Refused`."""
         if self.kind == "joint":
             joints = tuple(self.target)
-            return controller.joint_move(joints, [self.speed_rel] * len(joints))
-        target = Frame(*self.target)
-        move = controller.lin_move if self.kind == "lin" else controller.ptp_move
-        return move(target, self.speed_rel, self.blending_mm if blending else 0.0)
+            speeds = [self.speed_rel] * len(joints)
+            return controller.move(MoveRequest(Kind.PTP, joints, speeds=speeds, blending=JOINT_BLENDING))
+        target, kind = Frame(*self.target), Kind.LIN if self.kind == "lin" else Kind.PTP
+        return controller.move(
+            MoveRequest(kind, target, self.speed_rel, self.blending_mm if blending else 0.0)
+        )
 
 
 def run(

@@ -14,6 +14,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import RobotDescription
+from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.blended_path import Joints, Run, Sent
 from tests.stepped import SteppedRobot
 
@@ -367,12 +368,12 @@ def _random_parts(seed: int, count: int) -> tuple[float, ...]:
 def _order(kind: str, joints: Joints, frame: Frame, speeds: Joints, blending_mm: float) -> Order:
     speed, a3 = speeds[0], joints[2]
     orders: dict[str, Order] = {
-        "joint": lambda c, _: c.joint_move(joints, speeds),
-        "ptp": lambda c, blend: c.ptp_move(frame, speed, blending_mm * blend),
-        "ptpr": lambda c, blend: c.ptp_move(frame, speed, blending_mm * blend, a3),
-        "lin": lambda c, blend: c.lin_move(frame, speed, blending_mm * blend),
-        "linr": lambda c, blend: c.lin_move(frame, speed, blending_mm * blend, a3),
-        "lin joint": lambda c, blend: c.lin_joint_move(joints, speed, blending_mm * blend),
+        "joint": lambda c, _: c.move(joint_move(joints, speeds)),
+        "ptp": lambda c, blend: c.move(ptp_move(frame, speed, blending_mm * blend)),
+        "ptpr": lambda c, blend: c.move(ptp_move(frame, speed, blending_mm * blend, a3)),
+        "lin": lambda c, blend: c.move(lin_move(frame, speed, blending_mm * blend)),
+        "linr": lambda c, blend: c.move(lin_move(frame, speed, blending_mm * blend, a3)),
+        "lin joint": lambda c, blend: c.move(lin_joint_move(joints, speed, blending_mm * blend)),
     }
     return orders[kind]
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.dialect.wire.table import Command, load_table
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from tests.dialect.fake_robot import Conversation, Journal
@@ -33,13 +34,13 @@ class AsSeven:
         self._count = len(controller.joints)
 
     def __getattr__(self, name: str) -> Any:
-        found = getattr(self._controller, name)
-        if not name.endswith("joint_move"):
-            return found
-        return lambda joints, *others: found(joints[: self._count], *map(self._as_many, others))
+        return getattr(self._controller, name)
 
-    def _as_many(self, value: Any) -> Any:
-        return value[: self._count] if isinstance(value, tuple) else value
+    def move(self, request: MoveRequest) -> int:
+        if not isinstance(request.target, Frame):
+            target, speeds = request.target[: self._count], request.speeds[: self._count]
+            request = request._replace(target=target, speeds=speeds)
+        return self._controller.move(request)
 
 
 class Mix:
@@ -93,16 +94,16 @@ class Mix:
             controller.release_emergency_stop()
             line = "reset error"
         waiting, mode = set(self._still_pending()), controller.mode
-        before = controller._accepted
+        before = controller.accepted
         reply = self._conversation.ask(line)
         self.said.append((controller.tick, line, reply))
         assert not self.journal.faults, line
         if reply in ("error", "unknown command"):
             assert waiting == set(self._still_pending()), line
-            assert (controller.mode, controller._accepted) == (mode, before)
+            assert (controller.mode, controller.accepted) == (mode, before)
         if line in ("stop", "cancel move", "clear queue") or line.startswith(HOLD):
             robot.may_stop()
-        self._pending |= set(range(before + 1, controller._accepted + 1))
+        self._pending |= set(range(before + 1, controller.accepted + 1))
         robot.notice_mode()
         self._check()
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import RobotDescription
+from tests.asked import joint_move, lin_move, ptp_move
 from tests.stepped import SteppedRobot
 
 REACH = 0.75  # of the position limits: room for lines between the targets
@@ -38,15 +39,15 @@ class Move:
         speed = self.speeds_rel[0]
         try:
             if self.kind == "joint":
-                c.joint_move(joints, self.speeds_rel)
+                c.move(joint_move(joints, self.speeds_rel))
             elif self.kind == "ptp":
-                c.ptp_move(frame, speed, 10.0)
+                c.move(ptp_move(frame, speed, 10.0))
             elif self.kind == "ptpr":
-                c.ptp_move(frame, speed, 10.0, joints[2])
+                c.move(ptp_move(frame, speed, 10.0, joints[2]))
             elif self.kind == "lin":
-                c.lin_move(frame, speed, 10.0)
+                c.move(lin_move(frame, speed, 10.0))
             else:
-                c.lin_move(frame, speed, 10.0, joints[2])
+                c.move(lin_move(frame, speed, 10.0, joints[2]))
         except Refused:
             return False
         return True

@@ -16,6 +16,7 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.description import RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
+from tests.asked import joint_move
 
 Array = NDArray[np.float64]
 
@@ -138,7 +139,7 @@ class SteppedRobot:
 
     def goes_to(self, joints: Sequence[float]) -> None:
         """Runs to joint positions at full speed, and forgets how it came there."""
-        self.controller.joint_move(joints, [1.0] * len(joints))
+        self.controller.move(joint_move(joints, [1.0] * len(joints)))
         self.runs_until_stopped()
         self.joints, self.stopping, self.direct = [self.controller.joints], [False], [False]
         self.under_way = [0]

@@ -18,6 +18,7 @@ from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.dialect.wire.dialogue import Said
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
+from tests.asked import joint_move
 from tests.drivers import SCENES
 from tests.krc4_talking import Krc4Client
 from tests.talking import DEADLINE_S
@@ -210,7 +211,7 @@ async def test_inside_a_loop_time_is_awaited() -> None:
             simulator.advance(1.0)
         await simulator.clock.advance(1.0)
         assert simulator.state().tick == 500
-        simulator.call(lambda: simulator.controller.joint_move(THERE, SLOWLY))
+        simulator.call(lambda: simulator.controller.move(joint_move(THERE, SLOWLY)))
         assert await simulator.clock.run_until_stopped(60.0) > 9.0
         assert simulator.joints == tuple(map(float, THERE))
 

@@ -1,7 +1,13 @@
 """The emulated controller, stepped: it takes commands between ticks and moves the robot in them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from math import dist
 
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.wrench import Wrench
+from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.errors import (
     COMPONENT_NOT_READY,
     EMERGENCY_STOP,
@@ -11,19 +17,22 @@ from iiwa_sim.controller.errors import (
     Refused,
 )
 from iiwa_sim.controller.faults import DRIVES_OFF, PRESSED
-from iiwa_sim.controller.modes import (
-    SERVO_MODES,
-    Mode,
-)
+from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.io import Io
+from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, Mode
 from iiwa_sim.controller.moves import Moves
-from iiwa_sim.frames import Transform
+from iiwa_sim.controller.requests import MoveRequest
+from iiwa_sim.controller.status import RobotStatus, status_of
+from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.model import Model
 
 LEAST_OVERRIDE = 1e-6
 """Other than 0: less is no motion that anybody could see, and no number to divide by."""
 
 
-class Controller(Moves):
+class Controller:
     """One robot, in one of the modes of `iiwa_sim.controller.modes`.
 
     Normal moves are checked when they are accepted and run one after the other; a smart or direct move takes
@@ -33,9 +42,62 @@ class Controller(Moves):
     The same commands at the same ticks give the same motion.
     """
 
+    def __init__(
+        self,
+        description: RobotDescription,
+        tick_s: float,
+        *,
+        start: Joints | None = None,
+        tool_in_flange: Transform | None = None,
+        world: World | None = None,
+        noise: Noise | None = None,
+        io: Io | None = None,
+        servo_timeout_s: float | None = None,
+        on_fault: Callable[[int, str], None] | None = None,
+        on_contact: Callable[[Contact], None] | None = None,
+    ) -> None:
+        """At rest at `start` (rad, within the limits), None for home; the TCP is the robot's own for None.
+
+        The TCP touches the surfaces of `world`; the robot goes where it is sent, however hard it presses.
+        `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
+        16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
+        None for never. `on_fault` is told the code and the reason of what goes wrong between commands,
+        `on_contact` which force has ended a move. Raises `RobotFault` where the robot's folder does not fit
+        together, and ValueError for a timeout out of range.
+        """
+        if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
+            limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
+            raise ValueError(f"servo_timeout_s is {servo_timeout_s}, expected {limits}")
+        self.description = description
+        self.tick_s = tick_s
+        self.io = Io() if io is None else io
+        start = description.home if start is None else start
+        tool = description.tool_in_flange if tool_in_flange is None else tool_in_flange
+        model = Model(description)
+        self.load = ExternalLoad(model, tool, start, world, noise)
+        """What pushes the robot from outside, and what it touches."""
+        self._core = Core(model, tick_s, start, tool, self.load, servo_timeout_s, on_fault, on_contact)
+        self._moves = Moves(self._core)
+        self.endings = self._core.endings
+        """Tells its listeners how each move ended."""
+        self.step = self._core.step
+        """One tick."""
+
+    def move(self, request: MoveRequest) -> int:
+        """Take a move; gives its number. Raises `Refused`. How each kind is taken is said in `Moves.take`."""
+        return self._moves.take(request)
+
+    def check(self, request: MoveRequest) -> None:
+        """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
+        self._moves.check(request)
+
+    def record_error(self, code: int, reason: str) -> None:
+        """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
+        self._core.faults.record(code, reason)
+
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
-        self._halt(STOP_TRIGGERED, "stopped")
+        self._core.halt(STOP_TRIGGERED, "stopped")
 
     def cancel_move(self) -> None:
         """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
@@ -43,9 +105,9 @@ class Controller(Moves):
         In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
         robot is being stopped, nothing changes.
         """
-        self._check_hold()
+        self._moves.check_hold()
         with self.endings.because(STOP_TRIGGERED, "cancelled"):
-            self._motions.cancel()
+            self._core.motions.cancel()
 
     def clear_queue(self) -> None:
         """Forget the moves that wait; the one that runs ends at its target.
@@ -54,8 +116,8 @@ class Controller(Moves):
         robot stops on its path.
         """
         with self.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
-            self._motions.clear()
-        self._guards.keep(self.is_pending)
+            self._core.motions.clear()
+        self._core.guards.keep(self.is_pending)
 
     def set_override(self, override: float) -> None:
         """Run all motions at this part of their planned speed, from 0, a pause, to 1.
@@ -66,48 +128,48 @@ class Controller(Moves):
         """
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
-        self._motions.set_override(override)
+        self._core.motions.set_override(override)
 
     def reset_error(self) -> None:
         """End the state of error, and forget the last refusal.
 
         Raises `Refused` while the emergency stop is pressed.
         """
-        self._faults.reset()
+        self._core.faults.reset()
 
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
-        self._faults.press_emergency_stop()
-        self._halt(EMERGENCY_STOP, PRESSED)
-        self._tell(EMERGENCY_STOP, PRESSED)
+        self._core.faults.press_emergency_stop()
+        self._core.halt(EMERGENCY_STOP, PRESSED)
+        self._core.tell(EMERGENCY_STOP, PRESSED)
 
     def release_emergency_stop(self) -> None:
         """The error remains, to be reset."""
-        self._faults.release_emergency_stop()
+        self._core.faults.release_emergency_stop()
 
     def switch_drives(self, on: bool) -> None:
         """Off: stop as `stop` does, and take no moves until they are on again and the error reset."""
-        self._faults.switch_drives(on)
+        self._core.faults.switch_drives(on)
         if not on:
-            self._halt(COMPONENT_NOT_READY, DRIVES_OFF)
-            self._tell(COMPONENT_NOT_READY, DRIVES_OFF)
+            self._core.halt(COMPONENT_NOT_READY, DRIVES_OFF)
+            self._core.tell(COMPONENT_NOT_READY, DRIVES_OFF)
 
     def fail(self, code: int, reason: str) -> None:
         """Something goes wrong: stop as `stop` does, and take no moves until the error is reset."""
-        self._faults.fail(code, reason)
-        self._halt(code, reason)
-        self._tell(code, reason)
+        self._core.faults.fail(code, reason)
+        self._core.halt(code, reason)
+        self._core.tell(code, reason)
 
     def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
         """Refuse the next move outside of the state of error, whatever it asks for; None takes that back."""
-        self._faults.refuse_next(refusal)
+        self._core.faults.refuse_next(refusal)
 
     def time_out_servo(self) -> None:
         """Stop as if a servo mode had heard of no command for too long; raises `Refused` in other modes."""
         if self.mode not in SERVO_MODES:
             modes = " or ".join(mode.value for mode in SERVO_MODES)
             raise Refused(EXECUTION, f"the mode is {self.mode.value}: expected {modes}")
-        self._end_servo(f"no {self.mode.value} command in time: the robot stops")
+        self._core.end_servo(f"no {self.mode.value} command in time: the robot stops")
 
     def place(self, joints: Sequence[float]) -> None:
         """Be at rest at joint positions (rad), without a way there, in no mode.
@@ -115,14 +177,14 @@ class Controller(Moves):
         Raises `Refused` outside the limits, and while anything moves or waits.
         """
         checked = self.check_place(joints)
-        self._begin_anew(checked)
-        self._joints_before = checked
-        self.load.place(checked, self._tool_in_flange)
+        self._core.begin_anew(checked)
+        self._core.joints_before = checked
+        self.load.place(checked, self._core.tool_in_flange)
 
     def check_place(self, joints: Sequence[float]) -> Joints:
         """Raises `Refused` where `place` would; changes nothing."""
         self._check_rest()
-        return self._planner.joint_target(joints, [1.0] * len(joints))
+        return self._core.planner.joint_target(joints, [1.0] * len(joints))
 
     def set_tool(self, tool_in_flange: Transform) -> None:
         """Take the TCP to be there from now on, in no mode; raises `Refused` while anything moves or waits.
@@ -130,17 +192,128 @@ class Controller(Moves):
         What waits was planned with the tool before.
         """
         self._check_rest()
-        self._tool_in_flange = tool_in_flange
-        self._begin_anew(self.joints)
+        self._core.tool_in_flange = tool_in_flange
+        self._core.begin_anew(self.joints)
         self.load.place(self.joints, tool_in_flange)
-
-    def _begin_anew(self, joints: Joints) -> None:
-        """Have motions that know of nothing before, at rest at joint positions (rad), in no mode."""
-        override = self.override
-        self.mode = Mode.UNKNOWN
-        self._motions = self._motions_from(joints)
-        self._motions.set_override(override)
 
     def _check_rest(self) -> None:
         if self.moving:
             raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")
+
+    @property
+    def tick(self) -> int:
+        """How many there have been."""
+        return self._core.tick
+
+    @property
+    def mode(self) -> Mode:
+        """That of the last command: it changes with the command, also where the robot has to stop first."""
+        return self._core.mode
+
+    @property
+    def moving(self) -> bool:
+        """Whether anything moves, is being stopped, or waits, also for an override above 0."""
+        return self._core.motions.moving
+
+    @property
+    def joints(self) -> Joints:
+        """Joint positions (rad)."""
+        return self._core.motions.joints
+
+    @property
+    def override(self) -> float:
+        """The part of their planned speed at which all motions run or will run, 0..1."""
+        return self._core.motions.override
+
+    def is_pending(self, move: int) -> bool:
+        """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
+        return self._core.motions.is_pending(move)
+
+    def tool_frame(self) -> Frame:
+        """The TCP in the base."""
+        return self.tcp_frame_at(self.joints)
+
+    def tcp_frame_at(self, joints: Joints) -> Frame:
+        """The TCP in the base at joint positions (rad)."""
+        return Frame.from_transform(self._core.tcp(joints))
+
+    def cartesian_force(self) -> Wrench:
+        """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
+        return self._core.cartesian_force()
+
+    def status(self) -> RobotStatus:
+        """The state of the robot, as ROS-Industrial puts it."""
+        return status_of(self._core.faults, in_motion=self.moving and not self._core.motions.pausing)
+
+    @property
+    def last_error(self) -> ErrorRecord | None:
+        """What has stopped the robot and was not reset, else the last refused command since a reset."""
+        return self._core.faults.last
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the robot moves, and will stop without another command.
+
+        That is not so while an override of 0 pauses it, and in a gravity hold.
+        """
+        return self.moving and not self._core.motions.pausing and not self._core.motions.holding
+
+    @property
+    def accepted(self) -> int:
+        """Moves accepted since the start: the number of the newest one."""
+        return self._core.accepted
+
+    @property
+    def queue(self) -> int:
+        """How many moves wait behind the one that runs, or begins in the next tick."""
+        return self._core.motions.behind
+
+    def joint_velocity(self) -> tuple[float, ...]:
+        """Joint velocities (rad/s) in the last tick: the difference it made, over its time."""
+        last = zip(self.joints, self._core.joints_before, strict=True)
+        return tuple((now - before) / self.tick_s for now, before in last)
+
+    @property
+    def move_under_way(self) -> int:
+        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
+        return self._core.motions.under_way
+
+    def flange_frame(self) -> Frame:
+        """The flange in the base."""
+        return Frame.from_transform(self._core.model.flange(self.joints))
+
+    @property
+    def goal_joints(self) -> Joints:
+        """Joint positions (rad) at the end of the move under way, not the last of the queue.
+
+        In servo modes those of the target, during a stop those at which it ends, at rest the present ones.
+        """
+        return self._core.motions.goal
+
+    def goal_frame(self) -> Frame:
+        """The TCP in the base at `goal_joints`."""
+        return self.tcp_frame_at(self.goal_joints)
+
+    def distance_to_goal_mm(self) -> float:
+        """How far the TCP is from there, in a straight line (mm)."""
+        return 1e3 * dist(
+            self._core.tcp(self.joints).translation, self._core.tcp(self.goal_joints).translation
+        )
+
+    def joint_torque(self) -> tuple[float, ...]:
+        """The external torque on each joint (Nm)."""
+        return self.load.joint_torques(self.joints)
+
+    def tcp(self, joints: Joints | None = None) -> Transform:
+        """The pose of the TCP in the base at joint positions (rad), None for the present ones."""
+        return self._core.tcp(self.joints if joints is None else joints)
+
+    @property
+    def tool_in_flange(self) -> Transform:
+        """The pose of the TCP in the flange."""
+        return self._core.tool_in_flange
+
+    @property
+    def end_of_queue(self) -> Joints:
+        """Joint positions (rad) at which the next normal move begins."""
+        return self._moves.end_of_queue()

@@ -8,6 +8,7 @@ import numpy as np
 
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
@@ -29,8 +30,6 @@ from iiwa_sim.robot.nearest import (
     Unreachable,
 )
 
-JOINT_BLENDING = 0.1
-"""A joint move blends where each joint has less than this part of its largest way to go: the original's."""
 LEAST_SPEED_REL = 1e-6
 """Speeds below that are refused: a joint at less than a revolution in a week stands still for any client."""
 LONGEST_MOVE_S = 86400.0
@@ -79,6 +78,22 @@ class Planner:
         )
         self._lowest = np.array(description.position_min) - ROUNDING_RAD
         self._highest = np.array(description.position_max) + ROUNDING_RAD
+
+    def plan(self, request: MoveRequest, start: Joints, tool_in_flange: Transform) -> Plan:
+        """PTP or LIN as it is asked for, from joint positions (rad), with the TCP there in the flange."""
+        return self.with_acceleration(self._uncapped(request, start, tool_in_flange), request.acceleration)
+
+    def _uncapped(self, request: MoveRequest, start: Joints, tool: Transform) -> Plan:
+        target, speed, blending = request.target, request.speed, request.blending
+        if not isinstance(target, Frame):
+            if request.kind is Kind.LIN:
+                return self.lin_to_joints(start, target, speed, blending, tool)
+            return self.joint_line(start, target, request.speeds, blending)
+        if request.kind is Kind.PTP:
+            return self.ptp(start, target, speed, blending, request.redundancy, tool)
+        if request.tcp_speed_m_s is None:
+            return self.lin(start, target, speed, blending, request.redundancy, tool)
+        return self.lin_at(start, target, request.tcp_speed_m_s, blending, tool)
 
     def joint_line(
         self, start: Joints, joints: Sequence[float], speeds_rel: Sequence[float], blending_rel: float

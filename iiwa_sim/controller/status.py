@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from iiwa_sim.controller.faults import NO_CODE, Faults
+
 AUTOMATIC = 2
 """The mode in which a controller takes moves from a driver; it is in no other."""
 
@@ -20,3 +22,17 @@ class RobotStatus(NamedTuple):
     in_error: int
     error_code: int
     """The cause of the state of error, 0 outside of it."""
+
+
+def status_of(faults: Faults, *, in_motion: bool) -> RobotStatus:
+    """That of a robot with these faults."""
+    standing = faults.standing
+    return RobotStatus(
+        mode=AUTOMATIC,
+        e_stopped=int(faults.e_stopped),
+        drives_powered=int(faults.drives_powered),
+        motion_possible=int(standing is None),
+        in_motion=int(in_motion),
+        in_error=int(standing is not None),
+        error_code=NO_CODE if standing is None else standing.code,
+    )

@@ -7,6 +7,7 @@ import numpy as np
 from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.planner import ROUNDING_RAD, Planner
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array, JointLimits
@@ -19,7 +20,7 @@ LONGEST_APPROACH_S = 3600.0
 
 
 class Targets:
-    """Targets of one robot. Each method raises `Refused` for one that cannot be headed for.
+    """Targets of one robot. Its methods raise `Refused` for one that cannot be headed for.
 
     The mode, smart or direct, decides about limits of acceleration and jerk, and how near a target has to be.
     """
@@ -36,24 +37,18 @@ class Targets:
         }
         """Of each servo mode, at full speed."""
 
-    def joints(
-        self,
-        mode: Mode,
-        present: Joints,
-        moving: bool,
-        joints: Sequence[float],
-        speeds_rel: Sequence[float],
+    def find(
+        self, request: MoveRequest, mode: Mode, present: Joints, moving: bool
     ) -> tuple[Joints, JointLimits]:
-        """Joint positions (rad), at a relative speed of each, from the present ones, at rest or `moving`."""
-        target = self._planner.joint_target(joints, speeds_rel)
-        return self._checked(mode, present, moving, target, speeds_rel)
+        """The joint positions (rad) that a servo heads for from the present ones, at rest or `moving`.
 
-    def flange(
-        self, mode: Mode, present: Joints, moving: bool, flange: Frame, speed_rel: float
-    ) -> tuple[Joints, JointLimits]:
-        """The joint positions nearest to the present ones that bring the flange to a frame in the base."""
-        target = self._planner.flange_target(present, flange, speed_rel)
-        return self._checked(mode, present, moving, target, speed_rel)
+        For a frame in the base they are the nearest ones that bring the flange there.
+        """
+        if isinstance(request.target, Frame):
+            target = self._planner.flange_target(present, request.target, request.speed)
+            return self._checked(mode, present, moving, target, request.speed)
+        target = self._planner.joint_target(request.target, request.speeds)
+        return self._checked(mode, present, moving, target, request.speeds)
 
     def check_way_back(self, limits: JointLimits) -> None:
         """Raises `Refused` where a robot in motion that passes its path might take too long to come back."""

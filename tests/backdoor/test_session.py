@@ -29,6 +29,7 @@ from iiwa_sim.dialect.wire.wire_faults import (
     Split,
 )
 from iiwa_sim.frames import Frame
+from tests.asked import joint_move, smart_joint_move
 from tests.backdoor.bench import IIWA, KR_6, Bench
 
 TABLE = load_table("backdoor", 7)
@@ -128,9 +129,9 @@ def prepared(line: str, robot: str = IIWA) -> Bench:
     assert bench.tell("add plane : table 0 0 -10 0 0 0 1e5 0 0") == "done"
     before = PREPARED.get(line, "")
     if before == "smart":
-        bench.controller.smart_joint_move(place, [0.2] * len(place))
+        bench.controller.move(smart_joint_move(place, [0.2] * len(place)))
     elif before == "normal":
-        bench.controller.joint_move(place, [0.2] * len(place))
+        bench.controller.move(joint_move(place, [0.2] * len(place)))
     elif before:
         assert bench.tell(before) == "done"
     bench.robot.step(5)
@@ -314,7 +315,7 @@ def test_rubbish_is_an_error_and_changes_nothing(line: bytes) -> None:
 
 def test_a_robot_that_moves_is_not_placed_restored_saved_or_given_a_tool() -> None:
     bench = prepared("")
-    bench.controller.joint_move(PLACE, [0.2] * 7)
+    bench.controller.move(joint_move(PLACE, [0.2] * 7))
     bench.robot.step(20)
     before = bench.seen()
     for line in (
@@ -338,7 +339,7 @@ async def ticking() -> AsyncIterator[Bench]:
 
 async def test_time_passes_when_it_is_told_to_and_replies_wait_for_it(ticking: Bench) -> None:
     bench = ticking
-    bench.controller.joint_move(PLACE, [1.0] * 7)
+    bench.controller.move(joint_move(PLACE, [1.0] * 7))
     tick = bench.controller.tick
     bench.session.receive(b"advance : 0.1\nget clock\nrun until stopped : 20\nrun until stopped : 0\nhello\n")
     replies = []
@@ -356,7 +357,7 @@ async def test_time_passes_when_it_is_told_to_and_replies_wait_for_it(ticking: B
 
 async def test_a_robot_that_does_not_stop_in_time_and_a_time_out_of_range(ticking: Bench) -> None:
     bench = ticking
-    bench.controller.joint_move(PLACE, [0.1] * 7)
+    bench.controller.move(joint_move(PLACE, [0.1] * 7))
     with pytest.raises(Refused, match="still moves"):
         await bench.backdoor.run_until_stopped(0.1)
     with pytest.raises(Refused, match="expected 0 to 86400"):
@@ -377,7 +378,7 @@ async def test_who_goes_waits_for_no_time_any_more(ticking: Bench) -> None:
 
 def test_bye_ends_the_conversation_and_moves_nothing() -> None:
     bench = prepared("")
-    bench.controller.joint_move(PLACE, [0.1] * 7)
+    bench.controller.move(joint_move(PLACE, [0.1] * 7))
     bench.session.receive(b"bye\nemergency stop\n")
     assert bench.session.answer() == b"bye\r\n"
     assert bench.session.closing

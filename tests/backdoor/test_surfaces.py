@@ -8,6 +8,7 @@ import pytest
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.wire_faults import Drop
+from tests.asked import joint_move, lin_move, lin_stiff_move
 from tests.backdoor.bench import Bench
 
 STIFFNESS = 2e4  # N/m
@@ -27,7 +28,7 @@ def force(bench: Bench) -> float:
 
 def goes_down_to(bench: Bench, z_mm: float) -> None:
     here = bench.controller.tool_frame()
-    bench.controller.lin_move(here._replace(z_mm=z_mm), 0.5, 0.0)
+    bench.controller.move(lin_move(here._replace(z_mm=z_mm), 0.5, 0.0))
     bench.robot.runs_until_stopped()
 
 
@@ -51,7 +52,7 @@ def test_a_surface_that_came_later_pushes_back_and_one_that_went_does_not() -> N
 def test_a_robot_that_yields_feels_it_too() -> None:
     bench = above_a_floor()
     here = bench.controller.tool_frame()
-    bench.controller.lin_stiff_move(here._replace(z_mm=TOP_MM - 10.0), 0.2, 2000.0, (0.0,) * 6)
+    bench.controller.move(lin_stiff_move(here._replace(z_mm=TOP_MM - 10.0), 0.2, 2000.0, (0.0,) * 6))
     bench.robot.step(3000)
     deep_mm = TOP_MM - bench.controller.tool_frame().z_mm
     assert deep_mm == pytest.approx(10.0 * 2000.0 / (2000.0 + STIFFNESS), rel=0.02), "two springs in a row"
@@ -62,7 +63,7 @@ def test_a_robot_that_yields_does_so_at_its_new_tool() -> None:
     assert bench.tell("set tool : 0 0 300 0 0 0") == "done"
     assert bench.tell("push : 0 0 20 0 0 0") == "done"
     here = bench.controller.tool_frame()
-    bench.controller.lin_stiff_move(here, 0.2, 2000.0, (0.0,) * 6)
+    bench.controller.move(lin_stiff_move(here, 0.2, 2000.0, (0.0,) * 6))
     bench.robot.step(3000)
     there = bench.controller.tool_frame()
     gone_mm = [a - b for a, b in zip(there[:3], here[:3], strict=True)]
@@ -89,7 +90,7 @@ def test_a_state_comes_back_as_it_was() -> None:
     assert bench.backdoor.surfaces() == []
     assert bench.controller.override == 1.0
     assert bench.controller.tool_in_flange == bench.robot.description.tool_in_flange
-    bench.controller.joint_move([0.0, 0.4, 0.0, -1.2, 0.0, 1.5, 0.0], [1.0] * 7)
+    bench.controller.move(joint_move([0.0, 0.4, 0.0, -1.2, 0.0, 1.5, 0.0], [1.0] * 7))
     bench.robot.step(100)
     bench.controller.emergency_stop()
     bench.robot.runs_until_stopped(0.1)

@@ -25,6 +25,7 @@ from iiwa_sim.client import (
 )
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.table import load_table
+from tests.asked import joint_move, lin_move, lin_relative_move, ptp_move
 from tests.client.peers import Answer, Awaited, Peer
 from tests.dialect.fake_robot import FakeRobot, IiwaSession, Journal
 from tools.client_source import iiwa as client_source
@@ -150,13 +151,13 @@ def test_moves_arrive_as_they_were_called(connect):
     client.lin_tool_relative_move(FRAME, 0.5, 5)
     client.stop()
     assert robot.moves == [
-        ("lin", FRAME, 0.5, 0.0, None),
-        ("ptp", FRAME, 1e-5, 10.0, None),
-        ("lin", FRAME, 0.5, 0.0, 1.25),
-        ("ptp", FRAME, 0.5, 0.0, -1.25),
-        ("joint", JOINTS, SPEEDS),
-        ("ptp", (*FRAME[:3], math.pi, 0.0, 0.0), 0.5, 0.0, None),
-        ("lin relative", FRAME, 0.5, 5.0, True),
+        lin_move(FRAME, 0.5, 0.0),
+        ptp_move(FRAME, 1e-5, 10.0),
+        lin_move(FRAME, 0.5, 0.0, 1.25),
+        ptp_move(FRAME, 0.5, 0.0, -1.25),
+        joint_move(JOINTS, SPEEDS),
+        ptp_move((*FRAME[:3], math.pi, 0.0, 0.0), 0.5, 0.0),
+        lin_relative_move(FRAME, 0.5, 5.0, in_tool=True),
     ]
     assert robot.stops == 1
 

@@ -13,6 +13,7 @@ from iiwa_sim.contact.wrench import NO_WRENCH
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Transform, Vector, rotate
 from iiwa_sim.robot.description import load_robot
+from tests.asked import joint_move, lin_move, lin_stiff_move
 from tests.contact.materials import PLANE, RADIUS, STIFFNESS, at, surface
 from tests.stepped import ARMS, SteppedRobot, rotation_log
 
@@ -52,7 +53,7 @@ def test_in_free_space_there_is_none(world: World | None) -> None:
     for _ in range(3):
         assert controller.cartesian_force() == (0.0,) * 6
         assert controller.joint_torque() == (0.0,) * 7
-        controller.joint_move([0.1] * 7, [1.0] * 7)
+        controller.move(joint_move([0.1] * 7, [1.0] * 7))
         controller.step()
 
 
@@ -105,7 +106,7 @@ def test_pushes_and_touch_add_up() -> None:
 def test_damping_feels_the_speed_of_the_last_tick() -> None:
     controller = pressed(-0.002, damping=2.0)
     start = controller.tool_frame()
-    controller.lin_move(start._replace(z_mm=start.z_mm - 10.0), 1.0, 0.0)
+    controller.move(lin_move(start._replace(z_mm=start.z_mm - 10.0), 1.0, 0.0))
     speeds = []
     while controller.moving:
         before = controller.tool_frame().z_mm
@@ -125,7 +126,7 @@ def test_a_robot_that_has_slid_and_stands_keeps_its_friction() -> None:
     for _ in range(2):
         controller = pressed(0.001, friction=0.3, damping=0.5)
         target = controller.tool_frame()
-        controller.lin_move(target._replace(y_mm=target.y_mm + 30.0), 0.5, 0.0)
+        controller.move(lin_move(target._replace(y_mm=target.y_mm + 30.0), 0.5, 0.0))
         forces = []
         while controller.moving:
             controller.step()
@@ -178,7 +179,7 @@ def test_what_is_told_in_a_stiffness_move_is_what_acted_and_is_felt_once_in_each
     world = CountingWorld()
     controller = Controller(ROBOT.description, TICK_S, world=world)
     there = controller.tool_frame()
-    controller.lin_stiff_move(there._replace(y_mm=there.y_mm + 20.0), 0.5, 1000.0, NO_WRENCH)
+    controller.move(lin_stiff_move(there._replace(y_mm=there.y_mm + 20.0), 0.5, 1000.0, NO_WRENCH))
     controller.step()
     ticks = 0
     while controller.moving:

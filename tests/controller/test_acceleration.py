@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame
+from tests.asked import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
 from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
 
 Array = NDArray[np.float64]
@@ -44,14 +45,14 @@ class Robot(SteppedRobot):
         controller = self.controller
         if kind == "joint":
             joints = [q + 0.4 for q in self.home]
-            controller.joint_move(joints, [speed_rel] * len(joints), 0.0, acceleration=cap)
+            controller.move(joint_move(joints, [speed_rel] * len(joints), 0.0, acceleration=cap))
         elif kind == "ptp":
-            controller.ptp_move(self.aside, speed_rel, 0.0, acceleration=cap)
+            controller.move(ptp_move(self.aside, speed_rel, 0.0, acceleration=cap))
         elif kind == "smart":
             joints = [q + 0.4 for q in self.home]
-            controller.smart_joint_move(joints, [speed_rel] * len(joints), acceleration=cap)
+            controller.move(smart_joint_move(joints, [speed_rel] * len(joints), acceleration=cap))
         else:
-            controller.lin_move(self.aside, speed_rel, 0.0, acceleration=cap)
+            controller.move(lin_move(self.aside, speed_rel, 0.0, acceleration=cap))
         self.runs_until_stopped()
 
     def accelerations(self) -> Array:
@@ -125,8 +126,8 @@ def test_moves_that_blend_keep_each_its_own(
 ) -> None:
     robot = Robot(arm)
     for target, kind, share in zip((robot.aside, robot.farther), kinds, shares, strict=True):
-        move = robot.controller.ptp_move if kind == "ptp" else robot.controller.lin_move
-        move(target, 1.0, blending_mm, acceleration=relative(share))
+        move = ptp_move if kind == "ptp" else lin_move
+        robot.controller.move(move(target, 1.0, blending_mm, acceleration=relative(share)))
     robot.runs_until_stopped()
     used = (robot.accelerations() / robot.description.acceleration).max(axis=1)[1:-1]
     assert used.max() <= TOLERANCE * max(shares)
@@ -144,7 +145,7 @@ def test_moves_that_blend_keep_each_its_own(
 def test_an_acceleration_that_is_next_to_nothing_is_refused(cap: AccelerationCap) -> None:
     robot = Robot("lbr_iiwa_7_r800")
     with pytest.raises(Refused) as refused:
-        robot.controller.lin_move(robot.aside, 1.0, 0.0, acceleration=cap)
+        robot.controller.move(lin_move(robot.aside, 1.0, 0.0, acceleration=cap))
     assert refused.value.code == EXECUTION
     assert not robot.controller.moving
 
@@ -155,8 +156,8 @@ def test_a_line_in_m_s_to_where_the_tcp_is_is_done_at_once() -> None:
     here = robot.tcp_frame(robot.home)
     rounded = Frame(*(float(np.float32(value)) for value in here))
     for target in (here, rounded):
-        robot.controller.lin_move_at(target, 0.1, 0.0)
+        robot.controller.move(lin_move_at(target, 0.1, 0.0))
         robot.runs_until_stopped()
     turned = here._replace(gamma=here.gamma + 0.3)
     with pytest.raises(Refused, match="no speed in m/s"):
-        robot.controller.lin_move_at(turned, 0.1, 0.0)
+        robot.controller.move(lin_move_at(turned, 0.1, 0.0))

@@ -16,6 +16,8 @@ from iiwa_sim.controller.moves import LONGEST_QUEUE
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from tests import asked
+from tests.asked import joint_move, lin_move, ptp_move
 from tests.stepped import SteppedRobot
 
 FULL = [1.0] * 7
@@ -54,11 +56,11 @@ REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
 def test_a_refused_move_changes_nothing(command: str, parameters: tuple[Any, ...], code: int) -> None:
     bothered, left_alone = SteppedRobot(), SteppedRobot()
     for robot in (bothered, left_alone):
-        robot.controller.joint_move(AWAY, FULL)
-        robot.controller.lin_move(robot.tcp_frame(AWAY)._replace(z_mm=400.0), 0.5, 0.0)
+        robot.controller.move(joint_move(AWAY, FULL))
+        robot.controller.move(lin_move(robot.tcp_frame(AWAY)._replace(z_mm=400.0), 0.5, 0.0))
         robot.step(50)
     with pytest.raises(Refused) as refused:
-        getattr(bothered.controller, command)(*parameters)
+        bothered.controller.move(getattr(asked, command)(*parameters))
     assert refused.value.code == code
     assert refused.value.reason
     assert "\n" not in refused.value.reason
@@ -71,7 +73,7 @@ def test_a_refused_move_changes_nothing(command: str, parameters: tuple[Any, ...
 def test_moves_run_one_after_the_other_in_their_order() -> None:
     robot = SteppedRobot()
     targets = [[0.1 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0] for k in range(1, 6)]
-    numbers = [robot.controller.joint_move(target, FULL) for target in targets]
+    numbers = [robot.controller.move(joint_move(target, FULL)) for target in targets]
     assert numbers == sorted(numbers)
     passed = []
     for number in numbers:
@@ -89,7 +91,7 @@ def test_targets_are_absolute_wherever_the_robot_comes_from() -> None:
     for start in (AWAY, [0.0, 0.5, 0.2, -1.0, 0.3, 1.0, 0.0]):
         robot = SteppedRobot()
         robot.goes_to(start)
-        robot.controller.ptp_move(HOME, 1.0, 0.0)
+        robot.controller.move(ptp_move(HOME, 1.0, 0.0))
         robot.runs_until_stopped()
         reached.append(robot.controller.tool_frame())
     for frame in reached:
@@ -99,7 +101,7 @@ def test_targets_are_absolute_wherever_the_robot_comes_from() -> None:
 @pytest.mark.requirement("FRC016")
 def test_a_stop_discards_every_queued_move() -> None:
     robot = SteppedRobot()
-    numbers = [robot.controller.joint_move(target, FULL) for target in (AWAY, [0.0] * 7, AWAY)]
+    numbers = [robot.controller.move(joint_move(target, FULL)) for target in (AWAY, [0.0] * 7, AWAY)]
     robot.step(40)
     robot.stop()
     assert not any(robot.controller.is_pending(number) for number in numbers)
@@ -111,18 +113,18 @@ def test_the_queue_is_bounded_and_takes_moves_again_when_one_has_begun() -> None
     controller = Controller(load_robot(), 0.002)
     targets = ([0.0] * 7, [0.01] * 7)
     for k in range(LONGEST_QUEUE):
-        controller.joint_move(targets[k % 2], FULL)
+        controller.move(joint_move(targets[k % 2], FULL))
     with pytest.raises(Refused, match="waiting"):
-        controller.joint_move(targets[0], FULL)
+        controller.move(joint_move(targets[0], FULL))
     controller.step()
-    controller.joint_move(targets[0], FULL)
+    controller.move(joint_move(targets[0], FULL))
 
 
 @pytest.mark.requirement("FRC017", "FRC018", "FRA103")
 def test_it_starts_in_the_tick_after_the_command_and_says_where_it_is() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    controller.joint_move(AWAY, FULL)
+    controller.move(joint_move(AWAY, FULL))
     assert controller.moving
     before = controller.joints
     controller.step()
@@ -138,8 +140,8 @@ def test_it_starts_in_the_tick_after_the_command_and_says_where_it_is() -> None:
 def test_whatever_the_numbers_a_move_is_accepted_or_refused(values: tuple[float, ...]) -> None:
     controller = Controller(load_robot(), 0.002)
     frame, (speed, blending, redundancy) = Frame(*values[:6]), values[6:]
-    for move in (controller.ptp_move, controller.lin_move):
+    for move in (ptp_move, lin_move):
         try:
-            move(frame, speed, blending, redundancy)
+            controller.move(move(frame, speed, blending, redundancy))
         except Refused:
             assert not controller.moving

@@ -18,6 +18,7 @@ from iiwa_sim.controller.errors import (
     SUCCESS,
     Refused,
 )
+from tests.asked import gravity_hold, joint_move, lin_move_at, ptp_force_move, smart_joint_move
 from tests.programs import programs, run
 from tests.stepped import ARMS, SteppedRobot
 
@@ -41,14 +42,14 @@ def robot() -> SteppedRobot:
 
 def test_moves_end_at_their_targets_in_order(robot: SteppedRobot, endings: list[Ending]) -> None:
     for target in (NEAR, HOME, HOME, NEAR):
-        robot.controller.joint_move(target, SPEEDS)
+        robot.controller.move(joint_move(target, SPEEDS))
     robot.runs_until_stopped()
     assert endings == [Ending(number, SUCCESS, "") for number in (1, 2, 3, 4)]
 
 
 def test_a_move_that_blends_ends_where_the_next_begins(robot: SteppedRobot, endings: list[Ending]) -> None:
-    first = robot.controller.joint_move(NEAR, SPEEDS)
-    robot.controller.joint_move(FAR, SPEEDS)
+    first = robot.controller.move(joint_move(NEAR, SPEEDS))
+    robot.controller.move(joint_move(FAR, SPEEDS))
     while not endings:
         assert robot.controller.is_pending(first)
         robot.step()
@@ -66,11 +67,11 @@ def _emergency(robot: SteppedRobot) -> None:
 
 
 def _smart(robot: SteppedRobot) -> None:
-    robot.controller.smart_joint_move(NEAR, SPEEDS)
+    robot.controller.move(smart_joint_move(NEAR, SPEEDS))
 
 
 def _gravity(robot: SteppedRobot) -> None:
-    robot.controller.start_gravity(100.0)
+    robot.controller.move(gravity_hold(100.0))
 
 
 @pytest.mark.parametrize(
@@ -85,8 +86,8 @@ def _gravity(robot: SteppedRobot) -> None:
 def test_moves_that_are_stopped(
     robot: SteppedRobot, endings: list[Ending], act: Callable[[SteppedRobot], None], code: int, words: str
 ) -> None:
-    robot.controller.joint_move(FAR, SPEEDS)
-    robot.controller.joint_move(NEAR, SPEEDS)
+    robot.controller.move(joint_move(FAR, SPEEDS))
+    robot.controller.move(joint_move(NEAR, SPEEDS))
     robot.step(50)
     act(robot)
     assert [(ending.move, ending.code) for ending in endings] == [(1, code), (2, code)]
@@ -95,7 +96,7 @@ def test_moves_that_are_stopped(
 
 def test_one_is_cancelled_and_the_queue_is_cleared(robot: SteppedRobot, endings: list[Ending]) -> None:
     for target in (FAR, (-1.0, *NEAR[1:]), FAR, NEAR):
-        robot.controller.joint_move(target, SPEEDS)
+        robot.controller.move(joint_move(target, SPEEDS))
     robot.step(50)
     robot.cancel()
     assert [(ending.move, ending.code) for ending in endings] == [(1, STOP_TRIGGERED)]
@@ -110,20 +111,20 @@ def test_one_is_cancelled_and_the_queue_is_cleared(robot: SteppedRobot, endings:
 
 
 def test_a_servo_target_is_reached_replaced_or_given_up(robot: SteppedRobot, endings: list[Ending]) -> None:
-    robot.controller.smart_joint_move(FAR, SPEEDS)
+    robot.controller.move(smart_joint_move(FAR, SPEEDS))
     robot.step(20)
-    robot.controller.smart_joint_move(NEAR, SPEEDS)
+    robot.controller.move(smart_joint_move(NEAR, SPEEDS))
     assert [(ending.move, ending.code) for ending in endings] == [(1, STOP_TRIGGERED)]
     robot.step(200)
     assert endings[1:] == [Ending(2, SUCCESS, "")]
-    robot.controller.smart_joint_move(HOME, [0.01] * 7)
+    robot.controller.move(smart_joint_move(HOME, [0.01] * 7))
     robot.step(300)
     assert [(ending.move, ending.code) for ending in endings[2:]] == [(3, COMMUNICATION_FAILURE)]
 
 
 def test_a_force_ends_a_move_with_success_and_says_so(robot: SteppedRobot, endings: list[Ending]) -> None:
     tcp = robot.tcp_frame(NEAR)
-    robot.controller.ptp_force_move(tcp, 0.1, 0.0, (5.0, 5.0, 5.0))
+    robot.controller.move(ptp_force_move(tcp, 0.1, 0.0, (5.0, 5.0, 5.0)))
     robot.step(20)
     robot.controller.load.wrench = (0.0, 0.0, -20.0, 0.0, 0.0, 0.0)
     robot.step(2)
@@ -135,21 +136,21 @@ def test_a_force_ends_a_move_with_success_and_says_so(robot: SteppedRobot, endin
 def test_a_fault_in_a_tick_ends_all_moves(
     robot: SteppedRobot, endings: list[Ending], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    robot.controller.joint_move(FAR, SPEEDS)
-    robot.controller.joint_move(NEAR, SPEEDS)
+    robot.controller.move(joint_move(FAR, SPEEDS))
+    robot.controller.move(joint_move(NEAR, SPEEDS))
     robot.step(10)
 
     def fails() -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(robot.controller._motions, "step", fails)
+    monkeypatch.setattr(robot.controller._core.motions, "step", fails)
     with pytest.raises(ZeroDivisionError):
         robot.controller.step()
     assert [(ending.move, ending.code) for ending in endings] == [(1, EXECUTION), (2, EXECUTION)]
 
 
 def test_without_listeners_nothing_is_kept(robot: SteppedRobot) -> None:
-    robot.controller.joint_move(NEAR, SPEEDS)
+    robot.controller.move(joint_move(NEAR, SPEEDS))
     assert not robot.controller.endings.pending
 
 
@@ -160,7 +161,7 @@ def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> No
     told: list[Ending] = []
     robot.controller.endings.listeners.append(told.append)
     run(robot, data.draw(programs(robot.description)))
-    assert sorted(ending.move for ending in told) == list(range(1, robot.controller._accepted + 1))
+    assert sorted(ending.move for ending in told) == list(range(1, robot.controller.accepted + 1))
     assert {ending.code for ending in told} <= {SUCCESS, STOP_TRIGGERED}
 
 
@@ -168,22 +169,22 @@ def test_a_joint_move_blends_as_far_as_it_is_told(robot: SteppedRobot) -> None:
     passes = {}
     for blending_rel in (0.0, 0.1, 0.4):
         stepped = SteppedRobot()
-        stepped.controller.joint_move(FAR, SPEEDS, blending_rel)
-        stepped.controller.joint_move((FAR[0] + 0.5, *FAR[1:]), SPEEDS)
+        stepped.controller.move(joint_move(FAR, SPEEDS, blending_rel))
+        stepped.controller.move(joint_move((FAR[0] + 0.5, *FAR[1:]), SPEEDS))
         stepped.runs_until_stopped()
         passes[blending_rel] = min(np.abs(np.subtract(q, FAR)).max() for q in stepped.joints)
     assert passes[0.0] < 1e-8
     assert 1e-3 < passes[0.1] < 0.1 * 0.4
     assert passes[0.1] <= passes[0.4]
     with pytest.raises(Refused):
-        robot.controller.joint_move(FAR, SPEEDS, 1.1)
+        robot.controller.move(joint_move(FAR, SPEEDS, 1.1))
 
 
 @pytest.mark.parametrize("speed_m_s", [0.05, 0.2, 0.5])
 def test_the_tcp_of_a_line_comes_to_its_speed_and_not_beyond(speed_m_s: float, robot: SteppedRobot) -> None:
     start = robot.tcp_frame(HOME)
-    robot.controller.lin_move_at(
-        start._replace(y_mm=start.y_mm + 300.0, z_mm=start.z_mm - 100.0), speed_m_s, 0.0
+    robot.controller.move(
+        lin_move_at(start._replace(y_mm=start.y_mm + 300.0, z_mm=start.z_mm - 100.0), speed_m_s, 0.0)
     )
     robot.runs_until_stopped()
     places = np.array([robot.tcp(q).translation for q in robot.joints])
@@ -194,10 +195,10 @@ def test_the_tcp_of_a_line_comes_to_its_speed_and_not_beyond(speed_m_s: float, r
 def test_a_line_that_only_turns_has_no_speed_in_m_s(robot: SteppedRobot) -> None:
     start = robot.tcp_frame(HOME)
     with pytest.raises(Refused, match="only turns"):
-        robot.controller.lin_move_at(start._replace(alpha=start.alpha + 0.1), 0.1, 0.0)
+        robot.controller.move(lin_move_at(start._replace(alpha=start.alpha + 0.1), 0.1, 0.0))
     for speed in (0.0, -1.0, float("nan")):
         with pytest.raises(Refused, match="above 0"):
-            robot.controller.lin_move_at(start._replace(y_mm=100.0), speed, 0.0)
+            robot.controller.move(lin_move_at(start._replace(y_mm=100.0), speed, 0.0))
 
 
 def test_moves_that_a_stop_or_a_change_of_mode_throws_away_are_told_together() -> None:
@@ -207,12 +208,12 @@ def test_moves_that_a_stop_or_a_change_of_mode_throws_away_are_told_together() -
     home = robot.controller.joints
     away = (0.5, *home[1:])
     for joints in (away, home, away):
-        robot.controller.joint_move(joints, [1.0] * 7)
+        robot.controller.move(joint_move(joints, [1.0] * 7))
     robot.step(20)
-    robot.controller.smart_joint_move(home, [1.0] * 7)
+    robot.controller.move(smart_joint_move(home, [1.0] * 7))
     assert [moves for moves, _ in told] == [[1, 2, 3]]
     robot.step(20)
-    robot.controller.smart_joint_move(away, [1.0] * 7)
+    robot.controller.move(smart_joint_move(away, [1.0] * 7))
     assert len(told) == 1, "a newer target of the same mode is no news"
     robot.controller.stop()
     assert told[1] == ([5], "stopped")

@@ -19,6 +19,21 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
+from tests.asked import (
+    direct_joint_move,
+    gravity_hold,
+    joint_move,
+    lin_force_move,
+    lin_joint_move,
+    lin_move,
+    lin_move_at,
+    lin_stiff_move,
+    ptp_move,
+    ptp_relative_move,
+    ptp_stiff_move,
+    smart_cartesian_move,
+    smart_joint_move,
+)
 from tests.dialect.fake_robot import Conversation
 from tests.stepped import ROBOTS, SteppedRobot
 
@@ -102,20 +117,22 @@ class Extremes:
 
 
 COMMANDS: tuple[Callable[[Extremes, Controller], object], ...] = (
-    *[lambda x, c: c.joint_move(x.joints(), x.speeds(), x.one_of(0.0, 5e-324, 0.1, 1.0))] * 3,
-    *[lambda x, c: c.lin_move(x.frame(), x.speed(), x.blending())] * 2,
-    lambda x, c: c.lin_move(x.frame(), x.speed(), x.blending(), x.one_of(0.0, *LEAST, *LARGE)),
-    lambda x, c: c.lin_move_at(x.frame(), x.one_of(*SPEEDS, *LARGE), x.blending()),
-    lambda x, c: c.lin_joint_move(x.joints(), x.speed(), x.blending()),
-    *[lambda x, c: c.ptp_move(x.frame(), x.speed(), x.blending())] * 2,
-    lambda x, c: c.ptp_relative_move(Frame(*[x.one_of(*WAYS) for _ in range(6)]), 1.0, 1.0, in_tool=True),
-    lambda x, c: c.lin_force_move(x.frame(), x.speed(), 0.0, (None, None, x.one_of(*LEAST, *LARGE))),
-    *[lambda x, c: c.lin_stiff_move(x.frame(), x.speed(), x.one_of(*STIFFNESSES), x.force())] * 2,
-    *[lambda x, c: c.ptp_stiff_move(x.frame(), x.speed(), x.one_of(*STIFFNESSES), x.force())] * 2,
-    lambda x, c: c.start_gravity(x.one_of(*STIFFNESSES)),
-    *[lambda x, c: c.smart_joint_move(x.joints(), x.speeds())] * 3,
-    lambda x, c: c.smart_cartesian_move(x.frame(), x.speed()),
-    *[lambda x, c: c.direct_joint_move(x.joints(0.08), x.speeds())] * 2,
+    *[lambda x, c: c.move(joint_move(x.joints(), x.speeds(), x.one_of(0.0, 5e-324, 0.1, 1.0)))] * 3,
+    *[lambda x, c: c.move(lin_move(x.frame(), x.speed(), x.blending()))] * 2,
+    lambda x, c: c.move(lin_move(x.frame(), x.speed(), x.blending(), x.one_of(0.0, *LEAST, *LARGE))),
+    lambda x, c: c.move(lin_move_at(x.frame(), x.one_of(*SPEEDS, *LARGE), x.blending())),
+    lambda x, c: c.move(lin_joint_move(x.joints(), x.speed(), x.blending())),
+    *[lambda x, c: c.move(ptp_move(x.frame(), x.speed(), x.blending()))] * 2,
+    lambda x, c: c.move(
+        ptp_relative_move(Frame(*[x.one_of(*WAYS) for _ in range(6)]), 1.0, 1.0, in_tool=True)
+    ),
+    lambda x, c: c.move(lin_force_move(x.frame(), x.speed(), 0.0, (None, None, x.one_of(*LEAST, *LARGE)))),
+    *[lambda x, c: c.move(lin_stiff_move(x.frame(), x.speed(), x.one_of(*STIFFNESSES), x.force()))] * 2,
+    *[lambda x, c: c.move(ptp_stiff_move(x.frame(), x.speed(), x.one_of(*STIFFNESSES), x.force()))] * 2,
+    lambda x, c: c.move(gravity_hold(x.one_of(*STIFFNESSES))),
+    *[lambda x, c: c.move(smart_joint_move(x.joints(), x.speeds()))] * 3,
+    lambda x, c: c.move(smart_cartesian_move(x.frame(), x.speed())),
+    *[lambda x, c: c.move(direct_joint_move(x.joints(0.08), x.speeds()))] * 2,
     *[lambda x, c: c.set_override(x.one_of(*OVERRIDES))] * 3,
     lambda _, c: c.stop(),
     lambda _, c: c.cancel_move(),
@@ -134,11 +151,11 @@ def test_speeds_below_a_millionth_are_refused(speed: float) -> None:
     controller: Controller = SteppedRobot().controller
     frame, joints = controller.tool_frame(), controller.joints
     for ask in (
-        lambda: controller.joint_move(joints, [1.0] * 6 + [speed]),
-        lambda: controller.lin_move(frame, speed, 0.0),
-        lambda: controller.ptp_move(frame, speed, 0.0),
-        lambda: controller.ptp_stiff_move(frame, speed, 100.0, [0.0] * 6),
-        lambda: controller.smart_joint_move(joints, [1.0] * 6 + [speed]),
+        lambda: controller.move(joint_move(joints, [1.0] * 6 + [speed])),
+        lambda: controller.move(lin_move(frame, speed, 0.0)),
+        lambda: controller.move(ptp_move(frame, speed, 0.0)),
+        lambda: controller.move(ptp_stiff_move(frame, speed, 100.0, [0.0] * 6)),
+        lambda: controller.move(smart_joint_move(joints, [1.0] * 6 + [speed])),
     ):
         with pytest.raises(Refused, match="1e-06"):
             ask()
@@ -159,8 +176,8 @@ def test_a_joint_without_a_way_slows_no_other(robot: str) -> None:
     slow, fast = SteppedRobot(robot), SteppedRobot(robot)
     target = list(fast.controller.joints)
     target[0] += 0.3
-    slow.controller.joint_move(target, [1.0] + [1e-6] * (len(target) - 1))
-    fast.controller.joint_move(target, [1.0] * len(target))
+    slow.controller.move(joint_move(target, [1.0] + [1e-6] * (len(target) - 1)))
+    fast.controller.move(joint_move(target, [1.0] * len(target)))
     assert slow.runs_until_stopped() == fast.runs_until_stopped()
 
 

@@ -14,6 +14,16 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.robot.nearest import JOINT_LIMIT
+from tests.asked import (
+    direct_cartesian_move,
+    direct_joint_move,
+    joint_move,
+    lin_joint_move,
+    lin_move,
+    ptp_move,
+    smart_cartesian_move,
+    smart_joint_move,
+)
 from tests.dialect.fake_robot import Conversation
 from tests.stepped import SteppedRobot, assert_within_limits
 
@@ -21,19 +31,19 @@ AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
 FULL = [1.0] * 7
 
 MOVES: list[Callable[[Controller], object]] = [
-    lambda controller: controller.joint_move(AWAY, FULL),
-    lambda controller: controller.ptp_move(controller.tool_frame(), 1.0, 0.0),
-    lambda controller: controller.lin_move(controller.tool_frame(), 1.0, 0.0),
-    lambda controller: controller.lin_joint_move(controller.joints, 1.0, 0.0),
-    lambda controller: controller.smart_joint_move(AWAY, FULL),
-    lambda controller: controller.smart_cartesian_move(controller.flange_frame(), 1.0),
-    lambda controller: controller.direct_joint_move(controller.joints, FULL),
-    lambda controller: controller.direct_cartesian_move(controller.flange_frame(), 1.0),
+    lambda controller: controller.move(joint_move(AWAY, FULL)),
+    lambda controller: controller.move(ptp_move(controller.tool_frame(), 1.0, 0.0)),
+    lambda controller: controller.move(lin_move(controller.tool_frame(), 1.0, 0.0)),
+    lambda controller: controller.move(lin_joint_move(controller.joints, 1.0, 0.0)),
+    lambda controller: controller.move(smart_joint_move(AWAY, FULL)),
+    lambda controller: controller.move(smart_cartesian_move(controller.flange_frame(), 1.0)),
+    lambda controller: controller.move(direct_joint_move(controller.joints, FULL)),
+    lambda controller: controller.move(direct_cartesian_move(controller.flange_frame(), 1.0)),
 ]
 
 
 def times_out(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
-    robot.controller.smart_joint_move(AWAY, FULL)
+    robot.controller.move(smart_joint_move(AWAY, FULL))
     robot.step(26)
     return COMMUNICATION_FAILURE
 
@@ -42,8 +52,8 @@ def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
     def broken(_: Drive) -> None:
         raise ZeroDivisionError
 
-    robot.controller.joint_move(AWAY, FULL)
-    robot.controller.joint_move([0.0] * 7, FULL)
+    robot.controller.move(joint_move(AWAY, FULL))
+    robot.controller.move(joint_move([0.0] * 7, FULL))
     robot.step(50)
     with patch.context() as broken_for_a_tick:
         broken_for_a_tick.setattr(PlannedTime, "step_evenly", lambda _: False)
@@ -54,8 +64,8 @@ def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
 
 
 def is_stopped(robot: SteppedRobot, _: pytest.MonkeyPatch) -> int:
-    robot.controller.joint_move(AWAY, FULL)
-    robot.controller.joint_move([0.0] * 7, FULL)
+    robot.controller.move(joint_move(AWAY, FULL))
+    robot.controller.move(joint_move([0.0] * 7, FULL))
     robot.step(50)
     robot.controller.emergency_stop()
     robot.controller.release_emergency_stop()
@@ -123,13 +133,13 @@ def test_an_emergency_stop_has_to_be_released_before_the_reset() -> None:
 @pytest.mark.requirement("FRC026")
 def test_a_reset_while_the_robot_still_brakes_lets_the_next_move_begin_where_it_rests() -> None:
     robot = SteppedRobot()
-    robot.controller.joint_move(AWAY, FULL)
+    robot.controller.move(joint_move(AWAY, FULL))
     robot.step(100)
     robot.controller.emergency_stop()
     robot.notice_mode()
     robot.controller.release_emergency_stop()
     robot.controller.reset_error()
-    robot.controller.joint_move([0.0] * 7, FULL)
+    robot.controller.move(joint_move([0.0] * 7, FULL))
     robot.runs_until_stopped()
     assert robot.controller.joints == (0.0,) * 7
     assert_within_limits(robot)

@@ -20,6 +20,8 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
+from tests import asked
+from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move, ptp_move
 from tests.contact.materials import RADIUS, at, surface
 from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, line_errors
 
@@ -108,7 +110,7 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
     thresholds[axis] = threshold
     number = force_move(robot, kind)(target, speed, 0.0, tuple(thresholds))
     for each in (free, cancelled):
-        getattr(each.controller, f"{kind}_move")(target, speed, 0.0)
+        each.controller.move(getattr(asked, f"{kind}_move")(target, speed, 0.0))
     presses(robot, wall, 20000)
     tick = changed(wall, axis, threshold, at_command)
     (contact,) = robot.contacts
@@ -150,8 +152,8 @@ def test_down_onto_a_table_it_rests_where_stiffness_and_stop_distance_say(
         robot = SteppedRobot(world=World([table], RADIUS))
         robot.goes_to(START)
         here = robot.controller.tool_frame()
-        robot.controller.lin_force_move(
-            here._replace(z_mm=here.z_mm - 200.0), speed, 0.0, (threshold, 1e3, 1e3)
+        robot.controller.move(
+            lin_force_move(here._replace(z_mm=here.z_mm - 200.0), speed, 0.0, (threshold, 1e3, 1e3))
         )
         forces = []
         while robot.controller.moving:
@@ -178,7 +180,7 @@ def test_down_onto_a_table_it_rests_where_stiffness_and_stop_distance_say(
 
 
 def force_move(robot: SteppedRobot, kind: str) -> Callable[..., int]:
-    return getattr(robot.controller, f"{kind}_force_move")
+    return lambda *asked: robot.controller.move(getattr(asked, f"{kind}_force_move")(*asked))
 
 
 def test_repeated_runs_are_the_same_to_the_last_bit() -> None:
@@ -187,9 +189,11 @@ def test_repeated_runs_are_the_same_to_the_last_bit() -> None:
         robot = at_start()
         wall = Wall(robot, "z", 0.02, 2e4, NOTHING)
         here = robot.controller.tool_frame()
-        robot.controller.lin_force_move(here._replace(z_mm=here.z_mm - 100.0), 0.4, 0.0, (None, None, 1e3))
-        robot.controller.lin_force_move(here._replace(z_mm=here.z_mm - 80.0), 0.4, 0.0, (5.0, 5.0, 5.0))
-        robot.controller.lin_move(here, 0.4, 0.0)
+        robot.controller.move(
+            lin_force_move(here._replace(z_mm=here.z_mm - 100.0), 0.4, 0.0, (None, None, 1e3))
+        )
+        robot.controller.move(lin_force_move(here._replace(z_mm=here.z_mm - 80.0), 0.4, 0.0, (5.0, 5.0, 5.0)))
+        robot.controller.move(lin_move(here, 0.4, 0.0))
         presses(robot, wall)
         runs.append((robot.joints, robot.contacts, wall.forces))
     assert runs[0] == runs[1]
@@ -225,7 +229,7 @@ def test_in_free_space_force_moves_are_moves_like_others(
             force_move(guarded, kind)(end, speed, blending_mm, each)
         except Refused:  # a line that passes too close to a singular pose
             reject()
-        getattr(plain.controller, f"{kind}_move")(end, speed, blending_mm)
+        plain.controller.move(getattr(asked, f"{kind}_move")(end, speed, blending_mm))
     for robot in (guarded, plain):
         robot.runs_until_stopped()
     assert guarded.joints == plain.joints
@@ -240,11 +244,14 @@ def test_moves_behind_it_run_on_from_where_it_has_stopped() -> None:
     here = robot.controller.tool_frame()
     down, up = here._replace(z_mm=here.z_mm - 100.0), here._replace(z_mm=here.z_mm + 50.0)
     numbers = [
-        robot.controller.lin_force_move(down, 0.3, 10.0, (None, None, None)),
-        robot.controller.lin_force_move(down, 0.3, 10.0, (10.0, None, None)),
+        robot.controller.move(lin_force_move(down, 0.3, 10.0, (None, None, None))),
+        robot.controller.move(lin_force_move(down, 0.3, 10.0, (10.0, None, None))),
     ]
     robot.controller.cancel_move()
-    numbers += [robot.controller.lin_move(up, 0.5, 20.0), robot.controller.ptp_move(here, 0.5, 0.0)]
+    numbers += [
+        robot.controller.move(lin_move(up, 0.5, 20.0)),
+        robot.controller.move(ptp_move(here, 0.5, 0.0)),
+    ]
     while not robot.contacts:
         robot.step()
     pressed = len(robot.joints) - 1
@@ -294,17 +301,17 @@ def three_moves(robot: SteppedRobot) -> list[int]:
     c = robot.controller
     frame = c.tool_frame()._replace(y_mm=200.0)
     return [
-        c.joint_move(AWAY, [1.0] * 7),
-        c.ptp_force_move(frame, 1.0, 40.0, (None, None, 15.0)),
-        c.joint_move([0.0] * 7, [1.0] * 7),
+        c.move(joint_move(AWAY, [1.0] * 7)),
+        c.move(ptp_force_move(frame, 1.0, 40.0, (None, None, 15.0))),
+        c.move(joint_move([0.0] * 7, [1.0] * 7)),
     ]
 
 
 def test_a_push_that_began_before_the_move_did_ends_it_in_its_first_tick() -> None:
     robot = SteppedRobot()
     c = robot.controller
-    first = c.joint_move(AWAY, [1.0] * 7)
-    number = c.ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0))
+    first = c.move(joint_move(AWAY, [1.0] * 7))
+    number = c.move(ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0)))
     robot.step(10)
     pushed(robot, 20.0)
     while c.is_pending(first):
@@ -313,7 +320,9 @@ def test_a_push_that_began_before_the_move_did_ends_it_in_its_first_tick() -> No
     assert [contact.move for contact in robot.contacts] == [number]
     robot.runs_until_stopped()
     assert c.joints == pytest.approx(AWAY, abs=0.1)
-    again = c.ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0))  # now it is the offset
+    again = c.move(
+        ptp_force_move(robot.tcp_frame(START), 1.0, 0.0, (None, None, 15.0))
+    )  # now it is the offset
     robot.runs_until_stopped()
     assert [contact.move for contact in robot.contacts] == [number]
     assert again > number
@@ -336,12 +345,12 @@ def test_a_threshold_is_above_0_and_finite(kind: str, wrong: float, axis: int) -
 def test_a_stop_ends_a_force_move_like_any_other() -> None:
     robot = at_start()
     here = robot.controller.tool_frame()
-    robot.controller.lin_force_move(here._replace(y_mm=200.0), 1.0, 0.0, (None, None, 15.0))
+    robot.controller.move(lin_force_move(here._replace(y_mm=200.0), 1.0, 0.0, (None, None, 15.0)))
     robot.step(50)
     robot.stop()
     pushed(robot, 100.0)
     assert robot.runs_until_stopped() * robot.tick_s <= STOP_S
-    robot.controller.lin_move(here, 1.0, 0.0)
+    robot.controller.move(lin_move(here, 1.0, 0.0))
     pushed(robot, 0.0)
     robot.runs_until_stopped()
     assert robot.contacts == []
@@ -352,7 +361,7 @@ def test_what_ended_a_move_is_told_in_one_line() -> None:
     robot = at_start()
     pushed(robot, 0.25)
     here: Frame = robot.controller.tool_frame()
-    robot.controller.lin_force_move(here._replace(y_mm=200.0), 0.5, 0.0, (1.0, 1.0, 15.0))
+    robot.controller.move(lin_force_move(here._replace(y_mm=200.0), 0.5, 0.0, (1.0, 1.0, 15.0)))
     robot.controller.load.wrench = (3.0, 0.0, -20.125, 0.0, 0.0, 0.0)  # x is beyond thrice, z once
     robot.step()
     (contact,) = robot.contacts
@@ -398,14 +407,14 @@ def test_a_cancelled_servo_target_is_given_up_and_the_mode_stays(servo: str, nam
 
 
 def head_for(robot: SteppedRobot, servo: str, joints: list[float]) -> int:
-    return getattr(robot.controller, f"{servo}_joint_move")(joints, [1.0] * len(joints))
+    return robot.controller.move(getattr(asked, f"{servo}_joint_move")(joints, [1.0] * len(joints)))
 
 
 def test_moves_that_wait_for_a_servo_to_stop_are_the_queue() -> None:
     robot = at_start()
     head_for(robot, "smart", AWAY)
     robot.step(50)
-    numbers = [robot.controller.joint_move(target, [1.0] * 7) for target in (START, AWAY)]
+    numbers = [robot.controller.move(joint_move(target, [1.0] * 7)) for target in (START, AWAY)]
     assert robot.controller.queue == 2
     robot.cancel()
     assert all(map(robot.controller.is_pending, numbers)), "the robot was stopping"
@@ -413,6 +422,6 @@ def test_moves_that_wait_for_a_servo_to_stop_are_the_queue() -> None:
     assert robot.controller.queue == 0
     assert not any(map(robot.controller.is_pending, numbers))
     assert robot.runs_until_stopped() * robot.tick_s <= STOP_S
-    robot.controller.joint_move(START, [1.0] * 7)
+    robot.controller.move(joint_move(START, [1.0] * 7))
     assert rest_of(robot) == tuple(START)
     assert_within_limits(robot)

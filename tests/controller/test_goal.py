@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
 from tests import programs
+from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot
 
 FULL = [1.0] * 7
@@ -46,7 +47,7 @@ def test_in_a_chain_it_is_the_end_of_the_first_move_that_is_not_done(data: st.Da
         straight = item.kind.startswith("lin")
         try:
             for each, blending_mm in ((scout.controller, 0.0), (controller, 30.0)):
-                number = (each.lin_move if straight else each.ptp_move)(frame, 1.0, blending_mm)
+                number = each.move((lin_move if straight else ptp_move)(frame, 1.0, blending_mm))
         except Refused:
             continue
         scout.runs_until_stopped()
@@ -67,7 +68,7 @@ def test_in_a_chain_it_is_the_end_of_the_first_move_that_is_not_done(data: st.Da
 def test_the_distance_falls_to_nothing_on_a_line() -> None:
     robot = SteppedRobot()
     frame = robot.controller.tool_frame()
-    robot.controller.lin_move(frame._replace(y_mm=frame.y_mm + 150.0), 0.5, 0.0)
+    robot.controller.move(lin_move(frame._replace(y_mm=frame.y_mm + 150.0), 0.5, 0.0))
     distances = [robot.controller.distance_to_goal_mm()]
     while robot.controller.moving:
         robot.step()
@@ -81,14 +82,14 @@ def test_the_distance_falls_to_nothing_on_a_line() -> None:
 def test_of_a_servo_it_is_the_target_and_of_a_stop_its_end() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    controller.smart_joint_move(AWAY, FULL)
+    controller.move(smart_joint_move(AWAY, FULL))
     assert told(robot) == AWAY, "it has not begun to move"
     robot.step(80)
     assert told(robot) == AWAY
-    controller.smart_joint_move(ELSEWHERE, FULL)
+    controller.move(smart_joint_move(ELSEWHERE, FULL))
     assert told(robot) == ELSEWHERE
     robot.step(80)
-    controller.joint_move(AWAY, FULL)
+    controller.move(joint_move(AWAY, FULL))
     rest = told(robot)
     assert rest not in (AWAY, ELSEWHERE), "first the robot stops"
     while told(robot) == rest:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from math import inf, nan
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,17 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, transform_from_euler
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import OUT_OF_REACH
+from tests import asked
+from tests.asked import (
+    direct_joint_move,
+    gravity_hold,
+    joint_move,
+    lin_move,
+    lin_stiff_move,
+    ptp_force_move,
+    ptp_stiff_move,
+    smart_joint_move,
+)
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
@@ -59,7 +71,7 @@ def at_start(name: str = ARMS[0]) -> SteppedRobot:
 def deflected(name: str = ARMS[0]) -> SteppedRobot:
     """In the middle of a stiffness move, pushed off it, and swinging."""
     robot = at_start(name)
-    robot.controller.lin_stiff_move(robot.tcp_frame(PLACES[name][1]), 0.5, 800.0, NO_FORCE)
+    robot.controller.move(lin_stiff_move(robot.tcp_frame(PLACES[name][1]), 0.5, 800.0, NO_FORCE))
     robot.step(100)
     robot.controller.load.wrench = (30.0, -20.0, 10.0, 0.0, 1.0, 0.0)
     robot.step(30)
@@ -86,8 +98,8 @@ def assert_positions_and_velocities_within_limits(robot: SteppedRobot) -> None:
 def test_without_forces_a_stiffness_move_is_the_move_itself(name: str, kind: str) -> None:
     soft, stiff = at_start(name), at_start(name)
     target = soft.tcp_frame(PLACES[name][1])
-    getattr(soft.controller, f"{kind}_stiff_move")(target, 0.5, 100.0, NO_FORCE)
-    getattr(stiff.controller, f"{kind}_move")(target, 0.5, 0.0)
+    soft.controller.move(getattr(asked, f"{kind}_stiff_move")(target, 0.5, 100.0, NO_FORCE))
+    stiff.controller.move(getattr(asked, f"{kind}_move")(target, 0.5, 0.0))
     assert soft.controller.mode is Mode.IMPEDANCE
     assert soft.runs_until_stopped() == stiff.runs_until_stopped()
     assert soft.joints == stiff.joints
@@ -103,7 +115,7 @@ def test_a_push_moves_the_robot_off_its_line_and_it_comes_to_rest_beside_the_tar
 ) -> None:
     robot = at_start(name)
     target = robot.tcp_frame(PLACES[name][1])
-    robot.controller.lin_stiff_move(target, 0.5, stiffness, NO_FORCE)
+    robot.controller.move(lin_stiff_move(target, 0.5, stiffness, NO_FORCE))
     robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
     robot.runs_until_stopped()
     off = np.subtract(robot.controller.tool_frame()[:3], target[:3]) / 1000.0
@@ -123,11 +135,11 @@ def test_the_six_values_are_subtracted_from_what_acts() -> None:
     here = robot.controller.tool_frame()
     pushed = (5.0, -3.0, 4.0, 0.5, 0.0, -0.5)
     robot.controller.load.wrench = pushed
-    robot.controller.lin_stiff_move(here, 0.5, 1000.0, pushed)
+    robot.controller.move(lin_stiff_move(here, 0.5, 1000.0, pushed))
     robot.runs_until_stopped()
     np.testing.assert_allclose(robot.controller.tool_frame(), here, atol=1e-9)
     robot.controller.load.wrench = (0.0,) * 6
-    robot.controller.lin_stiff_move(here, 0.5, 1000.0, [0.0, 0.0, 10.0, 0.0, 0.0, 0.0])
+    robot.controller.move(lin_stiff_move(here, 0.5, 1000.0, [0.0, 0.0, 10.0, 0.0, 0.0, 0.0]))
     robot.runs_until_stopped()
     pose = here.to_transform()
     off = np.subtract(robot.controller.tool_frame().to_transform().translation, pose.translation)
@@ -146,7 +158,7 @@ def test_pressed_into_a_table_the_forces_balance(
     robot = touching(surface, 0.495, tick_s)
     robot.joints = [robot.controller.joints]
     target = robot.controller.tool_frame()._replace(z_mm=470.0)
-    robot.controller.lin_stiff_move(target, speed_rel, stiffness, NO_FORCE)
+    robot.controller.move(lin_stiff_move(target, speed_rel, stiffness, NO_FORCE))
     robot.runs_until_stopped(60.0)
     robot.step(round(2.0 / tick_s))
     depth_mm = 500.0 - robot.controller.tool_frame().z_mm
@@ -166,11 +178,11 @@ def test_a_change_of_stiffness_takes_effect_with_its_move_and_without_a_jump() -
     robot = at_start()
     robot.controller.load.wrench = (0.0, 20.0, 0.0, 0.0, 0.0, 0.0)
     here = robot.controller.tool_frame()
-    robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 1.0, 4000.0, NO_FORCE)
+    robot.controller.move(lin_stiff_move(robot.tcp_frame(AWAY), 1.0, 4000.0, NO_FORCE))
     robot.step(150)
-    robot.controller.lin_stiff_move(here, 1.0, 500.0, NO_FORCE)
+    robot.controller.move(lin_stiff_move(here, 1.0, 500.0, NO_FORCE))
     robot.runs_until_stopped()
-    robot.controller.lin_stiff_move(here, 1.0, 2000.0, NO_FORCE)  # nowhere to go, but another spring
+    robot.controller.move(lin_stiff_move(here, 1.0, 2000.0, NO_FORCE))  # nowhere to go, but another spring
     robot.runs_until_stopped()
     off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
     assert np.linalg.norm(off) == pytest.approx(10.0, rel=0.01)
@@ -188,7 +200,7 @@ def test_a_change_of_stiffness_takes_effect_with_its_move_and_without_a_jump() -
 def test_a_hold_deflects_by_torque_over_stiffness(name: str, stiffness: float) -> None:
     robot = at_start(name)
     start = PLACES[name][0]
-    robot.controller.start_gravity(stiffness)
+    robot.controller.move(gravity_hold(stiffness))
     torques = tuple(0.01 * stiffness * k for k in (1.0, -2.0, 0.5, 1.5, -0.5, 1.0, 2.0)[: len(start)])
     robot.controller.load.joint_push = torques
     robot.step(3000)
@@ -211,7 +223,7 @@ def test_a_hold_deflects_by_torque_over_stiffness(name: str, stiffness: float) -
 
 def test_a_hold_without_stiffness_is_guided_by_hand_and_stays_where_it_is_left() -> None:
     robot = at_start()
-    robot.controller.start_gravity(0.0)
+    robot.controller.move(gravity_hold(0.0))
     robot.controller.load.wrench = (10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     robot.step(500)
     robot.controller.load.wrench = (0.0,) * 6
@@ -226,7 +238,7 @@ def test_a_hold_without_stiffness_is_guided_by_hand_and_stays_where_it_is_left()
 @pytest.mark.parametrize("surface", [1e3, 1e5])
 def test_a_hold_in_contact_comes_to_rest(tick_s: float, surface: float) -> None:
     robot = touching(surface, 0.515, tick_s, friction=0.3)
-    robot.controller.start_gravity(200.0)
+    robot.controller.move(gravity_hold(200.0))
     robot.controller.load.wrench = (20.0, 0.0, 10.0, 0.0, 0.0, 0.0)  # down: the TCP's z axis points there
     robot.step(round(6.0 / tick_s))
     rest = robot.controller.joints
@@ -241,7 +253,7 @@ def test_a_hold_in_contact_comes_to_rest(tick_s: float, surface: float) -> None:
 def test_a_cancelled_stiffness_move_ends_on_its_path_and_the_robot_yields_on(name: str, force: float) -> None:
     robot = at_start(name)
     there = robot.tcp_frame(PLACES[name][1])
-    first = robot.controller.lin_stiff_move(there, 0.3, 4000.0, NO_FORCE)
+    first = robot.controller.move(lin_stiff_move(there, 0.3, 4000.0, NO_FORCE))
     robot.step(100)
     robot.cancel()
     assert not robot.controller.is_pending(first)
@@ -252,17 +264,19 @@ def test_a_cancelled_stiffness_move_ends_on_its_path_and_the_robot_yields_on(nam
     robot.step(2000)
     off = np.subtract(robot.controller.tool_frame()[:3], here[:3])
     assert np.linalg.norm(off) == pytest.approx(force / 4.0, rel=0.01, abs=1e-6)
-    robot.controller.lin_stiff_move(there, 0.3, 1000.0, NO_FORCE)
+    robot.controller.move(lin_stiff_move(there, 0.3, 1000.0, NO_FORCE))
     robot.runs_until_stopped()
     assert_positions_and_velocities_within_limits(robot)
 
 
 def test_of_moves_that_come_during_a_stop_the_newest_is_carried_out() -> None:
     robot = at_start()
-    robot.controller.joint_move(AWAY, FULL)
+    robot.controller.move(joint_move(AWAY, FULL))
     robot.step(100)
     there, here = robot.tcp_frame(AWAY), robot.tcp_frame(START)
-    numbers = [robot.controller.lin_stiff_move(goal, 0.5, 1000.0, NO_FORCE) for goal in (there, here, there)]
+    numbers = [
+        robot.controller.move(lin_stiff_move(goal, 0.5, 1000.0, NO_FORCE)) for goal in (there, here, there)
+    ]
     assert robot.controller.queue == 1
     assert [robot.controller.is_pending(number) for number in numbers] == [False, False, True]
     robot.runs_until_stopped()
@@ -273,19 +287,19 @@ def test_of_moves_that_come_during_a_stop_the_newest_is_carried_out() -> None:
 def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
     robot = at_start()
     controller = robot.controller
-    hold = controller.start_gravity(300.0)
+    hold = controller.move(gravity_hold(300.0))
     robot.step(50)
     target = robot.tcp_frame(AWAY)
-    for command, parameters in (
-        (controller.joint_move, (AWAY, FULL)),
-        (controller.lin_move, (target, 0.5, 0.0)),
-        (controller.ptp_force_move, (target, 0.5, 0.0, (None, None, 5.0))),
-        (controller.smart_joint_move, (START, FULL)),
-        (controller.direct_joint_move, (START, FULL)),
-        (controller.cancel_move, ()),
+    for command in (
+        lambda: controller.move(joint_move(AWAY, FULL)),
+        lambda: controller.move(lin_move(target, 0.5, 0.0)),
+        lambda: controller.move(ptp_force_move(target, 0.5, 0.0, (None, None, 5.0))),
+        lambda: controller.move(smart_joint_move(START, FULL)),
+        lambda: controller.move(direct_joint_move(START, FULL)),
+        controller.cancel_move,
     ):
         with pytest.raises(Refused, match="gravity hold") as refused:
-            command(*parameters)
+            command()
         assert refused.value.code == COMPONENT_NOT_READY
     controller.clear_queue()
     robot.step(1000)
@@ -297,7 +311,7 @@ def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
     assert not controller.is_pending(hold)
     assert controller.mode is Mode.UNKNOWN
     robot.runs_until_stopped(LONGEST_STOP_S)
-    controller.smart_joint_move(AWAY, FULL)
+    controller.move(smart_joint_move(AWAY, FULL))
     robot.runs_until_stopped()
     assert controller.joints == tuple(AWAY)
 
@@ -306,14 +320,14 @@ def test_a_hold_refuses_moves_of_other_modes_until_it_is_stopped() -> None:
 def test_a_stiffness_move_takes_over_from_a_hold_where_the_robot_then_is(name: str) -> None:
     robot = at_start(name)
     controller = robot.controller
-    hold = controller.start_gravity(300.0)
+    hold = controller.move(gravity_hold(300.0))
     controller.load.joint_push = (3.0,) * len(PLACES[name][0])
     robot.step(60)
     before = len(robot.joints)
     assert speeds(robot, 2)[-1] > 0.01, "it swings"
     controller.load.joint_push = (0.0,) * len(PLACES[name][0])
     target = robot.tcp_frame(PLACES[name][1])
-    controller.ptp_stiff_move(target, 0.5, 2000.0, NO_FORCE)
+    controller.move(ptp_stiff_move(target, 0.5, 2000.0, NO_FORCE))
     assert not controller.is_pending(hold)
     robot.runs_until_stopped()
     np.testing.assert_allclose(controller.tool_frame(), target, atol=0.1)
@@ -325,9 +339,9 @@ def test_a_stiffness_move_takes_over_from_a_hold_where_the_robot_then_is(name: s
 def test_a_hold_cancels_what_runs_and_begins_where_the_robot_then_is() -> None:
     robot, stopped = at_start(), at_start()
     for each in (robot, stopped):
-        move = each.controller.lin_stiff_move(each.tcp_frame(AWAY), 0.5, 1000.0, NO_FORCE)
+        move = each.controller.move(lin_stiff_move(each.tcp_frame(AWAY), 0.5, 1000.0, NO_FORCE))
         each.step(100)
-    hold = robot.controller.start_gravity(5000.0)
+    hold = robot.controller.move(gravity_hold(5000.0))
     robot.may_stop()
     assert not robot.controller.is_pending(move)
     assert robot.controller.is_pending(hold)
@@ -338,7 +352,7 @@ def test_a_hold_cancels_what_runs_and_begins_where_the_robot_then_is() -> None:
     np.testing.assert_allclose(robot.controller.joints, rest, atol=1e-9)
     assert robot.controller.goal_joints == pytest.approx(robot.controller.joints, abs=1e-7)
     assert_within_limits(robot)
-    another = robot.controller.start_gravity(100.0)
+    another = robot.controller.move(gravity_hold(100.0))
     assert not robot.controller.is_pending(hold)
     assert robot.controller.is_pending(another)
     robot.controller.load.joint_push = (1.0,) * 7
@@ -350,9 +364,9 @@ def test_a_hold_cancels_what_runs_and_begins_where_the_robot_then_is() -> None:
 def test_a_cleared_queue_leaves_a_hold_that_has_begun(name: str) -> None:
     robot = at_start(name)
     controller = robot.controller
-    controller.ptp_stiff_move(robot.tcp_frame(PLACES[name][1]), 1.0, 1000.0, NO_FORCE)
+    controller.move(ptp_stiff_move(robot.tcp_frame(PLACES[name][1]), 1.0, 1000.0, NO_FORCE))
     robot.step(100)
-    hold = controller.start_gravity(300.0)
+    hold = controller.move(gravity_hold(300.0))
     robot.step(100)
     controller.load.joint_push = (3.0,) * len(PLACES[name][0])
     robot.step(100)
@@ -372,7 +386,10 @@ def test_a_cleared_queue_leaves_a_hold_that_has_begun(name: str) -> None:
 def test_a_move_replaces_what_runs_in_mid_motion_within_the_limits(name: str, kind: str) -> None:
     robot = at_start(name)
     controller = robot.controller
-    move = getattr(controller, f"{kind}_stiff_move")
+
+    def move(*parameters: Any) -> int:
+        return controller.move(getattr(asked, f"{kind}_stiff_move")(*parameters))
+
     first = move(robot.tcp_frame(PLACES[name][1]), 1.0, 2000.0, NO_FORCE)
     robot.step(100)
     assert speeds(robot, 2)[-1] > 0.1
@@ -396,7 +413,10 @@ def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
 ) -> None:
     robot = SteppedRobot()
     frame = robot.controller.tool_frame()
-    move = getattr(robot.controller, f"{kind}_stiff_move")
+
+    def move(*parameters: Any) -> int:
+        return robot.controller.move(getattr(asked, f"{kind}_stiff_move")(*parameters))
+
     period = round(1.0 / hz / robot.tick_s)
     for k in range(2 * hz):
         move(frame._replace(y_mm=frame.y_mm + mm_per_s * (k + 1) / hz), 0.5, 2000.0, NO_FORCE)
@@ -441,17 +461,17 @@ def test_whatever_replaces_whatever_the_nominal_motion_keeps_its_limits(
         if kind == "ptp":
             target = robot.tcp_frame(joints + 0.4 * x * np.array([1, -1, 1, 1, -1, 1, 1][: len(joints)]))
         with suppress(Refused):
-            getattr(controller, f"{kind}_stiff_move")(target, speed, 1000.0, NO_FORCE)
+            controller.move(getattr(asked, f"{kind}_stiff_move")(target, speed, 1000.0, NO_FORCE))
         robot.step(ticks)
         if also == "override":
             controller.set_override(abs(x) if abs(x) > 0.1 else 0.0)
         elif also == "gravity":
-            controller.start_gravity(1000.0)
+            controller.move(gravity_hold(1000.0))
             robot.may_stop()
-        elif also == "cancel" and not controller._motions.holding:
+        elif also == "cancel" and not controller._core.motions.holding:
             robot.cancel()
     controller.set_override(1.0)
-    newest = controller.ptp_stiff_move(frame, 1.0, 1000.0, NO_FORCE)
+    newest = controller.move(ptp_stiff_move(frame, 1.0, 1000.0, NO_FORCE))
     robot.runs_until_stopped()
     assert not controller.is_pending(newest)
     np.testing.assert_allclose(controller.tool_frame(), frame, atol=1e-5)
@@ -467,7 +487,7 @@ def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new
     robot = deflected(name)
     before = speeds(robot, 2)[-1]
     assert before > 0.1
-    rest = robot.controller._motions.rest_after_stop()
+    rest = robot.controller._core.motions.rest_after_stop()
     left = len(robot.joints)
     robot.controller.stop()
     robot.runs_until_stopped(LONGEST_STOP_S + robot.tick_s)
@@ -483,11 +503,11 @@ def test_a_stop_brakes_without_a_jump_and_takes_the_place_it_comes_to_as_the_new
 
 
 LEAVING = {
-    "joint": lambda robot: robot.controller.joint_move(START, FULL),
-    "lin": lambda robot: robot.controller.lin_move(robot.tcp_frame(START), 0.5, 0.0),
-    "smart": lambda robot: robot.controller.smart_joint_move(START, FULL),
-    "direct": lambda robot: robot.controller.direct_joint_move(
-        [q + 0.05 for q in robot.controller._motions.rest_after_stop()], FULL
+    "joint": lambda robot: robot.controller.move(joint_move(START, FULL)),
+    "lin": lambda robot: robot.controller.move(lin_move(robot.tcp_frame(START), 0.5, 0.0)),
+    "smart": lambda robot: robot.controller.move(smart_joint_move(START, FULL)),
+    "direct": lambda robot: robot.controller.move(
+        direct_joint_move([q + 0.05 for q in robot.controller._core.motions.rest_after_stop()], FULL)
     ),
 }
 
@@ -497,22 +517,22 @@ LEAVING = {
 def test_a_stop_at_the_end_of_a_stiffness_move_has_nothing_to_brake(another_waits: bool) -> None:
     robot = at_start()
     controller = robot.controller
-    controller.ptp_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE)
+    controller.move(ptp_stiff_move(robot.tcp_frame(AWAY), 0.5, 2000.0, NO_FORCE))
     robot.runs_until_stopped()
     assert robot.joints[-1] != robot.joints[-2], "the last tick is that in which it comes to rest"
     rest = controller.joints
     if another_waits:
-        controller.lin_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE)
+        controller.move(lin_stiff_move(robot.tcp_frame(START), 0.5, 2000.0, NO_FORCE))
     robot.stop()
     assert not controller.moving
     robot.step(100)
     assert controller.joints == rest
-    controller.joint_move(START, [0.2] * 7)
+    controller.move(joint_move(START, [0.2] * 7))
     robot.step(50)
     robot.stop()
     robot.runs_until_stopped(0.1)
-    first = controller.joint_move(AWAY, FULL)
-    controller.joint_move(START, FULL)
+    first = controller.move(joint_move(AWAY, FULL))
+    controller.move(joint_move(START, FULL))
     assert controller.queue == 1
     controller.cancel_move()
     assert not controller.is_pending(first)
@@ -525,7 +545,7 @@ def test_a_stop_at_the_end_of_a_stiffness_move_has_nothing_to_brake(another_wait
 @pytest.mark.parametrize("command", sorted(LEAVING))
 def test_every_mode_takes_over_from_the_deflected_pose_without_a_jump(command: str) -> None:
     robot = deflected()
-    rest = robot.controller._motions.rest_after_stop()
+    rest = robot.controller._core.motions.rest_after_stop()
     left = len(robot.joints)
     LEAVING[command](robot)
     ticks = 0
@@ -546,7 +566,7 @@ def test_every_mode_takes_over_from_the_deflected_pose_without_a_jump(command: s
 def test_an_override_of_0_pauses_the_plan_and_the_robot_still_yields() -> None:
     robot = at_start()
     target = robot.tcp_frame(AWAY)
-    robot.controller.lin_stiff_move(target, 0.2, 2000.0, NO_FORCE)
+    robot.controller.move(lin_stiff_move(target, 0.2, 2000.0, NO_FORCE))
     robot.step(100)
     robot.controller.set_override(0.0)
     robot.step(500)
@@ -568,13 +588,13 @@ def test_an_override_of_0_pauses_the_plan_and_the_robot_still_yields() -> None:
 def test_an_emergency_stop_ends_the_yielding(kind: str) -> None:
     robot = deflected()
     if kind == "gravity":
-        robot.controller.start_gravity(100.0)
+        robot.controller.move(gravity_hold(100.0))
         robot.step(300)
     robot.controller.emergency_stop()
     robot.runs_until_stopped(LONGEST_STOP_S + robot.tick_s)
     for command in (
-        lambda: robot.controller.start_gravity(100.0),
-        lambda: robot.controller.lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 100.0, NO_FORCE),
+        lambda: robot.controller.move(gravity_hold(100.0)),
+        lambda: robot.controller.move(lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 100.0, NO_FORCE)),
     ):
         with pytest.raises(Refused):
             command()
@@ -591,22 +611,22 @@ def test_what_is_refused_changes_nothing(state: str) -> None:
     target = bothered.tcp_frame(AWAY)
     c = bothered.controller
     mode = c.mode
-    for command, parameters in [
-        (c.lin_stiff_move, (target, 0.5, 5000.1, NO_FORCE)),
-        (c.lin_stiff_move, (target, 0.5, -1.0, NO_FORCE)),
-        (c.ptp_stiff_move, (target, 0.5, nan, NO_FORCE)),
-        (c.ptp_stiff_move, (target, 0.5, 100.0, [inf] + [0.0] * 5)),
-        (c.ptp_stiff_move, (target, 0.0, 100.0, NO_FORCE)),
-        (c.start_gravity, (-1.0,)),
-        (c.start_gravity, (5001.0,)),
-        (c.start_gravity, (nan,)),
+    for request in [
+        lin_stiff_move(target, 0.5, 5000.1, NO_FORCE),
+        lin_stiff_move(target, 0.5, -1.0, NO_FORCE),
+        ptp_stiff_move(target, 0.5, nan, NO_FORCE),
+        ptp_stiff_move(target, 0.5, 100.0, [inf] + [0.0] * 5),
+        ptp_stiff_move(target, 0.0, 100.0, NO_FORCE),
+        gravity_hold(-1.0),
+        gravity_hold(5001.0),
+        gravity_hold(nan),
     ]:
         with pytest.raises(Refused) as refused:
-            command(*parameters)
+            c.move(request)
         assert refused.value.code == EXECUTION
         assert c.mode is mode
     with pytest.raises(Refused) as refused:
-        c.lin_stiff_move(Frame(2000.0, 0.0, 500.0, 0.0, 0.0, 0.0), 0.5, 100.0, NO_FORCE)
+        c.move(lin_stiff_move(Frame(2000.0, 0.0, 500.0, 0.0, 0.0, 0.0), 0.5, 100.0, NO_FORCE))
     assert refused.value.code == OUT_OF_REACH
     for robot in (bothered, left_alone):
         robot.step(300)
@@ -647,15 +667,17 @@ def test_whatever_comes_positions_and_velocities_keep_their_limits_and_it_is_the
             goal = target._replace(y_mm=200.0 * x, z_mm=500.0 - 80.0 * x)
             try:
                 if command in ("lin", "ptp"):
-                    getattr(c, f"{command}_stiff_move")(goal, 1.0, 2500.0 * (1.0 + x), [20.0 * x] * 6)
+                    c.move(
+                        getattr(asked, f"{command}_stiff_move")(goal, 1.0, 2500.0 * (1.0 + x), [20.0 * x] * 6)
+                    )
                 elif command == "gravity":
-                    c.start_gravity(2500.0 * (1.0 + x))
+                    c.move(gravity_hold(2500.0 * (1.0 + x)))
                 elif command == "stop":
                     c.stop()
                 elif command == "joint":
-                    c.joint_move([x * q for q in start], full)
+                    c.move(joint_move([x * q for q in start], full))
                 elif command == "smart":
-                    c.smart_joint_move([x * q for q in start], full)
+                    c.move(smart_joint_move([x * q for q in start], full))
                 elif command == "push":
                     c.load.wrench = (800.0 * x, -600.0 * x, 700.0 * x, 50.0 * x, 30.0, -60.0 * x)
                     torques = (0.0, 100.0 * x, 0.0, -50.0 * x, 20.0, 0.0, 30.0 * x)

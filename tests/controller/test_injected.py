@@ -21,6 +21,7 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.nearest import JOINT_LIMIT
+from tests.asked import joint_move, lin_joint_move, lin_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
@@ -49,8 +50,8 @@ def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how:
     robot, undisturbed = SteppedRobot(name), SteppedRobot(name)
     away, back = WAYS[name]
     for each in (robot, undisturbed):
-        each.controller.joint_move(away, [1.0] * len(away))
-        each.controller.lin_joint_move(back, 1.0, 0.0)
+        each.controller.move(joint_move(away, [1.0] * len(away)))
+        each.controller.move(lin_joint_move(back, 1.0, 0.0))
         each.step(ticks)
     undisturbed.runs_until_stopped()
     stops, cause = STOPPERS[how]
@@ -69,7 +70,7 @@ def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how:
     assert status.drives_powered == (how == "fault")
     assert status.e_stopped == (how == "emergency stop")
     with pytest.raises(Refused, match="no move before reset error"):
-        robot.controller.joint_move(away, [1.0] * len(away))
+        robot.controller.move(joint_move(away, [1.0] * len(away)))
 
 
 def test_drives_have_to_be_on_again_before_a_reset() -> None:
@@ -82,7 +83,7 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
     assert controller.status().drives_powered == 0, "not before the reset"
     controller.reset_error()
     assert controller.status().drives_powered == 1
-    controller.joint_move(AWAY, FULL)
+    controller.move(joint_move(AWAY, FULL))
 
 
 def test_drives_off_outlast_an_emergency_stop_and_the_other_way_round() -> None:
@@ -109,15 +110,15 @@ def test_the_first_cause_of_an_error_is_kept() -> None:
 def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    controller.joint_move(AWAY, FULL)
+    controller.move(joint_move(AWAY, FULL))
     robot.step(20)
     controller.refuse_next_move(ErrorRecord(CODE, REASON))
     with pytest.raises(Refused, match=REASON) as refused:
-        controller.smart_joint_move(AWAY, FULL)
+        controller.move(smart_joint_move(AWAY, FULL))
     assert refused.value.code == CODE
     assert controller.mode is Mode.NORMAL
     assert controller.status().in_error == 0
-    controller.joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL)
+    controller.move(joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL))
     robot.runs_until_stopped()
     assert controller.joints == (0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0)
 
@@ -127,23 +128,23 @@ def test_an_error_goes_before_a_refusal_which_waits_for_its_move() -> None:
     controller.refuse_next_move(ErrorRecord(CODE, REASON))
     controller.fail(EXECUTION, "first")
     with pytest.raises(Refused, match="no move before reset error: first"):
-        controller.joint_move(AWAY, FULL)
+        controller.move(joint_move(AWAY, FULL))
     controller.reset_error()
     with pytest.raises(Refused, match=REASON):
-        controller.joint_move(AWAY, FULL)
+        controller.move(joint_move(AWAY, FULL))
 
 
 def test_a_refusal_can_be_taken_back() -> None:
     controller = SteppedRobot().controller
     controller.refuse_next_move(ErrorRecord(CODE, REASON))
     controller.refuse_next_move(None)
-    controller.joint_move(AWAY, FULL)
+    controller.move(joint_move(AWAY, FULL))
 
 
 @pytest.mark.parametrize("timeout_s", [None, 60.0])
 def test_a_servo_times_out_at_once(timeout_s: float | None) -> None:
     robot = SteppedRobot(servo_timeout_s=timeout_s)
-    robot.controller.smart_joint_move(AWAY, FULL)
+    robot.controller.move(smart_joint_move(AWAY, FULL))
     robot.step(50)
     robot.controller.time_out_servo()
     assert robot.controller.mode is Mode.UNKNOWN
@@ -154,7 +155,7 @@ def test_a_servo_times_out_at_once(timeout_s: float | None) -> None:
 
 def test_without_a_servo_mode_there_is_nothing_to_time_out() -> None:
     robot = SteppedRobot()
-    robot.controller.joint_move(AWAY, FULL)
+    robot.controller.move(joint_move(AWAY, FULL))
     with pytest.raises(Refused, match="the mode is normal: expected smart or direct"):
         robot.controller.time_out_servo()
     assert robot.controller.status().in_error == 0
@@ -166,9 +167,9 @@ def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
     robot = SteppedRobot()
     controller = robot.controller
     if before == "normal":
-        controller.joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL)
+        controller.move(joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL))
     elif before == "smart":
-        controller.smart_joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL)
+        controller.move(smart_joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL))
     robot.runs_until_stopped()
     controller.place(AWAY)
     assert controller.joints == controller.goal_joints == tuple(AWAY)
@@ -176,9 +177,9 @@ def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
     assert controller.mode is Mode.UNKNOWN
     controller.step()
     assert controller.joints == tuple(AWAY)
-    for go in (controller.joint_move, controller.smart_joint_move):
+    for go in (joint_move, smart_joint_move):
         robot.joints, robot.stopping, robot.direct = [controller.joints], [False], [False]
-        go([0.1, 0.5, 0.1, -1.0, 0.1, 1.5, 0.1], FULL)
+        controller.move(go([0.1, 0.5, 0.1, -1.0, 0.1, 1.5, 0.1], FULL))
         robot.runs_until_stopped()
         assert_within_limits(robot)
         assert controller.joints == pytest.approx((0.1, 0.5, 0.1, -1.0, 0.1, 1.5, 0.1), abs=1e-9)
@@ -188,7 +189,7 @@ def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
 def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    controller.joint_move(AWAY, FULL)
+    controller.move(joint_move(AWAY, FULL))
     robot.step(20)
     controller.stop()
     robot.step()
@@ -221,6 +222,6 @@ def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:
     expected = Frame.from_transform(compose(robot.model.flange(controller.joints), tool))
     assert controller.tool_frame() == pytest.approx(expected, abs=1e-9)
     target = expected._replace(y_mm=expected.y_mm + 50.0)
-    controller.lin_move(target, 0.5, 0.0)
+    controller.move(lin_move(target, 0.5, 0.0))
     robot.runs_until_stopped()
     assert controller.tool_frame() == pytest.approx(target, abs=1e-6)

@@ -20,6 +20,17 @@ from iiwa_sim.controller.targets import DIRECT_REACH_RAD
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from tests import asked
+from tests.asked import (
+    direct_cartesian_move,
+    direct_joint_move,
+    joint_move,
+    lin_move,
+    lin_stiff_move,
+    ptp_stiff_move,
+    smart_cartesian_move,
+    smart_joint_move,
+)
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 FULL = [1.0] * 7
@@ -53,13 +64,13 @@ def near(robot: SteppedRobot, target: list[float]) -> list[float]:
 
 
 def rest_after_stop(controller: Controller) -> tuple[float, ...]:
-    return controller._motions.rest_after_stop()
+    return controller._core.motions.rest_after_stop()
 
 
 def start_of_target(controller: Controller) -> tuple[float, ...]:
     """Where a direct move would start."""
     direct = controller.mode is Mode.DIRECT
-    return controller._motions.present if direct else rest_after_stop(controller)
+    return controller._core.motions.present if direct else rest_after_stop(controller)
 
 
 def near_flange(robot: SteppedRobot, target: list[float]) -> Frame:
@@ -74,28 +85,31 @@ def flange_at(robot: SteppedRobot, joints: list[float]) -> Frame:
 
 
 GOES: dict[str, tuple[Mode, Go]] = {
-    "joint": (Mode.NORMAL, lambda robot, to: robot.controller.joint_move(to, [1.0] * len(to))),
-    "lin": (Mode.NORMAL, lambda robot, to: robot.controller.lin_move(robot.tcp_frame(to), 1.0, 0.0)),
+    "joint": (Mode.NORMAL, lambda robot, to: robot.controller.move(joint_move(to, [1.0] * len(to)))),
+    "lin": (Mode.NORMAL, lambda robot, to: robot.controller.move(lin_move(robot.tcp_frame(to), 1.0, 0.0))),
     "linstiff": (
         Mode.IMPEDANCE,
-        lambda robot, to: robot.controller.lin_stiff_move(robot.tcp_frame(to), 1.0, 2000.0, [0.0] * 6),
+        lambda robot, to: robot.controller.move(lin_stiff_move(robot.tcp_frame(to), 1.0, 2000.0, [0.0] * 6)),
     ),
     "ptpstiff": (
         Mode.IMPEDANCE,
-        lambda robot, to: robot.controller.ptp_stiff_move(robot.tcp_frame(to), 1.0, 2000.0, [0.0] * 6),
+        lambda robot, to: robot.controller.move(ptp_stiff_move(robot.tcp_frame(to), 1.0, 2000.0, [0.0] * 6)),
     ),
-    "smart joint": (Mode.SMART, lambda robot, to: robot.controller.smart_joint_move(to, [1.0] * len(to))),
+    "smart joint": (
+        Mode.SMART,
+        lambda robot, to: robot.controller.move(smart_joint_move(to, [1.0] * len(to))),
+    ),
     "smart cartesian": (
         Mode.SMART,
-        lambda robot, to: robot.controller.smart_cartesian_move(flange_at(robot, to), 1.0),
+        lambda robot, to: robot.controller.move(smart_cartesian_move(flange_at(robot, to), 1.0)),
     ),
     "direct joint": (
         Mode.DIRECT,
-        lambda robot, to: robot.controller.direct_joint_move(near(robot, to), [1.0] * len(to)),
+        lambda robot, to: robot.controller.move(direct_joint_move(near(robot, to), [1.0] * len(to))),
     ),
     "direct cartesian": (
         Mode.DIRECT,
-        lambda robot, to: robot.controller.direct_cartesian_move(near_flange(robot, to), 1.0),
+        lambda robot, to: robot.controller.move(direct_cartesian_move(near_flange(robot, to), 1.0)),
     ),
 }
 COMMANDS = sorted(GOES)
@@ -394,7 +408,7 @@ def test_refused_commands_change_nothing(command: str, state: str) -> None:
     mode = bothered.controller.mode
     for method, parameters, code in REFUSED:
         with pytest.raises(Refused) as refused:
-            getattr(bothered.controller, method)(*parameters)
+            bothered.controller.move(getattr(asked, method)(*parameters))
         assert refused.value.code == code, method
         assert "\n" not in refused.value.reason
         assert bothered.controller.mode is mode
@@ -413,7 +427,7 @@ def test_a_smart_target_is_reached_exactly_from_anywhere_and_the_newest_counts()
     robot = SteppedRobot()
     numbers = []
     for target in (AWAY, START, ELSEWHERE):
-        numbers.append(robot.controller.smart_joint_move(target, [0.5] * 7))
+        numbers.append(robot.controller.move(smart_joint_move(target, [0.5] * 7)))
         robot.step(100)
     assert [robot.controller.is_pending(number) for number in numbers] == [False, False, True]
     robot.runs_until_stopped()
@@ -428,7 +442,7 @@ def test_the_relative_speeds_are_limits_of_each_joint(servo: str, speed_rel: flo
     robot = SteppedRobot()
     robot.goes_to(START)
     speeds = [speed_rel, *[1.0] * 6]
-    getattr(robot.controller, f"{servo}_joint_move")([q + 0.08 for q in START], speeds)
+    robot.controller.move(getattr(asked, f"{servo}_joint_move")([q + 0.08 for q in START], speeds))
     robot.runs_until_stopped()
     fastest = np.abs(np.diff(robot.joints, axis=0)).max(axis=0) / TICK_S / robot.description.velocity
     assert fastest[0] == pytest.approx(speed_rel, rel=1e-6)
@@ -439,7 +453,9 @@ def test_direct_is_stiffer_than_smart() -> None:
     ticks = []
     for servo in ("smart", "direct"):
         robot = SteppedRobot()
-        getattr(robot.controller, f"{servo}_joint_move")([q + 0.08 for q in robot.joints[0]], FULL)
+        robot.controller.move(
+            getattr(asked, f"{servo}_joint_move")([q + 0.08 for q in robot.joints[0]], FULL)
+        )
         ticks.append(robot.runs_until_stopped())
     assert ticks[1] < 0.8 * ticks[0]
 
@@ -450,7 +466,7 @@ def test_a_cartesian_target_is_the_flanges_with_branch_and_redundancy_kept(servo
     robot = SteppedRobot()
     robot.goes_to(START)
     target = flange_at(robot, START)._replace(z_mm=flange_at(robot, START).z_mm - 20.0)
-    getattr(robot.controller, f"{servo}_cartesian_move")(target, 1.0)
+    robot.controller.move(getattr(asked, f"{servo}_cartesian_move")(target, 1.0))
     robot.runs_until_stopped()
     np.testing.assert_allclose(robot.controller.flange_frame(), target, atol=1e-7)
     assert robot.controller.joints[2] == pytest.approx(START[2], abs=1e-9)
@@ -461,10 +477,10 @@ def test_a_target_that_takes_more_than_an_hour_is_refused_also_when_it_is_only_t
     robot = in_mid_motion("smart joint")
     for target in (AWAY, robot.controller.joints):
         with pytest.raises(Refused, match="more than 3600 s") as refused:
-            robot.controller.smart_joint_move(target, [1e-5] * 7)
+            robot.controller.move(smart_joint_move(target, [1e-5] * 7))
         assert refused.value.code == EXECUTION
     here = robot.controller.joints
-    robot.controller.smart_joint_move(here, [0.01] * 7)
+    robot.controller.move(smart_joint_move(here, [0.01] * 7))
     robot.runs_until_stopped()
     assert robot.controller.joints == here
     assert_within_limits(robot)
@@ -478,11 +494,11 @@ def test_a_direct_target_is_at_most_0_087_rad_away_on_any_axis(axis: int, sign: 
     target = list(START)
     target[axis] += sign * 0.0871
     with pytest.raises(Refused, match=f"A{axis + 1} is 0.0871 rad") as refused:
-        robot.controller.direct_joint_move(target, FULL)
+        robot.controller.move(direct_joint_move(target, FULL))
     assert refused.value.code == TARGET_NOT_REACHABLE
     assert not robot.controller.moving
     target[axis] = START[axis] + sign * 0.087
-    robot.controller.direct_joint_move(target, FULL)
+    robot.controller.move(direct_joint_move(target, FULL))
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(target)
 
@@ -490,12 +506,12 @@ def test_a_direct_target_is_at_most_0_087_rad_away_on_any_axis(axis: int, sign: 
 def test_in_direct_mode_near_means_near_the_present_position_not_the_target() -> None:
     robot = SteppedRobot()
     robot.goes_to(START)
-    robot.controller.direct_joint_move([q + 0.08 for q in START], FULL)
+    robot.controller.move(direct_joint_move([q + 0.08 for q in START], FULL))
     robot.step(10)
     here = robot.controller.joints
     with pytest.raises(Refused):
-        robot.controller.direct_joint_move([START[0] + 0.16, *here[1:]], FULL)
-    robot.controller.direct_joint_move([q + 0.086 for q in here], FULL)
+        robot.controller.move(direct_joint_move([START[0] + 0.16, *here[1:]], FULL))
+    robot.controller.move(direct_joint_move([q + 0.086 for q in here], FULL))
 
 
 def test_near_means_near_where_the_robot_comes_to_rest_when_it_has_to_stop_first() -> None:
@@ -503,8 +519,8 @@ def test_near_means_near_where_the_robot_comes_to_rest_when_it_has_to_stop_first
     here, rest = robot.controller.joints, rest_after_stop(robot.controller)
     assert np.abs(np.subtract(rest, here)).max() > DIRECT_REACH_RAD, "so that it makes a difference"
     with pytest.raises(Refused):
-        robot.controller.direct_joint_move(here, FULL)
-    robot.controller.direct_joint_move([q + 0.08 for q in rest], FULL)
+        robot.controller.move(direct_joint_move(here, FULL))
+    robot.controller.move(direct_joint_move([q + 0.08 for q in rest], FULL))
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(q + 0.08 for q in rest)
 
@@ -538,12 +554,12 @@ def test_a_servo_mode_that_hears_of_no_command_ends(command: str) -> None:
 
 def test_a_servo_mode_ends_at_its_target_too_and_before_it_has_begun() -> None:
     arrived, waiting = (SteppedRobot(servo_timeout_s=timeout_s) for timeout_s in (3.0, 0.05))
-    arrived.controller.smart_joint_move(arrived.joints[0], FULL)
+    arrived.controller.move(smart_joint_move(arrived.joints[0], FULL))
     arrived.step(1500)
     assert arrived.controller.mode is Mode.SMART
     arrived.step()
     assert arrived.controller.mode is Mode.UNKNOWN
-    waiting.controller.joint_move(AWAY, FULL)
+    waiting.controller.move(joint_move(AWAY, FULL))
     waiting.step(100)
     sends(waiting, "smart joint", START)
     rest = rest_after_stop(waiting.controller)
@@ -571,7 +587,7 @@ def test_a_refused_command_is_not_heard() -> None:
     sends(robot, "smart joint", AWAY)
     for _ in range(26):
         with pytest.raises(Refused):
-            robot.controller.smart_joint_move([9.0] * 7, FULL)
+            robot.controller.move(smart_joint_move([9.0] * 7, FULL))
         robot.step()
     assert len(robot.faults) == 1
 
@@ -607,7 +623,7 @@ def test_whatever_comes_the_limits_hold_and_the_mode_is_the_tables(
             mode = TRANSITIONS[mode, Event.STOP].mode
         elif command == "refused":
             with pytest.raises(Refused):
-                robot.controller.smart_joint_move([9.0] * 7, FULL)
+                robot.controller.move(smart_joint_move([9.0] * 7, FULL))
         else:
             try:
                 sends(robot, command, [START, AWAY, ELSEWHERE][k])

@@ -15,6 +15,15 @@ from benchmarks import corners
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
 from tests import chains
+from tests.asked import (
+    direct_joint_move,
+    gravity_hold,
+    joint_move,
+    lin_move,
+    ptp_move,
+    ptp_stiff_move,
+    smart_joint_move,
+)
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder
 from tests.dialect.fake_robot import Conversation
@@ -65,7 +74,7 @@ def test_a_line_stays_a_line_and_ends_at_its_target(
     robot = SteppedRobot(name, tick_s=tick_s)
     frame = robot.controller.tool_frame()
     target = frame._replace(y_mm=frame.y_mm + 300.0, gamma=frame.gamma + 0.4)
-    robot.controller.lin_move(target, 1.0, 0.0)
+    robot.controller.move(lin_move(target, 1.0, 0.0))
     for value, wait_s in changes:
         robot.step(round(wait_s / tick_s))
         robot.controller.set_override(value)
@@ -92,10 +101,10 @@ def test_servo_targets_are_followed_within_the_limits(
         controller.set_override(value)
         if direct:
             target = tuple(np.add(controller.joints, (0.08, -0.04, 0.0)[k]).tolist())
-            controller.direct_joint_move(target, full)
+            controller.move(direct_joint_move(target, full))
         else:
             target = PLACES[name][k]
-            controller.smart_joint_move(target, full)
+            controller.move(smart_joint_move(target, full))
         robot.step(ticks)
     controller.set_override(0.7)
     robot.runs_until_stopped()
@@ -112,13 +121,13 @@ def test_a_stop_at_any_time_takes_100_ms_at_most_and_the_stop_limits(
     robot = SteppedRobot(name)
     home = robot.controller.joints
     way = (1.0, -0.1, -0.5, -0.2, 0.4, -0.5, -1.0)[: len(home)]
-    robot.controller.joint_move(np.add(home, way).tolist(), [1.0] * len(home))
+    robot.controller.move(joint_move(np.add(home, way).tolist(), [1.0] * len(home)))
     robot.step(100)
     robot.controller.set_override(first)
     robot.step(ticks)
     robot.controller.set_override(second)
     robot.step(more)
-    rest = robot.controller._motions.rest_after_stop()
+    rest = robot.controller._core.motions.rest_after_stop()
     robot.stop()
     assert robot.controller.goal_joints == rest
     robot.runs_until_stopped(0.1)
@@ -156,7 +165,7 @@ def test_a_pause_and_the_way_back_take_little_longer_than_the_joints_need(name: 
 
 def change_s(robot: SteppedRobot) -> float:
     """Until the rate is what was asked for, or the robot at rest."""
-    override = robot.controller._motions._override
+    override = robot.controller._core.motions._override
     robot.step()
     ticks = 1
     while override.changing and robot.controller.moving:
@@ -188,7 +197,7 @@ def least_braking_s(robot: SteppedRobot) -> float:
 def test_in_smart_mode_a_pause_begins_as_soon_as_the_documents_say(name: str) -> None:
     robot = SteppedRobot(name)
     controller = robot.controller
-    controller.smart_joint_move([0.0] * len(controller.joints), [0.05] * len(controller.joints))
+    controller.move(smart_joint_move([0.0] * len(controller.joints), [0.05] * len(controller.joints)))
     robot.step(50)
     controller.set_override(0.0)
     assert change_s(robot) == pytest.approx(LONGEST_CHANGE_S[name], abs=0.05)
@@ -205,7 +214,7 @@ def test_set_at_rest_it_holds_from_the_first_tick_on(name: str) -> None:
     full, half = SteppedRobot(name), SteppedRobot(name)
     half.controller.set_override(0.5)
     for robot in (full, half):
-        robot.controller.joint_move(PLACES[name][1], [1.0] * len(robot.controller.joints))
+        robot.controller.move(joint_move(PLACES[name][1], [1.0] * len(robot.controller.joints)))
         robot.runs_until_stopped()
     np.testing.assert_allclose(half.joints[::2], full.joints[: len(half.joints[::2])], atol=1e-12)
     assert half.controller.override == 0.5
@@ -269,20 +278,20 @@ def _tell(robot: SteppedRobot, watch: OverrideWatch, what: str, value: float, pl
         case "override":
             watch.set_override(value)
         case "lin":
-            controller.lin_move(robot.tcp_frame(joints), value, 50.0)
+            controller.move(lin_move(robot.tcp_frame(joints), value, 50.0))
         case "ptp":
-            controller.ptp_move(robot.tcp_frame(joints), value, 50.0)
+            controller.move(ptp_move(robot.tcp_frame(joints), value, 50.0))
         case "joint":
-            controller.joint_move(joints, speeds)
+            controller.move(joint_move(joints, speeds))
         case "stiff":
-            controller.ptp_stiff_move(robot.tcp_frame(joints), value, 1000.0, [0.0] * 6)
+            controller.move(ptp_stiff_move(robot.tcp_frame(joints), value, 1000.0, [0.0] * 6))
         case "smart":
-            controller.smart_joint_move(joints, speeds)
+            controller.move(smart_joint_move(joints, speeds))
         case "direct":
             near = np.add(controller.end_of_queue, (0.08, -0.04, 0.0)[place])
-            controller.direct_joint_move(near.tolist(), speeds)
+            controller.move(direct_joint_move(near.tolist(), speeds))
         case "gravity":
-            controller.start_gravity(1000.0)
+            controller.move(gravity_hold(1000.0))
 
 
 class OverrideWatch:
@@ -360,8 +369,8 @@ def test_a_pause_is_a_standstill_that_goes_on_where_it_began() -> None:
 def test_a_stop_in_a_pause_ends_the_moves_and_not_the_pause() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    number = controller.joint_move(AWAY, FULL)
-    controller.joint_move(START, FULL)
+    number = controller.move(joint_move(AWAY, FULL))
+    controller.move(joint_move(START, FULL))
     robot.step(100)
     controller.set_override(0.0)
     robot.step(SETTLED_TICKS)
@@ -370,8 +379,8 @@ def test_a_stop_in_a_pause_ends_the_moves_and_not_the_pause() -> None:
     assert robot.runs_until_stopped() <= 1
     assert controller.joints == paused
     assert not controller.is_pending(number)
-    for command in (controller.joint_move, controller.smart_joint_move):
-        command(START, FULL)
+    for command in (joint_move, smart_joint_move):
+        controller.move(command(START, FULL))
         robot.step(50)
         assert controller.joints == paused
         assert controller.moving
@@ -403,13 +412,13 @@ def test_moves_that_are_sent_in_a_pause_blend_when_it_ends() -> None:
 @pytest.mark.parametrize("value", [-0.01, 1.01, nan])
 def test_an_override_out_of_range_is_refused_and_changes_nothing(value: float) -> None:
     robot = SteppedRobot()
-    robot.controller.joint_move(AWAY, FULL)
+    robot.controller.move(joint_move(AWAY, FULL))
     robot.step(50)
     with pytest.raises(Refused, match="override"):
         robot.controller.set_override(value)
     assert robot.controller.override == 1.0
     twin = SteppedRobot()
-    twin.controller.joint_move(AWAY, FULL)
+    twin.controller.move(joint_move(AWAY, FULL))
     robot.step(50)
     twin.step(100)
     assert robot.joints == twin.joints

@@ -16,6 +16,16 @@ from iiwa_sim.controller.poses import from_quaternion, shifted
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
+from tests.asked import (
+    joint_move,
+    lin_move,
+    lin_reach,
+    lin_relative_move,
+    ptp_move,
+    ptp_relative_move,
+    reach,
+    smart_joint_move,
+)
 from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
 
 FULL = [1.0] * 7
@@ -66,15 +76,15 @@ def test_a_shift_turns_the_tool_on_the_spot_and_takes_it_along_the_axes(start: F
 def test_a_relative_line_begins_where_the_queue_ends_and_its_target_stays() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    controller.joint_move(AWAY, FULL)
+    controller.move(joint_move(AWAY, FULL))
     corner = robot.tcp_frame(AWAY)
-    controller.lin_relative_move(Frame(0.0, 80.0, 0.0, 0.0, 0.0, 0.0), 0.5, 0.0, in_tool=False)
+    controller.move(lin_relative_move(Frame(0.0, 80.0, 0.0, 0.0, 0.0, 0.0), 0.5, 0.0, in_tool=False))
     robot.runs_until_stopped()
     target = corner._replace(y_mm=corner.y_mm + 80.0)
     assert controller.tool_frame() == pytest.approx(target, abs=1e-6)
     begun = len(robot.joints)
     turn = Frame(0.0, 0.0, -50.0, 0.3, 0.0, 0.0)
-    controller.lin_relative_move(turn, 0.5, 0.0, in_tool=True)
+    controller.move(lin_relative_move(turn, 0.5, 0.0, in_tool=True))
     target = shifted(robot.tcp(controller.joints), turn, in_tool=True)
     robot.runs_until_stopped()
     assert_straight(robot, robot.joints[begun - 1 :], target)
@@ -88,8 +98,8 @@ def test_relative_moves_there_and_back_end_where_they_began(in_tool: bool) -> No
     controller = robot.controller
     home = controller.tool_frame()
     for way in (40.0, -40.0):
-        controller.ptp_relative_move(Frame(way, 0.0, way, 0.0, 0.0, 0.0), 1.0, 0.0, in_tool=in_tool)
-        controller.lin_relative_move(Frame(0.0, way, 0.0, 0.0, 0.0, 0.0), 1.0, 10.0, in_tool=in_tool)
+        controller.move(ptp_relative_move(Frame(way, 0.0, way, 0.0, 0.0, 0.0), 1.0, 0.0, in_tool=in_tool))
+        controller.move(lin_relative_move(Frame(0.0, way, 0.0, 0.0, 0.0, 0.0), 1.0, 10.0, in_tool=in_tool))
     robot.runs_until_stopped()
     np.testing.assert_allclose(controller.tool_frame()[:3], home[:3], atol=1e-6)
     assert_within_limits(robot)
@@ -99,9 +109,9 @@ def test_relative_moves_there_and_back_end_where_they_began(in_tool: bool) -> No
 def test_from_a_servo_a_relative_move_begins_where_the_robot_comes_to_rest() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    controller.smart_joint_move(AWAY, FULL)
+    controller.move(smart_joint_move(AWAY, FULL))
     robot.step(80)
-    controller.lin_relative_move(Frame(0.0, 0.0, 30.0, 0.0, 0.0, 0.0), 0.5, 0.0, in_tool=False)
+    controller.move(lin_relative_move(Frame(0.0, 0.0, 30.0, 0.0, 0.0, 0.0), 0.5, 0.0, in_tool=False))
     rest = controller.goal_frame()
     robot.runs_until_stopped()
     np.testing.assert_allclose(controller.tool_frame(), rest._replace(z_mm=rest.z_mm + 30.0), atol=1e-6)
@@ -134,17 +144,17 @@ def test_reachable_means_that_the_move_would_be_accepted_and_asking_changes_noth
 ) -> None:
     asked, silent, line, ptp = (SteppedRobot() for _ in range(4))
     for robot in (asked, silent, line, ptp):
-        robot.controller.joint_move(AWAY, FULL)
+        robot.controller.move(joint_move(AWAY, FULL))
         robot.step(ticks)
     before = state(asked.controller)
     answers = [
-        refusal(lambda: asked.controller.check_line(target, redundancy)),
-        refusal(lambda: asked.controller.check_reach(target, redundancy)),
+        refusal(lambda: asked.controller.check(lin_reach(target, redundancy))),
+        refusal(lambda: asked.controller.check(reach(target, redundancy))),
     ]
     assert state(asked.controller) == before
     assert answers == [
-        refusal(lambda: line.controller.lin_move(target, 1.0, 0.0, redundancy)),
-        refusal(lambda: ptp.controller.ptp_move(target, 1.0, 0.0, redundancy)),
+        refusal(lambda: line.controller.move(lin_move(target, 1.0, 0.0, redundancy))),
+        refusal(lambda: ptp.controller.move(ptp_move(target, 1.0, 0.0, redundancy))),
     ]
     for robot in (asked, silent):
         robot.runs_until_stopped()
@@ -156,12 +166,12 @@ def test_a_line_may_be_impossible_to_a_target_that_ptp_reaches() -> None:
     controller = Controller(load_robot(), 0.002)
     home = controller.tool_frame()
     behind = home._replace(x_mm=-home.x_mm)
-    controller.check_reach(behind)
+    controller.check(reach(behind))
     with pytest.raises(Refused):
-        controller.check_line(behind)
+        controller.check(lin_reach(behind))
     with pytest.raises(Refused) as refused:
-        controller.check_reach(home._replace(x_mm=2000.0))
+        controller.check(reach(home._replace(x_mm=2000.0)))
     assert refused.value.code == OUT_OF_REACH
     with pytest.raises(Refused) as refused:
-        controller.check_reach(home, 3.0)
+        controller.check(reach(home, 3.0))
     assert refused.value.code == JOINT_LIMIT

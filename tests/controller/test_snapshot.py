@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from iiwa_sim.controller.snapshot import ErrorState, Snapshot, snapshot
+from tests.asked import joint_move
 from tests.states import SCHEMA
 from tests.stepped import SteppedRobot
 
@@ -26,7 +27,7 @@ def test_it_holds_what_the_controller_says_at_every_tick() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     controller.load.wrench = (1.0, 2.0, 3.0, 0.1, 0.2, 0.3)
-    controller.joint_move(*FAR)
+    controller.move(joint_move(*FAR))
     while controller.moving:
         robot.step(50)
         seen = snapshot(controller)
@@ -47,7 +48,7 @@ def test_velocities_add_up_to_the_way(tick_s: float) -> None:
     robot = SteppedRobot(tick_s=tick_s)
     velocities = [robot.controller.joint_velocity()]
     assert velocities == [(0.0,) * 7]
-    robot.controller.joint_move(*FAR)
+    robot.controller.move(joint_move(*FAR))
     while robot.controller.moving:
         robot.step()
         velocities.append(robot.controller.joint_velocity())
@@ -68,7 +69,7 @@ def test_the_error_is_that_of_get_error() -> None:
 def test_taking_it_changes_nothing() -> None:
     watched, left_alone = SteppedRobot(), SteppedRobot()
     for robot in (watched, left_alone):
-        robot.controller.joint_move(*FAR)
+        robot.controller.move(joint_move(*FAR))
     for _ in range(300):
         msgspec.json.encode(snapshot(watched.controller))
         watched.step()

@@ -20,6 +20,8 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
+from tests import asked
+from tests.asked import lin_force_move, lin_move
 from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits
 from tests.touching import START_MM, Array, Law, Way, assert_touched, ball, beside, flat, probe
 
@@ -34,11 +36,11 @@ thresholds = st.floats(0.5, 60.0)
 
 
 def force_move(kind: str, target: Frame, speed: float, each: Thresholds) -> Callable[[SteppedRobot], int]:
-    return lambda robot: getattr(robot.controller, f"{kind}_force_move")(target, speed, 0.0, each)
+    return lambda robot: robot.controller.move(getattr(asked, f"{kind}_force_move")(target, speed, 0.0, each))
 
 
 def move(kind: str, target: Frame, speed: float) -> Callable[[SteppedRobot], int]:
-    return lambda robot: getattr(robot.controller, f"{kind}_move")(target, speed, 0.0)
+    return lambda robot: robot.controller.move(getattr(asked, f"{kind}_move")(target, speed, 0.0))
 
 
 def watching(axis: str, threshold: float) -> Thresholds:
@@ -269,13 +271,13 @@ def test_a_touch_in_a_chain_of_blends(name: str, speed: float, blending_mm: floa
     over, down, back = beside(robot, y_mm=80.0), beside(robot, y_mm=160.0, z_mm=-80.0), beside(robot)
 
     def chain(each: SteppedRobot) -> None:
-        each.controller.lin_move(over, speed, blending_mm)
-        each.controller.lin_move(down, speed, blending_mm)
-        each.controller.lin_move(back, speed, 0.0)
+        each.controller.move(lin_move(over, speed, blending_mm))
+        each.controller.move(lin_move(down, speed, blending_mm))
+        each.controller.move(lin_move(back, speed, 0.0))
 
-    first = c.lin_move(over, speed, blending_mm)
-    touching = c.lin_force_move(down, speed, blending_mm, (None, None, threshold))
-    last = c.lin_move(back, speed, 0.0)
+    first = c.move(lin_move(over, speed, blending_mm))
+    touching = c.move(lin_force_move(down, speed, blending_mm, (None, None, threshold)))
+    last = c.move(lin_move(back, speed, 0.0))
     way = Way(name, chain)
     expected = way.touch(law, 2, threshold)
     while not robot.contacts:
@@ -317,7 +319,7 @@ def test_above_the_table_nothing_ends_a_force_move(name: str, moves: list[tuple[
     for kind, shift_mm, speed, blending_mm, each in moves:
         end = Frame(*np.add(START_MM[name], shift_mm).tolist(), *end[3:])
         try:
-            getattr(robot.controller, f"{kind}_force_move")(end, speed, blending_mm, each)
+            robot.controller.move(getattr(asked, f"{kind}_force_move")(end, speed, blending_mm, each))
         except Refused:  # a line that passes too close to a singular pose
             reject()
     robot.runs_until_stopped()

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.asked import gravity_hold, joint_move, ptp_stiff_move
 from tests.stepped import SteppedRobot
 
 THERE = [0.3, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0]
@@ -10,7 +11,7 @@ THERE = [0.3, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0]
 def test_a_move_is_under_way_until_the_robot_stops() -> None:
     robot = SteppedRobot()
     assert not robot.controller.under_way
-    robot.controller.joint_move(THERE, [1.0] * 7)
+    robot.controller.move(joint_move(THERE, [1.0] * 7))
     while robot.controller.moving:
         assert robot.controller.under_way
         robot.step()
@@ -19,7 +20,7 @@ def test_a_move_is_under_way_until_the_robot_stops() -> None:
 
 def test_a_pause_is_under_way_until_the_robot_stands_and_again_when_it_ends() -> None:
     robot = SteppedRobot()
-    robot.controller.joint_move(THERE, [0.1] * 7)
+    robot.controller.move(joint_move(THERE, [0.1] * 7))
     robot.step(100)
     robot.controller.set_override(0.0)
     ticks = 0
@@ -38,14 +39,14 @@ def test_a_stiffness_move_is_under_way_and_a_gravity_hold_is_not() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     frame = robot.tcp_frame(THERE)
-    controller.ptp_stiff_move(frame, 1.0, 1000.0, [0.0] * 6)
+    controller.move(ptp_stiff_move(frame, 1.0, 1000.0, [0.0] * 6))
     ticks = 0
     while controller.under_way:
         robot.step()
         ticks += 1
     assert ticks > 100
     assert robot.tcp_frame(controller.joints) == pytest.approx(frame, abs=1e-3)
-    controller.start_gravity(300.0)
+    controller.move(gravity_hold(300.0))
     robot.step(100)
     assert controller.moving
     assert not controller.under_way

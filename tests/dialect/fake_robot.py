@@ -1,11 +1,12 @@
 """A robot that only remembers what it was told, and a conversation with it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.frames import Frame
@@ -15,8 +16,8 @@ class FakeRobot:
     """Stands for the controller: plans nothing, accepts every move unless told otherwise."""
 
     def __init__(self) -> None:
-        self.moves: list[tuple[object, ...]] = []
-        self.asked: list[tuple[object, ...]] = []
+        self.moves: list[MoveRequest] = []
+        self.asked: list[MoveRequest] = []
         self.stops = 0
         self.cancels = 0
         self.clears = 0
@@ -32,82 +33,19 @@ class FakeRobot:
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
-    def _accept(self, *move: object) -> int:
+    def move(self, request: MoveRequest) -> int:
         if self.refuses is not None:
             raise self.refuses
         if self.breaks is not None:
             raise self.breaks
-        self.moves.append(move)
+        self.moves.append(request)
         self.pending.add(len(self.moves))
         return len(self.moves)
 
-    def joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
-        return self._accept("joint", tuple(joints), tuple(speeds_rel))
-
-    def lin_move(
-        self, target: Frame, speed: float, blending_mm: float, redundancy: float | None = None
-    ) -> int:
-        return self._accept("lin", target, speed, blending_mm, redundancy)
-
-    def lin_joint_move(self, joints: Sequence[float], speed_rel: float, blending_mm: float) -> int:
-        return self._accept("lin joint", tuple(joints), speed_rel, blending_mm)
-
-    def ptp_move(
-        self, target: Frame, speed: float, blending_mm: float, redundancy: float | None = None
-    ) -> int:
-        return self._accept("ptp", target, speed, blending_mm, redundancy)
-
-    def lin_relative_move(self, shift: Frame, speed: float, blending_mm: float, *, in_tool: bool) -> int:
-        return self._accept("lin relative", shift, speed, blending_mm, in_tool)
-
-    def ptp_relative_move(self, shift: Frame, speed: float, blending_mm: float, *, in_tool: bool) -> int:
-        return self._accept("ptp relative", shift, speed, blending_mm, in_tool)
-
-    def check_reach(self, target: Frame, redundancy: float | None = None) -> None:
-        self._check("ptp", target, redundancy)
-
-    def check_line(self, target: Frame, redundancy: float | None = None) -> None:
-        self._check("lin", target, redundancy)
-
-    def _check(self, *asked: object) -> None:
-        self.asked.append(asked)
+    def check(self, request: MoveRequest) -> None:
+        self.asked.append(request)
         if self.refuses is not None:
             raise self.refuses
-
-    def lin_force_move(
-        self, target: Frame, speed: float, blending_mm: float, thresholds: tuple[float | None, ...]
-    ) -> int:
-        return self._accept("lin force", target, speed, blending_mm, thresholds)
-
-    def ptp_force_move(
-        self, target: Frame, speed: float, blending_mm: float, thresholds: tuple[float | None, ...]
-    ) -> int:
-        return self._accept("ptp force", target, speed, blending_mm, thresholds)
-
-    def lin_stiff_move(
-        self, target: Frame, speed_rel: float, stiffness_n_per_m: float, balanced: Sequence[float]
-    ) -> int:
-        return self._accept("linstiff", target, speed_rel, stiffness_n_per_m, balanced)
-
-    def ptp_stiff_move(
-        self, target: Frame, speed_rel: float, stiffness_n_per_m: float, balanced: Sequence[float]
-    ) -> int:
-        return self._accept("ptpstiff", target, speed_rel, stiffness_n_per_m, balanced)
-
-    def start_gravity(self, stiffness_nm_per_rad: float) -> int:
-        return self._accept("gravity", stiffness_nm_per_rad)
-
-    def smart_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
-        return self._accept("smart joint", tuple(joints), tuple(speeds_rel))
-
-    def smart_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
-        return self._accept("smart cartesian", flange, speed_rel)
-
-    def direct_joint_move(self, joints: Sequence[float], speeds_rel: Sequence[float]) -> int:
-        return self._accept("direct joint", tuple(joints), tuple(speeds_rel))
-
-    def direct_cartesian_move(self, flange: Frame, speed_rel: float) -> int:
-        return self._accept("direct cartesian", flange, speed_rel)
 
     def record_error(self, code: int, reason: str) -> None:
         self.last_error = ErrorRecord(code, reason)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
+from tests.asked import lin_joint_move, ptp_move
 from tests.blended_path import Run
 from tests.chain_checks import (
     assert_keeps_all_promises,
@@ -224,8 +225,8 @@ def test_accelerations_keep_their_limits_between_the_samples_of_a_blend() -> Non
     robot = SteppedRobot()
     robot.goes_to([-0.3416, -0.3656, 0.0, -1.4160, -0.5539, 1.5773, -0.9367])
     corner = robot.tcp_frame([-0.1722, -0.3838, 0.0, -1.1869, -0.6628, 1.8538, -0.9827])
-    robot.controller.ptp_move(corner, 0.1, 500.0)
-    robot.controller.ptp_move(Frame(80.476, -147.504, 836.308, 1.94159, -1.21079, -2.07595), 0.5, 0.0)
+    robot.controller.move(ptp_move(corner, 0.1, 500.0))
+    robot.controller.move(ptp_move(Frame(80.476, -147.504, 836.308, 1.94159, -1.21079, -2.07595), 0.5, 0.0))
     robot.runs_until_stopped()
     assert worst_loads(robot)["acceleration"] <= TOLERANCE
 
@@ -234,8 +235,8 @@ def test_no_acceleration_hides_between_the_samples_of_a_long_blend() -> None:
     """With 17 samples of a blend 3 % too much once did."""
     robot = SteppedRobot(replace(load_robot(), home=(0.993, 0.286, -0.248, -1.574, 0.096, 1.618, 0.114)))
     corner = (0.984, 0.916, -0.253, -0.507, 0.191, 1.832, 0.102)
-    robot.controller.ptp_move(robot.tcp_frame(corner), 0.5, 500.0, corner[2])
-    robot.controller.lin_joint_move((1.011, 0.562, -0.122, -0.488, -0.058, 1.811, 0.887), 0.5, 0.0)
+    robot.controller.move(ptp_move(robot.tcp_frame(corner), 0.5, 500.0, corner[2]))
+    robot.controller.move(lin_joint_move((1.011, 0.562, -0.122, -0.488, -0.058, 1.811, 0.887), 0.5, 0.0))
     robot.runs_until_stopped()
     assert worst_loads(robot)["acceleration"] <= TOLERANCE
 

@@ -21,6 +21,7 @@ from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT
+from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder, chain_moves
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
@@ -113,7 +114,7 @@ def lines(name: str, blending_mm: float) -> tuple[Recorder, list[int]]:
 def test_a_cancelled_line_stays_on_its_line_while_it_brakes(name: str, after: int) -> None:
     robot = SteppedRobot(name)
     target = robot.controller.tool_frame()._replace(y_mm=300.0)
-    robot.controller.lin_move(target, 1.0, 0.0)
+    robot.controller.move(lin_move(target, 1.0, 0.0))
     robot.step(after)
     robot.cancel()
     assert robot.runs_until_stopped() * robot.tick_s <= STOP_S + 1e-9
@@ -128,8 +129,8 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
     robot, stopped = SteppedRobot(), SteppedRobot()
     there = [0.0, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0]
     for each in (robot, stopped):
-        each.controller.joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], FULL)
-        first, second = 1, each.controller.joint_move(there, FULL)
+        each.controller.move(joint_move([1.0, 0.5, -0.5, -1.2, 1.0, 1.0, -1.0], FULL))
+        first, second = 1, each.controller.move(joint_move(there, FULL))
         each.step(100)
     robot.cancel()
     assert not robot.controller.is_pending(first)
@@ -139,7 +140,7 @@ def test_the_next_move_begins_when_the_robot_has_come_to_rest() -> None:
     ticks = stopped.runs_until_stopped()
     robot.step(ticks)
     assert robot.joints == stopped.joints
-    stopped.controller.joint_move(there, FULL)
+    stopped.controller.move(joint_move(there, FULL))
     stopped.runs_until_stopped()
     robot.runs_until_stopped()
     assert robot.joints == stopped.joints
@@ -172,7 +173,7 @@ def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
     assert not often.controller.moving
     for robot in (once, often):
         for k in range(3):
-            robot.controller.joint_move([0.3 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0], FULL)
+            robot.controller.move(joint_move([0.3 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0], FULL))
         robot.step(60)
         robot.cancel()
     for _ in range(5):
@@ -188,17 +189,17 @@ def test_while_the_robot_stops_or_rests_there_is_nothing_to_cancel() -> None:
 def test_a_move_that_would_begin_in_the_next_tick_counts_as_running() -> None:
     robot = SteppedRobot()
     home = robot.controller.joints
-    first = robot.controller.joint_move([0.0] * 7, FULL)
+    first = robot.controller.move(joint_move([0.0] * 7, FULL))
     assert robot.controller.queue == 0
-    second = robot.controller.joint_move(home, FULL)
+    second = robot.controller.move(joint_move(home, FULL))
     assert robot.controller.queue == 1
     robot.controller.cancel_move()
     assert not robot.controller.is_pending(first)
     assert robot.controller.is_pending(second)
     robot.runs_until_stopped()
     assert robot.joints == [home] * len(robot.joints)
-    kept = robot.controller.joint_move([0.1] * 7, FULL)
-    robot.controller.joint_move([0.2] * 7, FULL)
+    kept = robot.controller.move(joint_move([0.1] * 7, FULL))
+    robot.controller.move(joint_move([0.2] * 7, FULL))
     assert robot.clears_queue(kept)
     robot.runs_until_stopped()
     assert robot.controller.joints == (0.1,) * 7
@@ -210,10 +211,10 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     mirrored = [0.0, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
     beside = [0.1, -0.5, 0.0, 1.0, 0.0, -0.8, 0.0]
     numbers = [
-        robot.controller.joint_move(mirrored, FULL),
-        robot.controller.ptp_move(robot.tcp_frame(mirrored)._replace(z_mm=700.0), 1.0, 0.0),
-        robot.controller.lin_joint_move(beside, 1.0, 0.0),  # only with the arm bent that way
-        robot.controller.joint_move([0.0] * 7, FULL),
+        robot.controller.move(joint_move(mirrored, FULL)),
+        robot.controller.move(ptp_move(robot.tcp_frame(mirrored)._replace(z_mm=700.0), 1.0, 0.0)),
+        robot.controller.move(lin_joint_move(beside, 1.0, 0.0)),  # only with the arm bent that way
+        robot.controller.move(joint_move([0.0] * 7, FULL)),
     ]
     robot.step(10)
     robot.cancel()
@@ -230,7 +231,7 @@ def test_what_cannot_be_done_from_there_is_told_and_forgotten_with_all_behind_it
     assert robot.controller.tool_frame().z_mm == pytest.approx(700.0)
     assert len(robot.faults) == 1
     assert robot.controller.mode is Mode.NORMAL
-    robot.controller.joint_move(mirrored, FULL)
+    robot.controller.move(joint_move(mirrored, FULL))
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(mirrored)
     assert_within_limits(robot)
@@ -275,10 +276,10 @@ def test_a_running_move_that_has_left_its_path_stops_on_its_blend(name: str) -> 
 def test_cleared_moves_are_pending_no_more_and_later_ones_are() -> None:
     robot = SteppedRobot()
     targets = [[0.1 * k, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0] for k in range(1, 5)]
-    numbers = [robot.controller.joint_move(target, FULL) for target in targets]
+    numbers = [robot.controller.move(joint_move(target, FULL)) for target in targets]
     robot.step(20)
     assert robot.clears_queue(numbers[0])
-    later = robot.controller.joint_move(targets[3], FULL)
+    later = robot.controller.move(joint_move(targets[3], FULL))
     assert [robot.controller.is_pending(number) for number in (*numbers, later)] == [1, 0, 0, 0, 1]
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(targets[3])

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
+from tests.asked import lin_joint_move, lin_move
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 TRANSPORT = tuple(map(radians, (0, 25, 0, 90, 0, 0, 0)))
@@ -19,7 +20,7 @@ TRANSPORT = tuple(map(radians, (0, 25, 0, 90, 0, 0, 0)))
 def goes_straight_to(robot: SteppedRobot, target: Frame, speed_rel: float = 1.0) -> None:
     """Runs a LIN and checks every tick of it."""
     first = len(robot.joints) - 1
-    robot.controller.lin_move(target, speed_rel, 0.0)
+    robot.controller.move(lin_move(target, speed_rel, 0.0))
     robot.runs_until_stopped()
     assert_straight(robot, robot.joints[first:], target)
     assert_within_limits(robot)
@@ -65,7 +66,7 @@ def test_a3_is_kept_without_and_goes_evenly_with_a_redundancy() -> None:
     target = robot.controller.tool_frame()._replace(y_mm=150.0)
     goes_straight_to(robot, target)
     assert np.ptp([q[2] for q in robot.joints]) == 0.0
-    robot.controller.lin_move(target._replace(y_mm=-150.0), 1.0, 0.0, 0.4)
+    robot.controller.move(lin_move(target._replace(y_mm=-150.0), 1.0, 0.0, 0.4))
     first = len(robot.joints)
     robot.runs_until_stopped()
     parts = np.array([q[2] for q in robot.joints[first:]]) / 0.4
@@ -128,7 +129,7 @@ def test_lines_from_or_to_poses_that_no_line_can_leave_are_refused(
     robot.goes_to(SINGULAR[pose])
     for target in (home, singular._replace(x_mm=singular.x_mm + 50.0, z_mm=singular.z_mm - 100.0)):
         with pytest.raises(Refused) as refused:
-            robot.controller.lin_move(target, 1.0, 0.0, redundancy)
+            robot.controller.move(lin_move(target, 1.0, 0.0, redundancy))
         assert refused.value.code == CROSSING_SINGULARITY
         assert "singular" in refused.value.reason
 
@@ -151,7 +152,7 @@ def test_lines_of_six_axes_from_or_to_poses_that_no_line_can_leave_are_refused(p
     robot.goes_to(SINGULAR_OF_SIX_AXES[pose])
     for target in (home, singular._replace(x_mm=singular.x_mm + 50.0, z_mm=singular.z_mm - 100.0)):
         with pytest.raises(Refused) as refused:
-            robot.controller.lin_move(target, 1.0, 0.0)
+            robot.controller.move(lin_move(target, 1.0, 0.0))
         assert refused.value.code == CROSSING_SINGULARITY
         assert "singular" in refused.value.reason
 
@@ -194,10 +195,10 @@ def test_a_joint_at_its_limit_may_not_swing_out_and_back_between_samples() -> No
 def test_lines_of_no_or_hardly_any_length_are_moves_too() -> None:
     robot = SteppedRobot()
     frame = robot.controller.tool_frame()
-    robot.controller.lin_move(frame, 1.0, 0.0)
+    robot.controller.move(lin_move(frame, 1.0, 0.0))
     assert robot.runs_until_stopped() == 1
     for length_mm in (1e-9, 1e-6, 1e-5, 1e-4, 1e-3, 0.1):
-        robot.controller.lin_move(frame._replace(x_mm=frame.x_mm + length_mm), 1.0, 0.0)
+        robot.controller.move(lin_move(frame._replace(x_mm=frame.x_mm + length_mm), 1.0, 0.0))
         robot.runs_until_stopped()
     assert_within_limits(robot)
 
@@ -208,7 +209,7 @@ def test_a_line_that_would_leave_the_workspace_half_way_is_refused() -> None:
     frame = robot.controller.tool_frame()
     mirrored = robot.tcp_frame([radians(-150), radians(60), 0, radians(-60), 0, radians(60), 0])
     with pytest.raises(Refused) as refused:
-        robot.controller.lin_move(mirrored, 1.0, 0.0)
+        robot.controller.move(lin_move(mirrored, 1.0, 0.0))
     assert refused.value.code in {JOINT_LIMIT, OUT_OF_REACH, CROSSING_SINGULARITY}
     assert not robot.controller.moving
     assert robot.controller.tool_frame() == frame
@@ -239,7 +240,7 @@ def test_a_line_to_joint_positions_ends_in_them(robot_name: str, offsets: tuple[
     robot = SteppedRobot(robot_name)
     home = robot.description.home
     target = tuple(np.add(home, offsets[: len(home)]).tolist())
-    robot.controller.lin_joint_move(target, 1.0, 0.0)
+    robot.controller.move(lin_joint_move(target, 1.0, 0.0))
     robot.runs_until_stopped()
     np.testing.assert_allclose(robot.controller.joints, target, atol=1e-6)
     assert_within_limits(robot)
@@ -251,7 +252,7 @@ def test_a_line_to_joint_positions_ends_in_them(robot_name: str, offsets: tuple[
 def test_a_line_to_joints_that_need_the_arm_bent_another_way_is_refused() -> None:
     robot = SteppedRobot()
     with pytest.raises(Refused) as refused:
-        robot.controller.lin_joint_move([0.2, -0.4, 0.1, 1.2, 0.0, -1.2, 0.0], 1.0, 0.0)
+        robot.controller.move(lin_joint_move([0.2, -0.4, 0.1, 1.2, 0.0, -1.2, 0.0], 1.0, 0.0))
     assert refused.value.code in {ROBOT_CONFIGURATION, OUT_OF_REACH, CROSSING_SINGULARITY, JOINT_LIMIT}
     assert not robot.controller.moving
 
@@ -268,7 +269,7 @@ def test_a_joint_goes_on_through_half_a_turn_and_further(a6_deg: int) -> None:
         turned = (*here[:5], here[5] + radians(turn_deg))
         start = robot.controller.tool_frame()
         end = robot.tcp_frame(turned)._replace(z_mm=start.z_mm + 20.0)
-        robot.controller.lin_move(end, 1.0, 0.0)
+        robot.controller.move(lin_move(end, 1.0, 0.0))
         first = len(robot.joints) - 1
         robot.runs_until_stopped()
         assert_straight(robot, robot.joints[first:], end)
@@ -280,7 +281,7 @@ def test_a_line_to_joints_a_turn_away_is_refused() -> None:
     robot = SteppedRobot(ARMS[1])
     away = (*robot.description.home[:5], radians(350.0))
     with pytest.raises(Refused, match="a turn"):
-        robot.controller.lin_joint_move(away, 1.0, 0.0)
+        robot.controller.move(lin_joint_move(away, 1.0, 0.0))
 
 
 def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
@@ -288,7 +289,7 @@ def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
     robot.goes_to([*robot.description.home[:5], radians(300.0)])
     end = robot.tcp_frame([*robot.description.home[:5], radians(400.0)])
     with pytest.raises(Refused, match="A6 would pass its limit of") as refused:
-        robot.controller.lin_move(end._replace(z_mm=end.z_mm + 20.0), 1.0, 0.0)
+        robot.controller.move(lin_move(end._replace(z_mm=end.z_mm + 20.0), 1.0, 0.0))
     assert refused.value.code == JOINT_LIMIT
     limit = robot.description.position_max[5]
     told = rf"A6 would pass its limit of {limit:.7g} rad \(350 deg\) after [\d.]+% of the line"

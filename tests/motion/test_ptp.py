@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import RobotDescription, load_robot
+from tests.asked import joint_move, ptp_move
 from tests.stepped import ARMS, VELOCITY_TOLERANCE, SteppedRobot, assert_within_limits
 
 DESCRIPTIONS = [load_robot(name) for name in ARMS]
@@ -55,7 +56,7 @@ def test_joint_moves_take_little_longer_than_the_optimum(
     start, end = data.draw(positions(description)), data.draw(positions(description))
     robot = SteppedRobot(description)
     robot.goes_to(start)
-    robot.controller.joint_move(end, [speed_rel] * len(end))
+    robot.controller.move(joint_move(end, [speed_rel] * len(end)))
     ticks = robot.runs_until_stopped()
     optimum = optimal_duration_s(robot.description, start, end, speed_rel)
     # At most twice the moving average's window of 48 ms for the smallest moves, and far less for longer ones.
@@ -72,7 +73,7 @@ def test_joint_moves_are_straight_and_end_exactly(description: RobotDescription,
     start, end = data.draw(positions(description)), data.draw(positions(description))
     robot = SteppedRobot(description)
     robot.goes_to(start)
-    robot.controller.joint_move(end, data.draw(speeds(description)))
+    robot.controller.move(joint_move(end, data.draw(speeds(description))))
     robot.runs_until_stopped()
     assert robot.controller.joints == end
     assert_within_limits(robot)
@@ -93,7 +94,7 @@ def test_no_joint_is_faster_than_its_relative_speed(
 ) -> None:
     speeds_rel = data.draw(speeds(description))
     robot = SteppedRobot(description)
-    robot.controller.joint_move(data.draw(positions(description)), speeds_rel)
+    robot.controller.move(joint_move(data.draw(positions(description)), speeds_rel))
     robot.runs_until_stopped()
     velocities = np.abs(np.diff(robot.joints, axis=0)) / robot.tick_s
     limits = np.array(robot.description.velocity) * speeds_rel
@@ -107,7 +108,7 @@ def test_no_joint_is_faster_than_its_relative_speed(
 def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: st.DataObject) -> None:
     robot = SteppedRobot(description)
     target = robot.tcp_frame(data.draw(positions(description)))
-    robot.controller.ptp_move(target, 1.0, 0.0)
+    robot.controller.move(ptp_move(target, 1.0, 0.0))
     robot.runs_until_stopped()
     reached, wanted = robot.tcp(robot.controller.joints), target.to_transform()
     np.testing.assert_allclose(reached.translation, wanted.translation, atol=1e-9)
@@ -120,6 +121,6 @@ def test_ptp_to_a_frame_comes_to_the_frame(description: RobotDescription, data: 
 @given(joints=positions(DESCRIPTIONS[0]))
 def test_ptp_with_redundancy_comes_to_that_a3(joints: tuple[float, ...]) -> None:
     robot = SteppedRobot()
-    robot.controller.ptp_move(robot.tcp_frame(joints), 1.0, 0.0, joints[2])
+    robot.controller.move(ptp_move(robot.tcp_frame(joints), 1.0, 0.0, joints[2]))
     robot.runs_until_stopped()
     assert robot.controller.joints[2] == pytest.approx(joints[2], abs=1e-12)

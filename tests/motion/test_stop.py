@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.asked import joint_move, lin_move, ptp_move
 from tests.stepped import ARMS, ROBOTS, SteppedRobot, assert_within_limits, line_errors
 
 STOP_S = 0.1
@@ -22,7 +23,7 @@ def away_from_home(robot: SteppedRobot) -> list[float]:
 def goes_away(robot: SteppedRobot) -> None:
     """Sends it there at full speed."""
     to = away_from_home(robot)
-    robot.controller.joint_move(to, [1.0] * len(to))
+    robot.controller.move(joint_move(to, [1.0] * len(to)))
 
 
 def stops(robot: SteppedRobot) -> int:
@@ -41,8 +42,8 @@ def test_a_stop_ends_all_motion_within_100_ms(
 ) -> None:
     robot = SteppedRobot(robot_name, 1.0 / rate_hz)
     frame, away = robot.controller.tool_frame(), away_from_home(robot)
-    robot.controller.joint_move(away, [speed] * len(away))
-    robot.controller.ptp_move(frame, 1.0, 0.0)
+    robot.controller.move(joint_move(away, [speed] * len(away)))
+    robot.controller.move(ptp_move(frame, 1.0, 0.0))
     robot.step(round(after_s * rate_hz))
     assert stops(robot) * robot.tick_s <= STOP_S + 1e-9
     rest = robot.controller.joints
@@ -60,7 +61,7 @@ def test_a_stopped_line_stays_on_its_line(robot_name: str, after: int) -> None:
     robot = SteppedRobot(robot_name)
     frame = robot.controller.tool_frame()
     target = frame._replace(y_mm=300.0, gamma=frame.gamma + 0.4)
-    robot.controller.lin_move(target, 1.0, 0.0)
+    robot.controller.move(lin_move(target, 1.0, 0.0))
     robot.step(after)
     stops(robot)
     off_line_m, off_arc_rad = line_errors(robot, robot.joints, target)
@@ -77,7 +78,7 @@ def test_moves_sent_during_a_stop_start_where_it_ends(robot_name: str) -> None:
     robot.stop()
     robot.step(10)
     target = [0.0] * len(robot.controller.joints)
-    robot.controller.joint_move(target, [0.5] * len(target))
+    robot.controller.move(joint_move(target, [0.5] * len(target)))
     robot.runs_until_stopped()
     assert robot.controller.joints == tuple(target)
     assert_within_limits(robot)

@@ -18,6 +18,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.plot.draw import draw, picture
 from iiwa_sim.plot.record import Recording, record
 from iiwa_sim.plot.script import read_script
+from tests.asked import lin_force_move, lin_move
 from tests.plot.scripts import EXAMPLES, JOINT, LIN, TABLE, recorded, recorded_in
 
 DOWN = "3.14159265359 0 3.14159265359"
@@ -54,9 +55,9 @@ def test_forces_are_those_of_the_controller_bit_for_bit(probing: Recording) -> N
         on_contact=lambda contact: contacts.append((controller.tick, contact)),
     )
     down = Frame(600, 0, 280, 3.14159265359, 0, 3.14159265359)
-    controller.lin_move(down._replace(z_mm=320), 0.5, 0.0)
-    controller.lin_force_move(down, 0.1, 0.0, (10.0, 20.0, 30.0))
-    controller.lin_move(down._replace(z_mm=320), 0.5, 0.0)
+    controller.move(lin_move(down._replace(z_mm=320), 0.5, 0.0))
+    controller.move(lin_force_move(down, 0.1, 0.0, (10.0, 20.0, 30.0)))
+    controller.move(lin_move(down._replace(z_mm=320), 0.5, 0.0))
     forces = [controller.cartesian_force()[:3]]
     for _ in range(len(probing.force_n) - 1):
         controller.step()

@@ -12,6 +12,7 @@ from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.plot.record import REST_TICKS, record
 from iiwa_sim.plot.script import read_script
 from iiwa_sim.robot.description import load_robot
+from tests.asked import joint_move, lin_move
 from tests.plot.scripts import EXAMPLE, JOINT, JOINTS, LIN, recorded
 
 ROBOTS = ["lbr_iiwa_7_r800", "lbr_iiwa_14_r820"]
@@ -30,12 +31,12 @@ def test_the_joints_are_those_of_the_controller_bit_for_bit(robot: str, rate_hz:
         places.append(controller.tool_frame()[:3])
 
     def lin() -> None:
-        controller.lin_move(Frame(450, 100, 520, 0, -1.57079, 0), 0.5, 20.0)
+        controller.move(lin_move(Frame(450, 100, 520, 0, -1.57079, 0), 0.5, 20.0))
 
     lin()
     for _ in range(rate_hz // 5):
         step()
-    controller.joint_move([float(word) for word in JOINTS.split()], [1.0] * 7)
+    controller.move(joint_move([float(word) for word in JOINTS.split()], [1.0] * 7))
     while controller.moving:
         step()
     for _ in range(rate_hz // 10):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.poses import from_quaternion
+from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, Kind, MoveRequest, Shift
 from iiwa_sim.dialect.wire.help import helped
 from iiwa_sim.dialect.wire.line_session import written
 from iiwa_sim.dialect.wire.table import Request, in_degrees
@@ -31,15 +32,31 @@ Values = tuple[float, ...]
 Handler = Callable[["IiwaSession", Request], bytes]
 
 
-def _move(accept: Callable[[Controller, Values], int]) -> Handler:
+def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
     """A move of this session. Refused or not, it has cost a plan: others get their turn behind it."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
         session.pause()
-        session.owns(accept(session.controller, request.values))
+        session.owns(session.controller.move(request_of(request.values)))
         return _DONE
 
     return handler
+
+
+def _to_frame(kind: Kind, values: Values) -> MoveRequest:
+    """Of a frame, a speed and a blending."""
+    return MoveRequest(kind, Frame(*values[:6]), values[6], values[7])
+
+
+def _by_shift(kind: Kind, values: Values, *, in_tool: bool) -> MoveRequest:
+    shift = Shift(Frame(*values[:6]), in_tool)
+    return MoveRequest(kind, speed=values[6], blending=values[7], shift=shift)
+
+
+def _compliant(kind: Kind, values: Values) -> MoveRequest:
+    """Of a frame, a speed, a stiffness and a wrench."""
+    compliance = Compliance(values[7], values[8:])
+    return MoveRequest(kind, Frame(*values[:6]), values[6], compliance=compliance)
 
 
 def _does(call: Callable[[Controller, Values], None]) -> Handler:
@@ -64,13 +81,14 @@ def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
     )
 
 
-def _checks(check: Callable[[Controller, Values], None]) -> Handler:
-    """Whether a target can be reached, and why not. It costs as much as a move."""
+def _checks(kind: Kind) -> Handler:
+    """Whether a frame can be reached, and why not. It costs as much as a move."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
         session.pause()
+        place, redundancy = request.values[:6], (*request.values, None)[6]
         try:
-            check(session.controller, request.values)
+            session.controller.check(MoveRequest(kind, Frame(*place), redundancy=redundancy))
         except Refused as refused:
             return _prose(f"unreachable {refused.code} {refused.reason}{in_degrees(request)}")
         return written("reachable")
@@ -117,47 +135,31 @@ COMMANDS: dict[str, Handler] = {
     "stop": _does(lambda robot, _: robot.stop()),
     "cancel move": _does(lambda robot, _: robot.cancel_move()),
     "clear queue": _does(lambda robot, _: robot.clear_queue()),
-    "joint move": _move(lambda robot, v: robot.joint_move(v[:7], v[7:])),
-    "lin joint move": _move(lambda robot, v: robot.lin_joint_move(v[:7], v[7], v[8])),
-    "lin move": _move(lambda robot, v: robot.lin_move(Frame(*v[:6]), v[6], v[7])),
-    "ptp move": _move(lambda robot, v: robot.ptp_move(Frame(*v[:6]), v[6], v[7])),
-    "linr move": _move(lambda robot, v: robot.lin_move(Frame(*v[:6]), v[6], v[7], v[8])),
-    "ptpr move": _move(lambda robot, v: robot.ptp_move(Frame(*v[:6]), v[6], v[7], v[8])),
-    "lin quaternion move": _move(lambda robot, v: robot.lin_move(_turned(v), v[7], v[8])),
-    "ptp quaternion move": _move(lambda robot, v: robot.ptp_move(_turned(v), v[7], v[8])),
-    "lin relative move": _move(
-        lambda robot, v: robot.lin_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=False)
-    ),
-    "lin tool relative move": _move(
-        lambda robot, v: robot.lin_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=True)
-    ),
-    "ptp relative move": _move(
-        lambda robot, v: robot.ptp_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=False)
-    ),
-    "ptp tool relative move": _move(
-        lambda robot, v: robot.ptp_relative_move(Frame(*v[:6]), v[6], v[7], in_tool=True)
-    ),
-    "linforcez move": _move(
-        lambda robot, v: robot.lin_force_move(Frame(*v[:6]), v[6], v[7], (None, None, v[8]))
-    ),
-    "ptpforcez move": _move(
-        lambda robot, v: robot.ptp_force_move(Frame(*v[:6]), v[6], v[7], (None, None, v[8]))
-    ),
-    "linforce move": _move(
-        lambda robot, v: robot.lin_force_move(Frame(*v[:6]), v[6], v[7], (v[8], v[9], v[10]))
-    ),
-    "ptpforce move": _move(
-        lambda robot, v: robot.ptp_force_move(Frame(*v[:6]), v[6], v[7], (v[8], v[9], v[10]))
-    ),
-    "linstiff move": _move(lambda robot, v: robot.lin_stiff_move(Frame(*v[:6]), v[6], v[7], v[8:])),
-    "ptpstiff move": _move(lambda robot, v: robot.ptp_stiff_move(Frame(*v[:6]), v[6], v[7], v[8:])),
-    "start gravity": _move(lambda robot, v: robot.start_gravity(v[0])),
-    "smart joint move": _move(lambda robot, v: robot.smart_joint_move(v[:7], v[7:])),
-    "smart cartesian move": _move(lambda robot, v: robot.smart_cartesian_move(Frame(*v[:6]), v[6])),
-    "direct joint move": _move(lambda robot, v: robot.direct_joint_move(v[:7], v[7:])),
-    "direct cartesian move": _move(lambda robot, v: robot.direct_cartesian_move(Frame(*v[:6]), v[6])),
-    "is reachable": _checks(lambda robot, v: robot.check_reach(Frame(*v[:6]), *v[6:])),
-    "is lin reachable": _checks(lambda robot, v: robot.check_line(Frame(*v[:6]), *v[6:])),
+    "joint move": _move(lambda v: MoveRequest(Kind.PTP, v[:7], speeds=v[7:], blending=JOINT_BLENDING)),
+    "lin joint move": _move(lambda v: MoveRequest(Kind.LIN, v[:7], v[7], v[8])),
+    "lin move": _move(lambda v: _to_frame(Kind.LIN, v)),
+    "ptp move": _move(lambda v: _to_frame(Kind.PTP, v)),
+    "linr move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(redundancy=v[8])),
+    "ptpr move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(redundancy=v[8])),
+    "lin quaternion move": _move(lambda v: MoveRequest(Kind.LIN, _turned(v), v[7], v[8])),
+    "ptp quaternion move": _move(lambda v: MoveRequest(Kind.PTP, _turned(v), v[7], v[8])),
+    "lin relative move": _move(lambda v: _by_shift(Kind.LIN, v, in_tool=False)),
+    "lin tool relative move": _move(lambda v: _by_shift(Kind.LIN, v, in_tool=True)),
+    "ptp relative move": _move(lambda v: _by_shift(Kind.PTP, v, in_tool=False)),
+    "ptp tool relative move": _move(lambda v: _by_shift(Kind.PTP, v, in_tool=True)),
+    "linforcez move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(thresholds=(None, None, v[8]))),
+    "ptpforcez move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(thresholds=(None, None, v[8]))),
+    "linforce move": _move(lambda v: _to_frame(Kind.LIN, v)._replace(thresholds=(v[8], v[9], v[10]))),
+    "ptpforce move": _move(lambda v: _to_frame(Kind.PTP, v)._replace(thresholds=(v[8], v[9], v[10]))),
+    "linstiff move": _move(lambda v: _compliant(Kind.LIN, v)),
+    "ptpstiff move": _move(lambda v: _compliant(Kind.PTP, v)),
+    "start gravity": _move(lambda v: MoveRequest(Kind.HOLD, hold_nm_per_rad=v[0])),
+    "smart joint move": _move(lambda v: MoveRequest(Kind.SMART, v[:7], speeds=v[7:])),
+    "smart cartesian move": _move(lambda v: MoveRequest(Kind.SMART, Frame(*v[:6]), v[6])),
+    "direct joint move": _move(lambda v: MoveRequest(Kind.DIRECT, v[:7], speeds=v[7:])),
+    "direct cartesian move": _move(lambda v: MoveRequest(Kind.DIRECT, Frame(*v[:6]), v[6])),
+    "is reachable": _checks(Kind.PTP),
+    "is lin reachable": _checks(Kind.LIN),
     "get tool frame": _gives(lambda robot: robot.tool_frame()),
     "get flange frame": _gives(lambda robot: robot.flange_frame()),
     "get joint position": _gives(lambda robot: robot.joints),

@@ -42,6 +42,8 @@ class IiwaSession(LineSession):
         self._strict = strict
         self._logs_commands = False
         self._beyond_told: set[str] = set()  # commands with values behind their last parameter
+        self.owns = self._moves.add
+        """To be told the numbers of moves that are accepted for this session."""
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
         dialogue.event(name, "connected", IIWA)
 
@@ -62,10 +64,6 @@ class IiwaSession(LineSession):
             self.controller.stop()
             self.log.stopped(self.name, vanished=True)
         self._moves.clear()
-
-    def owns(self, move: int) -> None:
-        """A move of this number has been accepted for this session."""
-        self._moves.add(move)
 
     def said_bye(self) -> None:
         """The client has said bye: stops the robot."""

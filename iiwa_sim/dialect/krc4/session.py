@@ -8,13 +8,14 @@ it bytes and asks for answers while there are messages waiting. More in docs/krc
 Frames on the wire are in mm and degrees, joint positions in degrees.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import degrees, radians
 from typing import NamedTuple
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.io import NUMBER_OUT_OF_RANGE, Io
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.dialect.krc4.short import short_reply, word_for_word, written
 from iiwa_sim.dialect.krc4.stream import Broken, Element, XmlStream
 from iiwa_sim.dialect.krc4.table import Command, Message, load_krc4_table, reply, understand
@@ -27,10 +28,6 @@ from iiwa_sim.wording import harmless, shortened
 
 _MESSAGES_AT_ONCE = 64  # answered in a few milliseconds; then the event loop gets its turn
 _LONGEST_TEXT = 200  # of a message in the log
-
-# No message says how fast or with which blending.
-_FULL_SPEED = 1.0
-_NO_BLENDING = 0.0
 
 _NO_MESSAGE = Message((0, 0), (), "")
 
@@ -56,6 +53,7 @@ class Krc4Session:
         self._dialogue.event(name, "connected", KRC4)
         self._table = load_krc4_table()
         self._axes = len(controller.description.joints)
+        self._full_speeds = [1.0] * self._axes  # no message says how fast, or with which blending
         self._stream = XmlStream()
         self._next: Element | Broken | None = None
         self._next_wire = b""
@@ -168,10 +166,15 @@ class Krc4Session:
         if message.fault or command is None:
             reason = message.fault or f"no command has the id {message.command}"
             raise Refused(COMMUNICATION_FAILURE, reason)
-        move = _MOVES.get(command.tag)
-        if move is not None:
+        kind = _KINDS.get(command.tag)
+        if kind is not None:
             self._planned = True  # refused or not, it has cost a plan
-            self._moves.add(move(self._controller, self._target(command, message)))
+            target = self._target(command, message)
+            self._moves.add(
+                self._controller.move(
+                    MoveRequest(kind, target if command.joints else Frame(*target), speeds=self._full_speeds)
+                )
+            )
             return _Answer()
         return _OTHERS[command.tag](self._controller, message)
 
@@ -236,16 +239,7 @@ def _goal_axes(controller: Controller, _: Message) -> _Answer:
     return _Answer((), tuple(map(degrees, controller.goal_joints)))
 
 
-def _joint_move(controller: Controller, joints: Sequence[float]) -> int:
-    return controller.joint_move(joints, [_FULL_SPEED] * len(joints), _NO_BLENDING)
-
-
-_MOVES: dict[str, Callable[[Controller, tuple[float, ...]], int]] = {
-    "LIN": lambda controller, v: controller.lin_move(Frame(*v), _FULL_SPEED, _NO_BLENDING),
-    "LIA": lambda controller, v: controller.lin_joint_move(v, _FULL_SPEED, _NO_BLENDING),
-    "PTP": lambda controller, v: controller.ptp_move(Frame(*v), _FULL_SPEED, _NO_BLENDING),
-    "PTA": _joint_move,
-}
+_KINDS = {"LIN": Kind.LIN, "LIA": Kind.LIN, "PTP": Kind.PTP, "PTA": Kind.PTP}
 _OTHERS: dict[str, Callable[[Controller, Message], _Answer]] = {
     "STO": _stop,
     "FIN": _is_idle,

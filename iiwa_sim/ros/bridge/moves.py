@@ -10,9 +10,10 @@ from typing import NamedTuple
 from iiwa_sim.client import AsyncIiwa
 from iiwa_sim.client.replies import Frame as ClientFrame
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.requests import Kind
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.ros.rmi.robot import BlendingUnit, Joints, Kind, Move, SpeedUnit
+from iiwa_sim.ros.rmi.robot import BlendingUnit, Joints, Move, SpeedUnit
 from iiwa_sim.ros.rmi.speeds import joint_speeds_rel
 
 JOINT_BLENDING = 0.1

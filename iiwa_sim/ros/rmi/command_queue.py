@@ -10,10 +10,11 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.controller.requests import Kind
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.conventions import Reference
 from iiwa_sim.ros.rmi.commands import read_command
-from iiwa_sim.ros.rmi.robot import Done, Failure, Kind, Move, Robot
+from iiwa_sim.ros.rmi.robot import Done, Failure, Move, Robot
 
 LONGEST_QUEUE = 1000
 """Commands that have no result yet; more are refused."""

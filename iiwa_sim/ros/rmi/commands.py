@@ -9,9 +9,10 @@ from typing import Any
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.poses import from_quaternion
+from iiwa_sim.controller.requests import Kind
 from iiwa_sim.frames import Frame, compose, transform_from_euler
 from iiwa_sim.ros.conventions import Reference
-from iiwa_sim.ros.rmi.robot import BlendingUnit, Joints, Kind, Move, SpeedUnit
+from iiwa_sim.ros.rmi.robot import BlendingUnit, Joints, Move, SpeedUnit
 from iiwa_sim.wording import harmless, shortened
 
 JOINTS, EULER, QUATERNION = "JOINTS", "EULER_INTRINSIC_ZYX", "QUATERNION"
@@ -19,7 +20,7 @@ BASES = ("base", "/base", "base_link", "/base_link")
 """Names in pose_reference that say that the pose is in the base already."""
 NEWTON = "N"
 
-_TYPES = {kind.value: (kind, False) for kind in Kind} | {
+_TYPES = {kind.value: (kind, False) for kind in Kind if kind is not Kind.HOLD} | {
     "LINFORCE": (Kind.LIN, True),
     "PTPFORCE": (Kind.PTP, True),
 }

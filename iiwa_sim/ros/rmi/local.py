@@ -5,6 +5,7 @@ from math import dist
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
 from iiwa_sim.ros.rmi.robot import (
@@ -13,7 +14,6 @@ from iiwa_sim.ros.rmi.robot import (
     Ended,
     Failure,
     Joints,
-    Kind,
     Move,
     SpeedUnit,
     State,
@@ -54,11 +54,8 @@ class LocalRobot:
         return self._controller.status()
 
     def move(self, move: Move, ended: Ended) -> None:
-        target = move.target
         try:
-            number = (
-                self._to_frame(move, target) if isinstance(target, Frame) else self._to_joints(move, target)
-            )
+            number = self._controller.move(self._request(move))
         except Refused as refused:
             self._controller.record_error(refused.code, refused.reason)
             ended(refused.code, refused.reason)
@@ -86,34 +83,23 @@ class LocalRobot:
         if ended is not None:  # else it is a move of another client
             ended(ending.code, ending.reason)
 
-    def _to_joints(self, move: Move, joints: Joints) -> int:
-        controller, cap = self._controller, move.acceleration
+    def _request(self, move: Move) -> MoveRequest:
+        """In the units of the controller. Raises `Refused`."""
+        controller, target = self._controller, move.target
+        asked = MoveRequest(move.kind, target, acceleration=move.acceleration)
+        if isinstance(target, Frame):
+            if move.kind.is_servo:
+                return asked._replace(speed=move.speeds[0])
+            asked = asked._replace(blending=self._blending_mm(move, target), thresholds=move.thresholds_n)
+            if move.speed_unit is SpeedUnit.M_S:
+                return asked._replace(tcp_speed_m_s=move.speeds[0])
+            return asked._replace(speed=move.speeds[0])
         if move.kind is Kind.LIN:
-            blending_mm = self._blending_mm(move, controller.tcp_frame_at(joints))
-            return controller.lin_joint_move(joints, move.speeds[0], blending_mm, acceleration=cap)
+            blending_mm = self._blending_mm(move, controller.tcp_frame_at(target))
+            return asked._replace(speed=move.speeds[0], blending=blending_mm)
         speeds = joint_speeds_rel(move, self.joint_names, controller.description.velocity)
-        if move.kind is Kind.SMART:
-            return controller.smart_joint_move(joints, speeds, acceleration=cap)
-        if move.kind is Kind.DIRECT:
-            return controller.direct_joint_move(joints, speeds, acceleration=cap)
-        return controller.joint_move(joints, speeds, self._blending_rel(move, joints), acceleration=cap)
-
-    def _to_frame(self, move: Move, frame: Frame) -> int:
-        controller, speed, cap = self._controller, move.speeds[0], move.acceleration
-        if move.kind is Kind.SMART:
-            return controller.smart_cartesian_move(frame, speed, acceleration=cap)
-        if move.kind is Kind.DIRECT:
-            return controller.direct_cartesian_move(frame, speed, acceleration=cap)
-        blending_mm, thresholds = self._blending_mm(move, frame), move.thresholds_n
-        if move.speed_unit is SpeedUnit.M_S:
-            return controller.lin_move_at(frame, speed, blending_mm, thresholds, acceleration=cap)
-        if move.kind is Kind.LIN:
-            if thresholds is None:
-                return controller.lin_move(frame, speed, blending_mm, acceleration=cap)
-            return controller.lin_force_move(frame, speed, blending_mm, thresholds, acceleration=cap)
-        if thresholds is None:
-            return controller.ptp_move(frame, speed, blending_mm, acceleration=cap)
-        return controller.ptp_force_move(frame, speed, blending_mm, thresholds, acceleration=cap)
+        asked = asked._replace(speeds=speeds)
+        return asked if move.kind.is_servo else asked._replace(blending=self._blending_rel(move, target))
 
     def _blending_mm(self, move: Move, target: Frame) -> float:
         """A relative one is a part of the straight way of the TCP."""

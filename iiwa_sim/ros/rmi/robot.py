@@ -5,24 +5,11 @@ from enum import Enum
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.controller.acceleration import AccelerationCap
+from iiwa_sim.controller.requests import Kind
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
 
 Joints = tuple[float, ...]
-
-
-class Kind(Enum):
-    """Of a move: the words of Command.command_type, without the forces."""
-
-    LIN = "LIN"
-    PTP = "PTP"
-    SMART = "SMART"
-    DIRECT = "DIRECT"
-
-    @property
-    def is_servo(self) -> bool:
-        """Whether such a move takes the place of the one before, as smart and direct moves do."""
-        return self in (Kind.SMART, Kind.DIRECT)
 
 
 class SpeedUnit(Enum):

@@ -7,10 +7,30 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.requests import Kind
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.table import load_table
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
+from tests.asked import (
+    direct_cartesian_move,
+    direct_joint_move,
+    gravity_hold,
+    joint_move,
+    lin_force_move,
+    lin_joint_move,
+    lin_move,
+    lin_reach,
+    lin_relative_move,
+    lin_stiff_move,
+    ptp_force_move,
+    ptp_move,
+    ptp_relative_move,
+    ptp_stiff_move,
+    reach,
+    smart_cartesian_move,
+    smart_joint_move,
+)
 from tests.dialect.fake_robot import Conversation, FakeRobot, Journal, replies
 from tests.dialect.packets import cut
 
@@ -86,19 +106,19 @@ def test_moves_reach_the_controller_as_they_were_said():
     assert talk.ask("smart cartesian move : 600 -.5 5e2 3. 0.25 -3 0.5") == "done"
     assert talk.ask("direct cartesian move : 600 -.5 5e2 3. 0.25 -3 0.5") == "done"
     assert robot.moves == [
-        ("lin", frame, 0.5, 10.0, None),
-        ("ptp", frame, 0.5, 10.0, None),
-        ("lin", frame, 0.5, 10.0, 1.25),
-        ("ptp", frame, 0.5, 10.0, 1.25),
-        ("joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
-        ("lin joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 0.1, 20.0),
-        ("linstiff", frame, 0.5, 2000.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
-        ("ptpstiff", frame, 0.5, 0.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
-        ("gravity", 300.0),
-        ("smart joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
-        ("direct joint", (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
-        ("smart cartesian", frame, 0.5),
-        ("direct cartesian", frame, 0.5),
+        lin_move(frame, 0.5, 10.0),
+        ptp_move(frame, 0.5, 10.0),
+        lin_move(frame, 0.5, 10.0, 1.25),
+        ptp_move(frame, 0.5, 10.0, 1.25),
+        joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7), 0.1),
+        lin_joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), 0.1, 20.0),
+        lin_stiff_move(frame, 0.5, 2000.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
+        ptp_stiff_move(frame, 0.5, 0.0, (1.0, 2.0, 3.0, 0.4, 0.5, 0.6)),
+        gravity_hold(300.0),
+        smart_joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        direct_joint_move((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0), (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)),
+        smart_cartesian_move(frame, 0.5),
+        direct_cartesian_move(frame, 0.5),
     ]
     assert robot.stops == 0
     assert talk.ask("stop") == "done"
@@ -114,11 +134,16 @@ def test_quaternions_and_shifts_reach_the_controller_as_they_were_said():
     assert talk.ask("ptp quaternion move : 600 0 500 0 0 0.6 -0.8 0.5 10") == "done"
     for name in ("lin relative", "lin tool relative", "ptp relative", "ptp tool relative"):
         assert talk.ask(f"{name} move : 10 -20 30 .1 .2 .3 .5 6") == "done"
-    (_, flat, *_), (_, turned, *_), *relative = robot.moves
-    assert flat == pytest.approx((600.0, 0.0, 500.0, math.pi, 0.0, math.pi))
-    assert turned == pytest.approx((600.0, 0.0, 500.0, 2.0 * math.atan2(0.6, -0.8) - 2.0 * math.pi, 0.0, 0.0))
+    flat, turned, *relative = robot.moves
+    assert (flat.kind, turned.kind) == (Kind.LIN, Kind.PTP)
+    assert flat.target == pytest.approx((600.0, 0.0, 500.0, math.pi, 0.0, math.pi))
+    assert turned.target == pytest.approx(
+        (600.0, 0.0, 500.0, 2.0 * math.atan2(0.6, -0.8) - 2.0 * math.pi, 0.0, 0.0)
+    )
     assert relative == [
-        (f"{kind} relative", shift, 0.5, 6.0, tool) for kind in ("lin", "ptp") for tool in (False, True)
+        move(shift, 0.5, 6.0, in_tool=in_tool)
+        for move in (lin_relative_move, ptp_relative_move)
+        for in_tool in (False, True)
     ]
     assert talk.ask("lin quaternion move : 600 0 500 0 0 0 0 0.5 10") == "error"
     assert talk.ask("get error") == "3000 a quaternion of length 0: expected 1, within 0.01"
@@ -130,11 +155,11 @@ def test_reachability_is_told_with_its_reason_and_is_no_error():
     robot = FakeRobot()
     talk = Conversation(robot)
     target = Frame(600.0, 0.0, 500.0, 0.0, 1.0, 0.0)
-    for name, kind in (("is reachable", "ptp"), ("is lin reachable", "lin")):
+    for name, asks in (("is reachable", reach), ("is lin reachable", lin_reach)):
         robot.refuses, robot.asked = None, []
         assert talk.ask(f"{name} : 600 0 500 0 1 0") == "reachable"
         assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == "reachable"
-        assert robot.asked == [(kind, target, None), (kind, target, 0.5)]
+        assert robot.asked == [asks(target), asks(target, 0.5)]
         robot.refuses = Refused(3021, "out\n of reach")
         assert talk.ask(f"{name} : 600 0 500 0 1 0 0.5") == r"unreachable 3021 out\n of reach"
     assert talk.ask("get error") == "0 none"
@@ -157,8 +182,11 @@ def test_force_moves_reach_the_controller_with_their_thresholds():
         assert talk.ask(f"{kind}forcez move : 600 -.5 5e2 3. 0.25 -3 0.5 10 inf") == "error"
     assert robot.moves == [
         move
-        for kind in ("lin force", "ptp force")
-        for move in ((kind, frame, 0.5, 10.0, (None, None, 7.5)), (kind, frame, 0.5, 10.0, (1.0, 2.0, 3.0)))
+        for force_move in (lin_force_move, ptp_force_move)
+        for move in (
+            force_move(frame, 0.5, 10.0, (None, None, 7.5)),
+            force_move(frame, 0.5, 10.0, (1.0, 2.0, 3.0)),
+        )
     ]
 
 

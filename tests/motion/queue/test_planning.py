@@ -9,6 +9,7 @@ from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
+from tests.asked import lin_joint_move, lin_move, ptp_move
 from tests.stepped import ARMS, ROBOTS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
@@ -51,10 +52,10 @@ def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     start = (0.4823, 0.645, 0.3405, -1.118, -0.0469, 1.3014, -0.05)
     robot = SteppedRobot(replace(load_robot(), home=start))
     controller = robot.controller
-    controller.ptp_move(Frame(381.6203, 316.3059, 415.6517, -1.4088, -1.3821, 2.2164), 0.3, 500.0)
-    controller.lin_joint_move((0.6163, 0.5225, 0.4511, -1.1227, -0.1028, 1.1926, -0.1962), 0.7, 9.0)
-    controller.lin_joint_move((0.6163, 0.7738, 0.2731, -1.2483, -0.2809, 1.3182, 0.1703), 0.5, 500.0)
-    controller.ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0)
+    controller.move(ptp_move(Frame(381.6203, 316.3059, 415.6517, -1.4088, -1.3821, 2.2164), 0.3, 500.0))
+    controller.move(lin_joint_move((0.6163, 0.5225, 0.4511, -1.1227, -0.1028, 1.1926, -0.1962), 0.7, 9.0))
+    controller.move(lin_joint_move((0.6163, 0.7738, 0.2731, -1.2483, -0.2809, 1.3182, 0.1703), 0.5, 500.0))
+    controller.move(ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0))
     robot.runs_until_stopped()
     assert worst_loads(robot)["jerk"] <= TOLERANCE
 
@@ -64,6 +65,6 @@ def test_a_slow_line_keeps_its_speed_also_where_a_joint_is_fastest_between_two_s
     robot = SteppedRobot("lbr_iiwa_14_r820")
     robot.goes_to((-1.1439, 0.0708, -2.1269, 0.0425, -0.9482, -0.0904, 1.6161))
     end = robot.tcp_frame((-1.0493, 0.1581, -2.015, 0.2452, -1.1388, -0.2814, 1.6804))
-    robot.controller.lin_move(end, 0.05, 0.0, -2.015)
+    robot.controller.move(lin_move(end, 0.05, 0.0, -2.015))
     robot.runs_until_stopped()
     assert worst_loads(robot)["velocity"] <= 0.05 * VELOCITY_TOLERANCE

@@ -13,6 +13,7 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame
 from iiwa_sim.ros.rmi.definitions import message, service, type_of
 from iiwa_sim.ros.rmi.node import PUBLISHED, BadMessage
+from tests.asked import joint_move
 from tests.ros_robot import NOW_NS, RosRobot, command, ptp
 from tests.stepped import assert_within_limits
 
@@ -148,7 +149,7 @@ def test_a_list_that_replaces_stops_what_runs(robot: RosRobot) -> None:
 
 
 def test_an_empty_list_that_replaces_stops_also_moves_of_others(robot: RosRobot) -> None:
-    robot.controller.joint_move(B, [0.5] * 7)
+    robot.controller.move(joint_move(B, [0.5] * 7))
     robot.step(100)
     robot.gets(replace=True)
     assert robot.runs_until_stopped() < 60
@@ -257,7 +258,7 @@ def test_a_list_that_does_not_fit_changes_nothing(robot: RosRobot) -> None:
 @pytest.mark.requirement("FRC017", "FRA007")
 def test_the_states_of_the_robot_at_their_rates(robot: RosRobot) -> None:
     heard = {topic: robot.hears(topic) for topic in PUBLISHED if topic != "/command_result"}
-    robot.controller.joint_move(B, [0.5] * 7)
+    robot.controller.move(joint_move(B, [0.5] * 7))
     robot.controller.io.set_output(2, True)
     robot.step(500)
     assert {topic: len(messages) for topic, messages in heard.items()} == {

@@ -1,0 +1,83 @@
+"""What a move is asked for with: one value, whichever dialect it comes from."""
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import NamedTuple
+
+from iiwa_sim.controller.acceleration import AccelerationCap
+from iiwa_sim.controller.force_guard import Thresholds
+from iiwa_sim.frames import Frame
+
+JOINT_BLENDING = 0.1
+"""Of PTP to joint positions, as published for the original: it blends into the next move where each joint has
+no more than that part of its way to go."""
+
+
+class Kind(Enum):
+    """How the robot gets to its target."""
+
+    LIN = "LIN"
+    """Straight at the TCP."""
+    PTP = "PTP"
+    """Straight in joint space."""
+    SMART = "SMART"
+    """A servo: it heads for the newest target from wherever the robot is."""
+    DIRECT = "DIRECT"
+    """A stiffer servo, for targets near the present positions."""
+    HOLD = "HOLD"
+    """Every joint is held by a spring where the robot is, or comes to rest."""
+
+    @property
+    def is_servo(self) -> bool:
+        """Whether such a move takes the place of the one before."""
+        return self in (Kind.SMART, Kind.DIRECT)
+
+
+class Shift(NamedTuple):
+    """A target by how far the TCP goes from where it will be when the moves that wait are done."""
+
+    way: Frame
+    """mm, rad."""
+    in_tool: bool
+    """Whether it is in the axes of the tool, else in those of the base."""
+
+
+class Compliance(NamedTuple):
+    """How the TCP gives way around its move."""
+
+    stiffness_n_per_m: float
+    """Of the springs in translation, 0 to 5000."""
+    balanced: Sequence[float]
+    """Force (N) and torque (Nm) at the TCP, along its axes, that would push it off: the controller adds their
+    negative."""
+
+
+class MoveRequest(NamedTuple):
+    """A move that is asked for. What goes out of range is refused when it is accepted."""
+
+    kind: Kind
+    target: Frame | Sequence[float] = ()
+    """A frame in the base (mm, rad), of the TCP, for servos of the flange; or joint positions (rad)."""
+    speed: float = 1.0
+    """Relative to the joints' limits, above 0 up to 1."""
+    blending: float = 0.0
+    """Radius (mm) of the sphere round the target in which the TCP may leave the path for that of the next
+    move; for PTP to joint positions the part (0..1) of the largest way to go that each joint may have left.
+    With 0 the robot stops at the target."""
+    speeds: Sequence[float] = ()
+    """Those of each joint, instead: of PTP and of servos to joint positions."""
+    shift: Shift | None = None
+    """Instead of a target."""
+    redundancy: float | None = None
+    """The position (rad) of A3 at the target; without one it stays, if the target can then be reached."""
+    thresholds: Thresholds | None = None
+    """The move ends when a force at the TCP has changed by more since the command, see `ForceGuard`."""
+    compliance: Compliance | None = None
+    """The robot gives way around the move, which replaces what runs instead of waiting behind it."""
+    hold_nm_per_rad: float = 0.0
+    """Stiffness of every joint in a hold, 0 to 5000."""
+    tcp_speed_m_s: float | None = None
+    """Of LIN to a frame, instead of a relative speed: the TCP is nowhere faster, and comes to this speed
+    where the joints have the least to do."""
+    acceleration: AccelerationCap | None = None
+    """Caps the robot's own."""
