@@ -7,7 +7,8 @@ FROM ${BASE} AS build
 # hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends binutils g++ libgomp1 rdfind \
-    && rm -rf /var/lib/apt/lists/*
+    && apt-get clean \
+    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin
 
 # With a link, so that no line below has to know which Python it is.
 WORKDIR /src
@@ -25,9 +26,9 @@ RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['p
 # Headers, static libraries and tests go, a library under three names becomes links to one, symbols go.
 # The .pyc files stay: they halve the start.
 WORKDIR /opt/iiwa-sim/lib/python/site-packages
-RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
+RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share numpy/f2py numpy/distutils \
     && find . -type d '(' -name include -o -name tests -o -name cmake -o -name pkgconfig ')' -prune -exec rm -rf {} + \
-    && find . -name '*.a' -delete \
+    && find . '(' -name '*.a' -o -name '*.pyi' ')' -delete \
     && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix \
     && find cmeel.prefix -type f -name '*.so*' -exec strip --strip-unneeded {} +
 
@@ -35,8 +36,10 @@ RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
 WORKDIR /src
 COPY . .
 RUN /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
-    && /opt/iiwa-sim/bin/python -I -c "import iiwa_sim.simulator" \
-    && /opt/iiwa-sim/bin/pip uninstall --yes pip
+    && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py \
+    && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py --check \
+    && /opt/iiwa-sim/bin/pip uninstall --yes setuptools pip \
+    && rm -f /opt/iiwa-sim/lib/python/site-packages/*.dist-info/RECORD
 
 
 FROM ${BASE} AS robot
@@ -54,21 +57,24 @@ LABEL org.opencontainers.image.title="iiwa-sim" \
 # hadolint ignore=DL3008
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends libgomp1 \
-    && rm -rf /var/lib/apt/lists/* \
+    && apt-get clean \
+    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin \
     && useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin iiwa
 COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
 # One thread for linear algebra: arrays are small here, and a pool of threads takes its time to start.
 ENV PATH=/opt/iiwa-sim/bin:$PATH \
-    OPENBLAS_NUM_THREADS=1
+    OPENBLAS_NUM_THREADS=1 \
+    IIWA_SIM_HOST=0.0.0.0
 # The official images have no .pyc of Python's own library, and who serves later may not write them. What server and
 # health check load gets them here.
-RUN python -I -c "import iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, iiwa_sim.ros.rosbridge.server"
+RUN python -I -c "import iiwa_sim.cli.health, iiwa_sim.cli.serve, iiwa_sim.simulator, \
+        iiwa_sim.ros.rosbridge.server, iiwa_sim.backdoor.http"
 USER 10001
 
 EXPOSE 30000 54600 9090
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s --start-interval=1s \
     CMD ["iiwa-sim", "health"]
-ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0"]
+ENTRYPOINT ["iiwa-sim"]
 
 
 # docker build --target ros: a node of ROS 1, with a master and the tools to try it with. Debian 12 has these packages.
@@ -79,12 +85,13 @@ USER 0
 RUN apt-get update \
     && apt-get install --yes --no-install-recommends \
         python3-rosmaster python3-rospy python3-rosservice python3-rostopic python3-sensor-msgs python3-std-srvs \
-    && rm -rf /var/lib/apt/lists/* \
+    && apt-get clean \
+    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin \
     && python -I -c "import sys; sys.path.append('/usr/lib/python3/dist-packages'); import iiwa_sim.ros.ros1.node"
 ENV ROS_LOG_DIR=/tmp/ros \
     ROS_PACKAGE_PATH=/opt/iiwa-sim/lib/python/site-packages/iiwa_sim/protocol/rmi
 USER 10001
-ENTRYPOINT ["iiwa-sim", "--host", "0.0.0.0", "--ros"]
+ENTRYPOINT ["iiwa-sim", "--ros"]
 
 
 # What is built where no target is named.

@@ -35,8 +35,9 @@ def main() -> None:
         dockerfile = _understood_by(builder, scratch)
         for image, target in IMAGES.items():
             builder.build(SOURCE, dockerfile, image, [*options, *_labels(), *target])
-        print(f"base: {builder.size_mb(_base()):.0f} MB", flush=True)
-        trial.try_image(builder, "iiwa-sim")
+        base_mb = builder.size_mb(_base())
+        print(f"base: {base_mb:.0f} MB", flush=True)
+        trial.try_image(builder, "iiwa-sim", base_mb=base_mb)
         master = f"http://127.0.0.1:{(port := trial.free_port())}"
         with trial.running(
             builder,

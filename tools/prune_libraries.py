@@ -1,0 +1,58 @@
+"""Delete the shared libraries that a server never maps: `python tools/prune_libraries.py`, within an image.
+
+Pinocchio brings Boost whole, and numpy what its tests use. What is loaded by all modules of iiwa_sim, with a
+robot that moves and feels noise, is kept. `--check` loads all of that again and deletes nothing.
+"""
+
+import importlib
+import pkgutil
+import sys
+from pathlib import Path
+
+LACKING = ("matplotlib", "rospy", "rosgraph", "genpy", "pytest", "testcontainers", "robot")
+"""Libraries of extras that an image does not have; modules that need them are not loaded."""
+
+
+def main() -> None:
+    load_all()
+    packages = Path(importlib.import_module("numpy").__file__).parent.parent
+    if "--check" not in sys.argv[1:]:
+        print(f"pruned {delete_unmapped(packages) / 1e6:.0f} MB of libraries that nobody maps")
+
+
+def load_all() -> None:
+    """Import every module, and have a robot move with noise, all of which may load libraries late."""
+    iiwa_sim = importlib.import_module("iiwa_sim")
+    for module in pkgutil.walk_packages(iiwa_sim.__path__, "iiwa_sim."):
+        if module.name == "iiwa_sim.__main__":
+            continue
+        try:
+            importlib.import_module(module.name)
+        except ModuleNotFoundError as fault:
+            if (fault.name or "").partition(".")[0] not in LACKING:
+                raise
+    for name in ("numpy.random", "numpy.linalg", "numpy.fft"):
+        importlib.import_module(name)
+    noise = importlib.import_module("iiwa_sim.contact.noise")
+    noise.Noise(noise.NoiseLevels(1, 1.0, 1.0, 1.0), 7)
+    simulator = importlib.import_module("iiwa_sim.simulator")
+    client = importlib.import_module("iiwa_sim.client")
+    options = {"clock": "stepped", "backdoor_http_port": 0, "rosbridge_port": 0}
+    with simulator.Simulator(**options) as robot, client.Iiwa(robot.host, robot.port) as driver:
+        driver.joint_move((0.1,) * 7, (0.5,) * 7)
+        robot.run_until_stopped()
+
+
+def delete_unmapped(packages: Path) -> int:
+    """Delete libraries below a folder that this process has not mapped, and links to them; their bytes."""
+    maps = [line.split(None, 5) for line in Path("/proc/self/maps").read_text().splitlines()]
+    mapped = {Path(words[5]).resolve() for words in maps if len(words) > 5 and words[5].startswith("/")}
+    unmapped = [file for file in packages.rglob("*.so*") if file.resolve() not in mapped]
+    size = sum(file.lstat().st_size for file in unmapped)
+    for file in unmapped:
+        file.unlink()
+    return size
+
+
+if __name__ == "__main__":
+    main()
