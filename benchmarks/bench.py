@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks import (
+    beginnings,
     chains,
     core,
     corners,
@@ -47,6 +48,7 @@ PARTS = {
     "moves": Part(moves.measure, gated=False),
     "core": Part(core.measure, gated=True),
     "start": Part(start.measure, gated=False),
+    "beginnings": Part(beginnings.measure, gated=True),
     "durations": Part(durations.measure, gated=True),
     "chains": Part(chains.measure, gated=True),
     "corners": Part(corners.measure, gated=True),

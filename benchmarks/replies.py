@@ -116,9 +116,9 @@ def _cadence(sim: Line, echo: Line) -> list[Figure]:
             percentile(of_sim, 0.99),
             "us",
             percentile(of_echo, 0.99),
-            ratio_at_most=3.0,  # now and then a tick is just being made
+            # Now and then a tick is just being made. Nine runs, some beside busy loops: 1.0 to 1.9.
+            ratio_at_most=3.0,
             kind=Kind.RATIO,
-            margin=2.0,  # of some thousand, at a low rate
         ),
         Figure(f"{name}, p99 of the moves", percentile(of_moves, 0.99), "us"),
     ]
