@@ -92,6 +92,15 @@ def test_a_line_at_a_speed_in_m_s(robot: RosRobot) -> None:
     assert 0.09 < fastest < 0.1 * (1.0 + 1e-6)
 
 
+@pytest.mark.parametrize("speed", [{}, {"velocity_type": "M/S", "velocity": [0.1]}], ids=["%", "M/S"])
+def test_a_line_to_where_the_robot_is_is_done_at_once(robot: RosRobot, speed: dict[str, Any]) -> None:
+    robot.goes_to(A)
+    robot.gets(lin(robot, 1, A, **speed))
+    robot.runs_until_results(1)
+    assert robot.results == [(1, SUCCESS)]
+    assert robot.controller.joints == pytest.approx(A)
+
+
 def test_lin_to_joint_positions_and_quaternions(robot: RosRobot) -> None:
     robot.goes_to(A)
     robot.gets(command(1, "LIN", "JOINTS", B))
