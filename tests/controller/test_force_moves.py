@@ -44,7 +44,7 @@ class Wall:
         self.surface = float(np.dot(robot.tcp(robot.controller.joints).translation, self.way)) + after_m
         self.forces: list[Wrench] = []
         """At the end of each tick."""
-        robot.controller.cartesian_force = self.wrench
+        robot.controller._core.cartesian_force = self.wrench  # what its guards feel
 
     def wrench(self) -> Wrench:
         tcp = self.robot.tcp(self.robot.controller.joints)
@@ -180,7 +180,7 @@ def test_down_onto_a_table_it_rests_where_stiffness_and_stop_distance_say(
 
 
 def force_move(robot: SteppedRobot, kind: str) -> Callable[..., int]:
-    return lambda *asked: robot.controller.move(getattr(asked, f"{kind}_force_move")(*asked))
+    return lambda *values: robot.controller.move(getattr(asked, f"{kind}_force_move")(*values))
 
 
 def test_repeated_runs_are_the_same_to_the_last_bit() -> None:

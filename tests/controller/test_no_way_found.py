@@ -8,6 +8,7 @@ import pytest
 import ruckig
 
 from iiwa_sim.motion import servo
+from tests.asked import ptp_stiff_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 AWAY = {7: [0.6, 0.7, 0.1, -1.0, 0.5, 0.8, -0.2], 6: [0.6, -1.2, 1.3, 0.5, 1.1, -0.2]}
@@ -46,10 +47,10 @@ def test_a_stiffness_move_in_mid_motion_waits_for_a_way_and_is_not_lost(
     """Also where that takes until the move before has ended: the longest time is longer than it."""
     joints = robot.description.home
     home = robot.tcp_frame(list(joints))
-    robot.controller.ptp_stiff_move(robot.tcp_frame(AWAY[len(joints)]), 0.5, 800.0, NO_FORCE)
+    robot.controller.move(ptp_stiff_move(robot.tcp_frame(AWAY[len(joints)]), 0.5, 800.0, NO_FORCE))
     robot.step(100)
     monkeypatch.setattr(AtTimesNone, "raises", WAYS_OF_HOURS)
-    robot.controller.ptp_stiff_move(home, 0.5, 800.0, NO_FORCE)
+    robot.controller.move(ptp_stiff_move(home, 0.5, 800.0, NO_FORCE))
     robot.step(ticks)
     assert robot.controller.moving, "the newer one is still to be done"
     monkeypatch.setattr(AtTimesNone, "raises", None)
@@ -65,10 +66,10 @@ def test_a_smart_target_in_mid_motion_waits_for_a_way_and_is_not_lost(
 ) -> None:
     controller, home = robot.controller, robot.description.home
     speeds_rel = [0.5] * len(home)
-    controller.smart_joint_move(AWAY[len(home)], speeds_rel)
+    controller.move(smart_joint_move(AWAY[len(home)], speeds_rel))
     robot.step(100)
     monkeypatch.setattr(AtTimesNone, "raises", WAYS_OF_HOURS)
-    controller.smart_joint_move(home, speeds_rel)
+    controller.move(smart_joint_move(home, speeds_rel))
     robot.step(30)
     monkeypatch.setattr(AtTimesNone, "raises", None)
     robot.runs_until_stopped(20.0)
