@@ -4,7 +4,11 @@ Nothing of the simulator is imported before a test asks for the fixture. Options
 `iiwa`, where there is none from the command line, then from the ini file.
 """
 
+import hashlib
+import importlib.util
 import os
+import re
+import shlex
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -20,6 +24,15 @@ if TYPE_CHECKING:
 
 DEFAULT_CLOCK = "fast"
 """A driver's tests wait for motion most of their time, and few of them ask how long it takes."""
+
+ARTIFACT_RATE_HZ = 100
+"""States in a simulated second of a recording that is made in case the test fails: in haste each costs more
+than a tick. `iiwa.record(FILE)` and the marker's `record` keep every tick."""
+OPEN_WITH = (
+    "to look at it: iiwa-sim plot {path} -o picture.png, or open the file in Foxglove, Lichtblick or "
+    "PlotJuggler; the dialogue and events as tables: iiwa-sim export {path} --csv"
+)
+LONGEST_FILE_NAME = 120
 
 REPORT_S = 10.0
 """So long a report waits for the robot's thread, which a test may block."""
@@ -48,6 +61,8 @@ _OPTIONS = {
     "exclusive": _Option(bool, "True or False"),
     "reconnect_pause_s": _SECONDS,
     "transcript": _FILE,
+    "record": _FILE,
+    "record_rate_hz": _Option(int, "a whole number"),
 }
 _INI = {
     "robot": "name or folder of the robot",
@@ -68,6 +83,8 @@ class _Watched(NamedTuple):
 
 
 _WATCHED = pytest.StashKey[_Watched]()
+_ARTIFACT = pytest.StashKey[Path]()
+_FAILED = pytest.StashKey[bool]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -75,12 +92,23 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     for name, says in _INI.items():
         group.addoption(f"--iiwa-{name}", metavar=name.upper(), help=says)
         parser.addini(f"iiwa_{name}", says)
+    group.addoption(
+        "--iiwa-artifacts",
+        metavar="DIR",
+        help="keep recordings of the robots of failed tests there, one file for each, as .mcap",
+    )
+    group.addoption("--iiwa-artifacts-all", action="store_true", help="also of tests that pass")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers", f"iiwa({', '.join(f'{name}=...' for name in _OPTIONS)}): options of the fixture iiwa"
     )
+    folder = config.getoption("--iiwa-artifacts")
+    if folder is not None:
+        _check_artifacts(config.invocation_params.dir / folder)
+    elif config.getoption("--iiwa-artifacts-all"):
+        raise pytest.UsageError("--iiwa-artifacts-all: expected --iiwa-artifacts DIR with it")
 
 
 @pytest.fixture
@@ -91,7 +119,12 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     """
     simulator, recording = _started(_options(request))
     stash = request.node.stash
+    folder = request.config.getoption("--iiwa-artifacts")
     try:
+        if folder is not None:
+            path = request.config.invocation_params.dir / folder / _file_name(request.node.nodeid)
+            _record(simulator, path)
+            stash[_ARTIFACT] = path
         stash[_WATCHED] = _Watched(
             lambda: simulator.call(recording.text, REPORT_S),
             lambda: simulator.call(simulator.state, REPORT_S),
@@ -122,12 +155,55 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
             report.sections.append(("iiwa state", told(watched.state())))
         except TimeoutError as blocked:
             report.sections.append(("iiwa", f"nothing can be told: {blocked}"))
+        item.stash[_FAILED] = True
+        path = item.stash.get(_ARTIFACT, None)
+        if path is not None:
+            how = OPEN_WITH.format(path=shlex.quote(str(path)))
+            report.sections.append(("iiwa recording", f"{path}\n{how}"))
     if call.when == "teardown":
         del item.stash[_WATCHED]
+        _sweep(item)
+
+
+def _check_artifacts(folder: Path) -> None:
+    if importlib.util.find_spec("mcap") is None:
+        raise pytest.UsageError("--iiwa-artifacts: needs the library mcap: pip install 'iiwa-sim[record]'")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        told = f"--iiwa-artifacts: {folder}: no folder can be there: {fault.strerror}"
+        raise pytest.UsageError(told) from None
+
+
+def _file_name(nodeid: str) -> str:
+    """A name that no other test has, for people to read."""
+    text = re.sub(r"[^\w.-]+", "_", nodeid, flags=re.ASCII).strip("_")
+    if len(text) > LONGEST_FILE_NAME or text != nodeid.replace("::", "_").replace("/", "_"):
+        text = f"{text[:LONGEST_FILE_NAME]}_{hashlib.sha256(nodeid.encode()).hexdigest()[:8]}"
+    return f"{text}.mcap"
+
+
+def _record(simulator: "Simulator", path: Path) -> None:
+    from iiwa_sim.recordings.fault import RecordingFault
+
+    try:
+        simulator.record(path, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
+    except RecordingFault as fault:
+        raise _fault(str(fault)) from None
+
+
+def _sweep(item: pytest.Item) -> None:
+    """Keep no recording of a test that has passed."""
+    path = item.stash.get(_ARTIFACT, None)
+    keeps = item.config.getoption("--iiwa-artifacts-all") or item.stash.get(_FAILED, False)
+    if path is not None and not keeps:
+        with suppress(OSError):
+            path.unlink()
 
 
 def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
     from iiwa_sim.recording import Recording
+    from iiwa_sim.recordings.fault import RecordingFault
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.settings import SettingsFault
     from iiwa_sim.simulator import Simulator
@@ -139,7 +215,7 @@ def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
         recording = Recording(simulator.clock.tick_s, start_ns)
         simulator.dialogue.listeners.append(recording)
         return simulator.__enter__(), recording
-    except (ValueError, SettingsFault, ListenFault, TranscriptFault) as fault:
+    except (ValueError, SettingsFault, ListenFault, TranscriptFault, RecordingFault) as fault:
         raise _fault(str(fault)) from None
 
 
@@ -176,8 +252,9 @@ def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
         with suppress(OSError):  # no name of a folder, to be told by who loads it
             if (folder / given["robot"]).is_dir():
                 given["robot"] = folder / given["robot"]
-    if "transcript" in given:
-        given["transcript"] = folder / given["transcript"]
+    for name in ("transcript", "record"):
+        if name in given:
+            given[name] = folder / given[name]
     if isinstance(given.get("dialects"), str):
         given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
     if isinstance(given.get("strict"), str):

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isfinite
 
 from iiwa_sim.backdoor import surfaces
-from iiwa_sim.backdoor.core import called
+from iiwa_sim.backdoor.core import acts, called
 from iiwa_sim.backdoor.faults import Faults
 from iiwa_sim.cell.settings import POSE_RANGES, AnySurface
 from iiwa_sim.clock.clock import StillMoving
@@ -47,17 +47,17 @@ class Backdoor(Faults):
         except (ValueError, StillMoving) as fault:
             raise Refused(EXECUTION, str(fault)) from None
 
-    @called
+    @acts
     def pause(self) -> None:
         """Let time stand still, but for `advance` and `run_until_stopped`."""
         self._clock.pause()
 
-    @called
+    @acts
     def resume(self) -> None:
         """Let time pass again."""
         self._clock.resume()
 
-    @called
+    @acts
     def set_clock(self, name: str) -> None:
         """Let time pass otherwise: real, 10x or another multiple, fast, stepped. A pause goes on."""
         try:
@@ -68,17 +68,17 @@ class Backdoor(Faults):
     @called
     def get_clock(self) -> str:
         """How time passes, with `paused` behind it where it is."""
-        return f"{self._clock.pace.name}{' paused' if self._clock.paused else ''}"
+        return self._clock.told
 
     # What pushes the robot, and what it touches
 
-    @called
+    @acts
     def push(self, wrench: Wrench) -> None:
         """Push at the TCP, along its axes (N, Nm), in place of the push before."""
         _check_finite(wrench)
         self._controller.load.wrench = wrench if any(wrench) else NO_WRENCH
 
-    @called
+    @acts
     def push_joints(self, torques: Sequence[float]) -> None:
         """Push the joints (Nm each), in place of the push before."""
         _check_finite(torques)
@@ -86,13 +86,13 @@ class Backdoor(Faults):
             raise Refused(EXECUTION, f"{self.joint_count} torques are needed")
         self._controller.load.joint_push = tuple(torques)
 
-    @called
+    @acts
     def release(self) -> None:
         """End both kinds of push."""
         self._controller.load.wrench = NO_WRENCH
         self._controller.load.joint_push = (0.0,) * self.joint_count
 
-    @called
+    @acts
     def add_surface(self, settings: AnySurface) -> None:
         """Have a surface more: the settings are those of cell.toml. It is felt from the next tick on.
 
@@ -100,13 +100,13 @@ class Backdoor(Faults):
         """
         surfaces.add(self._controller, settings)
 
-    @called
+    @acts
     def move_surface(self, name: str, pose: Frame) -> None:
         """Have a surface elsewhere in the base. Refused where the TCP would be within it."""
         _check_pose(pose)
         surfaces.move(self._controller, name, pose)
 
-    @called
+    @acts
     def remove_surface(self, name: str) -> None:
         """Have a surface no more."""
         surfaces.remove(self._controller, name)
@@ -116,7 +116,7 @@ class Backdoor(Faults):
         """The names of all of them."""
         return list(self._controller.load.world.surfaces)
 
-    @called
+    @acts
     def set_tool(self, tool_in_flange: Frame) -> None:
         """Have the TCP elsewhere in the flange.
 
@@ -135,7 +135,7 @@ class Backdoor(Faults):
 
     # What is wired to the controller
 
-    @called
+    @acts
     def set_input(self, number: int, on: bool) -> None:
         """Switch a digital input, numbered from 1."""
         self._controller.io.wire(number, on)
@@ -162,32 +162,32 @@ class Backdoor(Faults):
 
     # The robot
 
-    @called
+    @acts
     def emergency_stop(self) -> None:
         """Press the emergency stop."""
         self._controller.emergency_stop()
 
-    @called
+    @acts
     def release_emergency_stop(self) -> None:
         """Release it; the error has to be reset besides."""
         self._controller.release_emergency_stop()
 
-    @called
+    @acts
     def protective_stop(self) -> None:
         """Stop the robot with an error, to be reset."""
         self._controller.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
 
-    @called
+    @acts
     def switch_drives(self, on: bool) -> None:
         """Off: the robot stops with an error, which can be reset when they are on again."""
         self._controller.switch_drives(on)
 
-    @called
+    @acts
     def reset_error(self) -> None:
         """End the state of error. Refused while the emergency stop is pressed or the drives are off."""
         self._controller.reset_error()
 
-    @called
+    @acts
     def set_override(self, override: float) -> None:
         """Have all motion run at this part of its speed, 0 to 1, also what is under way."""
         self._controller.set_override(override)
@@ -197,7 +197,7 @@ class Backdoor(Faults):
         """The rate at which all motion runs, 0 to 1."""
         return self._controller.override
 
-    @called
+    @acts
     def place(self, joints: Sequence[float]) -> None:
         """Have the robot at joint positions (rad), without a way there.
 
@@ -214,12 +214,12 @@ class Backdoor(Faults):
         """The whole state of the robot."""
         return snapshot(self._controller)
 
-    @called
+    @acts
     def save_state(self, name: str) -> None:
         """Keep the state of the cell. Refused while the robot moves."""
         self._states.save(name)
 
-    @called
+    @acts
     def restore_state(self, name: str) -> None:
         """Bring back a state of the cell; `start` is the first one. Refused while the robot moves."""
         self._states.restore(name)
@@ -229,7 +229,7 @@ class Backdoor(Faults):
         """The names of all states that can be restored."""
         return self._states.names
 
-    @called
+    @acts
     def seed(self, seed: int) -> None:
         """Begin all random numbers anew: those of noise, and of garbled replies. 0 to 2**32 - 1."""
         if not 0 <= seed < 2**32:

@@ -1,6 +1,6 @@
 """What a test bench makes fail: the robot, and the wire. The rest of the backdoor is in `backdoor.py`."""
 
-from iiwa_sim.backdoor.core import Core, called
+from iiwa_sim.backdoor.core import Core, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.dialect.wire.wire_faults import (
     EVERY,
@@ -26,24 +26,24 @@ class Faults(Core):
 
     # Of the robot
 
-    @called
+    @acts
     def refuse_next_move(self, code: int) -> None:
         """Have the next move outside of the state of error refused, whatever it asks for."""
         self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
 
-    @called
+    @acts
     def fail_move(self, code: int) -> None:
         """Have what moves fail: the robot stops on its path with an error. Refused where nothing moves."""
         if not self._controller.moving:
             raise Refused(EXECUTION, "nothing moves that could fail")
         self._controller.fail(_checked(code), ON_PURPOSE)
 
-    @called
+    @acts
     def time_out_servo(self) -> None:
         """End a smart or direct mode as a servo timeout does. Refused in other modes."""
         self._controller.time_out_servo()
 
-    @called
+    @acts
     def following_error(self, joint: int) -> None:
         """Stop the robot as if a joint, numbered from 1, were not where it should be."""
         names = self._controller.description.joints
@@ -58,7 +58,7 @@ class Faults(Core):
         """Who is connected to the main port, by number."""
         return self._wire.connections()
 
-    @called
+    @acts
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Have one of `iiwa_sim.dialect.wire.wire_faults` befall replies, behind those set before."""
         if type(fault) not in FAULTS:
@@ -73,36 +73,36 @@ class Faults(Core):
                 raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}")
         self._wire.set(fault, connection, replies)
 
-    @called
+    @acts
     def stop_answering(self, connection: int = EVERY) -> None:
         """Leave lines unanswered, and not carried out, until `clear_faults`."""
         self._wire.set(Silence(), connection)
 
-    @called
+    @acts
     def close_connections(self, connection: int = EVERY) -> None:
         """Close one, or all there are, now."""
         self._wire.end(Close(), connection)
         if connection == EVERY:
             self._entrance.drop_arriving(reset=False)
 
-    @called
+    @acts
     def reset_connections(self, connection: int = EVERY) -> None:
         """Reset one, or all there are, now."""
         self._wire.end(Reset(), connection)
         if connection == EVERY:
             self._entrance.drop_arriving(reset=True)
 
-    @called
+    @acts
     def refuse_connections(self) -> None:
         """Let nobody connect to the port of any dialect. Who is connected is served."""
         self._entrance.refuse()
 
-    @called
+    @acts
     def accept_connections(self) -> None:
         """Let clients connect again."""
         self._entrance.accept()
 
-    @called
+    @acts
     def clear_faults(self) -> None:
         """Take back all faults that are set, of the wire and of the next move, and accept connections."""
         self._controller.refuse_next_move(None)

@@ -1,4 +1,4 @@
-"""`iiwa-sim`, plot, check-cell, replay, check, bridge, health, ros-package-path: options, exit codes.
+"""`iiwa-sim`, plot, check-cell, replay, export, check, bridge, health, ros-package-path: options, exit codes.
 
 Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written, the cell is right
 or a server answers as expected; 1 where it does not; 2, with one line on stderr, for options, a cell, a

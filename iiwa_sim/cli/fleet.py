@@ -34,7 +34,7 @@ from iiwa_sim.wording import Unusable, shortened
 PORTS = ("port", "status_port", "rosbridge_port", "backdoor_port", "backdoor_http_port")
 OF_THE_PROCESS = ("help", "version", "count", "fleet", "log_level", "log_json", "ros", "bye_shuts_down")
 """What one robot of several cannot have otherwise than another."""
-FILES = ("cell", "robot", "transcript", "rosbridge_secret", "backdoor_token_file")
+FILES = ("cell", "robot", "transcript", "record", "rosbridge_secret", "backdoor_token_file")
 _NAME = re.compile(rf"[A-Za-z0-9_.-]{{1,{LONGEST_NAME}}}")
 _EVERYWHERE = ("0.0.0.0", "::")
 
@@ -83,9 +83,16 @@ def _equal(error: Error, options: argparse.Namespace) -> list[Robot]:
         own = copy.copy(options)
         _move_ports(error, own, index, set())
         robots.append(Robot(f"robot-{index}", own))
-        if options.transcript is not None:
-            own.transcript = options.transcript.with_stem(f"{options.transcript.stem}-robot-{index}")
+        _name_files(own, f"robot-{index}", set())
     return robots
+
+
+def _name_files(options: argparse.Namespace, name: str, named: set[str]) -> None:
+    """Give the robot files of its own, where it does not name them itself."""
+    for kind in ("transcript", "record"):
+        path = getattr(options, kind)
+        if path is not None and kind not in named:
+            setattr(options, kind, path.with_stem(f"{path.stem}-{name}"))
 
 
 def _named(parser: Parser, options: argparse.Namespace) -> list[Robot]:
@@ -108,6 +115,7 @@ def _named(parser: Parser, options: argparse.Namespace) -> list[Robot]:
         own.fleet = own.count = None
         check(error, own)
         _move_ports(error, own, index, set(table))
+        _name_files(own, name, set(table))
         robots.append(Robot(name, own))
     return robots
 

@@ -3,11 +3,12 @@
 PLOT = "plot"
 CHECK_CELL = "check-cell"
 REPLAY = "replay"
+EXPORT = "export"
 CHECK = "check"
 BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
-SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, CHECK, BRIDGE, HEALTH, ROS_PACKAGE_PATH)
+SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, EXPORT, CHECK, BRIDGE, HEALTH, ROS_PACKAGE_PATH)
 """What may come behind `iiwa-sim`."""
 SERVE = "serve"
 """The bare `iiwa-sim`."""

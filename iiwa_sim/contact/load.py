@@ -72,6 +72,11 @@ class ExternalLoad:
         """Whether a tick can change anything: without noise, and far from surfaces, it does not."""
         return self._noise is not None or self._place is not None or not self.world.empty
 
+    @property
+    def touching(self) -> bool:
+        """Whether surfaces have done anything to the robot in the last tick."""
+        return self._touch is not NO_WRENCH
+
     def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
         """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise.
 
