@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from benchmarks.figures import Figure, Kind
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.robot.description import load_robot
+from tests import asked
 
 ROBOTS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 TICK_S = 0.002
@@ -48,26 +49,26 @@ def _speeds(robot: Controller) -> Sequence[float]:
 
 def _lin(robot: Controller) -> None:
     frame = robot.tool_frame()
-    robot.lin_move(frame._replace(z_mm=frame.z_mm - WAY_MM), SPEED_REL, 0.0)
+    robot.move(asked.lin_move(frame._replace(z_mm=frame.z_mm - WAY_MM), SPEED_REL, 0.0))
 
 
 def _ptp(robot: Controller) -> None:
     frame = robot.tool_frame()
-    robot.ptp_move(frame._replace(z_mm=frame.z_mm - WAY_MM), SPEED_REL, 0.0)
+    robot.move(asked.ptp_move(frame._replace(z_mm=frame.z_mm - WAY_MM), SPEED_REL, 0.0))
 
 
 def _lin_stiff(robot: Controller) -> None:
     frame = robot.tool_frame()
-    robot.lin_stiff_move(frame._replace(z_mm=frame.z_mm - WAY_MM), SPEED_REL, 2000.0, NO_FORCE)
+    robot.move(asked.lin_stiff_move(frame._replace(z_mm=frame.z_mm - WAY_MM), SPEED_REL, 2000.0, NO_FORCE))
 
 
 MOVES: dict[str, Callable[[Controller], object]] = {
-    "joint move": lambda robot: robot.joint_move(_joints(robot), _speeds(robot)),
+    "joint move": lambda robot: robot.move(asked.joint_move(_joints(robot), _speeds(robot))),
     "ptp move": _ptp,
     "lin move": _lin,
     "linstiff move": _lin_stiff,
-    "smart joint move": lambda robot: robot.smart_joint_move(_joints(robot), _speeds(robot)),
-    "direct joint move": lambda robot: robot.direct_joint_move(_joints(robot), _speeds(robot)),
+    "smart joint move": lambda robot: robot.move(asked.smart_joint_move(_joints(robot), _speeds(robot))),
+    "direct joint move": lambda robot: robot.move(asked.direct_joint_move(_joints(robot), _speeds(robot))),
 }
 
 
