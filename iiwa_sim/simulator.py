@@ -295,7 +295,7 @@ class Simulator(LoopOrThread):
     ) -> None:
         self.controller.stop()  # or the log would say that the clients have vanished
         try:
-            for server in self._listeners:
+            for server in reversed(self._listeners):
                 await server.close()
         finally:
             self.clock.stop()
@@ -366,8 +366,9 @@ class Simulator(LoopOrThread):
 
     @property
     def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorPorts]":
+        """In the order of opening: who has reached the robot's own port finds all others open."""
         others = [each for each in (self._status, self._ros) if each is not None]
-        return [*self._servers.values(), *others, self._backdoor_ports]
+        return [*others, self._backdoor_ports, *self._servers.values()]
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
         return lambda name: dialect.open_session(

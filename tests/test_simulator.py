@@ -5,13 +5,17 @@ from __future__ import annotations
 import asyncio
 import logging
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from iiwa_sim.cell.settings import CellFault
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.robot.description import RobotFault
+from iiwa_sim.serve.http import HttpServer
 from iiwa_sim.serve.listening import ListenFault
+from iiwa_sim.serve.status_stream import StatusStream
+from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.simulator import Simulator
 from tests.talking import Client, until
 
@@ -336,6 +340,28 @@ async def test_a_port_in_use_is_told(simulator: Simulator) -> None:
     with pytest.raises(ListenFault, match=f"^cannot listen on 127.0.0.1:{simulator.port}: "):
         await second.__aenter__()
     assert second.controller.tick == 0
+
+
+async def test_who_reaches_the_robots_port_finds_all_others_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = []
+
+    def noted(server: type[TcpServer | HttpServer | StatusStream]) -> None:
+        start = server.start
+
+        async def start_and_note(self: Any) -> None:
+            await start(self)
+            opened.append(self.address[1])
+
+        monkeypatch.setattr(server, "start", start_and_note)
+
+    for server in (TcpServer, HttpServer, StatusStream):
+        noted(server)
+    async with Simulator(
+        dialects=["iiwa", "krc4"], status_port=0, backdoor_port=0, backdoor_http_port=0
+    ) as simulator:
+        others = {simulator.status_port, simulator.backdoor_port, simulator.backdoor_http_port}
+        assert set(opened[:3]) == others
+        assert opened[3:] == list(simulator.ports.values())
 
 
 @pytest.mark.parametrize("rate_hz", [99, 1001, 0])
