@@ -1,4 +1,139 @@
 """iiwa-sim: a robot controller in software that speaks the text protocol of the KUKA LBR iiwa.
 
-PYTEST_DONT_REWRITE keeps pytest, which loads our plugin, from a warning where this was imported before.
+What a program or a test uses is offered here, each name loaded when it is first asked for:
+
+    from iiwa_sim import Simulator          # a robot that listens, in a thread or in an asyncio loop
+    from iiwa_sim import Iiwa, AsyncIiwa    # a client of one, with a method for each command
+    from iiwa_sim import Krc4, AsyncKrc4    # the same for KRC4 messages
+    from iiwa_sim import Drop, Delay        # faults on the wire, for `simulator.backdoor.set_fault`
+    from iiwa_sim import BoxSettings        # surfaces, for `simulator.backdoor.add_surface`
+
+The clients load nothing of the simulator. PYTEST_DONT_REWRITE keeps pytest, which loads our plugin, from a
+warning where this was imported before.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from iiwa_sim.backdoor.ports import HttpFault
+    from iiwa_sim.cell.settings import (
+        BoxSettings,
+        CellFault,
+        CylinderSettings,
+        PlaneSettings,
+        SphereSettings,
+    )
+    from iiwa_sim.client import (
+        AsyncIiwa,
+        AsyncKrc4,
+        CommandError,
+        Iiwa,
+        Krc4,
+        Krc4Error,
+        ReplyError,
+        UnknownCommandError,
+    )
+    from iiwa_sim.clock.clock import StillMoving
+    from iiwa_sim.controller.errors import Refused
+    from iiwa_sim.controller.snapshot import Snapshot
+    from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
+    from iiwa_sim.dialect.wire.wire_faults import (
+        EVERY,
+        NEXT,
+        CloseAfter,
+        CloseBefore,
+        Delay,
+        Drop,
+        Garble,
+        Pass,
+        ResetBefore,
+        Silence,
+        Split,
+    )
+    from iiwa_sim.frames import Frame
+    from iiwa_sim.robot.fault import RobotFault
+    from iiwa_sim.ros.fault import RosFault
+    from iiwa_sim.serve.listening import ListenFault
+    from iiwa_sim.simulator import Simulator
+    from iiwa_sim.transcript.fault import TranscriptFault
+    from iiwa_sim.wording import Unusable
+
+__all__ = [
+    "EVERY",
+    "NEXT",
+    "UNTIL_CLEARED",
+    "AsyncIiwa",
+    "AsyncKrc4",
+    "BoxSettings",
+    "CellFault",
+    "CloseAfter",
+    "CloseBefore",
+    "CommandError",
+    "CylinderSettings",
+    "Delay",
+    "Drop",
+    "Frame",
+    "Garble",
+    "HttpFault",
+    "Iiwa",
+    "Krc4",
+    "Krc4Error",
+    "ListenFault",
+    "Pass",
+    "PlaneSettings",
+    "Refused",
+    "ReplyError",
+    "ResetBefore",
+    "RobotFault",
+    "RosFault",
+    "Silence",
+    "Simulator",
+    "Snapshot",
+    "SphereSettings",
+    "Split",
+    "StillMoving",
+    "TranscriptFault",
+    "UnknownCommandError",
+    "Unusable",
+]
+
+_HOMES = {
+    "backdoor.ports": ("HttpFault",),
+    "cell.settings": ("BoxSettings", "CellFault", "CylinderSettings", "PlaneSettings", "SphereSettings"),
+    "client": (
+        *("AsyncIiwa", "AsyncKrc4", "Iiwa", "Krc4"),
+        *("CommandError", "Krc4Error", "ReplyError", "UnknownCommandError"),
+    ),
+    "clock.clock": ("StillMoving",),
+    "controller.errors": ("Refused",),
+    "controller.snapshot": ("Snapshot",),
+    "dialect.wire.canned": ("UNTIL_CLEARED",),
+    "dialect.wire.wire_faults": (
+        *("EVERY", "NEXT"),
+        *("CloseAfter", "CloseBefore", "Delay", "Drop", "Garble", "Pass", "ResetBefore", "Silence", "Split"),
+    ),
+    "frames": ("Frame",),
+    "robot.fault": ("RobotFault",),
+    "ros.fault": ("RosFault",),
+    "serve.listening": ("ListenFault",),
+    "simulator": ("Simulator",),
+    "transcript.fault": ("TranscriptFault",),
+    "wording": ("Unusable",),
+}
+"""The modules that define what is offered, said a second time since the imports above are not carried out."""
+
+_HOME_OF = {name: f"{__name__}.{home}" for home, names in _HOMES.items() for name in names}
+
+if not TYPE_CHECKING:  # or every misspelt name would count as one
+
+    def __getattr__(name: str) -> object:
+        if name not in _HOME_OF:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = getattr(import_module(_HOME_OF[name]), name)
+        globals()[name] = value  # found at once from now on
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

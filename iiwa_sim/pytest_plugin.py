@@ -1,13 +1,14 @@
-"""The fixture `iiwa`: a robot of its own for every test, in a thread of the test's process.
+"""The fixtures `iiwa`, `iiwa_factory` and `iiwa_session`: robots in threads of the tests' process.
 
-Nothing of the simulator is imported before a test asks for the fixture. Options come from the marker
-`iiwa`, where there is none from the command line, then from the ini file.
+Nothing of the simulator is imported before a test asks for a fixture. Options come from the marker `iiwa`,
+where there is none from the command line, then from the ini file.
 """
 
 import os
 import time
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -63,11 +64,13 @@ _NAMES = {"rate": "rate_hz", "dialect": "dialects"}
 class _Watched(NamedTuple):
     """What a report shows of a robot."""
 
+    name: str
     dialogue: Callable[[], str]
     state: "Callable[[], Snapshot]"
 
 
-_WATCHED = pytest.StashKey[_Watched]()
+_WATCHED = pytest.StashKey[list[_Watched]]()
+_SESSION = "iiwa_session"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -87,43 +90,91 @@ def pytest_configure(config: pytest.Config) -> None:
 def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     """A simulated robot that listens on `iiwa.host`, `iiwa.port`, at rest at home.
 
-    It has the methods of `iiwa_sim.simulator.Simulator`. What the marker `iiwa` gives is handed on to it.
+    It has the methods of `iiwa_sim.Simulator`. What the marker `iiwa` gives is handed on to it.
     """
-    simulator, recording = _started(_options(request))
-    stash = request.node.stash
-    try:
-        stash[_WATCHED] = _Watched(
-            lambda: simulator.call(recording.text, REPORT_S),
-            lambda: simulator.call(simulator.state, REPORT_S),
-        )
-        yield simulator
-    finally:
-        try:
-            simulator.__exit__(None, None, None)
-        except TimeoutError as blocked:
-            stash[_WATCHED] = _Watched(recording.text, simulator.state)
-            raise _fault(f"the robot could not be ended: {blocked}") from None
-        end = simulator.state()
-        stash[_WATCHED] = _Watched(recording.text, lambda: end)  # pytest keeps it: the robot need not stay
+    watched = request.node.stash.setdefault(_WATCHED, [])
+    with _robot("iiwa", _options(request), watched) as robot:
+        yield robot
+
+
+@pytest.fixture
+def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simulator]]":
+    """Gives a simulated robot for each call, of as many as a test wants; all of them end with the test.
+
+    `iiwa_factory(robot="lbr_iiwa_14_r820", cell=..., clock="stepped")` takes what the marker `iiwa` takes,
+    which with command line and ini file says what holds for all of them.
+    """
+    watched = request.node.stash.setdefault(_WATCHED, [])
+    common = _options(request)
+    with ExitStack() as robots:
+
+        numbers = count(1)
+
+        def start(**given: Any) -> "Simulator":
+            options = dict(common)
+            _check(given)
+            _take(options, given, request.path.parent)
+            return robots.enter_context(_robot(f"iiwa_factory {next(numbers)}", options, watched))
+
+        yield start
+
+
+@pytest.fixture(scope="session")
+def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
+    """A simulated robot that all tests share, each as the one before has left it.
+
+    Its options are those of command line and ini file; markers count for `iiwa` alone. A test that fails
+    shows what was said in the tests before it, too.
+    """
+    watched = request.session.stash.setdefault(_WATCHED, [])
+    with _robot(_SESSION, _options(request, marked=False), watched) as robot:
+        yield robot
 
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     outcome: Any = yield  # pluggy's own type has no public name in older releases
-    watched = item.stash.get(_WATCHED, None)
-    if watched is None:
+    watched = list(item.stash.get(_WATCHED, ()))
+    if _SESSION in getattr(item, "fixturenames", ()):
+        watched += item.session.stash.get(_WATCHED, ())
+    if not watched:
         return
     report = outcome.get_result()
     if report.failed:
         from iiwa_sim.recording import told
 
-        try:
-            report.sections.append(("iiwa dialogue", watched.dialogue()))
-            report.sections.append(("iiwa state", told(watched.state())))
-        except TimeoutError as blocked:
-            report.sections.append(("iiwa", f"nothing can be told: {blocked}"))
-    if call.when == "teardown":
+        for robot in watched:
+            try:
+                report.sections.append((f"{robot.name} dialogue", robot.dialogue()))
+                report.sections.append((f"{robot.name} state", told(robot.state())))
+            except TimeoutError as blocked:
+                report.sections.append((robot.name, f"nothing can be told: {blocked}"))
+    if call.when == "teardown" and _WATCHED in item.stash:
         del item.stash[_WATCHED]
+
+
+@contextmanager
+def _robot(name: str, options: dict[str, Any], watched: list[_Watched]) -> "Iterator[Simulator]":
+    """A robot while the context is open, and what a report shows of it from then on."""
+    simulator, recording = _started(options)
+    place = len(watched)
+    watched.append(
+        _Watched(
+            name,
+            lambda: simulator.call(recording.text, REPORT_S),
+            lambda: simulator.call(simulator.state, REPORT_S),
+        )
+    )
+    try:
+        yield simulator
+    finally:
+        try:
+            simulator.__exit__(None, None, None)
+        except TimeoutError as blocked:
+            watched[place] = _Watched(name, recording.text, simulator.state)
+            raise _fault(f"the robot could not be ended: {blocked}") from None
+        end = simulator.state()  # pytest keeps what is watched: the robot need not stay
+        watched[place] = _Watched(name, recording.text, lambda: end)
 
 
 def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
@@ -138,30 +189,36 @@ def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
         simulator = Simulator(**options)
         recording = Recording(simulator.clock.tick_s, start_ns)
         simulator.dialogue.listeners.append(recording)
+        simulator.dialogue.remember()
         return simulator.__enter__(), recording
     except (ValueError, SettingsFault, ListenFault, TranscriptFault) as fault:
         raise _fault(str(fault)) from None
 
 
-def _options(request: pytest.FixtureRequest) -> dict[str, Any]:
+def _options(request: pytest.FixtureRequest, *, marked: bool = True) -> dict[str, Any]:
     """What is handed on to `Simulator`; the nearest says what holds. Fails the test for a wrong marker."""
     config = request.config
     ini_folder = config.inipath.parent if config.inipath is not None else config.rootpath
     options: dict[str, Any] = {"clock": DEFAULT_CLOCK, "backdoor_port": 0}
     _take(options, {name: config.getini(f"iiwa_{name}") or None for name in _INI}, ini_folder)
     _take(options, {name: config.getoption(f"iiwa_{name}") for name in _INI}, config.invocation_params.dir)
-    markers = list(request.node.iter_markers("iiwa"))
+    markers = list(request.node.iter_markers("iiwa")) if marked else []
     for marker in reversed(markers):  # those of the function last
         if marker.args:
             raise _fault(f"{marker.args[0]!r}: expected NAME=VALUE")
-        for name, value in marker.kwargs.items():
-            if name not in _OPTIONS:
-                raise _fault(f"{name}: expected one of {', '.join(_OPTIONS)}")
-            kind = _OPTIONS[name].kind
-            if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
-                raise _fault(f"{name}={value!r}: expected {_OPTIONS[name].expected}")
+        _check(marker.kwargs)
         _take(options, marker.kwargs, request.path.parent)
     return options
+
+
+def _check(given: Mapping[str, Any]) -> None:
+    """Fails the test for what is no option, or not of its kind."""
+    for name, value in given.items():
+        if name not in _OPTIONS:
+            raise _fault(f"{name}: expected one of {', '.join(_OPTIONS)}")
+        kind = _OPTIONS[name].kind
+        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
+            raise _fault(f"{name}={value!r}: expected {_OPTIONS[name].expected}")
 
 
 def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:

@@ -21,14 +21,14 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.dialect.dialects import Dialect, dialect_for
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT, one_each
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT, IIWA, one_each
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
-from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault
 from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.remembered import RememberedDialogue
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.urdf import differing_limits
 from iiwa_sim.ros.conventions import TODAYS, Conventions
@@ -158,11 +158,13 @@ class Simulator(LoopOrThread):
             on_contact=self._robot_contact,
         )
         self.controller.endings.on_discarded = moves_discarded
-        self.dialogue = Dialogue(lambda: self.controller.tick)
-        """What is said in all dialects; `dialogue.listeners.append(listener)` hears it."""
+        self.dialogue = RememberedDialogue(lambda: self.controller.tick)
+        """What is said in all dialects; `dialogue.listeners.append(listener)` hears it, and from
+        `dialogue.remember()` on it can be asked for."""
         self._log = SessionLog()
         self._strict = strict
         faults, turns = WireFaults(self.dialogue.on_wire), Turns(exclusive, reconnect_pause_s)
+        self._canned = faults.canned
         budget = Budget(self.clock.catch_up)
         spoken = [dialect_for(name, self.cell.description) for name in dialects]
         self._servers = {
@@ -303,6 +305,18 @@ class Simulator(LoopOrThread):
                 self._recorder.close()
                 self._recorder = None
 
+    def reply(self, command: str, reply: str, times: int = 1) -> None:
+        """Have the next `times` lines of a command answered by `reply`, and not carried out.
+
+        `command` is a name such as "get status"; `times` is 0 for all lines until `backdoor.clear_faults()`.
+        Several for one command take its lines one after the other. Raises ValueError for a command there is
+        not, a reply that is not one line of printable ASCII, a number below 0, and where the iiwa's protocol
+        is not spoken: KRC4 messages cannot be canned.
+        """
+        if IIWA not in self._servers:
+            raise ValueError(f"reply({command!r}): expected a robot that speaks {IIWA}")
+        self.call(lambda: self._canned.set(command, reply, times))
+
     def advance(self, seconds: float) -> None:
         """Let so much simulated time pass (0 to a day), at any clock, as fast as the machine can.
 
@@ -372,7 +386,7 @@ class Simulator(LoopOrThread):
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
         return lambda name: dialect.open_session(
-            self.controller, self._log, name, self.dialogue, self._strict
+            self.controller, self._log, name, self.dialogue, self._strict, self._canned
         )
 
     def _recording(self, path: Path) -> Recorder:

@@ -488,6 +488,125 @@ def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) ->
     result.stdout.no_fnmatch_line("*iiwa dialogue*")
 
 
+def test_a_test_asks_what_was_said_and_has_replies_of_its_own(project: Project) -> None:
+    result = project.tests(
+        """
+        def test_said(iiwa, driver):
+            driver.ask("hello")
+            driver.move(FAR)
+            assert iiwa.dialogue.commands()[:2] == ["hello", "joint move"]
+            iiwa.dialogue.assert_said("joint move", times=1)
+            iiwa.dialogue.assert_said(FAR)
+            iiwa.dialogue.assert_said("stop", times=0)
+
+        def test_not_said(iiwa, driver):
+            driver.ask("hello")
+            iiwa.dialogue.assert_said("stop")
+
+        @pytest.mark.iiwa(clock="stepped", dialects=["krc4", "iiwa"])
+        def test_canned(iiwa):
+            driver = Driver(iiwa.host, iiwa.ports["iiwa"])
+            iiwa.reply("get status", "moving", times=2)
+            iiwa.reply("joint move", "error")
+            assert [driver.ask("get status") for _ in range(3)] == ["moving", "moving", "stopped"]
+            assert [driver.ask(FAR), driver.ask("get status"), driver.ask("get error")] == [
+                "error", "stopped", "0 none"
+            ]
+            iiwa.reply("hello", "HELLO", times=0)
+            assert driver.ask("hello") + driver.ask("hello") == "HELLOHELLO"
+            iiwa.backdoor.clear_faults()
+            assert driver.ask("hello") == "hello"
+            driver.close()
+
+        @pytest.mark.iiwa(dialects=["krc4"])
+        def test_not_in_krc4(iiwa):
+            with pytest.raises(ValueError, match="expected a robot that speaks iiwa"):
+                iiwa.reply("hello", "hello")
+        """
+    )
+    result.assert_outcomes(passed=3, failed=1)
+    result.stdout.fnmatch_lines(["*expected 'stop' at least once, was said never; said were hello (once)"])
+
+
+def test_a_test_has_as_many_robots_as_it_calls_for(project: Project, pytester: pytest.Pytester) -> None:
+    pytester.makefile(".toml", twelve='robot = "lbr_iiwa_14_r820"')
+    result = project.tests(
+        """
+        def name(robot):
+            return robot.cell.description.name
+
+        def ask(robot, command):
+            driver = Driver(robot.host, robot.port)
+            try:
+                return driver.ask(command)
+            finally:
+                driver.close()
+
+        @pytest.mark.iiwa(rate_hz=250)
+        def test_three(iiwa, iiwa_factory):
+            left, right = iiwa_factory(cell="twelve.toml"), iiwa_factory(robot="lbr_iiwa_7_r800")
+            assert [name(each) for each in (iiwa, left, right)] == [
+                "LBR iiwa 7 R800", "LBR iiwa 14 R820", "LBR iiwa 7 R800"
+            ]
+            assert left.clock.tick_s == right.clock.tick_s == 0.004
+            assert len({iiwa.port, left.port, right.port}) == 3
+            for each in (left, right):
+                assert ask(each, "hello") == "hello"
+            left.dialogue.assert_said("hello", times=1)
+
+        def test_none_is_left():
+            assert not [each.name for each in threading.enumerate() if "iiwa" in each.name]
+
+        def test_wrong(iiwa_factory):
+            iiwa_factory(robt="lbr_iiwa_7_r800")
+
+        def test_failed(iiwa_factory):
+            iiwa_factory()
+            ask(iiwa_factory(), "get mode")
+            raise AssertionError("on purpose")
+        """
+    )
+    result.assert_outcomes(passed=2, failed=2)
+    result.stdout.fnmatch_lines(["fixture iiwa: robt: expected one of robot, cell, *"])
+    result.stdout.fnmatch_lines(
+        ["*iiwa_factory 1 dialogue*", "nothing was said", "*iiwa_factory 2 dialogue*", "*> get mode"]
+    )
+
+
+def test_tests_may_share_a_robot(project: Project) -> None:
+    result = project.tests(
+        """
+        @pytest.fixture
+        def robot(iiwa_session):
+            yield iiwa_session
+            iiwa_session.call(iiwa_session.controller.stop)
+            iiwa_session.run_until_stopped()
+            iiwa_session.backdoor.clear_faults()
+            iiwa_session.backdoor.restore_state("start")
+            iiwa_session.dialogue.forget()
+
+        ports = set()
+
+        @pytest.mark.parametrize("number", range(3))
+        def test_shared(robot, number):
+            ports.add(robot.port)
+            driver = Driver(robot.host, robot.port)
+            assert driver.ask("get joint position").startswith("0.0 0.52")
+            driver.ask(FAR)
+            robot.advance(0.5)
+            robot.dialogue.assert_said("joint move", times=1)
+            robot.backdoor.emergency_stop()
+            driver.close()
+            assert len(ports) == 1
+
+        def test_failed(robot):
+            raise AssertionError("on purpose")
+        """
+    )
+    result.assert_outcomes(passed=3, failed=1)
+    result.stdout.fnmatch_lines(["*iiwa_session dialogue*", "*joint move*", "*iiwa_session state*"])
+
+
 def test_a_program_that_has_loaded_the_simulator_may_call_pytest(pytester: pytest.Pytester) -> None:
     program = pytester.makepyfile(
         program="""

@@ -2,11 +2,11 @@
 
 from iiwa_sim.backdoor.core import Core, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
+from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
 from iiwa_sim.dialect.wire.wire_faults import (
     EVERY,
     FAULTS,
     LONGEST_WAIT_S,
-    UNTIL_CLEARED,
     Close,
     Fault,
     Reset,
@@ -104,7 +104,10 @@ class Faults(Core):
 
     @called
     def clear_faults(self) -> None:
-        """Take back all faults that are set, of the wire and of the next move, and accept connections."""
+        """Take back all faults that are set, of the wire and of the next move, and canned replies.
+
+        Connections are accepted again.
+        """
         self._controller.refuse_next_move(None)
         self._wire.clear()
         self._entrance.accept()

@@ -70,34 +70,47 @@ class SurfaceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, k
     gamma: float = 0.0
 
     def pose(self) -> Transform:
+        """The surface's frame in the base (m)."""
         return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
 
 
 class PlaneSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A plane to touch: x and y of its frame lie in it, z points out of what is solid."""
+
     def shape(self) -> Plane:
+        """What is felt, without pose and material."""
         return Plane()
 
 
 class BoxSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A box to touch, with its middle at its frame and edges of `size_mm` along x, y and z."""
+
     size_mm: tuple[float, float, float]
 
     def shape(self) -> Box:
+        """What is felt, without pose and material."""
         x_mm, y_mm, z_mm = self.size_mm
         return Box(0.5e-3 * x_mm, 0.5e-3 * y_mm, 0.5e-3 * z_mm)
 
 
 class SphereSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A sphere to touch, with its middle at its frame."""
+
     radius_mm: float
 
     def shape(self) -> Sphere:
+        """What is felt, without pose and material."""
         return Sphere(1e-3 * self.radius_mm)
 
 
 class CylinderSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A cylinder to touch, with its middle at its frame and its axis along z."""
+
     radius_mm: float
     length_mm: float
 
     def shape(self) -> Cylinder:
+        """What is felt, without pose and material."""
         return Cylinder(1e-3 * self.radius_mm, 0.5e-3 * self.length_mm)
 
 

@@ -9,6 +9,7 @@ from iiwa_sim.dialect.krc4.session import Krc4Session
 from iiwa_sim.dialect.krc4.table import REGISTERS
 from iiwa_sim.dialect.ports import IIWA, KRC4
 from iiwa_sim.dialect.session import Session
+from iiwa_sim.dialect.wire.canned import CannedReplies
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.robot.description import RobotDescription
@@ -22,14 +23,20 @@ class Dialect(NamedTuple):
     """How many a robot may have for it."""
     says_bye: bool
     """Whether a client can say good-bye in it."""
-    open_session: Callable[[Controller, DialectLog, str, Dialogue, bool], Session]
-    """For a connection of this name in log and dialogue; whether it is strict, see `IiwaSession`."""
+    open_session: Callable[[Controller, DialectLog, str, Dialogue, bool, CannedReplies], Session]
+    """For a connection of this name in log and dialogue; whether it is strict, and what is canned, see
+    `IiwaSession`."""
 
 
 def _krc4(
-    controller: Controller, log: DialectLog, name: str, dialogue: Dialogue, _strict: bool
+    controller: Controller,
+    log: DialectLog,
+    name: str,
+    dialogue: Dialogue,
+    _strict: bool,  # its messages name their fields: none is too many
+    _canned: CannedReplies,
 ) -> Krc4Session:
-    return Krc4Session(controller, log, name, dialogue)  # its messages name their fields: none is too many
+    return Krc4Session(controller, log, name, dialogue)
 
 
 DIALECTS = {

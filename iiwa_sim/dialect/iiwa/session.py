@@ -11,11 +11,15 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.dialect.iiwa.commands import COMMANDS
 from iiwa_sim.dialect.own_moves import OwnMoves
 from iiwa_sim.dialect.ports import IIWA
+from iiwa_sim.dialect.wire.canned import CannedReplies
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, LineSession, shown, written
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import ERROR, Refusal, Request, in_degrees, load_table
+
+CANNED = "the reply to the next line is canned, nothing is carried out"
+"""What the dialogue is told."""
 
 
 class IiwaSession(LineSession):
@@ -28,11 +32,13 @@ class IiwaSession(LineSession):
         name: str,
         dialogue: Dialogue | None = None,
         strict: bool = False,
+        canned: CannedReplies | None = None,
     ) -> None:
         """`name` tells this connection from others in the log and in the dialogue, if somebody hears that.
 
         Values behind the last parameter of a command are ignored, as by the original, and told in the log
-        once for each command; with `strict` they are refused.
+        once for each command; with `strict` they are refused. What is `canned` is answered so, and not
+        carried out.
         """
         dialogue = dialogue or Dialogue(lambda: controller.tick)
         super().__init__(log, name, dialogue)
@@ -40,6 +46,7 @@ class IiwaSession(LineSession):
         self.controller = controller
         self._moves = OwnMoves(controller.is_pending)
         self._strict = strict
+        self._canned = canned or CannedReplies()
         self._logs_commands = False
         self._beyond_told: set[str] = set()  # commands with values behind their last parameter
         self.owns = self._moves.add
@@ -90,6 +97,10 @@ class IiwaSession(LineSession):
             return self._refuse(line, request)
         if request.beyond and not self._ignores_beyond(request):
             return self._refuse(line, request.too_much())
+        if self._canned.any and (text := self._canned.take(request.command.name)) is not None:
+            assert self._dialogue is not None
+            self._dialogue.event(self.name, CANNED)
+            return written(text)
         try:
             reply = COMMANDS[request.command.name](self, request)
         except Refused as refused:

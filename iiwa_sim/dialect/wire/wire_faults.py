@@ -13,6 +13,7 @@ from random import Random
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED, CannedReplies
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.wording import shortened
 
@@ -20,8 +21,6 @@ EVERY = 0
 """Stands for all connections, present and future."""
 NEXT = -1
 """Stands for the connection that comes next."""
-UNTIL_CLEARED = 0
-"""In place of a number of replies."""
 LONGEST_WAIT_S = 3600.0
 
 # Of the iiwa, where WONT_TIMING_MARK is no reply, and of KRC4.
@@ -58,13 +57,15 @@ Step = Send | Wait | Close | Reset
 class Fault(Protocol):
     """What becomes of one reply."""
 
-    def steps(self, reply: bytes, random: Random) -> list[Step]: ...
+    def steps(self, reply: bytes, random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
 
 
 class Pass(NamedTuple):
     """Nothing."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         return [Send(reply)]
 
 
@@ -74,6 +75,7 @@ class Delay(NamedTuple):
     seconds: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         return [Wait(self.seconds), Send(reply)]
 
 
@@ -84,6 +86,7 @@ class Split(NamedTuple):
     pause_s: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         if self.byte >= len(reply):
             return [Send(reply)]
         return [Send(reply[: self.byte]), Wait(self.pause_s), Send(reply[self.byte :])]
@@ -93,6 +96,7 @@ class Drop(NamedTuple):
     """It does not come."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         return []
 
 
@@ -100,6 +104,7 @@ class Garble(NamedTuple):
     """Each of its bytes is another printable one, but for its line end, or the tags round it."""
 
     def steps(self, reply: bytes, random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         begin, text, end = _framed(reply)
         noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
         return [Send(begin + noise + end)]
@@ -116,6 +121,7 @@ class CloseBefore(NamedTuple):
     """The connection is closed in its place."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         return [Close()]
 
 
@@ -123,6 +129,7 @@ class CloseAfter(NamedTuple):
     """The connection is closed behind it."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         return [Send(reply), Close()]
 
 
@@ -130,6 +137,7 @@ class ResetBefore(NamedTuple):
     """The connection is reset in its place."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         return [Reset()]
 
 
@@ -137,6 +145,7 @@ class Silence(NamedTuple):
     """Lines are not answered, nor carried out, but wait until the fault is cleared."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """What is done in place of sending this reply."""
         return [Send(reply)]  # of what was carried out before
 
 
@@ -175,6 +184,8 @@ class WireFaults:
         self._silent: set[int] = set()  # where lines wait, which has been told
         self._count = 0
         self._random = Random(0)
+        self.canned = CannedReplies()
+        """What is answered in place of the robot."""
 
     def seed(self, seed: int) -> None:
         """Garble from now on as every run with this seed does."""
@@ -218,7 +229,8 @@ class WireFaults:
             peer.take([step])
 
     def clear(self) -> None:
-        """No faults any more. Replies that are late already come when they would have come."""
+        """No faults nor canned replies any more. What is late already comes when it would have come."""
+        self.canned.clear()
         self._rules.clear()
         self._silent.clear()
         for peer, _, _ in list(self._peers.values()):

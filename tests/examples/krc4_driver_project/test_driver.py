@@ -1,7 +1,7 @@
 import pytest
 from driver import Driver, ProtocolError, RobotError
 
-from iiwa_sim.dialect.wire.wire_faults import Garble, Split
+from iiwa_sim import Garble, Split
 
 
 @pytest.fixture

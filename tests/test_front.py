@@ -1,0 +1,83 @@
+"""`import iiwa_sim`: what it offers, where that comes from, and what it costs to ask for it."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import iiwa_sim
+
+HEAVY = ("numpy", "pinocchio", "ruckig", "matplotlib", "iiwa_sim.simulator", "iiwa_sim.controller")
+OWN = "iiwa_sim"
+
+
+def loaded_by(text: str) -> set[str]:
+    """The modules of a fresh process that has carried out this."""
+    told = subprocess.run(
+        [sys.executable, "-c", f"{text}\nimport sys\nprint(*sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return set(told.stdout.split())
+
+
+def test_importing_it_loads_nothing_else_of_ours_and_no_library() -> None:
+    loaded = loaded_by("import iiwa_sim")
+    assert {name for name in loaded if name.partition(".")[0] == OWN} == {OWN}
+    assert not loaded & {*HEAVY, "msgspec", "asyncio"}
+
+
+def test_its_clients_load_nothing_of_the_simulator() -> None:
+    loaded = loaded_by("from iiwa_sim import Iiwa, AsyncIiwa, Krc4, AsyncKrc4, CommandError")
+    assert not loaded & set(HEAVY)
+    assert {"iiwa_sim.client"} <= loaded
+
+
+def test_what_it_offers_is_said_the_same_for_type_checkers_and_for_python() -> None:
+    """Three lists in one file, since no tool reads the other's: each name in all, from the same module."""
+    tree = ast.parse(Path(iiwa_sim.__file__).read_text())
+    seen = {
+        alias.name: node.module
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith(f"{OWN}.")
+        for alias in node.names
+    }
+    assert sorted(seen) == sorted(iiwa_sim.__all__)
+    assert seen == iiwa_sim._HOME_OF
+
+
+@pytest.mark.parametrize("name", iiwa_sim.__all__)
+def test_what_it_offers_is_there(name: str) -> None:
+    assert getattr(iiwa_sim, name) is getattr(iiwa_sim, name)
+    assert name in dir(iiwa_sim)
+
+
+def test_a_name_that_is_none_is_told_as_of_any_module() -> None:
+    with pytest.raises(AttributeError, match="module 'iiwa_sim' has no attribute 'Simulatr'"):
+        getattr(iiwa_sim, "Simulatr")  # noqa: B009
+
+
+def undocumented(name: str) -> list[str]:
+    """What is public of something offered and has no docstring of its own class or of one of our bases."""
+    offered = getattr(iiwa_sim, name)
+    if not inspect.isclass(offered):
+        return []  # a constant, told by a comment string, which Python does not keep
+    missing = [] if offered.__doc__ and not offered.__doc__.startswith(f"{name}(") else [name]
+    for each, member in inspect.getmembers(offered):
+        if each.startswith("_") or not (callable(member) or isinstance(member, property)):
+            continue
+        homes = [kind for kind in offered.__mro__ if each in vars(kind)]
+        if homes and homes[0].__module__.partition(".")[0] == OWN and not inspect.getdoc(member):
+            missing.append(f"{name}.{each}")
+    return missing
+
+
+@pytest.mark.parametrize("name", iiwa_sim.__all__)
+def test_nothing_public_is_undocumented(name: str) -> None:
+    assert undocumented(name) == []
