@@ -134,9 +134,10 @@ def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
     outcome: Any = yield  # pluggy's own type has no public name in older releases
-    watched = list(item.stash.get(_WATCHED, ()))
+    stashes = [item.stash]
     if _SESSION in getattr(item, "fixturenames", ()):
-        watched += item.session.stash.get(_WATCHED, ())
+        stashes.append(item.session.stash)
+    watched = [robot for stash in stashes if _WATCHED in stash for robot in stash[_WATCHED]]
     if not watched:
         return
     report = outcome.get_result()

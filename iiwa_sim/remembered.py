@@ -73,7 +73,7 @@ class RememberedDialogue(Dialogue):
         if self._memory is None:
             raise RuntimeError("nothing is remembered: call dialogue.remember() before the driver connects")
         if self._overflown:
-            raise RuntimeError(f"more than {MOST} exchanges: call dialogue.forget() where it gets interesting")
+            raise RuntimeError(f"more than {MOST} exchanges: call dialogue.forget() ahead of what counts")
         return [each.exchange for each in list(self._memory) for _ in range(each.times)]
 
     def commands(self) -> list[str]:

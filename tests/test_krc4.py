@@ -20,6 +20,7 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.controller.io import NOT_AN_OUTPUT, NUMBER_OUT_OF_RANGE
 from iiwa_sim.dialect.krc4.table import load_krc4_table
+from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.dialect.wire.wire_faults import Drop, Split
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
@@ -144,7 +145,8 @@ def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
     )
     assert (ended.returncode, ended.stdout) == (2, "")
     assert ended.stderr.count("\n") == 1
-    assert ended.stderr.endswith("expected 7 joints for dialect iiwa; for 6 there is: krc4\n")
+    expected = "expected 7 joints for dialect iiwa; for 6 there is: krc4 (--dialect krc4)\n"
+    assert ended.stderr.endswith(expected)
     with pytest.raises(RobotFault, match="for dialect iiwa"):
         Simulator("kr_6_r900_sixx", dialects=["krc4", "iiwa"])
 
@@ -185,7 +187,7 @@ def test_the_table_holds_appendix_c() -> None:
         NOT_AN_OUTPUT,
         STOP_TRIGGERED,
     }
-    assert used | {COMPONENT_NOT_READY} == set(table.errors)
+    assert used | {COMPONENT_NOT_READY} == set(load_error_codes())
     assert all(command.requirements and command.summary for command in table.commands.values())
 
 

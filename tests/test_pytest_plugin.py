@@ -397,7 +397,7 @@ WRONG = {
     "clok='fast'": "fixture iiwa: clok: expected one of robot, cell, dialects, clock, *",
     "dialects='krc4'": "fixture iiwa: dialects='krc4': expected a list, of iiwa or krc4 or both",
     "dialects=['krc5']": "fixture iiwa: dialect 'krc5', expected iiwa or krc4",
-    "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for dialect iiwa; for 6 there is: krc4",
+    "robot='kr_6_r900_sixx'": "fixture iiwa: *expected 7 joints for dialect iiwa; for 6 there is: krc4 *",
     "'fast'": "fixture iiwa: 'fast': expected NAME=VALUE",
     "clock='fats'": "fixture iiwa: clock 'fats': expected real, a multiple *",
     "clock=10": "fixture iiwa: clock=10: expected real, 10x, fast or stepped",

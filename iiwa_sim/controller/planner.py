@@ -28,6 +28,7 @@ from iiwa_sim.robot.nearest import (
     Found,
     Nearest,
     Unreachable,
+    how_far,
 )
 
 LEAST_SPEED_REL = 1e-6
@@ -233,6 +234,7 @@ class Planner:
                 x_mm, y_mm, z_mm = asked.frame[:3]
                 place = f"{x_mm:.1f} {y_mm:.1f} {z_mm:.1f} mm"
                 reason = f"the {asked.what} at {place} is out of reach in this orientation"
+                reason += how_far(self._inverse.beyond_reach(flange))
             raise Refused(unreachable.code, reason) from None
 
     def _line_from(

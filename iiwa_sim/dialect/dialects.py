@@ -62,13 +62,14 @@ def dialect_for(name: str, description: RobotDescription) -> Dialect:
         raise ValueError(f"dialect {name!r}, expected {' or '.join(DIALECTS)}")
     dialect, count = DIALECTS[name], len(description.joints)
     if count not in dialect.axes:
-        others = ", ".join(fitting_dialects(description))
+        others = fitting_dialects(description)
+        hint = f"{', '.join(others)} (--dialect {others[0]})" if others else "none"
         few, many = dialect.axes[0], dialect.axes[-1]
         wanted = f"{few}" if few == many else f"{few} to {many}"
         raise RobotFault(
             description.settings_path,
             "joints",
             list(description.joints),
-            f"{wanted} joints for dialect {name}; for {count} there is: {others or 'none'}",
+            f"{wanted} joints for dialect {name}; for {count} there is: {hint}",
         )
     return dialect

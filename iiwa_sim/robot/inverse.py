@@ -48,6 +48,13 @@ class Inverse(Protocol):
     ) -> tuple[float, ...] | None:
         """Joint positions on one branch, or None where it does not reach the pose."""
 
+    def beyond_reach(self, flange: Transform) -> float:
+        """How far (m) the wrist point is beyond where upper arm and forearm bring it.
+
+        Above 0 where it is too far away, below 0 where it is too near; 0 within reach, whether or not joint
+        limits and the redundancy leave a way.
+        """
+
     def branches(
         self, flange: Transform, redundancy: float, seed: Sequence[float]
     ) -> list[tuple[int, tuple[float, ...]]]:

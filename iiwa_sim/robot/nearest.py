@@ -204,7 +204,7 @@ class Nearest:
         if others.feasible.any():
             status = int(others.statuses[others.feasible][0])
             reason = f"the target is reachable only with the arm bent another way (status {status})"
-            return Unreachable(ROBOT_CONFIGURATION, reason)
+            return Unreachable(ROBOT_CONFIGURATION, f"{reason}: go there by PTP")
         joints = np.concatenate((own.joints, others.joints))
         joints = joints[~np.isnan(joints).any(axis=1)]
         if len(joints):
@@ -216,7 +216,8 @@ class Nearest:
                 reason = f"the target is out of reach with a redundancy of {redundancy:.7g} rad"
                 return Unreachable(ROBOT_CONFIGURATION, reason)
         x, y, z = (1e3 * value for value in flange.translation)
-        return Unreachable(OUT_OF_REACH, f"the flange at {x:.1f} {y:.1f} {z:.1f} mm is out of reach")
+        far = how_far(self._inverse.beyond_reach(flange))
+        return Unreachable(OUT_OF_REACH, f"the flange at {x:.1f} {y:.1f} {z:.1f} mm is out of reach{far}")
 
     def _blocking(self, joints: NDArray[np.float64]) -> Unreachable:
         """The joint that stands in the way where the limits are least exceeded."""
@@ -226,6 +227,15 @@ class Nearest:
         low, high = self._limits[joint]
         where = f"{self._names[joint]} would have to be at {joints[row, joint]:.7g} rad"
         return Unreachable(JOINT_LIMIT, f"{where}, its limits are {low:.7g} and {high:.7g} rad")
+
+
+def how_far(beyond_m: float) -> str:
+    """What to say of a pose that is so far beyond reach, see `Inverse.beyond_reach`; empty within it."""
+    if beyond_m > 0.0:
+        return f": farther than the arm reaches by {1e3 * beyond_m:.4g} mm"
+    if beyond_m < 0.0:
+        return f": nearer to the shoulder than the arm folds by {-1e3 * beyond_m:.4g} mm"
+    return ""
 
 
 def _grid(centre: float, limits: tuple[float, float] | None, step: float) -> NDArray[np.float64]:

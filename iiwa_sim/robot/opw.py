@@ -15,12 +15,12 @@ brings SciPy.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, remainder, sin, tau
+from math import cos, remainder, sin, sqrt, tau
 
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform
+from iiwa_sim.frames import Transform, multiply
 from iiwa_sim.robot.follow import Side, follow_seed
 from iiwa_sim.robot.inverse_kernel import NEAR, OPW, OUT_OF_REACH, solve_one
 from iiwa_sim.robot.inverse_rows import solved_rows
@@ -72,6 +72,18 @@ class Opw:
                 return followed
         solved: tuple[float, ...] = joints
         return solved
+
+    def beyond_reach(self, flange: Transform) -> float:
+        upper, fore = self.geometry.lengths
+        shoulder_x, shoulder_z = self.geometry.shoulder
+        hand, along = self.geometry.hand, multiply(flange.rotation, self.geometry.unturned)[::3]
+        x, y, z = (at - hand * axis for at, axis in zip(flange.translation, along, strict=True))
+        out = sqrt(x * x + y * y)
+        ways = []
+        for side in (out, -out):  # before the shoulder, or in the overhead area behind it
+            away = sqrt((side - shoulder_x) ** 2 + (z - shoulder_z) ** 2)
+            ways.append(max(away - upper - fore, 0.0) + min(away - abs(upper - fore), 0.0))
+        return min(ways, key=abs)
 
     def branches(
         self, flange: Transform, redundancy: float, seed: Sequence[float]

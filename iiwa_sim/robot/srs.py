@@ -10,7 +10,7 @@ that A1 turns, bit 1 where A4 is negative, bit 2 where A6 is zero or negative.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, sin
+from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,12 @@ class Srs:
                 return followed
         solved: tuple[float, ...] = joints
         return solved
+
+    def beyond_reach(self, flange: Transform) -> float:
+        base_shoulder, upper, fore, hand = self.lengths
+        (_, _, r02, _, _, r12, _, _, r22), (x, y, z) = flange
+        away = sqrt((x - hand * r02) ** 2 + (y - hand * r12) ** 2 + (z - hand * r22 - base_shoulder) ** 2)
+        return max(away - upper - fore, 0.0) + min(away - abs(upper - fore), 0.0)
 
     def branches(
         self, flange: Transform, redundancy: float, seed: Sequence[float]

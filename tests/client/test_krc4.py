@@ -22,6 +22,7 @@ from iiwa_sim.client.messages import LARGEST_INTEGER, SMALLEST_INTEGER, MessageC
 from iiwa_sim.client.xml_replies import XmlReplies
 from iiwa_sim.dialect.krc4.stream import XmlStream
 from iiwa_sim.dialect.krc4.table import load_krc4_table, understand
+from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.simulator import Simulator
 from tests.client.peers import Answer, Awaited, Peer
 from tools.client_source import krc4 as client_source
@@ -129,7 +130,7 @@ def test_the_methods_are_what_the_table_makes_of_them(kind: client_source.Kind) 
 def test_the_numbers_are_those_of_the_table() -> None:
     assert (FOLDER / client_source.NUMBERS).read_text() == client_source.numbers_source()
     assert {tag: command.id for tag, command in TABLE.items()} == COMMANDS
-    assert load_krc4_table().errors == ERRORS
+    assert {code: row.meaning for code, row in load_error_codes().items()} == ERRORS
 
 
 @CLIENTS

@@ -1,4 +1,4 @@
-"""The methods of Krc4 and AsyncKrc4, and the numbers of messages and errors, written from protocol/krc4.toml.
+"""The methods of Krc4 and AsyncKrc4, and the numbers of messages and errors, from the tables of protocol/.
 
 What the table does not say is here: which values go together, and how an argument is called.
 """
@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from iiwa_sim.dialect.krc4.table import Command, load_krc4_table
+from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from tools.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
 
 FRAME = ("X mm", "Y mm", "Z mm", "A deg", "B deg", "C deg")
@@ -46,7 +47,7 @@ class {name}({base}[Message, Reply]):
 
 NUMBERS_HEAD = '''"""What the numbers in KRC4 messages mean.
 
-Written by `python -m tools.client_source` from protocol/krc4.toml: not to be changed by hand.
+Written by `python -m tools.client_source` from protocol/krc4.toml and errors.toml: not to be changed by hand.
 """
 '''
 
@@ -144,5 +145,5 @@ def numbers_source() -> str:
     """The text of the file of numbers."""
     table = load_krc4_table()
     ids = [f'    "{each.tag}": {each.id},' for each in table.commands.values()]
-    errors = [f'    {number}: "{meaning}",' for number, meaning in table.errors.items()]
+    errors = [f'    {code}: "{row.meaning}",' for code, row in load_error_codes().items()]
     return "\n".join([NUMBERS_HEAD, "COMMANDS = {", *ids, "}", "", "ERRORS = {", *errors, "}", ""])

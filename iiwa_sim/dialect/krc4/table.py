@@ -60,8 +60,6 @@ class Command(NamedTuple):
 class Krc4Table(NamedTuple):
     commands: Mapping[int, Command]
     """By id."""
-    errors: Mapping[int, str]
-    """What the error numbers mean."""
 
 
 class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
@@ -76,7 +74,6 @@ class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):
 class _TableRows(msgspec.Struct, forbid_unknown_fields=True):
     title: str
     source: str
-    errors: dict[str, str]
     command: dict[str, _CommandRow]
 
 
@@ -102,10 +99,7 @@ def read_krc4_table(text: bytes) -> Krc4Table:
         commands[row.id] = Command(
             tag, row.id, row.summary, row.requirements, row.inputs, row.outputs, row.joints
         )
-    for number in rows.errors:
-        if not number.isdigit():
-            raise TableError(f"krc4.toml: errors.{number}: expected a number")
-    return Krc4Table(commands, {int(number): meaning for number, meaning in rows.errors.items()})
+    return Krc4Table(commands)
 
 
 def understand(element: Element, root: str = REQUEST) -> Message:

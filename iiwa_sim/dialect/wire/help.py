@@ -1,17 +1,21 @@
-"""The line that `help` answers, written from the protocol table."""
+"""The line that `help` answers, written from the protocol table and that of error codes."""
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
+from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.dialect.wire.table import Command, Table
 
 
 def helped(table: Table, phrase: str, example: str) -> str:
     """What `help : PHRASE` answers: the usage of that command, or the names that are like the phrase.
 
-    Without a phrase all commands are named; `example` is one that takes parameters. Raises `Refused` where no
-    name is like the phrase.
+    Of an error code it tells meaning, usual cause and what to do. Without a phrase all commands are named;
+    `example` is one that takes parameters. Raises `Refused` where no name is like the phrase, and for a
+    number that is no code.
     """
     if not phrase:
         return _overview(table, example)
+    if phrase.isdecimal():
+        return _error_code(phrase)
     command = table.commands.get(phrase.lower())
     if command is not None:
         return _usage(command)
@@ -27,7 +31,16 @@ def _overview(table: Table, example: str) -> str:
     extensions = ", ".join(command.name for command in table.commands.values() if command.extension)
     if extensions:
         names = f"commands: {names}; extensions: {extensions}"
-    return f"{names} (help : {example} tells its usage)"
+    return f"{names} (help : {example} tells its usage, help : 3021 what a code of get error means)"
+
+
+def _error_code(phrase: str) -> str:
+    """What a code means."""
+    codes = load_error_codes()
+    for code, row in codes.items():
+        if phrase == str(code):
+            return row.told(code)
+    raise Refused(COMMUNICATION_FAILURE, f"no such error code: there are {', '.join(map(str, codes))}")
 
 
 def _usage(command: Command) -> str:

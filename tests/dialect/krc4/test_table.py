@@ -7,13 +7,12 @@ import pytest
 from iiwa_sim.dialect.krc4.table import read_krc4_table, reply
 from iiwa_sim.dialect.wire.table import TableError
 
-HEAD = 'title = "t"\nsource = "s"\n[errors]\n3040 = "e"\n'
+HEAD = 'title = "t"\nsource = "s"\n'
 STO = '[command.STO]\nid = 1\nsummary = "stop"\nrequirements = []\n'
 
 
 def test_a_table_is_read() -> None:
     table = read_krc4_table((HEAD + STO + 'inputs = { R0 = "x mm" }').encode())
-    assert table.errors == {3040: "e"}
     assert table.commands[1].inputs == {"R0": "x mm"}
 
 
@@ -26,7 +25,6 @@ def test_a_table_is_read() -> None:
         (HEAD + STO.replace("= 1", "= 0"), "command.STO.id = 0"),
         (HEAD + STO + 'inputs = { I1 = "x" }', "command.STO: I1: expected I2 to I9 or R0 to R9"),
         (HEAD + STO + 'outputs = { R10 = "x" }', "command.STO: R10"),
-        (HEAD.replace("3040", "many") + STO, "errors.many: expected a number"),
     ],
 )
 def test_a_fault_in_it_is_told(text: str, message: str) -> None:
