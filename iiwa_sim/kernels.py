@@ -1,8 +1,8 @@
-"""Kernels: whether the inner loops of the core are compiled, and from the texts that lie beside them.
+"""Checks that the kernels, the compiled inner loops of the core, are there and fit their texts.
 
-A kernel is a file *_kernel.py, Python that is compiled when the package is installed. Where that is missing
-Python would run the text instead, a hundred times slower; where the text was edited since, the program would
-not do what it says.
+A kernel is a file *_kernel.py that is compiled when the package is installed. Without the compiled file
+Python would run the text, a hundred times slower; with one of an older text the program would not do what the
+text says.
 """
 
 import sys
@@ -12,7 +12,7 @@ from zlib import crc32
 
 
 def check_kernels(folder: Path) -> None:
-    """End the program with one line that says what to do, unless all kernels under a folder are fresh."""
+    """End the program with one line of advice unless all kernels under a folder are up to date."""
     for text in sorted(folder.rglob("*_kernel.py")):
         compiled = text.with_suffix(EXTENSION_SUFFIXES[0])
         try:
@@ -26,5 +26,5 @@ def check_kernels(folder: Path) -> None:
 
 
 def stamp(text: Path) -> str:
-    """What stands beside a compiled kernel: the checksum of its text."""
+    """The contents of the stamp file beside a compiled kernel: the checksum of its text."""
     return str(crc32(text.read_bytes()))

@@ -1,9 +1,9 @@
-"""What the program says of itself, on stderr: one line per event, plain or as JSON.
+"""The log on stderr: one line per event, plain or as JSON.
 
-Everything goes through the standard library's logging, so a program that uses the simulator as a library sets
-it up its own way; only the command line calls `configure`. Levels: `warning` tells of refused commands and of
-clients that are dropped, vanish while the robot moves, or leave a servo mode without commands, and of forces
-that end a move, `info` of clients that come and go, `debug` of every command.
+Everything goes through the standard library's logging, so a program that uses the simulator as a library
+configures it as it likes; only the command line calls `configure`. Levels: `warning` for refused commands,
+for clients that are dropped, vanish while the robot moves, or leave a servo mode without commands, and for
+forces that end a move; `info` for clients that connect and disconnect; `debug` for every command.
 """
 
 import json
@@ -19,7 +19,8 @@ from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import harmless
 
 REFUSALS_TOLD = 20
-"""Of one session, with one code, within a second: who sends rubbish without end leaves the log readable."""
+"""Refusals logged per second for one session and one code, so that a flood of noise leaves the log
+readable."""
 
 LEVELS = ("error", "warning", "info", "debug")
 DEFAULT_LEVEL = "warning"
@@ -27,15 +28,16 @@ DEFAULT_LEVEL = "warning"
 logger = logging.getLogger(__name__)
 
 robot: ContextVar[str] = ContextVar("robot", default="")
-"""The name of the robot that lines are about, where a process has several. Whatever is set up in an asyncio
-loop while it is set runs with it from then on."""
+"""Name of the robot that lines are about, in a process with several. Tasks and callbacks that are set up
+in an asyncio loop inherit the present value."""
 
 
 class SessionLog:
-    """The `DialectLog` that hands on to logging, and holds a flood of refusals back.
+    """The `DialectLog` that writes to logging and throttles refusals.
 
-    Of one kind, by session and code, the first `REFUSALS_TOLD` in a second are told, and the last of these
-    says so. How many more there were is told before the next refusal, whoever's it is. At debug all are told.
+    For each session and code the first `REFUSALS_TOLD` in a second are logged, and the last of these says so.
+    The number of further ones is logged before the next refusal of any session. At debug level all are
+    logged.
     """
 
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
@@ -112,26 +114,26 @@ def _refused_more(kind: tuple[str, int], untold: int) -> None:
 
 
 def robot_fault(code: int, reason: str) -> None:
-    """What the controller meets with between commands."""
+    """Log an error that the controller meets between commands."""
     logger.warning("%s", reason, extra={"fields": {"code": code, "reason": reason}})
 
 
 def moves_discarded(moves: Sequence[int], reason: str) -> None:
-    """Moves, by their numbers, that a stop or a change of mode has ended or will never let begin."""
+    """Log the moves, by number, that a stop or a change of mode has ended or dropped."""
     which = f"move {moves[0]}" if len(moves) == 1 else f"{len(moves)} moves, {moves[0]} to {moves[-1]}"
     extra = {"fields": {"moves": list(moves), "reason": reason}}
     logger.info("%s not carried out to the end: %s", which, reason, extra=extra)
 
 
 def robot_contact(contact: Contact) -> None:
-    """What has ended a force move."""
+    """Log the contact that has ended a force move."""
     logger.warning("%s", contact, extra={"fields": contact._asdict() | {"tcp": contact.tcp._asdict()}})
 
 
 def configure(level: str, as_json: bool, descriptor: int) -> None:
-    """Write what weighs `level` (one of LEVELS) or more to the file `descriptor`.
+    """Write log lines of `level` (one of LEVELS) or above to the file `descriptor`.
 
-    Of other people's loggers, asyncio's for one, nothing below a warning.
+    Of other loggers, such as asyncio's, only warnings and errors.
     """
     handler = _NeverWaitingHandler(descriptor)
     handler.setFormatter(_JsonFormatter() if as_json else _PlainFormatter())
@@ -141,10 +143,11 @@ def configure(level: str, as_json: bool, descriptor: int) -> None:
 
 
 class _NeverWaitingHandler(logging.Handler):
-    """Loses lines rather than wait for whoever reads them.
+    """A handler that drops lines rather than wait for a reader.
 
-    Whoever starts the simulator with a pipe for stderr and never reads it, or stops the terminal, would
-    otherwise stop the robot in mid-air. How many lines were lost is said when the reader is back.
+    A program that starts the simulator with a pipe for stderr and never reads it, or stops the terminal,
+    would otherwise block the robot in mid-motion. The number of dropped lines is logged when the reader is
+    back.
     """
 
     def __init__(self, descriptor: int) -> None:

@@ -1,4 +1,4 @@
-"""An async context that can be entered without await, too: it then has a loop in a thread of its own."""
+"""A context that runs in the caller's asyncio loop, or in a loop of its own in a thread."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Coroutine
@@ -8,14 +8,14 @@ from typing import Any, Self, TypeVar
 from iiwa_sim.loop_thread import LoopThread
 
 LEAVE_S = 10.0
-"""So long a thread has for leaving the context, before it counts as blocked."""
+"""Seconds that the thread has to leave the context before it counts as blocked."""
 RUNNING = "the simulator runs already"
 
 T = TypeVar("T")
 
 
 class LoopOrThread(ABC):
-    """One at a time: `async with` in the caller's loop, or `with` and a thread."""
+    """Entered by `async with` in the caller's loop, or by `with`, which starts a thread. One at a time."""
 
     def __init__(self, name: str) -> None:
         """`name` is that of the thread."""
@@ -33,11 +33,11 @@ class LoopOrThread(ABC):
     @property
     @abstractmethod
     def _runs(self) -> bool:
-        """Whether the context has been entered, in whichever way."""
+        """Whether the context is entered, in either way."""
 
     @abstractmethod
     def _heed(self) -> None:
-        """Something has been called that may have changed what is in the loop."""
+        """Called after a function has run in the loop, which may have changed something there."""
 
     def __enter__(self) -> Self:
         if self._thread is not None or self._runs:
@@ -56,9 +56,9 @@ class LoopOrThread(ABC):
             self._leave(self._thread)
 
     def call(self, function: Callable[[], T], limit_s: float | None = None) -> T:
-        """What `function` gives, or raises, called between two ticks in the robot's thread.
+        """The result of `function`, called between two ticks in the robot's thread; raises what it raises.
 
-        Raises TimeoutError where that takes more than `limit_s`, and names what blocks the thread. Where that
+        Raises TimeoutError, naming what blocks the thread, if that takes more than `limit_s`. If the thread
         has ended, or there is none, the function is called at once.
         """
 
@@ -70,7 +70,7 @@ class LoopOrThread(ABC):
         return self._thread.wait_for(called, limit_s)
 
     def _wait_for(self, coroutine: Callable[[], Coroutine[Any, Any, T]]) -> T:
-        """What it gives, or raises. Raises RuntimeError where there is no thread."""
+        """The result of a coroutine, or what it raises. Raises RuntimeError if there is no thread."""
         if self._thread is None:
             raise RuntimeError("only within `with Simulator(...)`; in a loop, await the methods of `clock`")
         return self._thread.wait_for(coroutine)
@@ -87,7 +87,7 @@ class LoopOrThread(ABC):
 
         blocked = False
         try:
-            if not thread.elsewhere:  # or a child that leaves would end its parent's robot
+            if not thread.elsewhere:  # a forked child that leaves would end its parent's robot
                 thread.wait_for(leave, LEAVE_S)
         except TimeoutError:
             blocked = True

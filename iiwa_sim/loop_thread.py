@@ -1,4 +1,4 @@
-"""An asyncio loop in a thread of its own, for those who have none."""
+"""An asyncio event loop in a thread of its own, for callers that have no loop."""
 
 import asyncio
 import contextlib
@@ -20,13 +20,13 @@ T = TypeVar("T")
 
 
 class LoopThread:
-    """Runs from its making until `close`.
+    """Runs from its creation until `close`.
 
-    A daemon: a program that ends without closing it ends nevertheless.
+    The thread is a daemon: a program that ends without closing it ends nevertheless.
     """
 
     def __init__(self, name: str) -> None:
-        # The loop of the thread that calls this stays what it is: so the factory.
+        # A factory, so that the loop of the calling thread stays as it is.
         self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
         self._loop = self._runner.get_loop()
         self._lock = threading.Lock()
@@ -38,22 +38,22 @@ class LoopThread:
 
     @property
     def current(self) -> bool:
-        """Whether the caller is in this thread."""
+        """Whether the caller runs in this thread."""
         return threading.current_thread() is self._thread
 
     @property
     def elsewhere(self) -> bool:
-        """Whether this process was forked from the one of this thread: there it goes on, here it is none."""
+        """Whether this process was forked from the one with the thread, which has no copy here."""
         return os.getpid() != self._process
 
     def wait_for(self, function: Callable[[], Coroutine[Any, Any, T]], limit_s: float | None = None) -> T:
-        """Run a coroutine in the loop and wait for its end; what it raises is raised here.
+        """Run a coroutine in the loop and wait for its result; what it raises is raised here.
 
-        Raises TimeoutError, with what the thread is busy with, where that takes more than `limit_s`.
+        Raises TimeoutError, with what the thread is busy with, after `limit_s`.
 
         If the wait is interrupted, the coroutine is cancelled. Raises RuntimeError in this thread itself,
-        where that would wait for ever, and where the loop is closed, also if that happens meanwhile, or is
-        that of another process.
+        where it would wait for ever, and if the loop is closed, closes meanwhile, or belongs to another
+        process.
         """
         if self.elsewhere:
             raise RuntimeError(ELSEWHERE)
@@ -69,7 +69,7 @@ class LoopThread:
         try:
             return answer.result(limit_s)
         except TimeoutError:
-            if answer.done():  # the coroutine's own
+            if answer.done():  # raised by the coroutine
                 raise
             raise TimeoutError(f"the thread {self._thread.name} is blocked by {self._busy_with()}") from None
         except KeyboardInterrupt:
@@ -81,21 +81,21 @@ class LoopThread:
                 self._awaited.discard(waited_for)
 
     def close(self, *, wait: bool = True) -> None:
-        """Cancel what still runs in the loop, end the thread and wait for that; in a fork nothing.
+        """Cancel what runs in the loop, end the thread and wait for that; does nothing in a forked process.
 
-        Without `wait` a blocked thread is left alone: it ends when nothing blocks it, or with the program.
+        Without `wait` a blocked thread is left alone: it ends when it is free, or with the program.
         """
         if self.elsewhere:
             return
         with self._lock:
             if not self._closed:
-                self._closed = True  # before the stop: what is asked for until then begins, and is cancelled
+                self._closed = True  # before the loop stops: pending coroutines start, and are cancelled
                 self._loop.call_soon_threadsafe(self._loop.stop)
         if wait:
             self._thread.join()
 
     def _busy_with(self) -> str:
-        """The line of code that was called from outside of this package, or the innermost of all."""
+        """The line of code that was called from outside of this package, or the innermost line."""
         frame = sys._current_frames().get(self._thread.ident or 0)
         if frame is None:
             return "nothing: it has ended"
@@ -117,7 +117,7 @@ class LoopThread:
 
 
 class _Awaited(Generic[T]):
-    """A coroutine that a thread waits for. All methods are called in the loop's thread."""
+    """A coroutine that a thread waits for. All methods run in the loop's thread."""
 
     def __init__(self, function: Callable[[], Coroutine[Any, Any, T]], answer: Future[T]) -> None:
         self._function = function
@@ -139,7 +139,7 @@ class _Awaited(Generic[T]):
     async def _run(self) -> None:
         try:
             self._answer.set_result(await self._function())
-        except (SystemExit, KeyboardInterrupt) as fault:  # with which a task would end the loop
+        except (SystemExit, KeyboardInterrupt) as fault:  # they would end the loop
             self._answer.set_exception(fault)
 
     def _done(self, task: asyncio.Task[None]) -> None:

@@ -1,4 +1,4 @@
-"""Lines for a file that may take its time, as a terminal that is stopped, or a FIFO that nobody reads."""
+"""Writing lines to a file that may block, such as a stopped terminal or a FIFO that nobody reads."""
 
 import contextlib
 import os
@@ -9,34 +9,34 @@ from collections.abc import Callable
 from functools import partial
 
 MOST_BYTES = 262_144
-"""That wait to be written; beyond, lines are lost."""
+"""Most bytes that wait to be written; further lines are dropped."""
 AT_ONCE_BYTES = 65_536
 PATIENCE_S = 1.0
-"""For how long the end of the program, `flush` and `close` wait for a file that takes nothing."""
+"""Seconds for which the end of the program, `flush` and `close` wait for a file that blocks."""
 
 
 class NeverWaiting:
-    """Writes lines in a thread of its own, which alone waits for the file; the thread is a daemon.
+    """Writes lines in a daemon thread, the only one that waits for the file.
 
-    Lines that find no room, or that the file refuses, are lost and counted. When writing goes on, the number
-    is told in a line of its own.
+    Lines for which there is no room, or that the file refuses, are dropped and counted. When writing goes on,
+    a line tells the number.
     """
 
     def __init__(self, descriptor: int, told: Callable[[int], bytes]) -> None:
-        """`told` makes the line that says how many were lost."""
+        """`told` formats the line that tells how many were dropped."""
         self.fault: OSError | None = None
         """Why the file has refused a line."""
         self._descriptor = descriptor
         self._told = told
         self._changed = threading.Condition()
         self._lines: deque[bytes] = deque()
-        self._waiting_bytes = 0  # in them, and in what is being written
+        self._waiting_bytes = 0  # bytes of the lines, and of what is being written
         self._lost = 0
         self._closed = False
         self._thread: threading.Thread | None = None
 
     def put(self, line: bytes) -> None:
-        """A line with its end."""
+        """Queue a line with its end."""
         with self._changed:
             if self._closed or (self._waiting_bytes and self._waiting_bytes + len(line) > MOST_BYTES):
                 self._lost += 1
@@ -48,7 +48,7 @@ class NeverWaiting:
             self._changed.notify_all()
 
     def flush(self) -> bool:
-        """Wait until all is written, or nothing of it for PATIENCE_S; whether it is."""
+        """Wait until all is written, or for PATIENCE_S without progress; returns whether all is written."""
         with self._changed:
             while self._waiting_bytes:
                 if not self._changed.wait_for(partial(self._taken_of, self._waiting_bytes), PATIENCE_S):
@@ -56,7 +56,7 @@ class NeverWaiting:
         return True
 
     def close(self) -> bool:
-        """`flush`, and write no more; what the file has not taken then is lost. The file stays open."""
+        """`flush`, and write no more; what the file has not taken is dropped. The file stays open."""
         done = self.flush()
         with self._changed:
             self._closed = True
@@ -94,12 +94,12 @@ class NeverWaiting:
 
 
 def written(descriptor: int, data: bytes) -> OSError | None:
-    """Write all of it, however long the file takes; why it refused, if it did."""
+    """Write all the data, however long it takes; returns why the file refused, None if it did not."""
     rest = memoryview(data)
     while rest:
         try:
             rest = rest[os.write(descriptor, rest) :]
-        except BlockingIOError:  # someone has set it so
+        except BlockingIOError:  # the descriptor is non-blocking
             with contextlib.suppress(OSError):
                 ready = select.poll()
                 ready.register(descriptor, select.POLLOUT)

@@ -1,27 +1,27 @@
-"""What was said and how the robot is, as text for people: the report of a test that failed."""
+"""The dialogue and the state of a robot as text, for the report of a failed test."""
 
 from collections import deque
 from dataclasses import dataclass, field
 
 from iiwa_sim.controller.snapshot import Snapshot
 from iiwa_sim.dialect.wire.decimals import format_decimals
-from iiwa_sim.dialect.wire.dialogue import Direction, Said
+from iiwa_sim.dialect.wire.dialogue import DialogueLine, Direction
 
 LONGEST = 300
-"""Exchanges and events kept, the newest ones; one that is repeated counts once."""
+"""Exchanges and events kept, the newest ones; a repeated exchange counts once."""
 
 
 class Recording:
-    """A listener of a `Dialogue` that remembers the end of it."""
+    """A listener of a `Dialogue` that keeps the end of it."""
 
     def __init__(self, tick_s: float, start_ns: int) -> None:
-        """Ticks last `tick_s`; real time is told from `start_ns` of `time.monotonic_ns`."""
+        """`tick_s` is the duration of a tick (s); real time counts from `start_ns` of `time.monotonic_ns`."""
         self._tick_s = tick_s
         self._start_ns = start_ns
         self._entries: deque[_Entry] = deque(maxlen=LONGEST)
         self._left_out = 0
 
-    def __call__(self, said: Said) -> None:
+    def __call__(self, said: DialogueLine) -> None:
         last = self._entries[-1] if self._entries else None
         if last is not None and last.takes(said):
             return
@@ -31,7 +31,7 @@ class Recording:
         self._entries.append(_Entry(said, said))
 
     def text(self) -> str:
-        """All that is remembered, with simulated and real seconds."""
+        """The kept dialogue, with simulated and real seconds."""
         if not self._entries:
             return "nothing was said"
         self._merge()
@@ -48,7 +48,7 @@ class Recording:
         return "\n".join(lines)
 
     def _merge(self) -> None:
-        """The last exchange into the one before, if it is the same again, as of a driver that polls."""
+        """Merge the last exchange with the one before if they are equal, as those of a polling driver are."""
         if len(self._entries) < 2:
             return
         before, last = self._entries[-2], self._entries[-1]
@@ -57,22 +57,22 @@ class Recording:
             before.last = last.first
             self._entries.pop()
 
-    def _when(self, said: Said) -> str:
+    def _when(self, said: DialogueLine) -> str:
         real_s = (said.instant_ns - self._start_ns) * 1e-9
         return f"{said.tick * self._tick_s:9.3f} {real_s:9.3f}"
 
 
 @dataclass
 class _Entry:
-    """An event, or a line with its reply and what became of that, which may have been repeated."""
+    """An event, or a line with its reply and the faults of that; possibly repeated."""
 
-    first: Said
-    last: Said
+    first: DialogueLine
+    last: DialogueLine
     answers: list[tuple[Direction, str]] = field(default_factory=list)
     times: int = 1
 
-    def takes(self, said: Said) -> bool:
-        """Whether it belongs to this line, and has been added."""
+    def takes(self, said: DialogueLine) -> bool:
+        """Add a line to this entry if it belongs to it; returns whether it does."""
         follows = {Direction.TO_CLIENT: 0, Direction.ON_WIRE: 1}.get(said.direction)
         if (self.first.direction, self.first.session, len(self.answers)) != (
             Direction.FROM_CLIENT,
@@ -88,8 +88,8 @@ class _Entry:
         return (self.first.session, self.first.direction, self.first.text, self.answers)
 
 
-def told(state: Snapshot) -> str:
-    """A state, one field per line."""
+def state_as_text(state: Snapshot) -> str:
+    """A state as text, one field per line."""
     return "\n".join(f"{name}: {_value(getattr(state, name))}" for name in state.__struct_fields__)
 
 

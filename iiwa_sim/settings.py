@@ -1,6 +1,6 @@
-"""Files of settings, in TOML: how they are read, and how what is wrong in them is told.
+"""Settings in TOML files: reading, checking and error messages.
 
-A fault is one line that names the file, the key, its value and what was expected.
+An error is one line that names the file, the key, its value and what was expected.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_NAME = 100
 LONGEST_VALUE = 60
-"""Characters of a key or a value that a message shows."""
+"""Most characters of a key or a value that a message shows."""
 LONGEST_EXPECTED = 400
-"""Characters of what was expected, which may cite paths and names, that a message shows."""
+"""Most characters of the expectation in a message, which may quote paths and names."""
 
 Range = tuple[float, float, str]
-"""Least and greatest value, and the unit with a blank before it."""
+"""Least and greatest value, and the unit with a leading blank."""
 Settings = TypeVar("Settings")
 
 _PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
@@ -31,7 +31,7 @@ _PART = re.compile(r"(\w+)|\[(\d+)\]")
 
 
 class SettingsFault(Unusable):
-    """A file of settings cannot be used."""
+    """A settings file cannot be used."""
 
     def __init__(self, file: str, key: str, value: object, expected: str) -> None:
         place = f"{file}: {_shown(key)} = {_shown(value)}" if key else file
@@ -40,18 +40,18 @@ class SettingsFault(Unusable):
 
 
 class Reader:
-    """Reads one file, and checks what stands there; every fault is raised as one of the same kind."""
+    """Reads one file and checks its values; every error is raised as the same kind of fault."""
 
     def __init__(self, path: str, fault: type[SettingsFault]) -> None:
         self.path = path
         self._fault = fault
 
     def fault(self, key: str, value: object, expected: str) -> SettingsFault:
-        """What to raise for a key whose value cannot be used."""
+        """The exception to raise for a key whose value cannot be used."""
         return self._fault(self.path, key, quoted(value), expected)
 
     def text(self, file: Traversable, missing: str) -> str:
-        """What is in a file; `missing` tells what was expected if there is none."""
+        """The text of a file; `missing` tells what was expected if there is none."""
         try:
             if isinstance(file, Path) and file.exists() and not file.is_file():  # a pipe would never end
                 raise self.fault("", "", "a regular file")
@@ -64,7 +64,7 @@ class Reader:
             raise self.fault("", "", f"a readable text file ({fault})") from None
 
     def settings(self, text: str, kind: type[Settings]) -> Settings:
-        """What a text in TOML says, with the keys and types of a `msgspec.Struct`."""
+        """The settings in a TOML text, checked against the keys and types of a `msgspec.Struct`."""
         try:
             table = tomllib.loads(text)
         except tomllib.TOMLDecodeError as fault:
@@ -80,26 +80,26 @@ class Reader:
             raise self._type_fault(table, str(fault)) from None
 
     def check(self, key: str, value: object, holds: bool, expected: str) -> None:
-        """Raises where something does not hold of a value."""
+        """Raises the fault if a condition does not hold for a value."""
         if not holds:
             raise self.fault(key, value, expected)
 
     def check_range(self, key: str, value: float, allowed: Range) -> None:
-        """Raises where a number is out of its range."""
+        """Raises the fault if a number is out of its range."""
         least, greatest, unit = allowed
         expected = f"a number from {least:.9g} to {greatest:.9g}{unit}"
         self.check(key, value, least <= value <= greatest, expected)
 
     def check_name(self, key: str, name: str) -> None:
-        """Raises where a text is no good as a name."""
+        """Raises the fault if a text is not usable as a name."""
         self.check(key, name, name.strip() != "", "a name")
         self.check(key, name, name.isprintable(), "characters that print")
         self.check(key, name, len(name) <= LONGEST_NAME, f"at most {LONGEST_NAME} characters")
 
     def _type_fault(self, table: dict[str, Any], message: str) -> SettingsFault:
-        """The fault that msgspec found, with the value it is about.
+        """The fault for an error of msgspec, with the value concerned.
 
-        It says `what it wants - at $.key[1]`.
+        Its message reads `what it wants - at $.key[1]`.
         """
         place = _PLACE.search(message)
         key = place[1].removeprefix(".") if place else ""
@@ -117,7 +117,7 @@ class Reader:
 
 
 def quoted(value: object) -> object:
-    """A text in quotes, so that it is seen where it begins and ends; anything else as it is."""
+    """A text in quotes, to show where it begins and ends; any other value as it is."""
     return repr(value) if isinstance(value, str) else value
 
 

@@ -17,24 +17,24 @@ from testcontainers.core.wait_strategies import LogMessageWaitStrategy
 
 IMAGE = "iiwa-sim"
 PORT, KRC4_PORT, BACKDOOR_PORT = 30000, 54600, 30080
-"""Within the container."""
+"""Ports within the container."""
 STARTED = "backdoor by HTTP on "
-"""The last line of those that tell where it listens."""
+"""The last line of the start, after which the container listens."""
 STARTED_WITHIN_S = 60
 ANSWERED_WITHIN_S = 30.0
 
 
 class IiwaContainer(DockerContainer):
-    """A robot in a container of its own, which listens when the context has been entered.
+    """A robot in a container, which listens when the context has been entered.
 
-    Its backdoor is reached over HTTP, with a token that is new for each container.
+    Its backdoor is reached over HTTP, with a new token for each container.
     """
 
     def __init__(self, image: str = IMAGE, **options: str | float | bool) -> None:
         """`options` are those of `iiwa-sim`: `clock="fast"`, `dialect="krc4"`, `strict=True`.
 
-        Raises ValueError for those that say where it listens, which are given, and docker's DockerException
-        where no Docker runs.
+        Raises ValueError for options of addresses and ports, which are set here, and docker's DockerException
+        if no Docker runs.
         """
         super().__init__(image)
         for name in options:
@@ -53,13 +53,13 @@ class IiwaContainer(DockerContainer):
         self.waiting_for(LogMessageWaitStrategy(STARTED).with_startup_timeout(STARTED_WITHIN_S))
 
     def start(self) -> Self:
-        """Start it, and wait until it listens. Raises TimeoutError where it does not."""
+        """Start the container, and wait until it listens. Raises TimeoutError if it does not."""
         super().start()
         return self
 
     @property
     def host(self) -> str:
-        """Where this machine reaches the container."""
+        """The address by which this machine reaches the container."""
         return str(self.get_container_host_ip())
 
     @property
@@ -68,9 +68,9 @@ class IiwaContainer(DockerContainer):
         return int(self.get_exposed_port(KRC4_PORT if self._dialects[0] == "krc4" else PORT))
 
     def backdoor(self, command: str, /, **values: object) -> Any:
-        """What `POST /backdoor/COMMAND` answers: `backdoor("drop-replies", connection=0, replies=1)`.
+        """The answer to `POST /backdoor/COMMAND`, as in `backdoor("drop-replies", connection=0, replies=1)`.
 
-        Raises urllib's HTTPError where it is refused; its body tells why.
+        Raises urllib's HTTPError if it is refused; its body tells why.
         """
         return self._ask(f"/backdoor/{command}", json.dumps(values).encode())["reply"]
 

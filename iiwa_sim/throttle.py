@@ -1,4 +1,5 @@
-"""How much of the same is told: what recurs hundreds of times a second must leave the log readable."""
+"""Throttles repeated messages: an event that recurs hundreds of times a second must leave the log
+readable."""
 
 import threading
 from collections.abc import Callable, Hashable
@@ -11,20 +12,20 @@ Kind = TypeVar("Kind", bound=Hashable)
 
 
 class Throttle(Generic[Kind]):
-    """Of each kind the first few in a second are told. The second begins with the first of them.
+    """Lets through the first few events of each kind per second, which begins with the first of them.
 
-    How many more there were is told before anything else is, of whatever kind. Threads may share one.
+    The number of suppressed events is reported before the next event of any kind. Threads may share one.
     """
 
     def __init__(self, most: int, tell_untold: Callable[[Kind, int], None] | None = None) -> None:
-        """`most` is how many are told; `tell_untold` is called with a kind and how many were not."""
+        """`most` is the number let through; `tell_untold` is called with a kind and the number suppressed."""
         self._most = most
         self._tell_untold = tell_untold
-        self._seconds: dict[Kind, _Second] = {}  # in the order in which they began
+        self._seconds: dict[Kind, _Second] = {}  # in the order of their beginning
         self._changed = threading.Lock()
 
     def count(self, kind: Kind, now_ns: int) -> int | None:
-        """The how manieth in its second this one is, from 1 on; None if it is not to be told."""
+        """The number of this event in its second, from 1; None if it is to be suppressed."""
         for over, untold in self._over(now_ns):
             if self._tell_untold is not None:
                 self._tell_untold(over, untold)
@@ -37,7 +38,7 @@ class Throttle(Generic[Kind]):
             return second.told
 
     def _over(self, now_ns: int) -> list[tuple[Kind, int]]:
-        """The kinds whose second is over and of which some were not told, with their number; each once."""
+        """The kinds whose second is over, with the number of suppressed events if any; each once."""
         found = []
         with self._changed:
             while self._seconds:
@@ -52,7 +53,7 @@ class Throttle(Generic[Kind]):
 
 @dataclass
 class _Second:
-    """Of one kind: until when it lasts, and how many were told in it and not told."""
+    """One kind's second: when it ends, how many events were let through, and how many suppressed."""
 
     until_ns: int
     told: int = 0

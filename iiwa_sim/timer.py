@@ -1,7 +1,7 @@
-"""A wake-up at an absolute instant of the monotonic clock, inside an asyncio loop.
+"""A timer for an absolute instant of the monotonic clock, inside an asyncio loop.
 
-Linux's timerfd wakes the loop some 60 us after the instant. `loop.call_at` is the fall-back elsewhere: it
-waits in whole milliseconds and is ten times as late.
+Linux's timerfd wakes the loop some 60 us after the instant. `loop.call_at` is the fallback elsewhere: it
+rounds to milliseconds and is ten times as late.
 """
 
 import asyncio
@@ -13,13 +13,13 @@ from typing import Protocol
 
 
 class Timer(Protocol):
-    """Calls back once for each instant it was set to."""
+    """Calls a function once for each instant it is set to."""
 
     def wake_at(self, instant_ns: int) -> None:
-        """Call back at `instant_ns` (> 0) of `time.monotonic_ns`; the instant set before is forgotten."""
+        """Call at `instant_ns` (> 0) of `time.monotonic_ns`; an instant set before is forgotten."""
 
     def close(self) -> None:
-        """Call back no more."""
+        """Stop calling."""
 
 
 class LoopTimer:
@@ -59,13 +59,13 @@ class TimerFd:
     def _woken(self) -> None:
         try:
             os.read(self._fd, 8)
-        except BlockingIOError:  # set anew since it expired: that instant is forgotten
+        except BlockingIOError:  # set again since it expired: the earlier instant is forgotten
             return
         self._wake()
 
 
 def open_timer(wake: Callable[[], None]) -> Timer:
-    """The best timer this machine has, for the running loop."""
+    """The best timer of this machine, for the running loop."""
     return TimerFd(wake) if sys.platform == "linux" else LoopTimer(wake)
 
 

@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.clock import clock
 from iiwa_sim.clock.clock import StillMoving
-from iiwa_sim.dialect.wire.dialogue import Said
+from iiwa_sim.dialect.wire.dialogue import DialogueLine
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.asked import joint_move
@@ -149,7 +149,7 @@ def test_time_is_paused_and_its_pace_changed() -> None:
             simulator.set_clock("slow")
 
 
-def tell(said: Said, told: threading.Event) -> None:
+def tell(said: DialogueLine, told: threading.Event) -> None:
     if said.session == "robot":
         told.set()
 

@@ -1,1 +1,1 @@
-"""The side of a test bench: what befalls robot, cell, time and wire, as methods and as lines."""
+"""The interface of a test bench: it manipulates robot, cell, time and wire, by methods or lines of text."""

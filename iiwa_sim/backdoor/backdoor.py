@@ -1,4 +1,5 @@
-"""The backdoor: what a test bench does to robot, cell, time and wire. docs/backdoor.md has it as a table."""
+"""The backdoor: what a test bench can do to robot, cell, time and wire. docs/backdoor.md has it as a
+table."""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -18,18 +19,18 @@ PROTECTIVE_STOP = "protective stop"
 
 
 class Backdoor(Faults):
-    """One simulator's backdoor.
+    """The backdoor of one simulator.
 
     Each method takes effect before the next tick, or raises `Refused(code, reason)` and changes nothing.
-    Frames are in mm and rad. What fails on purpose is in `faults.py`.
+    Frames are in mm and rad. Failures on purpose are in `faults.py`.
     """
 
     # Time
 
     async def advance(self, seconds: float) -> None:
-        """Make the ticks of so much simulated time (0 to a day), as fast as the machine can.
+        """Make the ticks of `seconds` of simulated time (0 to a day), as fast as possible.
 
-        To be awaited where the robot lives; `Simulator.advance` is for other threads.
+        To be awaited in the simulator's event loop; `Simulator.advance` is for other threads.
         """
         try:
             await self._clock.advance(seconds)
@@ -37,10 +38,10 @@ class Backdoor(Faults):
             raise Refused(EXECUTION, str(fault)) from None
 
     async def run_until_stopped(self, limit_s: float) -> float:
-        """Make ticks until the robot has stopped; gives the simulated seconds that took.
+        """Make ticks until the robot has stopped; returns the simulated seconds that took.
 
-        Refused where it still moves after `limit_s` (0 to a day), too; those ticks are made. To be awaited
-        like `advance`.
+        Refused if it still moves after `limit_s` (0 to a day); the ticks have been made. To be awaited like
+        `advance`.
         """
         try:
             return await self._clock.run_until_stopped(limit_s)
@@ -49,17 +50,17 @@ class Backdoor(Faults):
 
     @called
     def pause(self) -> None:
-        """Let time stand still, but for `advance` and `run_until_stopped`."""
+        """Suspend simulated time, except for `advance` and `run_until_stopped`."""
         self._clock.pause()
 
     @called
     def resume(self) -> None:
-        """Let time pass again."""
+        """Resume simulated time."""
         self._clock.resume()
 
     @called
     def set_clock(self, name: str) -> None:
-        """Let time pass otherwise: real, 10x or another multiple, fast, stepped. A pause goes on."""
+        """Set the pace of time: real, 10x or another multiple, fast, stepped. A pause goes on."""
         try:
             self._clock.set_pace(pace(name))
         except ValueError as fault:
@@ -67,20 +68,20 @@ class Backdoor(Faults):
 
     @called
     def get_clock(self) -> str:
-        """How time passes, with `paused` behind it where it is."""
+        """The pace of time, followed by `paused` if it is paused."""
         return f"{self._clock.pace.name}{' paused' if self._clock.paused else ''}"
 
-    # What pushes the robot, and what it touches
+    # Pushes and surfaces
 
     @called
     def push(self, wrench: Wrench) -> None:
-        """Push at the TCP, along its axes (N, Nm), in place of the push before."""
+        """Apply a wrench at the TCP, along its axes (N, Nm); it replaces the one before."""
         _check_finite(wrench)
         self._controller.load.wrench = wrench if any(wrench) else NO_WRENCH
 
     @called
     def push_joints(self, torques: Sequence[float]) -> None:
-        """Push the joints (Nm each), in place of the push before."""
+        """Apply a torque (Nm) to each joint; it replaces the one before."""
         _check_finite(torques)
         if len(torques) != self.joint_count:
             raise Refused(EXECUTION, f"{self.joint_count} torques are needed")
@@ -88,39 +89,39 @@ class Backdoor(Faults):
 
     @called
     def release(self) -> None:
-        """End both kinds of push."""
+        """Remove both wrench and joint torques."""
         self._controller.load.wrench = NO_WRENCH
         self._controller.load.joint_push = (0.0,) * self.joint_count
 
     @called
     def add_surface(self, settings: AnySurface) -> None:
-        """Have a surface more: the settings are those of cell.toml. It is felt from the next tick on.
+        """Add a surface, with the settings of cell.toml. It is felt from the next tick on.
 
-        Refused where the TCP would be within it, for numbers out of range, and for a name already taken.
+        Refused if the TCP would be within it, for numbers out of range, and for a name already taken.
         """
         surfaces.add(self._controller, settings)
 
     @called
     def move_surface(self, name: str, pose: Frame) -> None:
-        """Have a surface elsewhere in the base. Refused where the TCP would be within it."""
+        """Move a surface to a pose in the base. Refused if the TCP would be within it."""
         _check_pose(pose)
         surfaces.move(self._controller, name, pose)
 
     @called
     def remove_surface(self, name: str) -> None:
-        """Have a surface no more."""
+        """Remove a surface."""
         surfaces.remove(self._controller, name)
 
     @called
     def surfaces(self) -> list[str]:
-        """The names of all of them."""
+        """The names of all surfaces."""
         return list(self._controller.load.world.surfaces)
 
     @called
     def set_tool(self, tool_in_flange: Frame) -> None:
-        """Have the TCP elsewhere in the flange.
+        """Set the tool: the pose of the TCP in the flange.
 
-        Refused while anything moves or waits, and where the TCP would be within a surface.
+        Refused while anything moves or waits, and if the TCP would be within a surface.
         """
         _check_pose(tool_in_flange)
         controller, tool = self._controller, tool_in_flange.to_transform()
@@ -130,10 +131,10 @@ class Backdoor(Faults):
 
     @called
     def tool(self) -> Frame:
-        """The TCP in the flange."""
+        """The pose of the TCP in the flange."""
         return Frame.from_transform(self._controller.tool_in_flange)
 
-    # What is wired to the controller
+    # Inputs and outputs
 
     @called
     def set_input(self, number: int, on: bool) -> None:
@@ -169,37 +170,38 @@ class Backdoor(Faults):
 
     @called
     def release_emergency_stop(self) -> None:
-        """Release it; the error has to be reset besides."""
+        """Release the emergency stop; the error has to be reset as well."""
         self._controller.release_emergency_stop()
 
     @called
     def protective_stop(self) -> None:
-        """Stop the robot with an error, to be reset."""
+        """Stop the robot with an error that has to be reset."""
         self._controller.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
 
     @called
     def switch_drives(self, on: bool) -> None:
-        """Off: the robot stops with an error, which can be reset when they are on again."""
+        """Switch the drives. Switching off stops the robot with an error, which can be reset when they are
+        on again."""
         self._controller.switch_drives(on)
 
     @called
     def reset_error(self) -> None:
-        """End the state of error. Refused while the emergency stop is pressed or the drives are off."""
+        """End the error state. Refused while the emergency stop is pressed or the drives are off."""
         self._controller.reset_error()
 
     @called
     def set_override(self, override: float) -> None:
-        """Have all motion run at this part of its speed, 0 to 1, also what is under way."""
+        """Set the override, 0 to 1, at once, also for a running move."""
         self._controller.set_override(override)
 
     @called
     def override(self) -> float:
-        """The rate at which all motion runs, 0 to 1."""
+        """The override, 0 to 1."""
         return self._controller.override
 
     @called
     def place(self, joints: Sequence[float]) -> None:
-        """Have the robot at joint positions (rad), without a way there.
+        """Set the joint positions (rad) without a motion.
 
         Refused while anything moves or waits, outside the limits, and with the TCP within a surface.
         """
@@ -216,22 +218,23 @@ class Backdoor(Faults):
 
     @called
     def save_state(self, name: str) -> None:
-        """Keep the state of the cell. Refused while the robot moves."""
+        """Save the state of the cell under a name. Refused while the robot moves."""
         self._states.save(name)
 
     @called
     def restore_state(self, name: str) -> None:
-        """Bring back a state of the cell; `start` is the first one. Refused while the robot moves."""
+        """Restore a saved state of the cell; `start` is the initial one. Refused while the robot moves."""
         self._states.restore(name)
 
     @called
     def states(self) -> list[str]:
-        """The names of all states that can be restored."""
+        """The names of all saved states."""
         return self._states.names
 
     @called
     def seed(self, seed: int) -> None:
-        """Begin all random numbers anew: those of noise, and of garbled replies. 0 to 2**32 - 1."""
+        """Restart all random numbers, those of noise and of garbled replies, from a seed of 0 to 2**32 -
+        1."""
         if not 0 <= seed < 2**32:
             raise Refused(EXECUTION, f"seed {seed}: expected 0 to {2**32 - 1}")
         self._controller.load.seed(seed)

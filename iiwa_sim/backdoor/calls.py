@@ -1,4 +1,4 @@
-"""What each command of protocol/backdoor.toml calls on the backdoor, and the reply made of that."""
+"""The handler of each command of protocol/backdoor.toml: calls the backdoor and formats the reply."""
 
 import json
 from collections.abc import Callable, Coroutine, Sequence
@@ -28,7 +28,7 @@ Call = Callable[[Backdoor, Request], str]
 
 
 def _does(method: Callable[[Backdoor, Request], None]) -> Call:
-    """What gives nothing is answered `done`."""
+    """A handler for a method that returns nothing: it is answered `done`."""
 
     def call(backdoor: Backdoor, request: Request) -> str:
         method(backdoor, request)
@@ -42,7 +42,7 @@ def _adds(settings: Callable[[Request], AnySurface]) -> Call:
 
 
 def _befalls(make: Callable[..., Fault]) -> Call:
-    """The fault whose numbers stand behind those of connection and replies."""
+    """A handler that sets a wire fault; the fault's own numbers follow those of connection and replies."""
 
     def call(backdoor: Backdoor, request: Request) -> None:
         connection, replies, *numbers = request.values
@@ -64,7 +64,7 @@ def _json(value: object) -> str:
 
 
 def _surface(request: Request) -> dict[str, float]:
-    """What all surfaces have, of the six first numbers and the three last ones."""
+    """The common settings of a surface, from the first six numbers and the last three."""
     x_mm, y_mm, z_mm, alpha, beta, gamma, *_, stiffness, damping, friction = request.values
     return {
         "x_mm": x_mm,
@@ -178,4 +178,4 @@ CALLS: dict[str, Call] = {
     "accept connections": _does(lambda backdoor, _: backdoor.accept_connections()),
     "clear faults": _does(lambda backdoor, _: backdoor.clear_faults()),
 }
-"""All that neither takes time nor is the session's own."""
+"""All commands except those that take time or belong to the session."""

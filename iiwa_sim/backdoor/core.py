@@ -1,4 +1,4 @@
-"""What all of the backdoor has: the robot and its surroundings, and a way to call where the robot lives."""
+"""The base of the backdoor: the robot and its surroundings, and calls in the simulator's event loop."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 class Call(Protocol):
-    """Calls a function where the robot lives, and gives what that gives, or raises."""
+    """Calls a function in the simulator's event loop; returns its result, or raises what it raises."""
 
     def __call__(self, function: Callable[[], T]) -> T: ...
 
@@ -26,7 +26,7 @@ def _at_once(function: Callable[[], T]) -> T:
 
 
 def called(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
-    """Where the robot lives in a thread of its own, the method is called there, between two ticks."""
+    """Decorator: the method runs in the simulator's event loop, between two ticks."""
 
     @wraps(method)
     def call(self: C, /, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -36,7 +36,7 @@ def called(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P]
 
 
 class Core:
-    """What is done to what."""
+    """What the backdoor manipulates."""
 
     def __init__(
         self,
@@ -55,5 +55,5 @@ class Core:
 
     @property
     def joint_count(self) -> int:
-        """How many joints the robot has."""
+        """Number of joints of the robot."""
         return len(self._controller.description.joints)

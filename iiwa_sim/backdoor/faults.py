@@ -1,4 +1,5 @@
-"""What a test bench makes fail: the robot, and the wire. The rest of the backdoor is in `backdoor.py`."""
+"""Faults that a test bench injects into the robot and the wire. The rest of the backdoor is in
+`backdoor.py`."""
 
 from iiwa_sim.backdoor.core import Core, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
@@ -18,49 +19,49 @@ ON_PURPOSE = "made to fail through the backdoor"
 
 
 class Faults(Core):
-    """Faults on purpose.
+    """Injected faults.
 
-    `connection` is a number of `connections()`, `EVERY` or `NEXT`; `replies` is how many it befalls, 0 for
-    all until `clear_faults`.
+    `connection` is a number of `connections()`, `EVERY` or `NEXT`; `replies` is the number of replies
+    concerned, 0 for all until `clear_faults`.
     """
 
-    # Of the robot
+    # Robot faults
 
     @called
     def refuse_next_move(self, code: int) -> None:
-        """Have the next move outside of the state of error refused, whatever it asks for."""
+        """Refuse the next move that comes outside the error state, whatever it asks for."""
         self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
 
     @called
     def fail_move(self, code: int) -> None:
-        """Have what moves fail: the robot stops on its path with an error. Refused where nothing moves."""
+        """Make the running move fail: the robot stops on its path with an error. Refused if nothing moves."""
         if not self._controller.moving:
             raise Refused(EXECUTION, "nothing moves that could fail")
         self._controller.fail(_checked(code), ON_PURPOSE)
 
     @called
     def time_out_servo(self) -> None:
-        """End a smart or direct mode as a servo timeout does. Refused in other modes."""
+        """End smart or direct mode as a servo timeout does. Refused in other modes."""
         self._controller.time_out_servo()
 
     @called
     def following_error(self, joint: int) -> None:
-        """Stop the robot as if a joint, numbered from 1, were not where it should be."""
+        """Stop the robot as if a joint (numbered from 1) had a following error."""
         names = self._controller.description.joints
         if not 1 <= joint <= len(names):
             raise Refused(EXECUTION, f"no joint {joint}: there are 1 to {len(names)}")
         self._controller.fail(EXECUTION, f"following error of {names[joint - 1]}: the robot stops")
 
-    # On the wire
+    # Wire faults
 
     @called
     def connections(self) -> dict[int, str]:
-        """Who is connected to the main port, by number."""
+        """The connections to the main port, by number."""
         return self._wire.connections()
 
     @called
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
-        """Have one of `iiwa_sim.dialect.wire.wire_faults` befall replies, behind those set before."""
+        """Apply a fault of `iiwa_sim.dialect.wire.wire_faults` to replies, after faults set before."""
         if type(fault) not in FAULTS:
             shown = fault.__name__ if isinstance(fault, type) else repr(fault)
             kinds = ", ".join(f"{kind.__name__}({', '.join(fields)})" for kind, fields in FAULTS.items())
@@ -75,39 +76,36 @@ class Faults(Core):
 
     @called
     def stop_answering(self, connection: int = EVERY) -> None:
-        """Leave lines unanswered, and not carried out, until `clear_faults`."""
+        """Neither answer lines nor carry them out until `clear_faults`."""
         self._wire.set(Silence(), connection)
 
     @called
     def close_connections(self, connection: int = EVERY) -> None:
-        """Close one, or all there are, now."""
+        """Close one connection, or all."""
         self._wire.end(Close(), connection)
         if connection == EVERY:
             self._entrance.drop_arriving(reset=False)
 
     @called
     def reset_connections(self, connection: int = EVERY) -> None:
-        """Reset one, or all there are, now."""
+        """Reset one connection, or all."""
         self._wire.end(Reset(), connection)
         if connection == EVERY:
             self._entrance.drop_arriving(reset=True)
 
     @called
     def refuse_connections(self) -> None:
-        """Let nobody connect to the port of any dialect. Who is connected is served."""
+        """Refuse new connections on the ports of all dialects. Present connections are served."""
         self._entrance.refuse()
 
     @called
     def accept_connections(self) -> None:
-        """Let clients connect again."""
+        """Accept new connections again."""
         self._entrance.accept()
 
     @called
     def clear_faults(self) -> None:
-        """Take back all faults that are set, of the wire and of the next move, and canned replies.
-
-        Connections are accepted again.
-        """
+        """Remove all faults of the wire and of the next move, and canned replies; accept connections."""
         self._controller.refuse_next_move(None)
         self._wire.clear()
         self._entrance.accept()

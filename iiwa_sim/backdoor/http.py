@@ -1,8 +1,8 @@
 """The backdoor over HTTP: its commands as JSON, and the robot's state and dialogue.
 
-`POST /backdoor/emergency-stop` is the line `emergency stop`. Every command of the table has such a path, save
-`help` and `bye`, which are those of a connection. Answers are `{"reply": ...}`, or `{"error": {"code": ...,
-"reason": ...}}` and a status that says whose fault it is.
+`POST /backdoor/emergency-stop` is the line `emergency stop`. Every command of the table has such a path,
+except `help` and `bye`. Answers are `{"reply": ...}`, or `{"error": {"code": ..., "reason": ...}}` with a
+status that tells who has to change something.
 """
 
 import asyncio
@@ -11,10 +11,10 @@ from collections.abc import Coroutine
 from http import HTTPStatus
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.heard import Heard
 from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
 from iiwa_sim.backdoor.line_calls import BYE, HELP, InternalFault, LineCalls, NotUnderstood
 from iiwa_sim.backdoor.openapi import description
+from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.dialect.wire.log import DialectLog
@@ -25,28 +25,29 @@ from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
 COMMANDS = "/backdoor/"
 HEALTH, STATE, DIALOGUE, OPENAPI = "/healthz", "/state", "/dialogue", "/openapi.json"
 OF_A_CONNECTION = (HELP, BYE)
-"""Commands that have no path."""
+"""Commands that belong to a connection of lines and have no path."""
 _BEARER = "bearer "
 _GET_STATE = "get state"
 
 
 class BackdoorHttp:
-    """Answers requests. It has to be used inside an asyncio loop, in which time passes.
+    """Answers requests. To be used inside an asyncio loop in which time passes.
 
-    With a `token`, requests have to bring it (`Authorization: Bearer TOKEN`), but for `/healthz`. Web pages
-    are not let in: browsers say in Origin which page sends a request, and Host tells a name that was made to
-    point here.
+    With a `token`, requests have to carry it (`Authorization: Bearer TOKEN`), except for `/healthz`. Web
+    pages are refused: a browser names the page in the header Origin, and a rebound host name shows in Host.
     """
 
-    def __init__(self, backdoor: Backdoor, heard: Heard, log: DialectLog, token: Token | None = None) -> None:
+    def __init__(
+        self, backdoor: Backdoor, dialogue: RecentDialogue, log: DialectLog, token: Token | None = None
+    ) -> None:
         self._backdoor = backdoor
-        self._heard = heard
+        self._dialogue = dialogue
         self._log = log
         self._token = token
         self._access = WebAccess()
 
     def answer(self, request: HttpRequest) -> "HttpAnswer | asyncio.Task[HttpAnswer]":
-        """The answer, or a task where time has to pass for it."""
+        """The answer, or a task if time has to pass for it."""
         refusal = self._refusal(request)
         if refusal is not None:
             status, reason = refusal
@@ -58,7 +59,7 @@ class BackdoorHttp:
         pages = {
             HEALTH: self._health,
             STATE: self._state,
-            DIALOGUE: self._heard.as_json,
+            DIALOGUE: self._dialogue.as_json,
             OPENAPI: self._openapi,
         }
         page = pages.get(request.path)
@@ -70,7 +71,7 @@ class BackdoorHttp:
         return _json(HTTPStatus.OK, page())
 
     def _refusal(self, request: HttpRequest) -> tuple[HTTPStatus, str] | None:
-        # Who knows the token is no page that had a name made to point here, by whatever name it asks.
+        # A client with the token is no rebound page, whatever Host it names.
         hosts = request.all("host") if self._token is None else [LOCALHOST]
         reason = self._access.refusal(hosts, ())
         if reason is None and (origins := request.all("origin")):
@@ -140,7 +141,7 @@ async def _awaited(
 
 
 def path_of(command: Command) -> str:
-    """Where it is asked for."""
+    """The path of a command."""
     return f"{COMMANDS}{command.name.replace(' ', '-')}"
 
 

@@ -1,8 +1,8 @@
-"""Commands of the backdoor as JSON: an object becomes a line of the table, and the reply to it becomes JSON.
+"""Commands of the backdoor as JSON: an object becomes a line of the table, and the reply becomes JSON.
 
-The table says what a command takes, so a client that speaks JSON can do what one can that speaks lines, and
-meets with the same refusals. Numbers have the names of the table. What a command takes once for each joint is
-one list, without the number: `{"j": [0, 0.5, 0, -1.2, 0, 1.4, 0]}`.
+The table defines what a command takes, so clients of JSON and of lines can do the same and get the same
+refusals. Numbers have the names of the table. A number for each joint is one list, named without the joint's
+number: `{"j": [0, 0.5, 0, -1.2, 0, 1.4, 0]}`.
 """
 
 import json
@@ -20,16 +20,16 @@ _LONGEST_SHOWN = 40
 
 
 class Field(NamedTuple):
-    """A number, or a list of numbers, that a command takes or answers."""
+    """A number, or a list of numbers, of a command or a reply."""
 
     name: str
     quantity: Quantity
     length: int | None
-    """Of the numbers in the list; None for a number that is none."""
+    """Length of the list; None for a single number."""
 
 
 def fields(quantities: tuple[Quantity, ...]) -> list[Field]:
-    """The fields for numbers of the table: those that differ in nothing but their number are one list."""
+    """The fields for numbers of the table; numbers that differ only in their index become one list."""
     if len(quantities) > 1 and all(
         each.name == f"{_stem(each)}{place}" for place, each in enumerate(quantities)
     ):
@@ -38,7 +38,7 @@ def fields(quantities: tuple[Quantity, ...]) -> list[Field]:
 
 
 def line_of(command: Command, body: bytes) -> bytes:
-    """The line that asks for what a body in JSON does. Raises NotUnderstood."""
+    """The line for a command with a body in JSON. Raises NotUnderstood."""
     given = _object(body)
     expected = fields(command.parameters)
     known = [each.name for each in expected]
@@ -61,7 +61,7 @@ def line_of(command: Command, body: bytes) -> bytes:
 
 
 def reply_in_json(command: Command, reply: str) -> object:
-    """A reply that is no error, in JSON: a word, numbers by name, a list, an object, or text."""
+    """A successful reply in JSON: a word, numbers by name, a list, an object, or text."""
     if command.reply_values:
         return dict(zip((each.name for each in command.reply_values), map(float, reply.split()), strict=True))
     if command.reply_list is not None:

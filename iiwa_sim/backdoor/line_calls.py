@@ -1,4 +1,4 @@
-"""What a line of the backdoor's protocol does, whoever brings it: a connection of lines, or HTTP."""
+"""Carries out lines of the backdoor's protocol, from a line connection or over HTTP."""
 
 from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
@@ -17,18 +17,18 @@ _INTERNAL = "internal fault, told in the log"
 
 
 class NotUnderstood(Refused):
-    """A line that is none of the protocol: no such command, or wrong parameters."""
+    """The line has no such command, or wrong parameters."""
 
 
 class InternalFault(Refused):
-    """A line that was right, and at which we failed."""
+    """The line was right, and an internal error occurred."""
 
 
 class LineCalls:
-    """The lines of one who uses the backdoor. What happens to each is told in the log."""
+    """The lines of one client. Each is logged with its outcome."""
 
     def __init__(self, backdoor: Backdoor, log: DialectLog, name: str) -> None:
-        """`name` tells this one from others in the log."""
+        """`name` identifies this client in the log."""
         self._backdoor = backdoor
         self._log = log
         self._name = name
@@ -39,7 +39,7 @@ class LineCalls:
         return load_table("backdoor", self._backdoor.joint_count)
 
     def parse(self, line: bytes) -> Request:
-        """What a line asks for. Raises NotUnderstood."""
+        """Parse a line. Raises NotUnderstood."""
         request = self.table.parse(line)
         if isinstance(request, Refusal):
             raise NotUnderstood(request.code, request.reason)
@@ -48,7 +48,7 @@ class LineCalls:
         return request
 
     def start(self, request: Request) -> str | Coroutine[None, None, str]:
-        """The reply, or, of a command that takes time, what to await for it. Raises Refused."""
+        """The reply, or an awaitable for a command that takes time. Raises Refused."""
         name = request.command.name
         if name in TAKES_TIME:
             return TAKES_TIME[name](self._backdoor, request)
@@ -59,15 +59,15 @@ class LineCalls:
         return CALLS[name](self._backdoor, request)
 
     def done(self, line: bytes, reply: str) -> None:
-        """A line has been carried out: tell it where that is wanted."""
+        """Log that a line has been carried out, if that is wanted."""
         if self._log.commands:
             self._log.command(self._name, shown(line), reply)
 
     @contextmanager
     def telling(self, line: bytes) -> Iterator[None]:
-        """Tell why a line is not carried out; what is not refused already is raised as InternalFault.
+        """Log why a line is not carried out; an exception that is no refusal is raised as InternalFault.
 
-        A fault of ours must not cost the other side its connection.
+        An internal error must not cost the client its connection.
         """
         log = self._log
         try:

@@ -17,7 +17,7 @@ _ERRORS = {
 
 
 def description(commands: Sequence[Command], *, with_token: bool) -> dict[str, object]:
-    """Of the commands that have a path; whether requests have to bring a token."""
+    """The description of the commands that have a path; with or without a token."""
     paths = {
         f"/backdoor/{each.name.replace(' ', '-')}": {"post": _post(each, with_token)} for each in commands
     }

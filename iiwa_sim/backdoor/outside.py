@@ -1,24 +1,24 @@
-"""What the backdoor reaches besides controller and clock."""
+"""The interface of the backdoor to the servers."""
 
 from collections.abc import Sequence
 from typing import Protocol
 
 
 class Entrance(Protocol):
-    """Where clients come in."""
+    """A port where clients connect."""
 
     def refuse(self) -> None:
-        """Let nobody connect."""
+        """Refuse new connections."""
 
     def accept(self) -> None:
-        """Let clients connect again."""
+        """Accept connections again."""
 
     def drop_arriving(self, *, reset: bool) -> None:
-        """Close, or reset, the connections that are there and not served yet."""
+        """Close or reset the connections that wait to be accepted."""
 
 
 class Entrances:
-    """Several in one: one for each dialect."""
+    """All ports together: one for each dialect."""
 
     def __init__(self, entrances: Sequence[Entrance]) -> None:
         self._entrances = entrances

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.heard import Heard
+from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.backdoor.token import Token, check_reach
 from iiwa_sim.dialect.wire.dialogue import Dialogue
@@ -23,7 +23,7 @@ class HttpFault(Unusable):
 
 
 class BackdoorPorts:
-    """What listens, from `start` to `close`."""
+    """The listening ports, from `start` to `close`."""
 
     def __init__(
         self,
@@ -38,10 +38,10 @@ class BackdoorPorts:
         token: Token | None,
         budget: Budget,
     ) -> None:
-        """A port of 0 picks a free one, of None there is none.
+        """Port 0 picks a free one; None means that there is no such port.
 
-        Raises ValueError where other machines reach `host` and there is no token, and HttpFault without the
-        library for HTTP.
+        Raises ValueError if `host` can be reached by other machines and there is no token, and HttpFault
+        without the library for HTTP.
         """
         self._backdoor = backdoor
         self._dialogue = dialogue
@@ -57,7 +57,7 @@ class BackdoorPorts:
             self._http = self._http_server(host, http_port, tick_s, budget)
 
     async def start(self) -> None:
-        """Listen. Raises ListenFault, and then nothing is left open."""
+        """Start listening. Raises ListenFault, and then nothing is left open."""
         if self._lines is not None:
             await self._lines.start()
         if self._http is not None:
@@ -68,7 +68,7 @@ class BackdoorPorts:
                 raise
 
     async def close(self) -> None:
-        """Listen no more and close every connection."""
+        """Stop listening and close every connection."""
         for server in (self._http, self._lines):
             if server is not None:
                 await server.close()
@@ -104,8 +104,8 @@ class BackdoorPorts:
             raise HttpFault(
                 f"the backdoor by HTTP needs {HTTP_LIBRARY}: pip install 'iiwa-sim[http]'"
             ) from None
-        heard = Heard(tick_s)
-        self._dialogue.listeners.append(heard)
+        recent = RecentDialogue(tick_s)
+        self._dialogue.listeners.append(recent)
         return HttpServer(
-            BackdoorHttp(self._backdoor, heard, self._log, self._token).answer, host, port, budget=budget
+            BackdoorHttp(self._backdoor, recent, self._log, self._token).answer, host, port, budget=budget
         )

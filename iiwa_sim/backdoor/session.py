@@ -1,8 +1,8 @@
-r"""The backdoor's line protocol: lines of one connection in, calls on the backdoor, replies out.
+"""The backdoor's line protocol: lines of one connection in, calls on the backdoor, replies out.
 
-Lines and replies are as on the main port, one reply per line in order. What is wrong is answered `error CODE
-REASON`; nothing of it shows on the main port. Lines behind an `advance` or `run until stopped` wait for it.
-Where there is a token, it is the first line; anything else in its place ends the connection.
+Lines and replies are as on the main port, one reply per line in order. A refusal is answered `error CODE
+REASON` and does not show on the main port. Lines after an `advance` or `run until stopped` wait for it. If
+there is a token, it has to be the first line; anything else there ends the connection.
 """
 
 import asyncio
@@ -24,13 +24,13 @@ _NO_TOKEN = "the first line is not the token"
 
 
 class BackdoorSession(LineSession):
-    """One connection to the backdoor. It has to be used inside an asyncio loop, in which time passes."""
+    """One connection to the backdoor. To be used inside an asyncio loop in which time passes."""
 
     def __init__(self, backdoor: Backdoor, log: DialectLog, name: str, token: Token | None = None) -> None:
-        """`name` tells this connection from others in the log; without a `token` there is none to be told."""
+        """`name` identifies this connection in the log; without a `token` none is expected."""
         super().__init__(log, name)
         self._calls = LineCalls(backdoor, log, name)
-        self._token = token  # until it has been told
+        self._token = token  # until it has been received
         self._taking_time: tuple[bytes, asyncio.Task[str]] | None = None
 
     @property
@@ -44,7 +44,7 @@ class BackdoorSession(LineSession):
         return None if self._taking_time is None else self._taking_time[1]
 
     def answer(self, most: int = _LINES_AT_ONCE) -> bytes:
-        r"""The replies to the next waiting lines, each with its `\r\n`, up to one that takes its time."""
+        r"""The replies to the next waiting lines, each with its `\r\n`, up to a line that takes time."""
         if self._taking_time is None:
             return super().answer(most)
         line, task = self._taking_time
@@ -54,7 +54,7 @@ class BackdoorSession(LineSession):
         return self._replied(line, task.result) + super().answer(most - 1)
 
     def lost(self) -> None:
-        """The connection has gone: what it asked for remains, but for time that would still have to pass."""
+        """Notice that the connection has gone: its effects remain, but a pending `advance` ends."""
         super().lost()
         if self._taking_time is not None:
             self._taking_time[1].cancel()
@@ -83,7 +83,7 @@ class BackdoorSession(LineSession):
             self._token = None
             return written(_WELCOME)
         self.close()
-        # What was sent may be a token with a slip in it: it is not for the log.
+        # the line may be a misspelt token, so it is not logged
         self.log.refused(self.name, "(not shown)", COMMUNICATION_FAILURE, _NO_TOKEN)
         return _error(Refused(COMMUNICATION_FAILURE, _NO_TOKEN))
 

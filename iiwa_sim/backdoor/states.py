@@ -1,4 +1,4 @@
-"""States of a cell that are kept under names, and brought back."""
+"""Saved states of a cell."""
 
 from typing import NamedTuple
 
@@ -12,11 +12,11 @@ from iiwa_sim.settings import LONGEST_NAME
 from iiwa_sim.wording import harmless
 
 START = "start"
-"""The state in which the simulator began."""
+"""The initial state of the simulator."""
 
 
 class State(NamedTuple):
-    """What is kept: all that outlasts a stop, but not time, errors and random numbers."""
+    """What is saved: all that outlasts a stop, except time, errors and random numbers."""
 
     joints: Joints
     tool_in_flange: Transform
@@ -29,7 +29,7 @@ class State(NamedTuple):
 
 
 class States:
-    """Those of one controller."""
+    """The saved states of one controller."""
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
@@ -40,7 +40,7 @@ class States:
         return list(self._kept)
 
     def save(self, name: str) -> None:
-        """Keep the present state; raises `Refused` while the robot moves, and for a name that is no good."""
+        """Save the present state; raises `Refused` while the robot moves, and for a malformed name."""
         if self._controller.moving:
             raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")
         if name == START:
@@ -50,9 +50,9 @@ class States:
         self._kept[name] = self._present()
 
     def restore(self, name: str) -> None:
-        """Bring a state back, with the robot in no mode and no error.
+        """Restore a state; the robot is then in no mode and has no error.
 
-        Raises `Refused` while the robot moves, and where there is no such state.
+        Raises `Refused` while the robot moves, and if there is no such state.
         """
         if name not in self._kept:
             there_are = ", ".join(map(repr, self._kept))

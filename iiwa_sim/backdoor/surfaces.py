@@ -1,4 +1,4 @@
-"""Surfaces that come and go while the robot is there."""
+"""Adds, moves and removes surfaces while the simulator runs."""
 
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.settings import AnySurface, CellFault, check_surface
@@ -11,15 +11,15 @@ from iiwa_sim.settings import Reader
 from iiwa_sim.wording import harmless
 
 MOST_SURFACES = 256
-"""All of them are felt in every tick."""
+"""Most surfaces: all of them are evaluated in every tick."""
 SOURCE = "surface"
-"""In place of the name of a file, in messages."""
+"""Stands for the name of a file in messages."""
 
 
 def add(controller: Controller, settings: AnySurface) -> None:
-    """Have a surface in the world.
+    """Add a surface to the world.
 
-    Raises `Refused` for numbers out of range, where there are `MOST_SURFACES`, and as `_put` does.
+    Raises `Refused` for numbers out of range, if there are `MOST_SURFACES`, and as `_put` does.
     """
     world = controller.load.world
     if len(world.surfaces) >= MOST_SURFACES:
@@ -35,18 +35,18 @@ def add(controller: Controller, settings: AnySurface) -> None:
 
 
 def move(controller: Controller, name: str, pose: Frame) -> None:
-    """Have a surface elsewhere, as one not touched before; raises `Refused` as `_put` does."""
+    """Move a surface, which then counts as untouched; raises `Refused` as `_put` does."""
     _put(controller, named(controller.load.world, name)._replace(pose=pose.to_transform()))
 
 
 def remove(controller: Controller, name: str) -> None:
-    """Have a surface no more; raises `Refused` where there is none of the name."""
+    """Remove a surface; raises `Refused` if there is none of the name."""
     world = controller.load.world
     world.remove(named(world, name).name)
 
 
 def named(world: World, name: str) -> Surface:
-    """The surface of this name; raises `Refused` where there is none."""
+    """The surface of this name; raises `Refused` if there is none."""
     surfaces = world.surfaces
     if name not in surfaces:
         there_are = f"there are {', '.join(map(repr, surfaces))}" if surfaces else "there is none"
@@ -55,9 +55,10 @@ def named(world: World, name: str) -> Surface:
 
 
 def check_outside(surfaces: list[Surface], tcp: Vector) -> None:
-    """Raises `Refused` where the TCP (m, in the base) would be within one of them.
+    """Raises `Refused` if the TCP (m, in the base) would be within one of the surfaces.
 
-    The sphere round the TCP may press against it. As in cell.toml: what pushes from within knows no measure.
+    The contact sphere round the TCP may press against it, as in cell.toml; from within the force would be
+    unbounded.
     """
     for surface in surfaces:
         depth_mm = -1e3 * surface.nearest(*tcp)[0]
@@ -67,6 +68,6 @@ def check_outside(surfaces: list[Surface], tcp: Vector) -> None:
 
 
 def _put(controller: Controller, surface: Surface) -> None:
-    """Raises `Refused` where the TCP would be within the surface."""
+    """Put a surface into the world; raises `Refused` if the TCP would be within it."""
     check_outside([surface], controller.tcp().translation)
     controller.load.world.put(surface)

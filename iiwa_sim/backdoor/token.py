@@ -1,4 +1,4 @@
-"""What somebody who uses the backdoor from another machine has to know."""
+"""The token by which clients of other machines authenticate at the backdoor."""
 
 import hmac
 import ipaddress
@@ -7,20 +7,20 @@ import re
 from iiwa_sim.wording import shortened
 
 LONGEST = 256
-"""Characters of a token: it fits in a line of the protocol and in a header of HTTP."""
+"""Most characters of a token: it fits in a line of the protocol and in a header of HTTP."""
 
 _TOKEN = re.compile(rf"[!-~]{{1,{LONGEST}}}")
 _LOCALHOST = "localhost"
 
 LOOPBACK = "127.0.0.1"
-"""Where the backdoor listens unless it is told otherwise: for tests on the same machine."""
+"""Default address of the backdoor: for tests on the same machine."""
 
 
 class Token:
-    """A word that is compared in a time that tells nothing of it."""
+    """A secret word, compared in constant time."""
 
     def __init__(self, text: str) -> None:
-        """Raises ValueError for what cannot be sent as one word of printable ASCII."""
+        """Raises ValueError for a text that is not one word of printable ASCII."""
         if not _TOKEN.fullmatch(text):
             shown = f"{len(text)} characters, with others than printable ASCII or with blanks"
             if len(text) > LONGEST or not text:
@@ -29,19 +29,19 @@ class Token:
         self._text = text.encode()
 
     def fits(self, given: bytes) -> bool:
-        """Whether this is it."""
+        """Whether this is the token."""
         return hmac.compare_digest(self._text, given)
 
 
 def check_reach(host: str, token: Token | None) -> None:
-    """Raises ValueError where other machines reach the backdoor at `host`, and there is no token."""
+    """Raises ValueError if other machines can reach the backdoor at `host` and there is no token."""
     if token is None and not _is_loopback(host):
         shown = shortened(repr(host), 40)
         raise ValueError(f"the backdoor at {shown} can be reached from other machines: expected a token")
 
 
 def _is_loopback(host: str) -> bool:
-    """Of a name other than localhost nobody knows what it will stand for."""
+    """A name other than localhost may resolve to any address, so it counts as none."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -1,4 +1,4 @@
-"""A cell, read and checked."""
+"""A cell: reads and checks a cell.toml."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from iiwa_sim.settings import Reader, quoted
 
 @dataclass(frozen=True)
 class Cell:
-    """What a simulator is built from."""
+    """The robot and surroundings from which a simulator is built."""
 
     description: RobotDescription
     start: tuple[float, ...]
@@ -27,37 +27,37 @@ class Cell:
     tool_in_flange: Transform
     """Pose of the TCP in the flange."""
     contact_radius_m: float = 0.0
-    """Of the sphere round the TCP that touches surfaces."""
+    """Radius (m) of the sphere round the TCP that touches surfaces."""
     surfaces: tuple[Surface, ...] = ()
     noise_levels: NoiseLevels | None = None
     input_names: tuple[str, ...] = DEFAULT_INPUTS
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
 
     def world(self) -> World:
-        """The surfaces, as nothing has touched them yet."""
+        """A new world with the surfaces, none of them touched yet."""
         return World(self.surfaces, self.contact_radius_m)
 
     def noise(self) -> Noise | None:
-        """The noise from its beginning."""
+        """A new noise generator from the seed; None without noise."""
         return None if self.noise_levels is None else Noise(self.noise_levels, len(self.start))
 
 
 def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
-    """A robot at home with nothing round it; raises `RobotFault`."""
+    """A cell with a robot at home and no surroundings; raises `RobotFault`."""
     description = load_robot(name_or_folder)
     return Cell(description, description.home, description.tool_in_flange)
 
 
 def load_cell(path: str | Path) -> Cell:
-    """The cell in a file.
+    """The cell of a file.
 
-    Raises `CellFault` for a file that is not there or does not describe a cell, and `RobotFault` where the
-    robot's folder cannot be used. A robot's folder is looked for from the folder of the file.
+    Raises `CellFault` if the file is missing or does not describe a cell, and `RobotFault` if the robot's
+    folder cannot be used. A relative robot folder starts at the folder of the file.
     """
     file = Path(path)
     try:
         is_there, why = file.exists(), ""
-    except (OSError, ValueError) as fault:  # a name too long, one with a NUL, a parent folder closed to us
+    except (OSError, ValueError) as fault:  # too long a name, a NUL in it, or no permission
         is_there, why = False, f" ({getattr(fault, 'strerror', fault)})"
     if not is_there:
         raise CellFault("cell", "file", quoted(str(path)), f"a file that is there{why}")
@@ -83,14 +83,14 @@ def load_cell(path: str | Path) -> Cell:
 
 
 def _robot(reader: Reader, name: str, folder: Path) -> str | Path:
-    """A robot that comes along, or a folder."""
+    """A built-in robot, or the one of a folder."""
     names = built_in_robots()
     if name in names:
         return name
     own = folder / name
     try:
         is_folder = name != "" and own.is_dir()
-    except (OSError, ValueError):  # a name too long, a parent folder closed to us
+    except (OSError, ValueError):  # a name that is too long, or a parent folder without permission
         is_folder = False
     reader.check("robot", name, is_folder, f"a folder, or one of {', '.join(names)}")
     return own
@@ -113,7 +113,7 @@ def _start(reader: Reader, start_deg: str | list[float], description: RobotDescr
 
 
 def surface_of(settings: AnySurface) -> Surface:
-    """What settings of a surface, which have been checked, describe."""
+    """The surface of checked settings."""
     return Surface(
         name=settings.name,
         shape=settings.shape(),
@@ -125,7 +125,8 @@ def surface_of(settings: AnySurface) -> Surface:
 
 
 def _check_start(reader: Reader, settings: CellSettings, cell: Cell) -> None:
-    """The sphere round the TCP may press against a surface from the start, but not its centre lie within."""
+    """Check the start pose: the sphere round the TCP may press against a surface, but the TCP may not be
+    within one."""
     if not cell.surfaces:
         return
     x, y, z = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange).translation

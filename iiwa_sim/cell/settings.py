@@ -1,4 +1,4 @@
-"""cell.toml: its keys, and what may stand there. The reference for users is docs/cell.md."""
+"""cell.toml: its keys and their ranges. The reference for users is docs/cell.md."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from iiwa_sim.settings import Range, Reader, SettingsFault
 HOME = "home"
 DEFAULT_CONTACT_RADIUS_MM = 5.0
 LARGEST_IO_COUNT = 499
-"""As many as `get outputs` tells in a reply of 1,000 bytes."""
+"""Most inputs or outputs: `get outputs` lists them in a reply of 1,000 bytes."""
 
 _SIZE: Range = (0.01, 10_000.0, " mm")
 POSE_RANGES: dict[str, Range] = {
@@ -36,7 +36,7 @@ SURFACE_RANGES: dict[str, Range] = {
     "radius_mm": _SIZE,
     "length_mm": _SIZE,
 }
-"""Of a key of any surface, or of each value in it."""
+"""Range and unit of the keys of any surface, or of each value in them."""
 OTHER_RANGES: dict[str, Range] = {
     "contact_radius_mm": (0.0, 500.0, " mm"),
     **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
@@ -56,7 +56,7 @@ class CellFault(SettingsFault):
 
 
 class SurfaceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What all surfaces have."""
+    """The keys that all surfaces have."""
 
     name: str
     stiffness_n_per_m: float
@@ -148,7 +148,7 @@ class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     io: IoSettings = IoSettings()
 
     def surfaces(self) -> dict[str, AnySurface]:
-        """All surfaces, with the keys at which they stand in the file."""
+        """All surfaces, each with its key in the file."""
         return {
             f"{kind}[{index}]": surface
             for kind in ("plane", "box", "sphere", "cylinder")
@@ -180,7 +180,7 @@ def _check_surfaces(reader: Reader, surfaces: dict[str, AnySurface]) -> None:
 
 
 def check_surface(reader: Reader, prefix: str, surface: AnySurface) -> None:
-    """Raises where a number of a surface is out of its range; `prefix` is put before its keys."""
+    """Raises an error if a number of a surface is out of range; `prefix` is put before its keys."""
     for key in surface.__struct_fields__:
         if key not in SURFACE_RANGES:
             continue

@@ -1,4 +1,4 @@
-"""What a cell holds, in a few lines for whoever wrote it."""
+"""A summary of a cell in a few lines, for its author."""
 
 from math import degrees
 
@@ -9,7 +9,7 @@ from iiwa_sim.wording import harmless
 
 
 def summary(cell: Cell) -> str:
-    """Lines that name what is there, each with its end."""
+    """The lines, each with its end."""
     tcp = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange)
     radius_mm = 1e3 * cell.contact_radius_m
     lines = [

@@ -1,1 +1,1 @@
-"""What a server of the iiwa's line protocol does otherwise than the original: asked over its socket."""
+"""Finds deviations of a server of the iiwa's line protocol from the original, through its socket."""

@@ -1,4 +1,4 @@
-"""All probes and dialogues against one server, and the report of it."""
+"""Runs all probes and dialogues against one server and reports."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -16,13 +16,13 @@ ALLOW = "--allow-motion tries it"
 
 
 def check(link: Link) -> Iterator[tuple[Probe, Finding]]:
-    """What is found, as it is found.
+    """The findings, one after the other.
 
-    Raises TranscriptFault for a server that is none, that has gone meanwhile, or whose robot moves.
+    Raises TranscriptFault if the server is none, has gone meanwhile, or if its robot moves.
     """
     _greet(link)
     dialogues = [each for each in shipped() if not each.robot]
-    dialogues.sort(key=lambda each: "bye" in each.commands)  # which may end the server
+    dialogues.sort(key=lambda each: "bye" in each.commands)  # it may end the server, so it comes last
     for probe in (
         *lines.PROBES,
         *numbers.PROBES,

@@ -1,4 +1,4 @@
-"""Probes of connections: clients that come together, one after the other, and say bye."""
+"""Probes of connections: simultaneous clients, successive clients, and bye."""
 
 import time
 
@@ -8,7 +8,7 @@ from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.wire import NoReply
 
 AT_ONCE_S = 0.5
-"""How late a reply may be that still came at once."""
+"""Seconds within which an immediate reply comes."""
 
 
 def _second_client(link: Link) -> Finding:
@@ -80,4 +80,4 @@ BYE = Probe(
     'the same; with --bye-shuts-down the server ends, as Appendix B\'s "Driver Shutdown" says',
     _bye,
 )
-"""To be asked last: it may end the server."""
+"""The last probes, as they may end the server."""

@@ -1,4 +1,5 @@
-"""What a probe finds: how the server answers, beside the original server and beside this simulator."""
+"""The result of a probe: how the server answers, compared with the original server and with this
+simulator."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -8,7 +9,7 @@ from iiwa_sim.check.link import Link
 
 
 class Verdict(Enum):
-    """Whose way it is. The values stand in the report."""
+    """Whose behaviour it is. The values stand in the report."""
 
     ORIGINAL = "as the original"
     OURS = "as iiwa-sim"
@@ -17,42 +18,42 @@ class Verdict(Enum):
 
 
 class Finding(NamedTuple):
-    """How it is, and what was seen."""
+    """The verdict on a probe, and what was observed."""
 
     verdict: Verdict
     seen: str = ""
 
 
 class Probe(NamedTuple):
-    """One question to a server: a row of what is known of the original."""
+    """One question to a server, with what is known of the original."""
 
     event: str
     """What happens, or is sent."""
     original: str
-    """What the original does then; empty for a dialogue, which tells it line by line."""
+    """What the original does; empty for a dialogue, which tells it line by line."""
     ours: str
-    """What this simulator does instead, and why; empty where it does the same."""
+    """What this simulator does instead, and why; empty if it does the same."""
     ask: Callable[[Link], Finding]
-    """Finds out. What raises NoReply is a deviation."""
+    """Asks the server; raises NoReply for a deviation."""
     moves: bool = False
-    """Whether it takes a move command to find out."""
+    """Whether it needs a move command."""
 
 
 def same(seen: str = "") -> Finding:
-    """The original's way."""
+    """The server behaves like the original."""
     return Finding(Verdict.ORIGINAL, seen)
 
 
 def ours(seen: str = "") -> Finding:
-    """The way of this simulator, where that is another one."""
+    """The server behaves like this simulator, which differs from the original."""
     return Finding(Verdict.OURS, seen)
 
 
 def deviates(seen: str) -> Finding:
-    """Neither."""
+    """The server behaves like neither."""
     return Finding(Verdict.DEVIATION, seen)
 
 
 def untried(why: str) -> Finding:
-    """Not found out."""
+    """The probe could not be made."""
     return Finding(Verdict.UNTRIED, why)

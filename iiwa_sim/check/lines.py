@@ -1,4 +1,4 @@
-"""Probes of lines: how they end, what else is in them, and how each is answered."""
+"""Probes of lines: their ends, their contents, and the replies."""
 
 import time
 
@@ -7,12 +7,12 @@ from iiwa_sim.check.link import Link
 from iiwa_sim.transcript.wire import NoReply
 
 PIECE_S = 0.03
-"""Between two pieces of a line, so that they do not travel as one."""
+"""Seconds between two pieces of a line, so that they travel in separate packets."""
 
 PIPELINED = 200
 
 ONE_RECEIVE = 1024
-"""Bytes that the public driver takes at once."""
+"""Bytes that the public driver reads at once."""
 
 
 def _one_write(link: Link) -> Finding:
@@ -118,7 +118,7 @@ def _stop_at_rest(link: Link) -> Finding:
 
 
 def _replies(link: Link, expected: dict[str, str]) -> Finding:
-    """Each of these lines gets one reply, and this one."""
+    """Check that each of these lines gets exactly one reply, the expected one."""
     wrong = []
     for line, wanted in expected.items():
         with link.talk() as talk:

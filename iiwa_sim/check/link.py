@@ -1,4 +1,5 @@
-"""The way to a server that may be a real robot: without leave to move it, nothing is sent that could."""
+"""The connection to a server that may be a real robot: without permission nothing is sent that could move
+it."""
 
 import re
 import time
@@ -13,27 +14,27 @@ from iiwa_sim.transcript.lines import Said, Transcript, command_of
 from iiwa_sim.transcript.wire import NoReply, Wire
 
 TIMEOUT_S = 3.0
-"""For a reply, also of a server that takes a second to turn to its next client."""
+"""Seconds for a reply, also of a server that needs a second to turn to its next client."""
 
 LOOK_PERIOD_S = 0.1
-"""Between two looks whether a server is there again."""
+"""Seconds between two attempts to connect to a server that has gone."""
 
 COMMANDS = load_table("iiwa").commands
 
 HARMLESS = frozenset(
     name for name in COMMANDS if name in ("hello", "help", "stop", "bye") or name.startswith(("get ", "is "))
 )
-"""Commands that leave a robot at rest, its outputs and its errors as they are."""
+"""Commands that change neither the robot's motion, nor its outputs, nor its errors."""
 
 NONSENSE = frozenset({"", "get", "get status now", "no such command"})
-"""What is sent besides, since no server should know it."""
+"""Lines that no server should know."""
 
 
 _END = re.compile(rb"\r\n|\n\r|\r|\n")
 
 
 class NotAllowed(Exception):
-    """A fault of ours: a line that may move the robot was to be sent without leave."""
+    """An internal error: a line that may move the robot was about to be sent without permission."""
 
 
 def _command(line: bytes) -> str:
@@ -41,12 +42,12 @@ def _command(line: bytes) -> str:
 
 
 def moves_nothing(transcript: Transcript) -> bool:
-    """Whether all that is said in it is harmless."""
+    """Whether all lines of a transcript are harmless."""
     return all(command in HARMLESS | NONSENSE for command in commands_of(transcript))
 
 
 def commands_of(transcript: Transcript) -> list[str]:
-    """What it sends, line by line."""
+    """The commands that a transcript sends, line by line."""
     return [_command(wire_bytes(step.text)) for step in transcript.steps if isinstance(step, Said)]
 
 
@@ -59,12 +60,12 @@ class Link:
         self.allow_motion = allow_motion
         self.timeout_s = timeout_s
         self.sent: Counter[str] = Counter()
-        """How often each command was sent."""
+        """Number of times that each command was sent."""
         self._known: dict[str, bool] = {}
 
     @contextmanager
     def talk(self) -> Iterator["Talk"]:
-        """A connection of its own, closed at the end. Raises TranscriptFault if there is none to be had."""
+        """A new connection, closed at the end. Raises TranscriptFault if there can be none."""
         talk = Talk(self, Wire(self.host, self.port, self.timeout_s))
         try:
             yield talk
@@ -72,7 +73,7 @@ class Link:
             talk.wire.close()
 
     def is_there(self) -> bool:
-        """Whether somebody listens, or does so again within `timeout_s`."""
+        """Whether the server accepts connections, now or within `timeout_s`."""
         deadline = time.monotonic() + self.timeout_s
         while True:
             try:
@@ -84,7 +85,7 @@ class Link:
                 time.sleep(LOOK_PERIOD_S)
 
     def knows(self, command: str) -> bool:
-        """Whether the server has a harmless command: one that it has not is answered `unknown command`."""
+        """Whether the server has a harmless command: one that it lacks is answered `unknown command`."""
         if command not in self._known:
             with self.talk() as talk:
                 self._known[command] = talk.ask(command) != "unknown command"
@@ -92,7 +93,7 @@ class Link:
 
 
 class Talk:
-    """One connection, watched over."""
+    """One connection, on which forbidden lines are not sent."""
 
     def __init__(self, link: Link, wire: Wire) -> None:
         self.wire = wire
@@ -100,7 +101,7 @@ class Talk:
         self._line = b""
 
     def send(self, data: bytes) -> None:
-        """Bytes as they are; a line may go in pieces.
+        """Send bytes unchanged; a line may be sent in pieces.
 
         Raises NoReply, and NotAllowed before anything is sent.
         """
@@ -116,19 +117,19 @@ class Talk:
         self.wire.send(data)
 
     def ask(self, line: str) -> str:
-        """One line, ended as most drivers do, and its reply. Raises NoReply."""
+        """Send a line, with the line end of most drivers, and return its reply. Raises NoReply."""
         self.send(line.encode() + b"\r\n")
         return self.wire.reply()
 
     def is_in_step(self) -> bool:
-        """Whether the next reply is that to the next line."""
+        """Whether the next reply belongs to the next line."""
         try:
             return self.ask("hello") == "hello"
         except NoReply:
             return False
 
     def numbers(self, command: str) -> list[float]:
-        """The reply to a command that answers numbers. Raises NoReply if it does not."""
+        """The numbers in the reply to a command. Raises NoReply for another reply."""
         reply = self.ask(command)
         try:
             return [float(word) for word in reply.split()]

@@ -14,10 +14,10 @@ UP_MM = 40.0
 UP_SPEED = 0.05
 STILL_MM = 0.05
 STILL_LOOKS = 3
-"""A robot that turns round is still for a moment."""
+"""Number of equal readings that show rest: a robot that reverses is still for a moment."""
 REST_S = 20.0
 AT_REST_RAD = 1e-4
-"""What an encoder may show of a robot at rest."""
+"""Movement of the readings of a robot at rest."""
 
 
 def _done_is_not_arrived(link: Link) -> Finding:
@@ -107,7 +107,7 @@ def _upwards(frame: Sequence[float], way_mm: float) -> str:
 
 
 def _highest_mm(talk: Talk, frame: Sequence[float]) -> float:
-    """How far above a frame the TCP comes until it is still."""
+    """The largest height of the TCP above a frame until it is still."""
     highest = 0.0
     deadline = time.monotonic() + REST_S
     still = 0
@@ -122,7 +122,7 @@ def _highest_mm(talk: Talk, frame: Sequence[float]) -> float:
 
 @contextmanager
 def _moved(link: Link) -> Iterator[tuple[Talk, list[float]]]:
-    """A connection and where the robot is; in the end it goes back there."""
+    """A connection and the robot's position; at the end the robot returns there."""
     start: list[float] = []
     try:
         with link.talk() as talk:
@@ -146,8 +146,9 @@ def _a7(command: str, joints: Sequence[float], speed: float, way_rad: float = WA
 
 
 def _until_still(talk: Talk) -> None:
-    """Whatever the status says. Raises NoReply for a robot that does not come to rest."""
-    time.sleep(0.15)  # it may not have begun
+    """Wait until the joints are still, whatever the status. Raises NoReply if the robot does not come to
+    rest."""
+    time.sleep(0.15)  # the motion may not have begun
     deadline = time.monotonic() + REST_S
     while _moves(talk, talk.numbers("get joint position")):
         if time.monotonic() > deadline:

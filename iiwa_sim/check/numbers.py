@@ -1,4 +1,4 @@
-"""Probes of numbers: which are taken, how many, and how replies write them."""
+"""Probes of numbers: which spellings and counts are accepted, and how replies write them."""
 
 import re
 import time
@@ -75,9 +75,9 @@ def _with(link: Link, word: str) -> str:
 
 
 def _accepted(link: Link, parameters: list[str]) -> list[bool] | None:
-    """Which of these the server takes; None if that cannot be found out.
+    """Which of these parameters the server accepts; None if that cannot be found out.
 
-    `is reachable` tells it without a move. Else it takes moves to where the robot is.
+    `is reachable` tells without a move. Without it, moves to the present position are sent.
     """
     if not link.knows(_WAY) and not link.allow_motion:
         return None

@@ -1,4 +1,4 @@
-"""A check in words."""
+"""The report of a check as text."""
 
 from collections.abc import Mapping
 
@@ -6,13 +6,13 @@ from iiwa_sim.check.findings import Finding, Probe, Verdict
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_SEEN = 600
-"""Characters of what was seen; a server may say much."""
+"""Most characters of an observation in the report."""
 
 HEAD = "The server beside the original one, as far as that is known, and beside iiwa-sim:"
 
 
 def line(probe: Probe, finding: Finding) -> str:
-    """One line on one finding: how it is, what was expected where it is otherwise."""
+    """A line on one finding: what the server does, and what was expected if that differs."""
     told = f"{finding.verdict.value:15}  {probe.event}"
     seen = shortened(harmless(finding.seen), LONGEST_SEEN)
     match finding.verdict:
@@ -28,7 +28,7 @@ def line(probe: Probe, finding: Finding) -> str:
 
 
 def summary(findings: list[Finding], sent: Mapping[str, int]) -> str:
-    """How many deviations there are, and what was sent to find that out."""
+    """The number of deviations, and what was sent to find them."""
     count = {verdict: sum(each.verdict is verdict for each in findings) for verdict in Verdict}
     said = ", ".join(f"{harmless(name) or '(blank)'} {times}" for name, times in sorted(sent.items()))
     deviations = count[Verdict.DEVIATION]

@@ -1,8 +1,8 @@
 """`iiwa-sim`, plot, check-cell, replay, check, bridge, health, ros-package-path: options, exit codes.
 
-Exit code 0 after SIGTERM or SIGINT, a bye that is to end it, when the picture is written, the cell is right
-or a server answers as expected; 1 where it does not; 2, with one line on stderr, for options, a cell, a
-robot, an address, a stdout or a file it cannot use, and for commands of a picture that are refused.
+Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a subcommand that succeeds; 1
+where a check fails; 2, with one line on stderr, for options, a cell, a robot, an address, a stdout or a file
+that cannot be used, and for refused commands of a picture.
 """
 
 import signal
@@ -18,20 +18,20 @@ WITHOUT_WHEELS = {
     "pinocchio": "pip install pin; for Windows it has no wheels: take WSL 2 or the container image",
     "ruckig": "pip install ruckig; on ARM Linux pip compiles it with a C++ compiler: apt install g++",
 }
-"""Libraries that are not to be had ready-made everywhere, and what to do about it."""
+"""Libraries without wheels for every platform, with a hint for each."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the simulator until SIGTERM or SIGINT, or what a subcommand asks for; returns the exit code.
+    """Run the simulator until SIGTERM or SIGINT, or a subcommand; returns the exit code.
 
-    Without arguments it is the program, with those of its command line.
+    Without `arguments` the command line is used, and SIGTERM and SIGINT end the process while it loads.
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     name = given.pop(0) if given and given[0] in SUBCOMMANDS else SERVE
     if arguments is None and name in (SERVE, BRIDGE):
         end_while_loading()
     try:
-        # Only what is asked for is imported: it may need an extra, and all of it takes a while.
+        # Only the subcommand is imported: others may need an extra, and importing all takes time.
         code: int = import_module(f"iiwa_sim.cli.{name.replace('-', '_')}").run(given)
         return code
     except Unusable as fault:
@@ -42,5 +42,5 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         print(f"iiwa-sim: {fault.name} is not installed: {WITHOUT_WHEELS[fault.name]}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:  # in a subcommand
+    except KeyboardInterrupt:  # raised in a subcommand
         return 128 + signal.SIGINT

@@ -1,4 +1,4 @@
-"""Where robots listen: the options that say it. Loads nothing that takes its time."""
+"""The options for listening addresses. Imports nothing that loads slowly."""
 
 import argparse
 
@@ -47,7 +47,7 @@ def add_addresses(parser: Parser) -> None:
 
 
 def settle_ports(error: Error, options: argparse.Namespace) -> None:
-    """One port for each dialect; their usual ones where none is named."""
+    """Set a port for each dialect; the usual ones if none is named."""
     if options.port is None:
         options.port = [DEFAULT_PORTS[name] for name in options.dialect]
     elif options.port == [0]:
@@ -58,8 +58,8 @@ def settle_ports(error: Error, options: argparse.Namespace) -> None:
 
 
 def reached_at(host: str) -> str:
-    """Where on this machine a server answers that listens on `host`."""
-    return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # what listens everywhere listens here too
+    """The address on this machine of a server that listens on `host`."""
+    return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)  # among all addresses
 
 
 def _ports(text: str) -> list[int]:

@@ -1,4 +1,4 @@
-"""`iiwa-sim bridge`: a robot behind a connection, put on ROS."""
+"""`iiwa-sim bridge`: puts a robot behind a connection on ROS."""
 
 import argparse
 import asyncio

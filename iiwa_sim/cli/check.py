@@ -1,4 +1,4 @@
-"""`iiwa-sim check`: what a server does otherwise than the original one."""
+"""`iiwa-sim check`: reports how a server deviates from the original controller."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""`iiwa-sim check-cell`: what is in a cell, or what is wrong in it."""
+"""`iiwa-sim check-cell`: prints what is in a cell, or what is wrong with it."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ def run(given: Sequence[str]) -> int:
     from iiwa_sim.simulator import Simulator
 
     dialects = fitting_dialects(load_cell(options.cell).description)
-    say(summary(Simulator(cell=options.cell, dialects=dialects).cell))  # all but listening
+    say(summary(Simulator(cell=options.cell, dialects=dialects).cell))  # checks all but listening
     return 0
 
 

@@ -1,4 +1,4 @@
-"""How many files and sockets the process may have open."""
+"""The limit of open files and sockets."""
 
 import contextlib
 import resource
@@ -6,16 +6,16 @@ import resource
 from iiwa_sim.wording import Unusable
 
 SPARE = 64
-"""For clients, libraries and what a start opens for a moment."""
+"""Descriptors for clients, libraries and short use during the start."""
 
 
 def allow_descriptors(robots: int, needed: int) -> None:
-    """Have the system let the process open more: 1,024, with which it begins, are too few for 500 robots.
+    """Raise the limit of open descriptors, whose default of 1,024 is too low for 500 robots.
 
-    Raises Unusable where so many robots need more than it lets it have.
+    Raises Unusable if the robots need more than the system allows.
     """
     few, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-    with contextlib.suppress(OSError, ValueError):  # of a system that has another limit besides
+    with contextlib.suppress(OSError, ValueError):  # a system with another limit besides
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
         few = most
     if few != resource.RLIM_INFINITY and needed + SPARE > few:

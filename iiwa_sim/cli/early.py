@@ -1,4 +1,4 @@
-"""A signal that comes while the program is still loading."""
+"""Signals while the program is loading."""
 
 import os
 import signal
@@ -6,15 +6,15 @@ from typing import NoReturn
 
 
 def end_while_loading() -> None:
-    """SIGTERM and SIGINT end the process with exit code 0, until an `Ending` takes them over.
+    """Make SIGTERM and SIGINT end the process with exit code 0, until an `Ending` handles them.
 
-    Process 1 of a container ignores a signal that it does not handle, and loading takes tenths of a second: a
-    `docker stop` in between would wait ten seconds, and then kill.
+    Process 1 of a container ignores a signal without a handler, and loading takes tenths of a second: a
+    `docker stop` in between would wait ten seconds and then kill.
     """
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _leave)
 
 
 def _leave(*_: object) -> NoReturn:
-    # Nothing is open yet; and sys.exit takes down libraries that are half loaded, where Pinocchio crashes.
+    # Nothing is open yet; and sys.exit would tear down half loaded libraries, where Pinocchio crashes.
     os._exit(0)

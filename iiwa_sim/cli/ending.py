@@ -1,4 +1,4 @@
-"""How a run ends that goes on until a signal."""
+"""The end of a run by a signal."""
 
 import asyncio
 import signal
@@ -9,7 +9,7 @@ from iiwa_sim.never_waiting import PATIENCE_S
 
 
 class Ending:
-    """SIGTERM and SIGINT end in good order; process 1 of a container has no default for them."""
+    """Handles SIGTERM and SIGINT by an orderly end; process 1 of a container has no default for them."""
 
     def __init__(self) -> None:
         self.asked = asyncio.Event()
@@ -18,13 +18,14 @@ class Ending:
             signal.signal(number, self._signalled)
 
     def watch(self) -> None:
-        """From now on, set `asked` instead of leaving at once. To be called inside the loop."""
+        """From now on signals set `asked` instead of ending the process. To be called inside the loop."""
         self._loop = asyncio.get_running_loop()
 
     async def wait(self, *announced: Coroutine[None, None, None]) -> None:
-        """Return when the end is asked for; raise at once what goes wrong with what is announced meanwhile.
+        """Return when the end is requested; raise at once what goes wrong with an announcement meanwhile.
 
-        What is announced has PATIENCE_S from the end on: it has been written long since, unless nobody reads.
+        After the request an announcement has PATIENCE_S more: it has been written long since, unless nobody
+        reads.
         """
         told = {asyncio.create_task(each) for each in announced}
         ends = asyncio.create_task(self.asked.wait())

@@ -1,8 +1,8 @@
-"""Options as environment variables, for places that pass variables to a container but no arguments.
+"""Options as environment variables, for containers that get variables but no arguments.
 
-One rule for all of them: `--log-level debug` is IIWA_SIM_LOG_LEVEL=debug, `--strict` is IIWA_SIM_STRICT=1;
-what can be repeated stands once, with commas between. The command line comes before the environment; an empty
-variable counts as none.
+One rule for all: `--log-level debug` is IIWA_SIM_LOG_LEVEL=debug, `--strict` is IIWA_SIM_STRICT=1; values of
+a repeatable option are separated by commas. The command line takes precedence; an empty variable counts as
+unset.
 """
 
 import argparse
@@ -31,9 +31,9 @@ def variable(action: argparse.Action) -> str | None:
 
 
 def read_environment(parser: Parser, environment: Mapping[str, str]) -> argparse.Namespace:
-    """What the environment says, for `parse_args` to begin with.
+    """The options in the environment, as a namespace for `parse_args` to start from.
 
-    A value that is none ends the program with one line that names the variable, and exit code 2.
+    A malformed value ends the program with one line that names the variable, and exit code 2.
     """
     found = argparse.Namespace()
     for action in parser.options:
@@ -53,7 +53,7 @@ def read_environment(parser: Parser, environment: Mapping[str, str]) -> argparse
 
 
 def unknown_variables(parser: Parser, environment: Mapping[str, str]) -> list[str]:
-    """Names that begin like those of options, and are none of them."""
+    """Names that begin like those of options but are none."""
     known = {variable(action) for action in parser.options}
     return sorted(
         name
@@ -63,15 +63,16 @@ def unknown_variables(parser: Parser, environment: Mapping[str, str]) -> list[st
 
 
 def _is_service_link(name: str, text: str) -> bool:
-    """Whether it is a variable that Kubernetes sets for a Service named iiwa-sim, and Docker for a link.
+    """Whether Kubernetes sets this variable for a Service named iiwa-sim, or Docker for a link.
 
-    These are IIWA_SIM_SERVICE_HOST, IIWA_SIM_PORT_30000_TCP_ADDR and the like, and IIWA_SIM_PORT=tcp://10.0.0.7:30000.
+    These are IIWA_SIM_SERVICE_HOST, IIWA_SIM_PORT_30000_TCP_ADDR and the like, and
+    IIWA_SIM_PORT=tcp://10.0.0.7:30000.
     """
     return name.startswith(_SERVICE_LINKS) or (name == _SERVICE_PORT and "://" in text)
 
 
 def value_of(action: argparse.Action, text: str) -> object:
-    """What a text means as the value of an option. Raises ArgumentTypeError."""
+    """The value of an option from a text. Raises ArgumentTypeError."""
     if action.nargs == 0:
         return _switched(text)
     if isinstance(action, argparse._AppendAction):
@@ -90,7 +91,7 @@ def _converted(action: argparse.Action, text: str) -> object:
     if callable(action.type):
         try:
             value = action.type(text)
-        except ValueError:  # of int
+        except ValueError:  # raised by int
             raise argparse.ArgumentTypeError(f"{_shown(text)}: expected a whole number") from None
     if action.choices is not None and value not in action.choices:
         expected = ", ".join(map(str, action.choices))

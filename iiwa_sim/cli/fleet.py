@@ -33,7 +33,7 @@ from iiwa_sim.wording import Unusable, shortened
 
 PORTS = ("port", "status_port", "rosbridge_port", "backdoor_port", "backdoor_http_port")
 OF_THE_PROCESS = ("help", "version", "count", "fleet", "log_level", "log_json", "ros", "bye_shuts_down")
-"""What one robot of several cannot have otherwise than another."""
+"""Options of the process, which one robot of a fleet cannot have."""
 FILES = ("cell", "robot", "transcript", "rosbridge_secret", "backdoor_token_file")
 _NAME = re.compile(rf"[A-Za-z0-9_.-]{{1,{LONGEST_NAME}}}")
 _EVERYWHERE = ("0.0.0.0", "::")
@@ -44,10 +44,10 @@ class FleetFault(SettingsFault):
 
 
 class Robot(NamedTuple):
-    """One of them."""
+    """A robot of the process."""
 
     name: str
-    """Empty where it is the only one, and was not named."""
+    """Empty for a single robot without a name."""
     options: argparse.Namespace
 
 
@@ -73,7 +73,7 @@ def robots_of(parser: Parser, options: argparse.Namespace) -> list[Robot]:
 
 
 def descriptors_of(robots: list[Robot]) -> int:
-    """Of files that all of them need: one for each port and one for the clock."""
+    """Descriptors needed by the robots: one for each port and one for the clock."""
     return sum(1 + sum(1 for _ in _ports(robot.options)) for robot in robots)
 
 
@@ -113,7 +113,7 @@ def _named(parser: Parser, options: argparse.Namespace) -> list[Robot]:
 
 
 def _value(reader: Reader, key: str, action: argparse.Action, value: object, folder: Path) -> object:
-    """What a value of the file means for an option."""
+    """The value of an option from a value in the file."""
     if (action.nargs == 0) != isinstance(value, bool):
         raise reader.fault(key, value, "no true or false" if isinstance(value, bool) else "true or false")
     values = value if isinstance(value, list) else [value]
@@ -129,7 +129,7 @@ def _value(reader: Reader, key: str, action: argparse.Action, value: object, fol
 
 
 def _move_ports(error: Error, options: argparse.Namespace, index: int, named: set[str]) -> None:
-    """Add the robot's number to the ports that it does not name itself."""
+    """Add the robot's number to the ports that it does not set itself."""
     for kind in PORTS:
         ports = getattr(options, kind)
         if ports is None or kind in named:
@@ -152,7 +152,7 @@ def _check_ports(error: Error, robots: list[Robot]) -> None:
 
 
 def _ports(options: argparse.Namespace) -> Iterator[tuple[str, str, int]]:
-    """Options, hosts and ports; 0 for one that is picked."""
+    """Port options with host and port; 0 for one that is picked."""
     for kind in PORTS:
         ports = getattr(options, kind)
         host = options.backdoor_host or "127.0.0.1" if kind.startswith("backdoor") else options.host

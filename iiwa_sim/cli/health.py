@@ -1,10 +1,11 @@
-"""`iiwa-sim health`: whether an iiwa-sim that runs as process 1, as in a container, answers all its dialects.
+"""`iiwa-sim health`: whether the iiwa-sim that runs as process 1, as in a container, answers in all its
+dialects.
 
-Which they are, and on which ports, its command line and environment tell. It is asked there as by any client,
-of several robots the first and the last one. Exit code 0 if it answers, 1 with one line if it does not.
+Its command line and environment tell the dialects and ports. Each port is asked as by any client; of several
+robots the first and the last are asked. Exit code 0 if all answer, 1 with one line otherwise.
 
-A container is asked every few seconds as long as it lives: so nothing of the robot is loaded for that, and
-nothing but what Python itself brings.
+A container is checked every few seconds, so nothing is imported but the standard library and a few small
+modules.
 """
 
 import argparse
@@ -20,16 +21,16 @@ from iiwa_sim.cli.parsing import Parser, whole
 from iiwa_sim.dialect.ports import IIWA, KRC4
 
 TIMEOUT_S = 2.0
-"""For each dialect: so a check of two ends before Docker, which grants it 5 s, ends it without a word."""
+"""Seconds for each dialect: a check of two dialects ends before Docker's limit of 5 s."""
 
 _LARGEST_PROCESS = 2**22  # of Linux
 _LONGEST_ANSWER = 4096
-_PROGRAMS = ("iiwa-sim", "iiwa_sim")  # the script, and what comes behind python -m
+_PROGRAMS = ("iiwa-sim", "iiwa_sim")  # the script, and what follows python -m
 _ASK = {
     IIWA: (b"hello\r\n", b"hello", b"\n"),
     KRC4: (b'<Cmd I0="1" I1="100"/>', b"<Res", b"</Res>"),  # FIN
 }
-"""What is sent, how the answer begins, and how it ends."""
+"""What is sent, and how the answer begins and ends."""
 
 
 def run(given: Sequence[str]) -> int:
@@ -41,7 +42,7 @@ def run(given: Sequence[str]) -> int:
 
 
 def _fault(process: int) -> str:
-    """What is wrong with it; empty if nothing is."""
+    """What is wrong with the process; empty if nothing is."""
     try:
         words = _listed(process, "cmdline")
         environment = _listed(process, "environ")
@@ -68,7 +69,7 @@ def _fault(process: int) -> str:
 
 
 def _robots(given: Sequence[str], environment: dict[str, str]) -> Iterator[tuple[str, argparse.Namespace]]:
-    """Names and options of the robots to ask: the only one, or the first and the last."""
+    """Names and options of the robots to ask: a single one, or the first and the last."""
     parser = Parser(prog="iiwa-sim", allow_abbrev=False)
     add_addresses(parser)
     options, _ = parser.parse_known_args(given, read_environment(parser, environment))
@@ -80,7 +81,7 @@ def _robots(given: Sequence[str], environment: dict[str, str]) -> Iterator[tuple
             options.port = [port and port + last for port in options.port]
             yield f"robot-{last}", options
         return
-    # Only a fleet of unlike robots takes more than the few modules that are loaded here.
+    # Only a fleet of different robots needs more modules than these few.
     from iiwa_sim.cli.fleet import robots_of
     from iiwa_sim.cli.server_options import parsed, server_parser
 

@@ -1,4 +1,4 @@
-"""The names of the commands, each a module of this package with `run`."""
+"""The names of the subcommands, each a module of this package with `run`."""
 
 PLOT = "plot"
 CHECK_CELL = "check-cell"
@@ -8,6 +8,6 @@ BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, CHECK, BRIDGE, HEALTH, ROS_PACKAGE_PATH)
-"""What may come behind `iiwa-sim`."""
+"""The first arguments that select a subcommand."""
 SERVE = "serve"
-"""The bare `iiwa-sim`."""
+"""The command without a subcommand."""

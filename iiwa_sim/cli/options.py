@@ -16,6 +16,8 @@ from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
 
 ROSBRIDGE_PORT = 9090
+
+
 def check_robot(error: Error, options: argparse.Namespace) -> None:
     """A cell and a robot exclude each other; `error` ends the program."""
     if options.cell is not None and options.robot is not None:
@@ -140,7 +142,7 @@ def add_ros_conventions(parser: Parser) -> None:
 
 
 def ros_conventions(options: argparse.Namespace) -> Conventions:
-    """What `add_ros_conventions` has asked for."""
+    """The conventions of the options of `add_ros_conventions`."""
     return Conventions(RESULT_TYPES[options.ros_result], Reference(options.ros_reference))
 
 
@@ -155,7 +157,7 @@ def add_rate(parser: Parser) -> None:
 
 
 def secret_in(path: str) -> str:
-    """What a file says, without blanks round it. Raises ArgumentTypeError."""
+    """The contents of a file, stripped of blanks. Raises ArgumentTypeError."""
     shown = shortened(repr(path), 40)
     try:
         secret = Path(path).read_text(encoding="utf-8").strip()

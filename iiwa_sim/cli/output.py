@@ -1,4 +1,4 @@
-"""What the program writes to stdout, and says at a terminal."""
+"""Writing to stdout and to a terminal."""
 
 import asyncio
 import contextlib
@@ -12,7 +12,7 @@ from iiwa_sim.wording import Unusable
 
 
 class StdoutFault(Unusable):
-    """A stdout that takes nothing. The message is one line."""
+    """stdout cannot be written. The message is one line."""
 
 
 def say(text: str) -> None:
@@ -23,7 +23,7 @@ def say(text: str) -> None:
         sys.stdout.write(text)
         sys.stdout.flush()
     except OSError as fault:
-        # What is left in the buffer is tried again at exit, and would be complained of a second time.
+        # Data left in the buffer is flushed again at exit, which would fail a second time.
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
@@ -31,10 +31,10 @@ def say(text: str) -> None:
 
 
 async def announce(text: str, stream: TextIO | None) -> None:
-    """Write to stdout or stderr, if it is there; it may take its time, as a stopped terminal or a full pipe.
+    """Write to stdout or stderr, if it is there; a stopped terminal or a full pipe may block it.
 
-    Only who awaits this waits for it: the text is written in a thread that ends with the process. Raises
-    `StdoutFault`.
+    Only the caller that awaits this is blocked: the text is written in a thread that ends with the process.
+    Raises `StdoutFault`.
     """
     if stream is None:
         return
@@ -47,7 +47,7 @@ async def announce(text: str, stream: TextIO | None) -> None:
 
     def write() -> None:
         fault = written(descriptor, text.encode())
-        with contextlib.suppress(RuntimeError):  # the loop is closed: nobody asks any more
+        with contextlib.suppress(RuntimeError):  # the loop is closed
             loop.call_soon_threadsafe(settle, fault)
 
     threading.Thread(target=write, name="iiwa-sim-announces", daemon=True).start()

@@ -1,4 +1,4 @@
-"""How options are told and checked; loads nothing that takes its time, for who is started often."""
+"""Parsing of options. Imports nothing that loads slowly, for commands that are started often."""
 
 import argparse
 from collections.abc import Callable
@@ -7,18 +7,18 @@ from typing import NoReturn
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_MESSAGE = 400
-"""Characters of a message about wrong arguments, which cites them."""
+"""Most characters of a message about wrong arguments, which quotes them."""
 
 Error = Callable[[str], NoReturn]
 """Ends the program with a message of one line, and exit code 2."""
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line."""
+    """An argument parser whose error messages are one line."""
 
     @property
     def options(self) -> list[argparse.Action]:
-        """All that can be given, with --help."""
+        """All options, --help among them."""
         return list(self._actions)
 
     def error(self, message: str) -> NoReturn:

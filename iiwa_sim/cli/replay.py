@@ -1,4 +1,4 @@
-"""`iiwa-sim replay`: a transcript played against a server."""
+"""`iiwa-sim replay`: plays a transcript against a server."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`iiwa-sim ros-package-path`: where the types of the ROS side are, for the tools of ROS."""
+"""`iiwa-sim ros-package-path`: the folder with the message types of the ROS side, for the tools of ROS."""
 
 from collections.abc import Sequence
 from importlib.resources import files

@@ -1,4 +1,4 @@
-"""The bare `iiwa-sim`: its options, and the run until a signal or a bye that is to end it."""
+"""The command `iiwa-sim` without a subcommand: runs until a signal, or a bye that is to end it."""
 
 import asyncio
 import gc
@@ -44,7 +44,7 @@ def run(given: Sequence[str]) -> int:
         logger.warning("the environment variable %s is no option of iiwa-sim: see iiwa-sim --help", name)
     if len(robots) > 1:
         allow_descriptors(len(robots), descriptors_of(robots))
-    gc.disable()  # nothing made during the start is garbage
+    gc.disable()  # objects made during the start are long-lived
     asyncio.run(_serve(robots))
     return 0
 
@@ -61,15 +61,15 @@ async def _serve(robots: list[Robot]) -> None:
             announced = [announce("".join(map(_announcement, named)), sys.stdout)]
             if sys.stderr is not None and sys.stderr.isatty():
                 announced.append(announce(_banner(named[0].simulator), sys.stderr))
-            gc.freeze()  # what lives as long as the process is not searched for garbage while the robot moves
+            gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
             gc.enable()
             await ending.wait(*announced)
     finally:
-        gc.unfreeze()  # or Ruckig's bindings complain at exit of objects left over
+        gc.unfreeze()  # otherwise Ruckig's bindings complain at exit of objects left over
 
 
 class _Named:
-    """A simulator that is set up, runs and ends with its name in the log."""
+    """A simulator whose start, run and end are logged under its name."""
 
     def __init__(self, name: str, simulator: "Simulator") -> None:
         self.name = name
@@ -95,8 +95,8 @@ class _Named:
 def _simulator(
     robot: Robot, cells: "dict[tuple[str | None, str | None], Cell]", ending: Ending
 ) -> "Simulator":
-    """A robot of these options; `cells` are those that have been read, for the next one that has the same."""
-    # Pinocchio and Ruckig take their time to load: not before the options are known to be right.
+    """The simulator for a robot's options; `cells` caches files that have been read."""
+    # Pinocchio and Ruckig load slowly, so they are imported only when the options are known to be right.
     from iiwa_sim.simulator import Simulator
 
     options = robot.options
@@ -137,7 +137,7 @@ def _simulator(
 
 
 def _announcement(named: _Named) -> str:
-    """Where it listens, a line for each port."""
+    """The listening addresses, one line for each port."""
     simulator = named.simulator
     places = {
         "listening" if name == DEFAULT_DIALECT else name: (simulator.host, port)

@@ -1,4 +1,4 @@
-"""The options of the bare `iiwa-sim`."""
+"""The options of the command `iiwa-sim` without a subcommand."""
 
 import argparse
 from collections.abc import Callable, Mapping, Sequence
@@ -29,15 +29,15 @@ from iiwa_sim.wording import shortened
 
 
 def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Namespace:
-    """The options for a run, of command line and environment, also those checked that hang together.
+    """The options for a run, from command line and environment, checked for consistency.
 
-    With a fleet they are what its robots have where it says nothing else.
+    With a fleet they are the defaults of its robots.
     """
     parser = server_parser()
     options = parser.parse_args(given)
     if options.version:
         return options
-    found = read_environment(parser, environment)  # not before --help had its turn
+    found = read_environment(parser, environment)  # after --help has had its chance
     options = parser.parse_args(given, found)
     if options.fleet is None:
         check(parser.error, options)
@@ -47,7 +47,8 @@ def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Nam
 
 
 def check(error: Error, options: argparse.Namespace) -> None:
-    """The options of one robot that hang together, and ports that are not named; `error` tells a fault."""
+    """Check the options of one robot for consistency, and set ports that are not named; `error` reports a
+    fault."""
     check_robot(error, options)
     settle_ports(error, options)
     if options.status_rate is not None:
@@ -65,7 +66,7 @@ def check(error: Error, options: argparse.Namespace) -> None:
 
 
 def _check_backdoor(error: Error, options: argparse.Namespace) -> None:
-    """Host and token go with a port; and other machines do without a token what they like."""
+    """Host and token need a port; a port that other machines reach needs a token."""
     has_port = options.backdoor_port is not None or options.backdoor_http_port is not None
     tokens = (options.backdoor_token, options.backdoor_token_file)
     for name, given in zip(("host", "token", "token-file"), (options.backdoor_host, *tokens), strict=True):
@@ -82,7 +83,7 @@ def _check_backdoor(error: Error, options: argparse.Namespace) -> None:
 
 
 def server_parser() -> Parser:
-    """With all options of the bare `iiwa-sim`."""
+    """The parser for all options of the command without a subcommand."""
     # Subcommands have parsers of their own, chosen by the first argument.
     parser = Parser(
         prog="iiwa-sim",

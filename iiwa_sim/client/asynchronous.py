@@ -1,4 +1,4 @@
-"""One connection to a server of whatever protocol, inside an asyncio loop."""
+"""A connection to a server in any of the protocols, inside an asyncio loop."""
 
 import asyncio
 import time
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 class AsyncConnection(Generic[Said, Answer]):
-    """One connection for the tasks of one loop, with the faults of `Connection`.
+    """One connection for the tasks of one loop, with the exceptions of `Connection`.
 
-    It connects when its context is entered, or by `reconnect()`. Tasks ask one after the other; one that is
-    cancelled while it waits for its answer closes the connection, too.
+    It connects when its context is entered, or by `reconnect()`. Tasks ask one after the other; a task that
+    is cancelled while it waits for its answer closes the connection.
     """
 
     _language: Language[Said, Answer]
@@ -38,20 +38,21 @@ class AsyncConnection(Generic[Said, Answer]):
         self.close()
 
     async def reconnect(self) -> None:
-        """Opens a new connection in place of the present one, closed or not. Raises OSError."""
+        """Open a new connection in place of the present one, closed or not. Raises OSError."""
         self.close()
         self._conversation = self._language.conversation()
         async with asyncio.timeout(self._timeout_s):
             self._streams = await asyncio.open_connection(*self._address)
 
     def close(self) -> None:
-        """Ends the connection. A robot that still carries out a move of this client stops."""
+        """End the connection. A robot that still carries out a move of this client stops."""
         if self._streams is not None:
             self._streams[1].close()
             self._streams = None
 
     async def wait_until_stopped(self, timeout_s: float) -> None:
-        """Returns when the robot is at rest; raises TimeoutError, and keeps the connection, if it is not."""
+        """Return when the robot is at rest; after `timeout_s` raises TimeoutError and keeps the
+        connection."""
         deadline = time.monotonic() + timeout_s
         while not await self._do(self._language.at_rest):
             if time.monotonic() > deadline:

@@ -1,4 +1,4 @@
-"""One connection to a server of whatever protocol, for code that waits for each answer."""
+"""A connection to a server in any of the protocols, for blocking code."""
 
 import socket
 import time
@@ -17,11 +17,10 @@ T = TypeVar("T")
 class Connection(Generic[Said, Answer]):
     """One connection. Not for use by several threads at once.
 
-    Every command raises CommandError where the robot refuses it, ReplyError where the answer makes no
-    sense, and OSError (TimeoutError among them) where the connection fails. The latter two close the
-    connection: a late reply would be taken for the next one's. On a closed one every command raises
-    ConnectionError, an OSError. Wrong counts and numbers that are not finite raise ValueError before anything
-    is sent.
+    Every command raises CommandError if the robot refuses it, ReplyError for a malformed reply, and OSError
+    (TimeoutError among them) if the connection fails. The latter two close the connection: a late reply would
+    be taken for the next one. On a closed connection every command raises ConnectionError, an OSError. A
+    wrong number of values, and values that are not finite, raise ValueError before anything is sent.
     """
 
     _language: Language[Said, Answer]
@@ -42,20 +41,21 @@ class Connection(Generic[Said, Answer]):
         self.close()
 
     def reconnect(self) -> None:
-        """Opens a new connection in place of the present one, closed or not. Raises OSError."""
+        """Open a new connection in place of the present one, closed or not. Raises OSError."""
         self.close()
         self._conversation = self._language.conversation()
         self._socket = socket.create_connection(self._address, self._timeout_s)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def close(self) -> None:
-        """Ends the connection. A robot that still carries out a move of this client stops."""
+        """End the connection. A robot that still carries out a move of this client stops."""
         if self._socket is not None:
             self._socket.close()
             self._socket = None
 
     def wait_until_stopped(self, timeout_s: float) -> None:
-        """Returns when the robot is at rest; raises TimeoutError, and keeps the connection, if it is not."""
+        """Return when the robot is at rest; after `timeout_s` raises TimeoutError and keeps the
+        connection."""
         deadline = time.monotonic() + timeout_s
         while not self._do(self._language.at_rest):
             if time.monotonic() > deadline:
@@ -80,7 +80,7 @@ class Connection(Generic[Said, Answer]):
             connection.sendall(self._conversation.say(said))
             while (answer := self._conversation.hear(connection.recv(RECEIVE_BYTES))) is None:
                 left_s = deadline - time.monotonic()
-                if left_s <= 0:  # also where bytes come without end
+                if left_s <= 0:  # also if bytes keep coming
                     raise TimeoutError
                 connection.settimeout(left_s)
         except TimeoutError:

@@ -1,8 +1,8 @@
-"""A request out, its answer in: what all clients share, whatever the protocol, without sockets.
+"""The logic of requests and answers that all clients share, without sockets.
 
-A `Request` is what is said, and what makes a value of the answer. A `Conversation` turns what is said into
-bytes and the bytes that come into answers, and notices refusals, and when the other side is out of step. A
-protocol is a `Language`: what a connection needs to know of it.
+A `Request` is what is sent, with a function that reads the answer. A `Conversation` turns requests into bytes
+and received bytes into answers, and detects refusals and a server that is out of step. A `Language` describes
+a protocol to a connection.
 """
 
 from abc import ABC, abstractmethod
@@ -21,83 +21,83 @@ T = TypeVar("T")
 
 
 class Request(NamedTuple, Generic[Said, Answer, T]):
-    """What is said, and what makes a value of its answer or raises ValueError where that does not fit."""
+    """What is sent, and a function that reads the answer, which raises ValueError for a malformed one."""
 
     said: Said
     read: Callable[[Answer], T]
 
     def result(self, answer: Answer) -> T:
-        """The value. Raises ReplyError for nonsense."""
+        """The value of an answer. Raises ReplyError for a malformed one."""
         try:
             return self.read(answer)
         except ValueError:
             raise ReplyError(f"{self.said!r} was answered {answer!r}") from None
 
 
-class Heard(Protocol):
-    """The bytes that have come."""
+class ReceivedBytes(Protocol):
+    """The received bytes of a protocol."""
 
     def feed(self, data: bytes) -> None:
-        """Takes in what came."""
+        """Add received bytes."""
 
     @property
     def unread(self) -> bytes:
-        """What was not taken out as an answer, nor may stand between two of them."""
+        """Bytes that belong to no answer and may not stand between answers."""
 
 
 class Conversation(ABC, Generic[Said, Answer]):
-    """One connection's requests, each to be answered before the next is said."""
+    """The requests of one connection; each is answered before the next is sent."""
 
-    def __init__(self, heard: Heard) -> None:
-        self._heard = heard
+    def __init__(self, received: ReceivedBytes) -> None:
+        self._received = received
         self._said: Said | None = None
 
     def say(self, said: Said) -> bytes:
-        """The bytes of a request. Raises ReplyError if something came that nobody asked for."""
-        if unasked := self._heard.unread:
+        """The bytes of a request. Raises ReplyError if unexpected bytes were received before."""
+        if unasked := self._received.unread:
             raise ReplyError(f"{unasked[:80]!r} came unasked, before {said!r}")
         self._said = said
         return self._written(said)
 
     def hear(self, data: bytes) -> Answer | None:
-        """The answer to what was said last, once what came completes it.
+        """The answer to the last request once `data` completes it, else None.
 
-        Raises CommandError where it is a refusal, ReplyError where it cannot be the answer, and
-        ConnectionResetError at the end of the stream (b""), or of patience.
+        Raises CommandError for a refusal, ReplyError for bytes that cannot be the answer, and
+        ConnectionResetError at the end of the stream (b"").
         """
         assert self._said is not None, "nothing was said"
-        self._heard.feed(data)
+        self._received.feed(data)
         try:
             answer = self._answer(self._said)
         except ValueError as fault:
             raise ReplyError(f"{self._said!r} was answered with {fault}") from None
-        if answer is None and (not data or len(self._heard.unread) > MAX_REPLY_BYTES):
+        if answer is None and (not data or len(self._received.unread) > MAX_REPLY_BYTES):
             raise ConnectionResetError(f"the connection ended before the answer to {self._said!r}")
         return answer
 
     @abstractmethod
     def _written(self, said: Said) -> bytes:
-        """A request as it goes over the wire."""
+        """The bytes of a request."""
 
     @abstractmethod
     def _answer(self, said: Said) -> Answer | None:
-        """Takes the answer out of what was heard; None until it is complete.
+        """Take the answer out of the received bytes; None until it is complete.
 
-        Raises CommandError for a refusal, and ValueError, with words for what came, for what is no answer.
+        Raises CommandError for a refusal, and ValueError, quoting the bytes, for something that is no answer.
         """
 
 
 class Language(NamedTuple, Generic[Said, Answer]):
-    """A protocol, as a connection knows it."""
+    """A protocol, as far as a connection needs it."""
 
     conversation: Callable[[], Conversation[Said, Answer]]
-    """Begins one, on a connection just opened."""
+    """Makes the conversation for a new connection."""
     at_rest: Request[Said, Answer, bool]
-    """Asks whether the robot is."""
+    """The request that asks whether the robot is at rest."""
 
 
 def exactly(count: int, name: str, values: Sequence[float]) -> list[float]:
-    """The values as floats. Raises ValueError where there are more or fewer than `count`."""
+    """The values as floats. Raises ValueError unless there are exactly `count`."""
     if len(values) != count:
         raise ValueError(f"{name}: expected {count} numbers, got {len(values)}")
     return [float(value) for value in values]

@@ -1,4 +1,4 @@
-"""What goes wrong on the driver's side besides the connection itself, whose faults are OSError."""
+"""The exceptions of clients, besides OSError for the connection itself."""
 
 
 class CommandError(Exception):
@@ -6,16 +6,17 @@ class CommandError(Exception):
 
 
 class UnknownCommandError(CommandError):
-    """The robot answered `unknown command`: the server is older than this client, or another one."""
+    """The robot answered `unknown command`: the server is older than this client, or of another kind."""
 
 
 class Krc4Error(CommandError):
-    """The robot refused a KRC4 message, which alone has a number for the reason."""
+    """The robot refused a KRC4 message."""
 
     def __init__(self, message: str, code: int) -> None:
         super().__init__(message, code)
         self.code = code
-        """The number of the error, see docs/krc4.md; those from 3000 on are robot_movement_interface's."""
+        """Number of the error, see docs/krc4.md; numbers from 3000 on are those of
+        robot_movement_interface."""
 
     def __str__(self) -> str:
         return str(self.args[0])

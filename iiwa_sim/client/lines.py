@@ -1,4 +1,4 @@
-r"""The iiwa's line protocol: a line out, a line in.
+r"""The iiwa's line protocol for clients: a line out, a line in.
 
 A reply may end with `\n`, `\r`, `\r\n` or `\n\r`.
 """
@@ -19,31 +19,31 @@ T = TypeVar("T")
 
 
 def request(read: Callable[[str], T], name: str, *values: float) -> Request[str, str, T]:
-    """A command with its parameters. Raises ValueError for values that are not finite."""
+    """The request for a command with parameters. Raises ValueError for values that are not finite."""
     refuse_endless(name, values)
     words = [str(value) if isinstance(value, int) else repr(float(value)) for value in values]
     return Request(f"{name} : {' '.join(words)}" if words else name, read)
 
 
 def phrase(read: Callable[[str], T], name: str, words: str) -> Request[str, str, T]:
-    """A command that takes words, on one line."""
+    """The request for a command that takes words, on one line."""
     return Request(" ".join(f"{name} : {words}".split()), read)
 
 
 class ReplyLines:
-    """Bytes in, lines out."""
+    """Splits received bytes into lines."""
 
     def __init__(self) -> None:
         self._heard = b""
         self._partner = b""  # would complete the line end of the last reply
 
     def feed(self, data: bytes) -> None:
-        """Takes in what came."""
+        """Add received bytes."""
         self._heard += data
 
     @property
     def unread(self) -> bytes:
-        """What has come and is not taken out yet."""
+        """Received bytes that have not been taken as a line."""
         if self._heard:
             if self._partner:
                 self._heard = self._heard.removeprefix(self._partner)
@@ -61,7 +61,7 @@ class ReplyLines:
 
 
 class LineConversation(Conversation[str, str]):
-    """One connection's lines."""
+    """The requests and answers of one connection in lines."""
 
     def __init__(self) -> None:
         self._replies = ReplyLines()

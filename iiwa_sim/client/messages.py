@@ -1,6 +1,6 @@
-"""KRC4 messages: ten integers I0 to I9 and ten reals R0 to R9 out, as many in.
+"""KRC4 messages for clients: ten integers I0 to I9 and ten reals R0 to R9 out, as many in.
 
-I0 is the id of a message, which its reply repeats, and I1 that of the command, which a refusal repeats with a
+I0 is the id of a message, which its reply repeats; I1 is that of the command, which a refusal repeats with a
 minus, with the number of the error in I2.
 """
 
@@ -15,7 +15,7 @@ from iiwa_sim.client.readers import integer, number, state
 from iiwa_sim.client.xml_replies import XmlReplies
 
 REGISTERS = 10
-"""Integers, and as many reals."""
+"""Integers in a message, and as many reals."""
 LARGEST_INTEGER = 2**31 - 1
 SMALLEST_INTEGER = -(2**31)
 
@@ -30,9 +30,9 @@ class Message(NamedTuple):
 
     command: str
     integers: tuple[int, ...] = ()
-    """From I2 on."""
+    """Integers from I2 on."""
     reals: tuple[float, ...] = ()
-    """From R0 on."""
+    """Reals from R0 on."""
 
     def __repr__(self) -> str:
         return " ".join(map(str, (self.command, *self.integers, *self.reals)))
@@ -53,7 +53,7 @@ class Reply(NamedTuple):
 def message(
     read: Callable[[Reply], T], command: str, integers: Sequence[int] = (), reals: Sequence[float] = ()
 ) -> Request[Message, Reply, T]:
-    """A request with its values, integers from I2 and reals from R0 on.
+    """A request with integers from I2 and reals from R0 on.
 
     Raises ValueError for reals that are not finite, and for integers of more than 32 bit.
     """
@@ -63,21 +63,21 @@ def message(
 
 
 def nothing(_: Reply) -> None:
-    """There is nothing in the reply but that the message was accepted."""
+    """Reads a reply without values."""
 
 
 def flag(place: int) -> Callable[[Reply], bool]:
-    """1 or 0 in this integer."""
+    """A reader for an integer that is 1 or 0."""
     return lambda reply: state(str(reply.integers[place]))
 
 
 def real(place: int) -> Callable[[Reply], float]:
-    """This real."""
+    """A reader for one real."""
     return lambda reply: reply.reals[place]
 
 
 def reals(make: Callable[[Iterable[float]], T], count: int) -> Callable[[Reply], T]:
-    """So many reals, from R0 on, and no more: of a robot with more axes none gets lost."""
+    """A reader for exactly `count` reals from R0 on: raises ValueError for a robot with more axes."""
 
     def read(reply: Reply) -> T:
         if any(reply.reals[count:]):
@@ -88,14 +88,14 @@ def reals(make: Callable[[Iterable[float]], T], count: int) -> Callable[[Reply],
 
 
 def as_axes(axes: int) -> int:
-    """The number of axes of a robot. Raises ValueError where a message has no place for them."""
+    """The number of axes of a robot. Raises ValueError if they do not fit in a message."""
     if not 1 <= axes <= REGISTERS:
         raise ValueError(f"axes: expected 1 to {REGISTERS}, got {axes}")
     return axes
 
 
 class MessageConversation(Conversation[Message, Reply]):
-    """One connection's messages, each with an id of its own."""
+    """The requests and answers of one connection in messages, each with its own id."""
 
     def __init__(self, last_id: int = 0) -> None:
         self._replies = XmlReplies()
@@ -105,7 +105,7 @@ class MessageConversation(Conversation[Message, Reply]):
     def _written(self, said: Message) -> bytes:
         self._id = 1 + self._id % LARGEST_INTEGER
         integers = (self._id, COMMANDS[said.command], *said.integers)
-        # All twenty: not every server need take an absent one for 0, as ours does.
+        # All twenty values: other servers may not take an absent one for 0.
         values = dict.fromkeys(_INTEGERS, "0") | dict.fromkeys(_REALS, "0.0")
         values |= zip(_INTEGERS, map(str, integers), strict=False)
         values |= zip(_REALS, map(repr, said.reals), strict=False)

@@ -1,4 +1,4 @@
-"""From the text of a reply to a value; each raises ValueError where the text does not fit."""
+"""Readers of replies: each turns the text into a value and raises ValueError for a text that does not fit."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 def nothing(word: str) -> Callable[[str], None]:
-    """That word, of which there is nothing to be told."""
+    """A reader for a reply that is just this word."""
 
     def read(text: str) -> None:
         if text != word:
@@ -20,7 +20,7 @@ def nothing(word: str) -> Callable[[str], None]:
 
 
 def one_of(*words: str) -> Callable[[str], str]:
-    """Any of these words."""
+    """A reader for a reply that is one of these words."""
 
     def read(text: str) -> str:
         if text not in words:
@@ -31,22 +31,22 @@ def one_of(*words: str) -> Callable[[str], str]:
 
 
 def text(reply: str) -> str:
-    """Whatever it says."""
+    """Reads any text."""
     return reply
 
 
 def numbers(make: Callable[[Iterable[float]], T], count: int) -> Callable[[str], T]:
-    """So many finite numbers."""
+    """A reader for exactly `count` finite numbers."""
     return lambda reply: make(_each(reply, number, count))
 
 
 def integers(make: Callable[[Iterable[int]], T], count: int) -> Callable[[str], T]:
-    """So many whole numbers."""
+    """A reader for exactly `count` integers."""
     return lambda reply: make(_each(reply, integer, count))
 
 
 def number(reply: str) -> float:
-    """One finite number."""
+    """Reads one finite number."""
     value = float(_plain(reply))
     if not math.isfinite(value):
         raise ValueError(reply)
@@ -54,30 +54,30 @@ def number(reply: str) -> float:
 
 
 def integer(reply: str) -> int:
-    """One whole number."""
+    """Reads one integer."""
     return int(_plain(reply))
 
 
 def state(reply: str) -> bool:
-    """1 or 0, on or off."""
+    """Reads 1 or 0 as on or off."""
     if reply not in ("0", "1"):
         raise ValueError(reply)
     return reply == "1"
 
 
 def states(reply: str) -> tuple[bool, ...]:
-    """Any number of 1 and 0."""
+    """Reads any number of 1 and 0."""
     return tuple(state(word) for word in reply.split())
 
 
 def last_error(reply: str) -> LastError:
-    """A code and a reason."""
+    """Reads a code and a reason."""
     code, _, reason = reply.partition(" ")
     return LastError(_code(code), reason)
 
 
 def reachability(reply: str) -> Reachability:
-    """`reachable`, or `unreachable` with a code and a reason."""
+    """Reads `reachable`, or `unreachable` with a code and a reason."""
     if reply == "reachable":
         return Reachability(True, 0, "")
     verdict, _, why = reply.partition(" ")
@@ -95,7 +95,7 @@ def _each(reply: str, read: Callable[[str], T], count: int) -> list[T]:
 
 
 def _plain(word: str) -> str:
-    """What holds no underscores and digits of other scripts, which Python would take in a number."""
+    """The word. Raises ValueError for underscores and digits of other scripts, which Python would accept."""
     if "_" in word or not word.isascii():
         raise ValueError(word)
     return word

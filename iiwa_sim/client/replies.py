@@ -1,4 +1,4 @@
-"""What replies of several values are read into. Units are those of protocol/iiwa.toml, or named."""
+"""Types for replies of several values. Units are those of protocol/iiwa.toml, or named."""
 
 from typing import NamedTuple
 
@@ -57,7 +57,7 @@ class LastError(NamedTuple):
 
 
 class Reachability(NamedTuple):
-    """Whether a target can be reached; if not, code and reason with which a move there is refused."""
+    """Whether a target can be reached; if not, the code and reason with which a move there is refused."""
 
     reachable: bool
     code: int

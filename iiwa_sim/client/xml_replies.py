@@ -1,8 +1,8 @@
-"""Bytes in, KRC4 replies out, each as its values by name, whichever way the bytes are cut into packets.
+"""Bytes in, KRC4 replies out (values by name), however the bytes are split into packets.
 
 A reply is one XML element with values as child elements or as attributes, and ends where that element does.
-Expat is fed up to each `>`, so the element's end is the end of what was fed. Anything else than elements with
-text in them is turned down as it comes: a DTD before it could declare an entity, and elements within values.
+Expat is fed up to each `>`, so the end of the element is the end of the fed bytes. Anything but elements with
+text is refused as it comes: a DTD before it could declare an entity, and elements within values.
 """
 
 from xml.parsers import expat
@@ -10,28 +10,28 @@ from xml.parsers import expat
 ROOT = "Res"
 
 MAX_ENDS = 100
-"""How often `>` may be in a reply, which has 42. Each costs a look at what is open there: without a bound a
+"""Most `>` in a reply, which normally has 42. Each costs a scan of the open elements: without a bound a
 reply of 64 KiB could keep a program busy for seconds."""
 
 _BLANKS = b" \t\r\n"
 
 
 class XmlReplies:
-    """One connection's replies."""
+    """The replies of one connection."""
 
     def __init__(self) -> None:
         self._heard = b""
-        self._parsed = 0  # so much of it
-        self._ends = 0  # `>` in that
+        self._parsed = 0  # bytes of the present reply
+        self._ends = 0  # number of `>` in the present reply
         self._reply = _Reply()
 
     def feed(self, data: bytes) -> None:
-        """Takes in what came."""
+        """Add received bytes."""
         self._heard += data
 
     @property
     def unread(self) -> bytes:
-        """What has come and is not taken out yet, without blanks and line ends between replies."""
+        """Received bytes that belong to no reply yet, without blanks and line ends between replies."""
         if self._parsed == 0:
             self._heard = self._heard.lstrip(_BLANKS)
         return self._heard
@@ -39,7 +39,7 @@ class XmlReplies:
     def take(self) -> dict[str, str] | None:
         """The values of the next reply; None until it is complete.
 
-        Raises ValueError, with words for what came instead, for what cannot become a reply.
+        Raises ValueError, quoting the bytes, for something that cannot become a reply.
         """
         heard = self.unread
         if heard and (heard[:1] != b"<" or b"\0" in heard):  # Expat would guess UTF-16, and wait for more
@@ -60,12 +60,12 @@ class XmlReplies:
 
 
 class _Reply:
-    """One reply as far as it has come."""
+    """One reply, as far as it has been received."""
 
     def __init__(self) -> None:
         self._parser = parser = expat.ParserCreate("UTF-8")
         parser.buffer_text = True
-        # Expat would else put off a token that comes in parts, until it has twice as much to read.
+        # Expat would otherwise defer a token that comes in parts until it has twice as much to parse
         if hasattr(parser, "SetReparseDeferralEnabled"):
             parser.SetReparseDeferralEnabled(False)
         parser.StartDoctypeDeclHandler = self._doctype
@@ -78,7 +78,7 @@ class _Reply:
         self.complete = False
 
     def parse(self, data: bytes) -> None:
-        """The next bytes, which nothing follows behind a `>`. Raises ValueError."""
+        """Parse the next bytes, up to a `>`. Raises ValueError."""
         try:
             self._parser.Parse(data, False)
         except expat.ExpatError as fault:

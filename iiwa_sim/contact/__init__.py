@@ -1,4 +1,4 @@
-"""What the robot feels: pushes from outside, surfaces, noise, and the torques they make."""
+"""Contact: pushes from outside, surfaces, noise, and the torques that result."""
 
 from pathlib import Path
 

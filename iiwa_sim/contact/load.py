@@ -1,4 +1,4 @@
-"""The external load on the arm: what pushes it and what it touches, and what its joints feel of it."""
+"""The external load on the arm: pushes and contacts, and their readings."""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -15,10 +15,10 @@ Felt = tuple[Transform, tuple[Vector, Vector] | None]
 
 
 class ExternalLoad:
-    """What acts on the arm from outside, tick by tick; nothing, and exactly 0, in free space.
+    """The external load, tick by tick; exactly 0 in free space.
 
-    A wrench at the TCP and a torque on each joint are pushed from outside, for as long as they are set. What
-    the world does is felt once per tick. The readings are their sum, with noise if there is any.
+    A wrench at the TCP and a torque on each joint are applied from outside as long as they are set. Surfaces
+    are evaluated once per tick. The readings are the sum, with noise if there is any.
     """
 
     def __init__(
@@ -29,23 +29,23 @@ class ExternalLoad:
         world: World | None = None,
         noise: Noise | None = None,
     ) -> None:
-        """With the robot at rest at `joints` (rad), and the TCP at `tool_in_flange`."""
+        """The robot is at rest at `joints` (rad), and `tool_in_flange` is the pose of the TCP."""
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: tuple[float, ...] = (0.0,) * model.joint_count
         self._touch: Wrench = NO_WRENCH
         self._model = model
         self._tcp = model.tcp(tool_in_flange)
         self.world = World((), 0.0) if world is None else world
-        """What the TCP can touch; what changes there is felt from the next tick on."""
+        """The surfaces; changes are felt from the next tick on."""
         self._noise = noise
-        self._place: Vector | None = None  # of the TCP, when the world was felt last
+        self._place: Vector | None = None  # position of the TCP at the last evaluation of the surfaces
         self._feel(self._tcp.pose(joints), 0.0)
 
     @property
     def wrench(self) -> Wrench:
-        """Pushed: at the TCP, along its axes.
+        """Wrench applied at the TCP, along its axes.
 
-        Raises `ValueError` where it is set to anything but six finite numbers.
+        Raises `ValueError` if it is set to anything but six finite numbers.
         """
         return self._wrench
 
@@ -56,9 +56,9 @@ class ExternalLoad:
 
     @property
     def joint_push(self) -> tuple[float, ...]:
-        """Pushed: torque (Nm) on each joint.
+        """Torque (Nm) applied to each joint.
 
-        Raises `ValueError` where it is set to anything but a finite number for each of them.
+        Raises `ValueError` if it is set to anything but a finite number for each joint.
         """
         return self._joint_push
 
@@ -69,13 +69,14 @@ class ExternalLoad:
 
     @property
     def changes(self) -> bool:
-        """Whether a tick can change anything: without noise, and far from surfaces, it does not."""
+        """Whether a tick may change a reading: it cannot without noise far from surfaces."""
         return self._noise is not None or self._place is not None or not self.world.empty
 
     def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
-        """A tick has brought the robot to `joints` (rad): feel the world there, and draw new noise.
+        """A tick has moved the robot to `joints` (rad): evaluate the surfaces there, and draw new noise.
 
-        What a motion has `felt` there is not felt again: one owner of the contact in every tick.
+        If a motion has evaluated them in this tick, its result `felt` is used: they are evaluated once per
+        tick.
         """
         if self._noise is not None:
             self._noise.next()
@@ -90,14 +91,14 @@ class ExternalLoad:
                 self._touch = seen_from(tcp.rotation, touch)
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
-        """The robot is at rest at `joints` (rad) with this tool, and has not been anywhere before."""
+        """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
         self._tcp = self._model.tcp(tool_in_flange)
         self.world.forget()
         self._place = None
         self._feel(self._tcp.pose(joints), 0.0)
 
     def seed(self, seed: int) -> None:
-        """Begin the noise anew with this seed, if there is any."""
+        """Restart the noise with this seed, if there is noise."""
         if self._noise is not None:
             self._noise.seed(seed)
 
@@ -109,7 +110,7 @@ class ExternalLoad:
     def joint_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
         """The reading of the external torque (Nm) on each joint, with the robot at `joints` (rad).
 
-        Pushes, and the wrench at the TCP by its transposed Jacobian.
+        Applied torques, and the wrench at the TCP by the transposed Jacobian.
         """
         torques = self._joint_push
         wrench = self._acting()

@@ -7,24 +7,24 @@ import numpy as np
 from iiwa_sim.contact.wrench import NO_WRENCH, Wrench
 
 AHEAD = 256
-"""Ticks for which it is drawn at once: that costs a tenth of what one by one does."""
+"""Ticks for which noise is drawn at once, at a tenth of the cost of single draws."""
 
 
 class NoiseLevels(NamedTuple):
-    """Standard deviations of what is added to the readings, normally distributed, and the seed of it."""
+    """Standard deviations of the normally distributed noise on the readings, and its seed."""
 
     seed: int
-    """From 0 on."""
+    """0 or more."""
     force_n: float
-    """Of each component of the force at the TCP."""
+    """Noise of each component of the force at the TCP."""
     torque_nm: float
-    """Of each component of the torque at the TCP."""
+    """Noise of each component of the torque at the TCP."""
     joint_torque_nm: float
-    """Of the torque on each joint. It is drawn for itself, not that of the force by way of the arm."""
+    """Noise of the torque on each joint, drawn independently of that of the force."""
 
 
 class Noise:
-    """What is added to the readings in a tick. The same seed gives the same in every run."""
+    """The noise on the readings in a tick. The same seed gives the same noise in every run."""
 
     def __init__(self, levels: NoiseLevels, joint_count: int) -> None:
         self.wrench: Wrench = NO_WRENCH
@@ -35,14 +35,14 @@ class Noise:
         self.seed(levels.seed)
 
     def seed(self, seed: int) -> None:
-        """Begin anew, with this seed (0 to 2**32 - 1)."""
-        # The stream of RandomState is frozen: it stays the same with every numpy.
+        """Restart with this seed (0 to 2**32 - 1)."""
+        # The stream of RandomState is frozen: it is the same with every numpy.
         self._random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(seed)))
         self._ahead: list[list[float]] = []
         self.next()
 
     def next(self) -> None:
-        """Draw for a tick."""
+        """Draw the noise for a tick."""
         if not self._ahead:
             drawn = self._random.standard_normal((AHEAD, len(self._levels)))
             self._ahead = (drawn * self._levels)[::-1].tolist()

@@ -1,35 +1,35 @@
-"""Shapes of surfaces: how far a point is from one, and which way is out, in closed form.
+"""Shapes of surfaces: signed distance of a point and outward direction, in closed form.
 
 Lengths are metres, in the shape's own frame. The signed distance is that to the nearest point of the surface,
 negative within the material. The direction is the unit vector along which the distance grows; where several
-are equally good, as in the middle of a sphere, it is always the same one of them.
+are equally good, as in the middle of a sphere, it is always the same one.
 
-Flat faces of a body that ends behind them can be told apart by the way a point has come. Seen through such
-a face, the body has the outline of the face and no end: so a point pressed deep into it, or through it, is
-as far within as it is behind the face.
+Flat faces of a finite body are distinguished by the path by which a point has come in. Seen through such a
+face, the body has the outline of the face and no far side: a point pressed deep into it, or through it, is as
+deep as it is behind the face.
 """
 
 from math import copysign, hypot, inf
 from typing import NamedTuple
 
 Nearest = tuple[float, float, float, float]
-"""The signed distance (m), and the three components of the direction."""
+"""Signed distance (m), and the three components of the direction."""
 
 Point = tuple[float, float, float]
 Face = tuple[int, float]
-"""A flat face across an axis of the shape, 0 to 2, on the side of this sign."""
+"""A flat face normal to an axis of the shape (0 to 2), on the side of this sign."""
 
 
 class Plane(NamedTuple):
-    """All below the x-y plane is material."""
+    """A half-space: all below the x-y plane is material."""
 
     @property
     def extent(self) -> float:
-        """How far from the origin there is material, at most."""
+        """Largest distance of the material from the origin."""
         return inf
 
     def nearest(self, _x: float, _y: float, z: float) -> Nearest:
-        """Of a point."""
+        """Distance and direction for a point."""
         return (z, 0.0, 0.0, 1.0)
 
 
@@ -42,14 +42,14 @@ class Box(NamedTuple):
 
     @property
     def extent(self) -> float:
-        """How far from the origin there is material, at most."""
+        """Largest distance of the material from the origin."""
         return hypot(self.half_x, self.half_y, self.half_z)
 
     def nearest(self, x: float, y: float, z: float) -> Nearest:
-        """Of a point."""
+        """Distance and direction for a point."""
         beyond_x, beyond_y, beyond_z = abs(x) - self.half_x, abs(y) - self.half_y, abs(z) - self.half_z
         largest = max(beyond_x, beyond_y, beyond_z)
-        if largest <= 0.0:  # within: the nearest face
+        if largest <= 0.0:  # inside: the nearest face
             if largest == beyond_x:
                 return (largest, copysign(1.0, x), 0.0, 0.0)
             if largest == beyond_y:
@@ -62,7 +62,7 @@ class Box(NamedTuple):
         return (distance, out_x / distance, out_y / distance, out_z / distance)
 
     def entered(self, start: Point, end: Point) -> Face | None:
-        """The face through which a straight way from outside comes in, if it does."""
+        """The face through which a straight path from outside comes in; None if it does not."""
         entry, leaving, face = -1.0, inf, None
         for axis, (a, b, half) in enumerate(zip(start, end, self, strict=True)):
             way = b - a
@@ -78,7 +78,8 @@ class Box(NamedTuple):
         return face if 0.0 <= entry <= min(leaving, 1.0) else None
 
     def behind(self, face: Face, x: float, y: float, z: float) -> Nearest | None:
-        """Of a point behind a face and within its outline: that of the face. None elsewhere."""
+        """Distance and direction for a point behind a face and within its outline, with respect to that
+        face; None elsewhere."""
         axis, side = face
         place = (x, y, z)
         distance = side * place[axis] - self[axis]
@@ -94,11 +95,11 @@ class Sphere(NamedTuple):
 
     @property
     def extent(self) -> float:
-        """How far from the origin there is material, at most."""
+        """Largest distance of the material from the origin."""
         return self.radius
 
     def nearest(self, x: float, y: float, z: float) -> Nearest:
-        """Of a point."""
+        """Distance and direction for a point."""
         from_centre = hypot(x, y, z)
         if from_centre == 0.0:
             return (-self.radius, 0.0, 0.0, 1.0)
@@ -113,11 +114,11 @@ class Cylinder(NamedTuple):
 
     @property
     def extent(self) -> float:
-        """How far from the origin there is material, at most."""
+        """Largest distance of the material from the origin."""
         return hypot(self.radius, self.half_z)
 
     def nearest(self, x: float, y: float, z: float) -> Nearest:
-        """Of a point."""
+        """Distance and direction for a point."""
         from_axis = hypot(x, y)
         along_x, along_y = (x / from_axis, y / from_axis) if from_axis > 0.0 else (1.0, 0.0)
         beyond_mantle, beyond_end = from_axis - self.radius, abs(z) - self.half_z
@@ -130,7 +131,7 @@ class Cylinder(NamedTuple):
         return (distance, share * along_x, share * along_y, copysign(beyond_end / distance, z))
 
     def entered(self, start: Point, end: Point) -> Face | None:
-        """The end through which a straight way from outside comes in, if it does so through one."""
+        """The end through which a straight path from outside comes in; None if it does not."""
         (ax, ay, az), (bx, by, bz) = start, end
         side = copysign(1.0, az)
         if abs(az) < self.half_z or side * bz > self.half_z or az == bz:
@@ -141,7 +142,8 @@ class Cylinder(NamedTuple):
         return (2, side)
 
     def behind(self, face: Face, x: float, y: float, z: float) -> Nearest | None:
-        """Of a point behind an end and within its outline: that of the end. None elsewhere."""
+        """Distance and direction for a point behind an end and within its outline, with respect to that
+        end; None elsewhere."""
         distance = face[1] * z - self.half_z
         if distance > 0.0 or hypot(x, y) > self.radius:
             return None

@@ -1,4 +1,4 @@
-"""A surface of the world: a shape in its place, of some material."""
+"""A surface of the world: a shape at a pose, with material properties."""
 
 from typing import NamedTuple
 
@@ -7,22 +7,22 @@ from iiwa_sim.frames import Transform
 
 
 class Surface(NamedTuple):
-    """What the TCP can touch."""
+    """A surface that the TCP can touch."""
 
     name: str
     shape: Shape
     pose: Transform
-    """Of the shape, in the base."""
+    """Pose of the shape in the base."""
     stiffness: float
     """N/m"""
     damping: float
-    """s/m: by this share the normal force grows for each m/s at which the surface is pressed in."""
+    """s/m: the normal force grows by this fraction for each m/s of penetration speed."""
     friction: float
-    """Coulomb's coefficient."""
+    """Coefficient of Coulomb friction."""
 
     def nearest(self, x: float, y: float, z: float) -> Nearest:
-        """Of a point in the base (m): the signed distance (m), and the direction out of the surface, in the
-        base. See `iiwa_sim.contact.shapes`."""
+        """Signed distance (m) of a point in the base (m), and outward direction in the base. See
+        `iiwa_sim.contact.shapes`."""
         (r0, r1, r2, r3, r4, r5, r6, r7, r8), (tx, ty, tz) = self.pose
         x -= tx
         y -= ty

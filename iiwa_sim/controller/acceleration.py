@@ -79,9 +79,7 @@ def capped_line(limits: JointLimits, path: Polynomial, tcp_m_s2: float) -> Joint
     share = _largest(lambda x: largest_m_s2(x, speed_share) <= tcp_m_s2)
     if min(share, speed_share) < LOWEST_SHARE:
         raise Refused(EXECUTION, f"acceleration {tcp_m_s2:g} m/s^2: lower than the robot can go")
-    return limits._replace(
-        velocity=speed_share * limits.velocity, acceleration=share * limits.acceleration
-    )
+    return limits._replace(velocity=speed_share * limits.velocity, acceleration=share * limits.acceleration)
 
 
 def _largest(holds: Callable[[float], bool]) -> float:

@@ -48,6 +48,7 @@ def motions_of(
 
     bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
     kinematics = Kinematics(model, inverse_of(model), tool_in_flange)
+
     def nominal(joints: Joints) -> Nominal:
         return Nominal(drive(joints), Servo(joints, time(), limits, low, high), override)
 

@@ -1,1 +1,1 @@
-"""The wire on one side, the controller on the other; no sockets."""
+"""Dialects: the wire on one side, the controller on the other; no sockets."""

@@ -1,4 +1,4 @@
-"""The dialects there are, and which of them a robot can be spoken to in."""
+"""The table of dialects, and which of them fit a robot."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -20,12 +20,12 @@ class Dialect(NamedTuple):
     name: str
     """One of `iiwa_sim.dialect.ports`."""
     axes: range
-    """How many a robot may have for it."""
+    """Numbers of axes for which the dialect has messages."""
     says_bye: bool
     """Whether a client can say good-bye in it."""
     open_session: Callable[[Controller, DialectLog, str, Dialogue, bool, CannedReplies], Session]
-    """For a connection of this name in log and dialogue; whether it is strict, and what is canned, see
-    `IiwaSession`."""
+    """Opens a session, given controller, log, name of the connection, whether it is strict, and its canned
+    replies (see `IiwaSession`)."""
 
 
 def _krc4(
@@ -33,7 +33,7 @@ def _krc4(
     log: DialectLog,
     name: str,
     dialogue: Dialogue,
-    _strict: bool,  # its messages name their fields: none is too many
+    _strict: bool,  # its fields are named: no superfluous values
     _canned: CannedReplies,
 ) -> Krc4Session:
     return Krc4Session(controller, log, name, dialogue)
@@ -56,7 +56,7 @@ def fitting_dialects(description: RobotDescription) -> list[str]:
 def dialect_for(name: str, description: RobotDescription) -> Dialect:
     """The dialect of that name.
 
-    Raises `RobotFault` for a robot that has not the axes for it, and ValueError for a name there is not.
+    Raises `RobotFault` if the robot has the wrong number of axes for it, and ValueError for an unknown name.
     """
     if name not in DIALECTS:
         raise ValueError(f"dialect {name!r}, expected {' or '.join(DIALECTS)}")

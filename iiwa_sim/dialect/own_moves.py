@@ -1,4 +1,4 @@
-"""The moves that came from one connection, as far as they are still to be done."""
+"""The moves of one connection that are pending."""
 
 from collections import deque
 from collections.abc import Callable
@@ -7,18 +7,19 @@ _AT_FIRST = 64
 
 
 class OwnMoves:
-    """Remembers the numbers of moves, and some of moves that are over: as many again as are pending."""
+    """Keeps the numbers of a connection's moves; up to twice as many as are pending."""
 
     def __init__(self, is_pending: Callable[[int], bool]) -> None:
-        """`is_pending` tells of a number whether its move runs or waits; one that is over stays so."""
+        """`is_pending` tells whether the move with a number runs or waits; a move that has ended stays
+        ended."""
         self._is_pending = is_pending
         self._moves: deque[int] = deque()
-        self._most = _AT_FIRST  # to be remembered before those that are over are sought out
+        self._most = _AT_FIRST  # numbers kept before those of ended moves are dropped
 
     def add(self, move: int) -> None:
-        """A move has been accepted."""
+        """Note a move that has been accepted."""
         moves = self._moves
-        while moves and not self._is_pending(moves[0]):  # most end in their order
+        while moves and not self._is_pending(moves[0]):  # moves mostly end in order
             moves.popleft()
         if len(moves) >= self._most:
             self._moves = moves = deque(filter(self._is_pending, moves))
@@ -27,11 +28,11 @@ class OwnMoves:
 
     @property
     def last(self) -> int | None:
-        """The newest one, whatever has become of it."""
+        """Number of the newest move, ended or not."""
         return self._moves[-1] if self._moves else None
 
     def any_pending(self) -> bool:
-        """Whether any of them runs or waits."""
+        """Whether any move runs or waits."""
         return any(map(self._is_pending, self._moves))
 
     def clear(self) -> None:

@@ -1,4 +1,4 @@
-"""The names of the dialects, and the ports on which they are usually spoken; loads nothing else."""
+"""The names of the dialects and their usual ports. Imports nothing else."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ KRC4 = "krc4"
 DEFAULT_DIALECT = IIWA
 DEFAULT_PORTS = {
     IIWA: 30000,
-    KRC4: 54600,  # EKI's
+    KRC4: 54600,  # the usual port of KUKA's EKI
 }
 
 

@@ -1,21 +1,21 @@
-"""What a shell wants of a session: one connection in one dialect, without its socket."""
+"""The interface between a shell and a session: one connection in one dialect, without its socket."""
 
 from collections.abc import Callable
 from typing import Any, Protocol
 
 
 class Pending(Protocol):
-    """What a reply waits for, such as an asyncio.Future."""
+    """Something that a reply waits for, such as an asyncio.Future."""
 
     def done(self) -> bool:
-        """Whether it is there."""
+        """Whether it has happened."""
 
     def add_done_callback(self, callback: Callable[[Any], object], /) -> None:
-        """Call back once it is there."""
+        """Register a function to be called when it has happened."""
 
 
 class Session(Protocol):
-    """Takes in bytes, split anywhere, and gives replies when it is asked for them."""
+    """Takes bytes, split anywhere, and returns replies on request."""
 
     @property
     def waiting(self) -> bool:
@@ -23,20 +23,20 @@ class Session(Protocol):
 
     @property
     def closing(self) -> bool:
-        """Whether the session ends: what is answered is to be sent, then the connection to be closed."""
+        """Whether the session ends: the shell sends the replies there are, then closes."""
 
     @property
     def pending(self) -> Pending | None:
-        """What the next reply waits for: while that is not done, there is nothing to answer."""
+        """What the next reply waits for; until it is done there is nothing to answer."""
 
     def receive(self, data: bytes) -> None:
-        """Take in bytes of the client."""
+        """Take bytes from the client."""
 
     def end(self) -> None:
-        """Learn that the client sends no more."""
+        """Notice that the client sends no more."""
 
     def answer(self, most: int = ...) -> bytes:
-        """The replies to some of the waiting commands, to `most` of them at most."""
+        """The replies to some of the waiting commands, at most `most`."""
 
     def lost(self) -> None:
-        """Learn that the connection is gone."""
+        """Notice that the connection has gone."""

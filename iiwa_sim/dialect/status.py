@@ -1,7 +1,7 @@
-"""The status port: the robot's state as lines of JSON, and `stop` in the other direction.
+"""The status port: the robot's state as lines of JSON; readers may send `stop`.
 
-What a reader sends is read as on the main port, but only `stop` does anything. All else is refused: the log
-and the `error` of the lines that follow tell why. Nothing is replied, so that each line is a state.
+Input is read as on the main port, but only `stop` has an effect. Other lines are refused: the log and the
+field `error` of later lines tell why. There are no replies, so each line is a state.
 """
 
 import msgspec
@@ -21,7 +21,7 @@ _encoder = msgspec.json.Encoder()
 
 
 def status_line(controller: Controller) -> bytes:
-    r"""The present state, as `protocol/status.schema.json` describes it, with a `\n`."""
+    """The present state as a line of JSON, as `protocol/status.schema.json` describes it."""
     return _encoder.encode(snapshot(controller)) + b"\n"
 
 
@@ -29,13 +29,13 @@ class StatusSession(LineSession):
     """One reader of the status port."""
 
     def __init__(self, controller: Controller, log: DialectLog, name: str) -> None:
-        """`name` tells this connection from others in the log."""
+        """`name` identifies this connection in the log."""
         super().__init__(log, name)
         self._controller = controller
         self._table = load_table("iiwa")
 
     def answer(self, most: int = LINES_AT_ONCE) -> bytes:
-        """Obey the next waiting lines; gives what telnet has to be told, once for all of them."""
+        """Carry out the next waiting lines; returns what telnet has to be answered, once for all of them."""
         return super().answer(most)[: len(WONT_TIMING_MARK)]
 
     def _reply(self, line: bytes) -> bytes:
@@ -50,7 +50,7 @@ class StatusSession(LineSession):
     def _stop(self) -> None:
         try:
             self._controller.stop()
-        except Exception as exception:  # of ours, which must not cost the reader its connection
+        except Exception as exception:  # an internal error must not cost the reader its connection
             self.log.exception(self.name, STOP, exception)
             self._controller.record_error(EXECUTION, f"internal fault at '{STOP}', told in the log")
         else:

@@ -1,1 +1,1 @@
-"""Pictures of motion: a file of commands, run in simulated time, drawn."""
+"""Pictures of motion: runs a file of commands in simulated time and draws the result."""

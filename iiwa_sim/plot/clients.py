@@ -1,4 +1,5 @@
-"""The one client of a recording, by dialect: it says the lines of a script, and tells what they ask for."""
+"""The client of a recording, by dialect: it sends the lines of a script and reports the targets of its
+moves."""
 
 from typing import NamedTuple, Protocol
 
@@ -19,27 +20,27 @@ NORMAL = "normal"
 
 
 class Asked(NamedTuple):
-    """What an accepted line asks for."""
+    """The effect of an accepted line."""
 
     move: int | None
-    """Number of the newest move that was accepted, if there was any."""
+    """Number of the newest accepted move, if there is any."""
     tcp: Transform | None = None
-    """Where in the base it sends the TCP, if it does."""
+    """The target of the TCP in the base, if the line has one."""
     blending_mm: float = 0.0
     mode: str = NORMAL
-    """The controller's, that it needs."""
+    """Mode of the controller that the line needs."""
     thresholds_n: Thresholds = (None, None, None)
 
 
 class Client(Protocol):
-    """What a recording has to know of it."""
+    """The interface of a client for a recording."""
 
     def say(self, text: str) -> Asked:
-        """Say a line. Raises ValueError where it is refused, with the reason."""
+        """Send a line. Raises ValueError with the reason if it is refused."""
 
 
 class IiwaClient:
-    """One that speaks the iiwa's protocol."""
+    """A client in the iiwa's protocol."""
 
     def __init__(self, controller: Controller, cell: Cell, name: str) -> None:
         self._cell = cell
@@ -79,7 +80,7 @@ class IiwaClient:
 
 
 class Krc4Client:
-    """One that speaks KRC4 messages, in their short form or word for word."""
+    """A client in KRC4 messages, in short form or verbatim."""
 
     def __init__(self, controller: Controller, cell: Cell, name: str) -> None:
         self._cell = cell
@@ -113,7 +114,7 @@ CLIENTS: dict[str, type[IiwaClient] | type[Krc4Client]] = {IIWA: IiwaClient, KRC
 
 
 class _IiwaSession(IiwaSession):
-    """One that tells which move it had accepted last."""
+    """A session that keeps the number of its last accepted move."""
 
     @property
     def last_move(self) -> int | None:
@@ -121,7 +122,7 @@ class _IiwaSession(IiwaSession):
 
 
 class _Krc4Session(Krc4Session):
-    """One that tells which move it had accepted last, and where the last message would move."""
+    """A session that keeps the number of its last accepted move, and the target of its last message."""
 
     target: tuple[Command, tuple[float, ...]] | None = None
 
@@ -136,7 +137,7 @@ class _Krc4Session(Krc4Session):
 
 
 class _Refusal:
-    """The `DialectLog` that keeps the last reason."""
+    """A `DialectLog` that keeps the last reason."""
 
     commands = False
     reason = ""
@@ -145,7 +146,7 @@ class _Refusal:
         pass
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
-        del session, line, code  # the file and the number of the line name the command
+        del session, line, code  # file and line number identify the command
         self.reason = reason
 
     def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:

@@ -1,6 +1,6 @@
-"""A recording drawn: joints and forces over time, and the way of the TCP with targets and blending spheres.
+"""Draws a recording: joints and forces over time, and the path of the TCP with targets and blending spheres.
 
-Only this module and those that it draws with know matplotlib. They keep off pyplot and its global state, and
+Only this module and those that it draws with import matplotlib. They avoid pyplot and its global state, and
 write no date and no random names: the same recording gives the same bytes.
 """
 
@@ -22,7 +22,7 @@ FORMATS = ("png", "svg")
 
 _LONGEST_NAME = 60
 _SIZE_IN = (13.0, 8.6)
-_HIGHER_IN = 2.6  # where there are forces
+_HIGHER_IN = 2.6  # if there are forces
 _STYLE = {
     "font.size": 9.0,
     "axes.grid": True,
@@ -35,14 +35,14 @@ _STYLE = {
     "savefig.dpi": 110.0,
     "svg.hashsalt": "iiwa-sim",
 }
-_LAYOUT_DIGITS = 6  # of a part of the figure
+_LAYOUT_DIGITS = 6  # fraction of the figure
 _NO_TRACES: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
 
 
 def picture(recording: Recording, file_format: str) -> bytes:
-    """The picture as a file of one of the FORMATS."""
+    """The picture as the bytes of a file in one of the FORMATS."""
     with matplotlib.style.context(_STYLE, after_reset=True), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing from")  # in somebody's file name
+        warnings.filterwarnings("ignore", "Glyph .* missing from")  # in the name of a user's file
         file = BytesIO()
         figure = draw(recording)
         _settle(figure)
@@ -51,18 +51,18 @@ def picture(recording: Recording, file_format: str) -> bytes:
 
 
 def _settle(figure: Figure) -> None:
-    """Lay the figure out, and keep it so; the last digits of a layout vary from one to the next."""
+    """Compute the layout and freeze it; the last digits of a layout vary between runs."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     for part in figure.subfigs:
-        place: Bbox = cast(Any, part).bbox_relative  # which matplotlib's types leave out
+        place: Bbox = cast(Any, part).bbox_relative  # missing in matplotlib's types
         place.set_points(place.get_points().round(_LAYOUT_DIGITS))
     for axes in figure.axes:
         axes.set_position(Bbox(axes.get_position().get_points().round(_LAYOUT_DIGITS)))
 
 
 def draw(recording: Recording) -> Figure:
-    """The figure: panels over time on the left, two views of the way of the TCP on the right."""
+    """The figure: panels over time on the left, two views of the path of the TCP on the right."""
     width_in, height_in = _SIZE_IN
     if recording.has_forces:
         height_in += _HIGHER_IN

@@ -1,9 +1,9 @@
-"""Why there is no picture."""
+"""The error of a picture."""
 
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 LONGEST_MESSAGE = 400
-"""Characters of a message, which may cite paths and commands."""
+"""Most characters of a message, which may quote paths and commands."""
 
 
 class PlotFault(Unusable):

@@ -1,7 +1,7 @@
 """The forces at the TCP over time, and the thresholds of force moves.
 
-A threshold is a band round the force at the command, as long as the move was watched: a force that leaves the
-band of its own colour ends the move.
+A threshold is a band round the force at the command, for as long as the move was guarded: a force that leaves
+the band of its own colour ends the move.
 """
 
 from typing import Any
@@ -19,14 +19,14 @@ _EDGE: dict[str, Any] = {"linestyle": (0, (4, 2)), "linewidth": 0.9}
 _BAND_ALPHA = 0.13
 _ENDED: dict[str, Any] = {"marker": "x", "markersize": 7.0, "markeredgewidth": 1.8, "linestyle": ""}
 _LEGEND: dict[str, Any] = {"loc": "center left", "frameon": False, "fontsize": 8.0, "handlelength": 1.4}
-_ROOM = 0.12  # of the height, above and below what has to be seen
-_MOST = 2.0  # wider bands than so many times what was felt leave the picture
+_ROOM = 0.12  # of the height, above and below the visible values
+_MOST = 2.0  # bands wider than this multiple of the largest force leave the picture
 _LEAST_N = 1e-3
-_MOST_N = 1e9  # whatever is commanded and felt: what is drawn has to be finite
+_MOST_N = 1e9  # limits for values that are drawn, which have to be finite
 
 
 def draw_forces(panel: Axes, beside: Axes, recording: Recording) -> None:
-    """Fill a panel, and what is beside it with the legend."""
+    """Fill a panel, and the axes beside it with the legend."""
     panel.set_ylabel("force at the TCP (N)")
     times_s = recording.times_s()
     for axis, name in enumerate(AXES):
@@ -45,13 +45,13 @@ def draw_forces(panel: Axes, beside: Axes, recording: Recording) -> None:
 
 
 def _draw_bands(panel: Axes, recording: Recording, axis: int, seen_n: tuple[float, float]) -> None:
-    """Those round the force along an axis, cut off where nobody sees them."""
+    """Draw the bands round the force along an axis, cut off outside the visible range."""
     low, high = np.full((2, len(recording.joints)), np.nan)
     for watch in recording.watches:
         threshold, offset = watch.thresholds_n[axis], watch.offset_n[axis]
         if watch.ticks is not None and threshold is not None:
             first, last = watch.ticks
-            watched = slice(first - 1, last + 1)  # a tick is the time that ends with its sample
+            watched = slice(first - 1, last + 1)  # a tick is the interval that ends with its sample
             low[watched], high[watched] = np.clip([offset - threshold, offset + threshold], *seen_n)
     times_s, colour = recording.times_s(), _COLOURS[axis]
     if not np.isnan(low).all():
@@ -61,7 +61,7 @@ def _draw_bands(panel: Axes, recording: Recording, axis: int, seen_n: tuple[floa
 
 
 def _draw_ends(panel: Axes, recording: Recording, axis: int) -> None:
-    """What has left its band."""
+    """Mark the forces that have left their band."""
     ended = [
         (watch.ticks[1] * recording.tick_s, watch.contact.force_n)
         for watch in recording.watches
@@ -74,7 +74,7 @@ def _draw_ends(panel: Axes, recording: Recording, axis: int) -> None:
 
 
 def _range(recording: Recording) -> tuple[float, float]:
-    """Of the forces, and of the bands round them as far as they fit beside these."""
+    """Range of the forces, and of the bands as far as they fit."""
     felt = recording.force_n
     seen = [float(felt.min()), float(felt.max())]
     widest_n = _MOST * max(seen[1] - seen[0], abs(seen[0]), abs(seen[1]))
@@ -84,7 +84,7 @@ def _range(recording: Recording) -> tuple[float, float]:
         for offset, threshold in zip(watch.offset_n, watch.thresholds_n, strict=True)
         if threshold is not None and watch.ticks is not None
     ]
-    if bands and not widest_n:  # nothing was felt: so that some band is seen
+    if bands and not widest_n:  # no force at all: show some band
         widest_n = min(high - low for low, high in bands)
     seen += [edge for low, high in bands if high - low <= widest_n for edge in (low, high)]
     low_n, high_n = max(min(seen), -_MOST_N), min(max(seen), _MOST_N)

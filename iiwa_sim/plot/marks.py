@@ -1,21 +1,23 @@
-"""What all panels have in common: colours, and the numbers of the targets."""
+"""Colours, and numbers of targets, for all panels."""
 
 from collections.abc import Sequence
 from math import dist
 
 from iiwa_sim.plot.record import Recording
 
-# Okabe and Ito's colours, which colour-blind readers can tell apart; without yellow, too pale on white.
+# Colours of Okabe and Ito, which colour-blind readers can tell apart; without yellow, which is too pale on
+# white.
 COLOURS = ("#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7")
 MOST_NUMBERS = 40
-"""More targets than these are drawn without numbers, which would only cover each other."""
+"""With more targets than this no numbers are drawn, as they would cover each other."""
 _MOST_AT_ONE_PLACE = 4
 
 Place = tuple[float, ...]
 
 
 def numbers(recording: Recording) -> list[str]:
-    """The number of each target, from 1; empty for those of a stream, and for all where they are too many."""
+    """The number of each target, from 1; empty for targets of a servo stream, and for all if there are too
+    many."""
     found: list[str] = []
     count = 0
     for target in recording.targets:
@@ -25,7 +27,7 @@ def numbers(recording: Recording) -> list[str]:
 
 
 def together(numbered: Sequence[tuple[Place, str]], closest: float) -> list[tuple[Place, str]]:
-    """One label, at the first of them, for the numbers of places closer to it than `closest`."""
+    """Merge the numbers of places closer than `closest` into one label at the first of them."""
     groups: list[tuple[Place, list[str]]] = []
     for place, number in numbered:
         for first, others in groups:

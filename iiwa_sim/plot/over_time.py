@@ -1,8 +1,8 @@
-"""Positions, velocities and accelerations of the joints, the speed of the TCP and forces on it, over time.
+"""Positions, velocities and accelerations of the joints, and speed and force of the TCP, over time.
 
-Velocities and accelerations are parts of the limits, for these differ from joint to joint: the joint that
-sets the pace is the one at 100 %. A strip beside each panel has a bar per joint, thin from limit to limit and
-thick where the joint has been; its colours are the panel's legend.
+Velocities and accelerations are drawn as parts of the limits, which differ between joints: the joint at 100 %
+determines the timing. A strip beside each panel has a bar per joint, thin from limit to limit and thick where
+the joint has been; its colours are the legend of the panel.
 """
 
 from collections.abc import Sequence
@@ -21,9 +21,9 @@ from iiwa_sim.robot.description import RobotDescription
 _LIMIT: dict[str, Any] = {"color": "#555555", "linestyle": (0, (5, 3)), "linewidth": 0.9}
 _PASSED: dict[str, Any] = {"color": "#999999", "linestyle": (0, (1, 2)), "linewidth": 1.0, "zorder": 1.0}
 _DEGREES_PER_TICK = 60.0
-_ROUNDING_PERCENT = 1.0  # of differences over ticks; below it nothing is beyond a limit
-_ROOM = 1.18  # above the highest limit, for its name
-_CLOSEST = 0.025  # of the time shown: numbers nearer to each other share one place
+_ROUNDING_PERCENT = 1.0  # rounding of differences over ticks: less above a limit is no violation
+_ROOM = 1.18  # above the highest limit, for its label
+_CLOSEST = 0.025  # part of the time shown: numbers nearer to each other share a label
 
 
 def draw_over_time(figure: SubFigure, recording: Recording) -> None:
@@ -67,7 +67,7 @@ def draw_over_time(figure: SubFigure, recording: Recording) -> None:
 def _draw_joints(
     panel: Axes, strip: Axes, recording: Recording, values: Array, low: Array, high: Array
 ) -> None:
-    """Values (ticks, joints) over time, and beside them what they use of the limits."""
+    """Draw values (ticks, joints) over time, and beside them the part of the limits that they use."""
     names = recording.description.joints
     times_s = recording.times_s()
     for joint in range(len(names)):
@@ -95,7 +95,8 @@ def _draw_joints(
 
 
 def _acceleration_limits(recording: Recording, used_percent: float) -> list[tuple[float, str]]:
-    """Those that count for what was commanded, as percentages of the planned one; the last is the highest."""
+    """The acceleration limits of the modes used, as percentages of the planned limit; the highest comes
+    last."""
     robot = recording.description
     found = [(100.0, "limit")]
     stop = robot.stop_acceleration
@@ -128,7 +129,7 @@ def _draw_limit(panel: Axes, percent: float, name: str) -> None:
 
 
 def _mark_passed(panels: list[Axes], recording: Recording) -> None:
-    """Where in time the moves to the numbered targets were done, or blended into the next."""
+    """Mark the times at which moves to numbered targets ended or were blended into the next."""
     passed = [
         ((target.done_tick * recording.tick_s,), number)
         for target, number in zip(recording.targets, numbers(recording), strict=True)

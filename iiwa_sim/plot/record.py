@@ -1,4 +1,4 @@
-"""Runs a script through the wire's own session on a stepped controller, and keeps what every tick gave."""
+"""Runs a script through a session on a stepped controller and records every tick."""
 
 from array import array
 from dataclasses import dataclass, replace
@@ -23,36 +23,37 @@ REST_TICKS = 3
 
 @dataclass(frozen=True)
 class Target:
-    """Where an accepted command sends the TCP."""
+    """The target of an accepted command."""
 
     line: int
-    """Of the file."""
+    """Line of the file."""
     tcp_mm: Vector
-    """In the base."""
+    """Position in the base."""
     blending_mm: float
-    """The radius commanded; 0 where the command has none."""
+    """Commanded blending radius; 0 if the command has none."""
     mode: str
-    """The controller's, that the command needs."""
+    """Mode of the controller that the command needs."""
     done_tick: int | None = None
-    """In which its move was done, ran into the next or was ended by a force; None where none of that came."""
+    """Tick in which the move ended, ran into the next or was ended by a force; None if none of that
+    happened."""
 
     @property
     def servo(self) -> bool:
-        """Whether it is one of a stream, replaced by the next."""
+        """Whether it is a target of a servo stream, replaced by the next."""
         return self.mode in SERVO_MODES
 
 
 @dataclass(frozen=True)
 class Watch:
-    """A force move: its thresholds, and what came of them."""
+    """The guard of a force move: its thresholds and its outcome."""
 
     thresholds_n: Thresholds
     offset_n: Vector
-    """The force at the command, along the axes of the TCP."""
+    """Force at the command, along the axes of the TCP."""
     ticks: tuple[int, int] | None = None
-    """The first and the last in which they were compared with the force; None where it never came to that."""
+    """First and last tick in which the force was compared with the thresholds; None if there was none."""
     contact: Contact | None = None
-    """What ended the move in the last of them; None where nothing did."""
+    """The contact that ended the move in the last of these ticks; None if nothing did."""
 
 
 @dataclass(frozen=True)
@@ -67,13 +68,13 @@ class Recording:
     tcp_mm: Array
     """(n + 1, 3), in the base"""
     force_n: Array
-    """(n + 1, 3), what `get cartesian force` would tell, along the axes of the TCP"""
+    """(n + 1, 3), the values of `get cartesian force`, along the axes of the TCP"""
     targets: tuple[Target, ...]
     watches: tuple[Watch, ...]
 
     @property
     def has_forces(self) -> bool:
-        """Whether there is any force to see, or to wait for."""
+        """Whether there is any force or threshold to draw."""
         return bool(self.watches) or bool(self.force_n.any())
 
     @property
@@ -86,11 +87,11 @@ class Recording:
         return np.arange(len(self.joints), dtype=np.float64) * self.tick_s
 
     def velocity(self) -> Array:
-        """(n + 1, joints), rad/s: the mean of the tick before, so the first is 0."""
+        """(n + 1, joints), rad/s: the mean over the tick before, so the first row is 0."""
         return self._rate(self.joints)
 
     def acceleration(self) -> Array:
-        """(n + 1, joints), rad/s^2: the change of velocity with the tick."""
+        """(n + 1, joints), rad/s^2: the change of velocity over the tick."""
         return self._rate(self.velocity())
 
     def tcp_speed_mm_s(self) -> Array:
@@ -104,10 +105,10 @@ class Recording:
 
 
 def record(script: Script, cell: Cell, rate_hz: int) -> Recording:
-    """Run a script in a cell, and what it has set moving, to the end.
+    """Run a script in a cell to the end of all motion.
 
-    Raises `PlotFault` where a line is refused or the time grows beyond `LONGEST_S`, and `RobotFault` for a
-    robot that cannot be used.
+    Raises `PlotFault` if a line is refused or the time exceeds `LONGEST_S`, and `RobotFault` for a robot that
+    cannot be used.
     """
     recorder = _Recorder(script, cell, rate_hz)
     for step in script.steps:
@@ -119,7 +120,7 @@ def record(script: Script, cell: Cell, rate_hz: int) -> Recording:
 
 
 class _Recorder:
-    """A controller, the one client it has, and what has happened so far."""
+    """A controller with one client, and what has been recorded so far."""
 
     def __init__(self, script: Script, cell: Cell, rate_hz: int) -> None:
         self._script = script
@@ -142,10 +143,10 @@ class _Recorder:
         self._targets: list[Target] = []
         self._watches: dict[int, Watch] = {}  # by the numbers of their moves
         self._pending: dict[int, int] = {}  # indices of targets, by the numbers of their moves
-        self._due_s = 0.0  # the file's own time: what ticks round off a wait does not add up
+        self._due_s = 0.0  # time of the script: rounding of waits to ticks does not accumulate
 
     def send(self, command: Command) -> None:
-        """Send a line and take its answer."""
+        """Send a line and note its effect."""
         offset_n = self._controller.cartesian_force()[:3]
         try:
             asked = self._client.say(command.text)
@@ -156,7 +157,7 @@ class _Recorder:
         self._forget_pending()
 
     def wait(self, wait: Wait) -> None:
-        """Step until its time is up."""
+        """Step until a wait is over."""
         if wait.seconds is None:
             while self._controller.moving:
                 self._step(wait)
@@ -197,7 +198,7 @@ class _Recorder:
             self._targets[target] = replace(self._targets[target], done_tick=controller.tick)
 
     def _forget_pending(self) -> list[int]:
-        """Moves that are pending no more: done where a tick has passed, dropped where a command has come."""
+        """Update targets whose moves have ended: done after a tick, dropped after a command."""
         if not self._pending:
             return []
         over = [number for number in self._pending if not self._controller.is_pending(number)]
@@ -208,7 +209,7 @@ class _Recorder:
             self._watches[asked.move] = Watch(asked.thresholds_n, offset_n)
 
     def _watched(self, move: int) -> None:
-        """A move was under way in this tick, at the end of which forces were compared."""
+        """Note that a guarded move was running in this tick, so forces were compared at its end."""
         watch, tick = self._watches.get(move), self._controller.tick
         if watch is not None:
             self._watches[move] = replace(watch, ticks=(watch.ticks[0] if watch.ticks else tick, tick))

@@ -18,9 +18,9 @@ from iiwa_sim.dialect.wire.decimals import parse_decimal
 from iiwa_sim.plot.fault import PlotFault
 
 LONGEST_S = 600.0
-"""The longest time that is recorded; a longer one shows nothing on one picture."""
+"""Longest simulated time (s) of a recording; a longer one would show nothing on one picture."""
 MAX_BYTES = 10_000_000
-"""Of a file; what is larger is no file of commands."""
+"""Largest file in bytes; a larger one is no file of commands."""
 
 
 class Command(NamedTuple):
@@ -32,7 +32,7 @@ class Command(NamedTuple):
 
 
 class Wait(NamedTuple):
-    """Simulated time passes before the next command."""
+    """A wait of simulated time before the next command."""
 
     line: int
     text: str
@@ -41,19 +41,19 @@ class Wait(NamedTuple):
 
 
 class Script(NamedTuple):
-    """A file of commands, read."""
+    """A parsed file of commands."""
 
     path: str
     steps: tuple[Command | Wait, ...]
     dialect: str = DEFAULT_DIALECT
 
     def fault(self, step: Command | Wait, reason: str) -> PlotFault:
-        """The fault that names this file, the line, what it says and why that is wrong."""
+        """The error for a step, with the file, the line, its text and the reason."""
         return PlotFault(f"{self.path}: line {step.line}: '{step.text}': {reason}")
 
 
 def read_script(path: str) -> Script:
-    """The file of that name. Raises `PlotFault` for one that is unreadable or has a wait that is none."""
+    """The script in a file. Raises `PlotFault` if it is unreadable or has a malformed wait."""
     try:
         with Path(path).open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -65,7 +65,7 @@ def read_script(path: str) -> Script:
 
 
 def parse_script(path: str, data: bytes) -> Script:
-    """A script from its bytes; `path` names it in messages."""
+    """The script in the bytes of a file; `path` names it in messages."""
     try:
         data.decode("utf-8-sig")
     except UnicodeDecodeError as fault:

@@ -1,8 +1,8 @@
-"""The way of the TCP from above and from the side, with the targets and the blending spheres round them, and
-where forces have ended moves.
+"""The path of the TCP from above and from the side, with targets, blending spheres, and places where forces
+have ended moves.
 
-Parallel views, both to scale: a sphere is a circle of its radius. In perspective it would hide what is behind
-it, and no length could be read off.
+Parallel projections, both to scale: a sphere is a circle of its radius. A perspective view would hide what is
+behind it, and no length could be read off.
 """
 
 from typing import Any
@@ -63,8 +63,8 @@ _LEGEND: dict[str, Any] = {
     "handlelength": 1.2,
     "handletextpad": 0.5,
 }
-_CLOSEST = 0.04  # of the extent: numbers nearer to each other share one place
-_SMALLEST_MM = 1.0  # shown round the way: a TCP at rest has no extent of its own
+_CLOSEST = 0.04  # part of the extent: numbers nearer to each other share a label
+_SMALLEST_MM = 1.0  # margin round the path: a TCP at rest has no extent of its own
 
 
 def draw_tcp_views(figure: SubFigure, recording: Recording) -> None:

@@ -1,4 +1,5 @@
-"""The arm: what is known of it (`description`), where its flange is (`model`), the way back (`inverse`)."""
+"""The arm: its description (`description`), forward kinematics (`model`) and inverse kinematics
+(`inverse`)."""
 
 from pathlib import Path
 

@@ -1,7 +1,7 @@
-"""The angle of a direction, the same to the last bit on every machine, which that of C libraries is not.
+"""The arctangent of a direction, with the same bits on every machine, which C libraries do not give.
 
 The direction is turned into the first eighth of a turn, then back by the nearest of nine angles whose
-tangents are eighths: at most atan(1/16) is left, of which Taylor's series is summed as far as terms above
+tangents are eighths: at most atan(1/16) is left, for which Taylor's series is summed as far as terms above
 1e-18. The result is within 1.1 units in the last place.
 """
 
@@ -10,8 +10,8 @@ tangents are eighths: at most atan(1/16) is left, of which Taylor's series is su
 import cython
 
 _PI = cython.declare(cython.double, 3.141592653589793)
-_PI_REST = cython.declare(cython.double, 1.2246467991473532e-16)  # what rounding takes from pi
-# The angles, and what rounding takes from them.
+_PI_REST = cython.declare(cython.double, 1.2246467991473532e-16)  # pi minus its double
+# The angles, and what their doubles lack.
 _ANGLES = cython.declare(cython.double[9])
 _RESTS = cython.declare(cython.double[9])
 for _k, _angle, _rest in (
@@ -47,7 +47,7 @@ def arctangent(y: cython.double, x: cython.double) -> cython.double:
     eighths: cython.double = 0.125 * k
     t: cython.double = (high - eighths * wide) / (wide + eighths * high)
     z: cython.double = t * t
-    # The large parts are exact or rounded once, what is left is added to the small ones.
+    # The large parts are exact or rounded once; the remainder is added to the small ones.
     large: cython.double = _ANGLES[k]
     series: cython.double = 0.1111111111111111 + z * (
         -0.09090909090909091 + z * (0.07692307692307693 - z * 0.06666666666666667)

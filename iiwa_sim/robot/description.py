@@ -1,4 +1,4 @@
-"""What is known of a robot: its folder, read and checked."""
+"""The description of a robot: its folder, read and checked."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class RobotDescription:
     direct_jerk: tuple[float, ...]
     """Limit in direct mode."""
     stop_rate_per_s: float
-    """In a stop the rate of the planned motion's time falls from 1 to 0, no faster than this ..."""
+    """Largest slope of the rate of planned time, which falls from 1 to 0 in a stop."""
     stop_rate_change_per_s2: float
-    """... and the rate's slope changes no faster than this."""
+    """Largest change of that slope."""
     settings_path: str
-    """Where this was read, for messages."""
+    """Path of the robot.toml, for messages."""
     urdf_path: str
-    """Where `urdf` was read, for messages."""
+    """Path of the URDF, for messages."""
     urdf: str
     """Text of the URDF."""
 
@@ -91,10 +91,10 @@ class RobotDescription:
 
 
 def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
-    """The robot of that name that comes along, or else the one in that folder.
+    """The built-in robot of that name, or else the robot in that folder.
 
-    Raises `RobotFault` for a folder that is not there or does not describe a robot. What the URDF says is
-    checked when the `Model` is built, and whether its geometry suits the kinematics when the inverse is.
+    Raises `RobotFault` if the folder is missing or does not describe a robot. The URDF is checked when the
+    `Model` is built, and whether its geometry suits the kinematics when the inverse is.
     """
     folder = _folder(name_or_folder)
     settings_path = str(folder / SETTINGS_FILE)
@@ -128,7 +128,7 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
 
 
 def built_in_robots() -> list[str]:
-    """Names of the robots that come along."""
+    """Names of the built-in robots."""
     return sorted(
         folder.name for folder in files("iiwa_sim.robots").iterdir() if (folder / SETTINGS_FILE).is_file()
     )
@@ -143,7 +143,7 @@ def _folder(name_or_folder: str | Path) -> Traversable:
     try:
         if str(name_or_folder) and folder.is_dir():
             return folder
-    except OSError as fault:  # a name too long, a parent folder closed to us
+    except OSError as fault:  # a name that is too long, or a parent folder without permission
         why = f" ({fault.strerror})"
     raise RobotFault("robot", "folder", name_or_folder, f"a folder, or one of {', '.join(names)}{why}")
 

@@ -1,4 +1,4 @@
-"""A fault in a robot's folder."""
+"""The error of a robot's folder."""
 
 from iiwa_sim.settings import SettingsFault
 

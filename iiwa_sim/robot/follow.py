@@ -1,8 +1,8 @@
-"""The joint positions next to a seed that reach a pose, where a closed form would lose digits.
+"""Joint positions near a seed that reach a pose, near singular poses where a closed form would lose digits.
 
 Where branches meet, a joint goes with the square root of the pose, so rounding of 1e-16 in the pose shows as
-1e-8 in that joint, and where a second singularity meets the first, as anything in a third. Following the seed
-to the pose by the least change of joints is free of that.
+1e-8 in that joint; where a second singularity meets the first, as any error in a third joint. Iterating from
+the seed to the pose by least changes of joints avoids that.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from iiwa_sim.robot.model import Model
 
 # A seed farther from the pose than this (m or rad) is not followed.
 _FOLLOWED = 0.02
-# The seed has come to the pose when it is as close as this (m and rad) ...
+# The seed has reached the pose when it is as close as this (m and rad) ...
 _CLOSED = 1e-10
-# ... and a joint that the last bits of the pose decide upon may move on by this (m, rad).
+# ... and a joint that depends on the last bits of the pose may change by this (m, rad) more.
 _LARGEST_STEP = 0.05
 _STEPS = 8
 
 
 class Side(NamedTuple):
-    """A joint that stays on one side of a border, or on it."""
+    """A bound on a joint, which stays on one side of a border or on it."""
 
     joint: int
     border: float
@@ -42,16 +42,16 @@ def follow_seed(
     sides: Sequence[Side],
     held: int | None = None,
 ) -> tuple[float, ...] | None:
-    """The joints nearest to the seed that reach the pose, on these sides; the joint `held` does not move.
+    """The joints nearest to the seed that reach the pose, on the given sides; the joint `held` does not move.
 
-    Angles are in (-pi, pi]. None where the seed is not next to the pose, or where the least change of joints
-    does not get there.
+    Angles are in (-pi, pi]. None if the seed is not near the pose, or if least changes of joints do not reach
+    it.
     """
     q = list(seed)
     free = [joint for joint in range(len(q)) if joint != held]
     for step in range(_STEPS):
         for joint, border, below in sides:
-            # a joint that would leave its side stays at the border; one that is not there yet begins at it
+            # a joint that would leave its side stays at the border; one that is outside starts at it
             if (q[joint] > border if below else q[joint] < border) and joint in free:
                 q[joint] = border
                 if step > 0:
@@ -73,14 +73,15 @@ def follow_seed(
 
 
 def _error(flange: Transform, reached: Transform) -> NDArray[np.float64]:
-    """What is missing (6,): m, then the rotation vector in the base (rad)."""
+    """The error of a pose (6,): translation (m), then the rotation vector in the base (rad)."""
     axis, angle = rotation_vector(multiply(flange.rotation, transpose(reached.rotation)))
     (x, y, z), (rx, ry, rz) = flange.translation, reached.translation
     return np.array((x - rx, y - ry, z - rz, angle * axis[0], angle * axis[1], angle * axis[2]))
 
 
 def _least_change(jacobian: NDArray[np.float64], error: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The change of joints that takes the error away but for `_CLOSED`, from strong directions only."""
+    """The smallest change of joints that reduces the error to `_CLOSED` of it, by strong singular
+    directions only."""
     u, sigma, vt = np.linalg.svd(jacobian, full_matrices=False)
     parts = u.T @ error
     change = np.zeros(vt.shape[1])

@@ -1,4 +1,4 @@
-"""Inverse kinematics as the rest of the house sees it, whatever the robot."""
+"""The interface of inverse kinematics, common to all arms."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from iiwa_sim.robot.srs import Srs
 class Inverse(Protocol):
     """Joint positions for a pose of the flange in the base (m). Joints and redundancy in rad.
 
-    The status says which of the branches is meant; where two merge, at a singular pose, either may be asked
-    for. A joint that is free there keeps its position in `seed`. Joint limits are not looked at; angles are
-    in (-pi, pi], see `iiwa_sim.robot.turns`. A robot without redundancy ignores `redundancy`.
+    The status selects a branch; where two merge, at a singular pose, either may be selected. A joint that is
+    free there keeps its position in `seed`. Joint limits are not checked; angles are in (-pi, pi], see
+    `iiwa_sim.robot.turns`. A robot without redundancy ignores `redundancy`.
     """
 
     @property
     def model(self) -> Model:
-        """Whose inverse it is."""
+        """The model of the arm."""
 
     @property
     def kind(self) -> int:
-        """Which closed form `iiwa_sim.robot.inverse_kernel` has for it,"""
+        """The closed form in `iiwa_sim.robot.inverse_kernel`."""
 
     @property
     def numbers(self) -> NDArray[np.float64]:
-        """and what that has to know of the arm."""
+        """The dimensions of the arm for that closed form."""
 
     @property
     def statuses(self) -> Sequence[int]:
-        """The statuses there are."""
+        """All statuses."""
 
     @property
     def redundancy_range(self) -> tuple[float, float] | None:
-        """Least and greatest redundancy within the joint limits; None for a robot that has none."""
+        """Least and greatest redundancy within the joint limits; None for a robot without redundancy."""
 
     def joints(
         self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
@@ -58,7 +58,7 @@ class Inverse(Protocol):
     def branches(
         self, flange: Transform, redundancy: float, seed: Sequence[float]
     ) -> list[tuple[int, tuple[float, ...]]]:
-        """Status and joint positions of every branch that reaches the pose."""
+        """Status and joint positions of each branch that reaches the pose."""
 
     def joints_batch(
         self,
@@ -77,13 +77,14 @@ class Inverse(Protocol):
         """The branch of joint positions."""
 
     def merging_statuses(self, q: Sequence[float], near: float = 1e-6) -> Sequence[int]:
-        """The branches that meet at joint positions, their own first: more than one at singular poses.
+        """The statuses of the branches that meet at joint positions, their own first: several at singular
+        poses.
 
-        Positions count as singular from `near` (rad, m) on.
+        Positions count as singular within `near` (rad, m).
         """
 
     def turning_point(self, q: Sequence[float]) -> str | None:
-        """What is singular where no straight line can start or end; None elsewhere.
+        """The kind of singularity at which no straight line can start or end; None elsewhere.
 
         There, unlike at a stretched wrist, joints go with the square root of the pose, or one of them may
         have to turn at once to follow a line.
@@ -93,13 +94,13 @@ class Inverse(Protocol):
         """Signs of the joint positions: bit i is set where joint i + 1 is negative."""
 
     def redundancy(self, q: Sequence[float]) -> float:
-        """The redundancy of joint positions; 0 for a robot that has none."""
+        """The redundancy of joint positions; 0 for a robot without redundancy."""
 
 
 def inverse_of(model: Model) -> Inverse:
-    """The inverse kinematics its description asks for.
+    """The inverse kinematics of a model's description.
 
-    Raises `RobotFault` for a kind there is not, and where the geometry of the URDF is not of that kind.
+    Raises `RobotFault` for an unknown kind, and if the geometry of the URDF is not of that kind.
     """
     description = model.description
     if description.kinematics == "srs":

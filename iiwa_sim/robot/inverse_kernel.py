@@ -1,6 +1,6 @@
-"""The closed forms of all arms: for one pose, for many, and for kernels that have poses of their own.
+"""The closed forms of all arms: for one pose, for many, and for other kernels.
 
-`kind` says which closed form is meant, `numbers` are those of the arm: see `iiwa_sim.robot.inverse.Inverse`.
+`kind` selects the closed form, `numbers` are the dimensions of the arm: see `iiwa_sim.robot.inverse.Inverse`.
 """
 
 # mypy: allow-untyped-decorators
@@ -55,9 +55,10 @@ def solve_rows(
     joints: cython.double[:, ::1],
     results: cython.schar[::1],
 ) -> None:
-    """Joint positions (rad) of each row of poses (N, 12: rotation, place in m) into that of `joints` (N, n).
+    """Write the joint positions (rad) for each row of `poses` (N, 12: rotation, position in m) to `joints`
+    (N, n).
 
-    Results (N,) say whether a row is `REGULAR`, `NEAR` a singular pose, or `OUT_OF_REACH` and not written.
+    `results` (N,) tell whether a row is `REGULAR`, `NEAR` a singular pose, or `OUT_OF_REACH` and not written.
     """
     row: cython.Py_ssize_t
     for row in range(poses.shape[0]):
@@ -77,9 +78,9 @@ def solve_one(
     aligned: cython.double,
     room: cython.double[:, ::1],
 ) -> Any:
-    """A result as of `solve_rows`, and a tuple of joint positions (rad), for one pose of the flange.
+    """A result as in `solve_rows`, and a tuple of joint positions (rad), for one pose of the flange.
 
-    Rotation (9), place (3, m) and seed (n) are sequences. `room` (3, 12) is for its own use.
+    Rotation (9), position (3, m) and seed (n) are sequences. `room` (3, 12) is scratch space.
     """
     k: cython.Py_ssize_t
     for k in range(9):

@@ -1,4 +1,4 @@
-"""The closed form of an arm for many poses at once."""
+"""The closed form of an arm for an array of poses."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from iiwa_sim.robot.inverse_kernel import NEAR, OUT_OF_REACH, solve_rows
 
 
 class _Arm(Protocol):
-    """What is wanted of an `iiwa_sim.robot.inverse.Inverse`."""
+    """The parts of `iiwa_sim.robot.inverse.Inverse` that are needed here."""
 
     kind: int
     numbers: NDArray[np.float64]

@@ -28,7 +28,8 @@ _OUT_OF_REACH = cython.declare(cython.int, 2)
 
 @cython.cclass
 class Kinematics:
-    """Of one robot with one tool. Joint positions and redundancy are rad; poses are in the base, in m."""
+    """The kinematics of one robot with one tool. Joint positions and redundancy are rad; poses are in the
+    base, in m."""
 
     def __init__(self, model: Model, inverse_kinematics: Inverse, tool_in_flange: Transform) -> None:
         self.arm = model.tcp(tool_in_flange)
@@ -39,7 +40,7 @@ class Kinematics:
         self._to_flange = np.array((*rotation, *place))
         d = model.description
         self._beyond_half_turn = min(d.position_min) < -pi or max(d.position_max) > pi
-        # The redundancy is linear in the joints: where it is a joint's position, this is that joint's unit.
+        # The redundancy is linear in the joints, with this gradient.
         none = inverse_kinematics.redundancy([0.0] * count)
         row = [inverse_kinematics.redundancy(unit) - none for unit in np.eye(count).tolist()]
         self._redundancy_row: Any = np.array([row])
@@ -51,7 +52,7 @@ class Kinematics:
         self._status = 0
 
     def tcp(self, q: Sequence[float]) -> Transform:
-        """Where the TCP is."""
+        """Pose of the TCP."""
         pose: Transform = self.arm.pose(q)
         return pose
 
@@ -60,9 +61,9 @@ class Kinematics:
         return float(self._inverse.redundancy(q))
 
     def joints(self, tcp: Transform, redundancy: float, present: Sequence[float]) -> tuple[float, ...] | None:
-        """Joint positions for a pose of the TCP on the present branch, or None where that does not reach it.
+        """Joint positions for a pose of the TCP on the present branch; None if that does not reach it.
 
-        Joints that can turn beyond half a turn are where that is nearest to the present position.
+        Joints with more than one turn take the one nearest to the present position.
         """
         turned = self._turned
         k: cython.Py_ssize_t
@@ -75,7 +76,7 @@ class Kinematics:
     @cython.cfunc
     @cython.exceptval(check=False)
     def redundancy_where_it_is(self) -> cython.double:
-        """The redundancy of the joint positions that the arm has gone to."""
+        """The redundancy of the joint positions for which the pose was found last."""
         redundancy: cython.double = 0.0
         k: cython.Py_ssize_t
         for k in range(self.joint_count):
@@ -92,7 +93,7 @@ class Kinematics:
         redundancy: cython.double,
         present: Any,
     ) -> Any:
-        """`joints` for a rotation of the TCP, row by row, and its place."""
+        """`joints` for a rotation of the TCP, row by row, and its position."""
         room, r, t = self._room, turned, self._to_flange
         k: cython.Py_ssize_t
         for k in range(3):
@@ -126,14 +127,15 @@ class Kinematics:
         if self._beyond_half_turn:
             found = continued(found, present)
         if result == _REGULAR:
-            self._last = found  # which is on this branch, too
+            self._last = found  # this position is on the branch as well
         return found
 
     def tcp_and_jacobian(self, q: Sequence[float]) -> tuple[Transform, NDArray[np.float64]]:
-        """Where the TCP is, and its Jacobian: velocity (m/s), angular velocity (rad/s), both in base axes,
-        and the redundancy's (rad/s).
+        """Pose of the TCP, and its Jacobian: velocity (m/s) and angular velocity (rad/s) in base axes, and
+        the rate of the redundancy (rad/s).
 
-        Transposed it makes joint torques (Nm) of a force (N), a torque (Nm), and one on the redundancy.
+        Its transpose gives joint torques (Nm) from a force (N), a torque (Nm), and a torque on the
+        redundancy.
         """
         jacobian = self.arm.jacobian(q)
         if self.coordinates == 7:

@@ -1,4 +1,4 @@
-"""The robot of a URDF, as Pinocchio reads it, and where its flange is."""
+"""The forward kinematics of a robot, from its URDF by Pinocchio."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Model:
     """
 
     def __init__(self, description: RobotDescription) -> None:
-        """Raises `RobotFault` where the URDF is unreadable or does not match the description."""
+        """Raises `RobotFault` if the URDF is unreadable or does not match the description."""
         self.description = description
         self.joint_count = len(description.joints)
         self.fixed_poses = _fixed_poses(description)
-        """As `Tcp` takes them."""
+        """The constant poses between joints, in the form of `Tcp`."""
         self._flange = Tcp(self.fixed_poses, IDENTITY)
         self._tcp: Tcp | None = None
 
@@ -40,7 +40,7 @@ class Model:
         return self._flange.pose(q)
 
     def tcp(self, tool_in_flange: Transform) -> Tcp:
-        """The TCP of a tool: for all who ask for that of the same tool, one after the other, the same one."""
+        """The TCP of a tool; consecutive calls with the same tool return the same object."""
         if self._tcp is None or self._tcp.tool_in_flange != tool_in_flange:
             self._tcp = Tcp(self.fixed_poses, tool_in_flange)
         return self._tcp
@@ -62,7 +62,7 @@ class Model:
 
 
 class _Reading:
-    """What Pinocchio makes of a URDF, checked against the description."""
+    """Pinocchio's model of a URDF, checked against the description."""
 
     def __init__(self, description: RobotDescription) -> None:
         self.description = description
@@ -71,7 +71,7 @@ class _Reading:
         self._check_joints()
 
     def fixed_poses(self, flange: int) -> list[Transform]:
-        """As `Tcp` takes them, for the flange of this index."""
+        """The constant poses between joints, in the form of `Tcp`, up to the flange with this index."""
         model, data = self._model, self._model.createData()
         pin.computeJointJacobians(model, data, np.zeros(self._joint_count))
         poses: list[Transform] = []
@@ -86,7 +86,7 @@ class _Reading:
         return [*poses, _within(transpose(before), on_last, IDENTITY.rotation)]
 
     def frame(self, link: str) -> int:
-        """Index of the frame of a link, which Pinocchio gives for an unknown name too (one past the end)."""
+        """Index of the frame of a link; for an unknown name Pinocchio returns one past the end."""
         model, description = self._model, self.description
         index: int = model.getFrameId(link, pin.FrameType.BODY)
         if index >= model.nframes:
@@ -122,7 +122,8 @@ class _Reading:
 
 @lru_cache(maxsize=8)
 def _fixed_poses(description: RobotDescription) -> tuple[Transform, ...]:
-    """As `Tcp` takes them; robots of the same description, as those of a fleet, share the reading."""
+    """The constant poses in the form of `Tcp`; robots with equal descriptions, such as those of a fleet,
+    share them."""
     reading = _Reading(description)
     return tuple(reading.fixed_poses(reading.frame(description.flange)))
 
@@ -134,7 +135,7 @@ def _transform(pose: pin.SE3) -> Transform:
 
 
 def _with_z_along(axis: Vector) -> Rotation:
-    """A rotation that turns z to an axis."""
+    """A rotation that takes z to an axis."""
     x, y, z = axis
     if abs(x) <= abs(y) and abs(x) <= abs(z):
         second = (0.0, z, -y)
@@ -148,7 +149,7 @@ def _with_z_along(axis: Vector) -> Rotation:
 
 
 def _within(before: Rotation, pose: Transform, after: Rotation) -> Transform:
-    """A pose seen from a frame turned before it, and turned itself."""
+    """A pose between two rotated frames: `before` rotates the outer one, `after` the inner one."""
     origin = (0.0, 0.0, 0.0)
     return compose(Transform(before, origin), compose(pose, Transform(after, origin)))
 
@@ -165,7 +166,7 @@ def _read_urdf(description: RobotDescription) -> pin.Model:
 
 @contextmanager
 def _silent_stderr() -> Iterator[None]:
-    """Keeps what C++ code prints on file descriptor 2 from the terminal."""
+    """Discards what C++ code prints on file descriptor 2."""
     kept = os.dup(2)
     with Path(os.devnull).open("wb") as nowhere:
         os.dup2(nowhere.fileno(), 2)

@@ -1,7 +1,7 @@
-"""Which of all joint positions that reach a target a move goes to.
+"""Selects among all joint positions that reach a target the one that a move goes to.
 
-A target leaves the redundancy open, and the branch always. The rule: stay as the robot is wherever that
-reaches the target within the joint limits; otherwise change as little as does it.
+A target leaves the branch open, and the redundancy unless it is given. The rule: keep both if that reaches
+the target within the joint limits; otherwise change as little as possible.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ ROBOT_CONFIGURATION = 3022
 JOINT_LIMIT = 3023
 """The target is reachable but for a joint limit."""
 
-# Joint positions beyond a limit by rounding are put on it.
+# Joint positions that exceed a limit by rounding are set to it.
 _ROUNDING_RAD = 1e-10
 _GRID_RAD = radians(1.0)
 _COARSE_GRID_RAD = radians(3.0)
-# Halvings of a grid step that leave less than 1e-6 rad.
+# Halvings of a grid step down to less than 1e-6 rad.
 _HALVINGS = 15
 
 
 class Unreachable(Exception):
-    """No joint positions serve. `code` is one of the published codes above, `reason` one line."""
+    """No joint positions reach the target. `code` is one of the published codes above, `reason` one line."""
 
     def __init__(self, code: int, reason: str) -> None:
         super().__init__(reason)
@@ -48,7 +48,7 @@ class Found(NamedTuple):
     status: int
     """The branch they are on."""
     changed: bool
-    """Whether the redundancy (unless it was given) or the status is another than at the present joints."""
+    """Whether the redundancy (unless given) or the status differs from that of the present joints."""
 
 
 class _Candidates(NamedTuple):
@@ -68,7 +68,7 @@ class Nearest:
         self._low = description.position_min
         self._high = description.position_max
         self._limits = tuple(zip(self._low, self._high, strict=True))
-        # half the rounding, so that `_within_limits` agrees with every position turned to be within limits
+        # half the rounding, so that `_within_limits` agrees with all positions turned to be within limits
         self._turns = Turns(self._low, self._high, 0.5 * _ROUNDING_RAD)
 
     def find(
@@ -116,7 +116,7 @@ class Nearest:
     def _best(
         self, flange: Transform, redundancy: float, statuses: Iterable[int], present: Sequence[float]
     ) -> tuple[tuple[float, ...], int] | None:
-        """Of the branches that serve the one nearest in joints, with its status."""
+        """The status and joint positions nearest in joints, among the given branches."""
         best, least = None, float("inf")
         for status in statuses:
             joints = self._serving(flange, redundancy, status, present)
@@ -133,7 +133,7 @@ class Nearest:
         return None if joints is None else self._within_limits(self._turns.nearest(joints, present))
 
     def _within_limits(self, joints: Sequence[float]) -> tuple[float, ...] | None:
-        """The joint positions, if they are within the limits but for rounding, which is taken away."""
+        """The joint positions, with rounding beyond a limit removed; None if they exceed a limit by more."""
         for position, (low, high) in zip(joints, self._limits, strict=True):
             if not low <= position <= high:
                 break
@@ -152,7 +152,7 @@ class Nearest:
         statuses: Sequence[int],
         present: Sequence[float],
     ) -> _Candidates:
-        """Every redundancy on every branch."""
+        """Joint positions for every redundancy on every branch."""
         rows = len(redundancies) * len(statuses)
         every_redundancy = np.tile(redundancies, len(statuses))
         every_status = np.repeat(np.array(statuses, dtype=np.int64), len(redundancies))
@@ -168,7 +168,7 @@ class Nearest:
     def _refined(
         self, flange: Transform, kept: float, candidates: _Candidates, present: Sequence[float]
     ) -> tuple[tuple[float, ...], int]:
-        """The feasible redundancy nearest to `kept`, between the points of the grid too."""
+        """The feasible redundancy nearest to `kept`, also between the points of the grid."""
         best: tuple[tuple[float, ...], int] | None = None
         nearest = float("inf")
         offsets = candidates.redundancies - kept
@@ -220,7 +220,7 @@ class Nearest:
         return Unreachable(OUT_OF_REACH, f"the flange at {x:.1f} {y:.1f} {z:.1f} mm is out of reach{far}")
 
     def _blocking(self, joints: NDArray[np.float64]) -> Unreachable:
-        """The joint that stands in the way where the limits are least exceeded."""
+        """The joint whose limit is the obstacle where limits are exceeded the least."""
         excess = np.maximum(np.subtract(self._low, joints), np.subtract(joints, self._high)).clip(min=0.0)
         row = int(excess.max(axis=1).argmin())
         joint = int(excess[row].argmax())

@@ -1,4 +1,4 @@
-"""What the closed form of a six-joint arm with a spherical wrist needs, measured on its model."""
+"""The dimensions of a six-joint arm with a spherical wrist, measured on its model."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from iiwa_sim.robot.arctangent_kernel import arctangent
 from iiwa_sim.robot.fault import RobotFault
 from iiwa_sim.robot.model import Model
 
-# Joint axes at zero pose, in the base, but for their sense.
+# Directions of the joint axes at zero pose, in the base, up to their sense.
 _AXES = ((0, 0, 1), (0, 1, 0), (0, 1, 0), (1, 0, 0), (0, 1, 0), (1, 0, 0))
-# What a URDF written with seven decimals is off by at most; a larger error would show in the poses.
+# Error of a URDF written with seven decimals; a larger error would show in the poses.
 _TOLERANCE = 1e-7
 _AS_OPW = "as kinematics 'opw' has it"
 

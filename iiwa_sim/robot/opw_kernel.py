@@ -1,4 +1,4 @@
-"""The closed form of `iiwa_sim.robot.opw`: the sums, without the following of seeds near singular poses."""
+"""The closed form of `iiwa_sim.robot.opw`, without the iteration near singular poses."""
 
 # mypy: allow-untyped-decorators
 
@@ -57,7 +57,7 @@ def solve(
     a: cython.double
     b: cython.double
     c: cython.double
-    # the rotation, turned so that it is none at zero pose
+    # the rotation, corrected to be the identity at zero pose
     a, b, c = poses[row, 0], poses[row, 1], poses[row, 2]
     r00: cython.double = a * numbers[16] + b * numbers[19] + c * numbers[22]
     r01: cython.double = a * numbers[17] + b * numbers[20] + c * numbers[23]

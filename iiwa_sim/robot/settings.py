@@ -1,4 +1,4 @@
-"""robot.toml: its keys, and what may stand there."""
+"""robot.toml: its keys and their ranges."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from iiwa_sim.robot.fault import RobotFault
 from iiwa_sim.settings import Reader
 
 LONGEST_STOP_S = 0.1
-"""A stop takes at most this: what the original controller is documented to do."""
+"""Longest stop in s, as documented for the original controller."""
 
 _POSITION, _VELOCITY, _TORQUE = (-720.0, 720.0, " deg"), (0.01, 10_000.0, " deg/s"), (0.01, 100_000.0, " Nm")
 _ACCELERATION, _JERK = (0.1, 1_000.0, " 1/s"), (0.1, 10_000.0, " 1/s")
@@ -36,7 +36,7 @@ _RANGES = {
     "stop.rate_per_s": (1.0, 1_000.0, " 1/s"),
     "stop.rate_change_per_s2": (1.0, 1_000_000.0, " 1/s^2"),
 }
-"""Least and greatest value, by a wide margin, of any arm, and the unit: a number beyond is a slip."""
+"""Least and greatest value and the unit, with a wide margin for any arm: values beyond are mistakes."""
 
 
 class ToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -91,9 +91,9 @@ class StopSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     rate_change_per_s2: float
 
     def duration_s(self) -> float:
-        """Time the rate takes from 1 to 0 with this slope and this change of slope."""
+        """Time (s) in which the rate falls from 1 to 0."""
         ramp_s = self.rate_per_s / self.rate_change_per_s2
-        if self.rate_per_s * ramp_s > 1.0:  # turns before the full slope is reached
+        if self.rate_per_s * ramp_s > 1.0:  # the slope reverses before it reaches its limit
             return 2.0 / sqrt(self.rate_change_per_s2)
         return 1.0 / self.rate_per_s + ramp_s
 

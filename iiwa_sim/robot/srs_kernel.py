@@ -1,4 +1,4 @@
-"""The closed form of `iiwa_sim.robot.srs`: the sums, without the following of seeds near singular poses."""
+"""The closed form of `iiwa_sim.robot.srs`, without the iteration near singular poses."""
 
 # mypy: allow-untyped-decorators
 

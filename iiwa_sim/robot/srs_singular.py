@@ -1,6 +1,6 @@
-"""Poses of an S-R-S arm where branches meet: the straight arm, and where both solutions for A2 are one.
+"""Poses of an S-R-S arm where branches meet: the straight arm, and where both solutions for A2 coincide.
 
-There the seed is followed where it is near: see `iiwa_sim.robot.follow`.
+There the joint positions near the seed are found by iteration: see `iiwa_sim.robot.follow`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def follow_on_branch(
     status: int,
     seed: Sequence[float],
 ) -> tuple[float, ...] | None:
-    """`follow_seed` with that redundancy on that branch."""
+    """`follow_seed` with the given redundancy and branch."""
     start = [*seed[:2], redundancy, *seed[3:]]
     sides = (Side(3, 0.0, bool(status & 2)), Side(5, 0.0, bool(status & 4)))
     q = follow_seed(model, flange, start, sides, held=2)

@@ -1,4 +1,4 @@
-"""The TCP of a robot with one tool: where it is, and its Jacobian, joint after joint."""
+"""Forward kinematics and Jacobian of the TCP of a robot with one tool."""
 
 # mypy: allow-untyped-decorators
 
@@ -18,20 +18,19 @@ if cython.compiled:
 else:
     from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
-_new = tuple.__new__  # calling the class costs twice as much
+_new = tuple.__new__  # a call of the class costs twice as much
 
 
 @cython.cclass
 class Tcp:
     """A frame fixed to the flange. Joint positions are rad, base first; poses are in the base, in m.
 
-    It remembers the last joint positions it was asked for: several ask for the same ones in a tick.
+    It caches the last joint positions: several callers ask for the same ones in a tick.
     """
 
     def __init__(self, fixed: Sequence[Transform], tool_in_flange: Transform) -> None:
-        """Every joint turns about the z axis of a frame of its own. `fixed` are the poses of the first one in
-        the base, of each other in the one before at zero position, and of the flange in the last.
-        """
+        """Every joint turns about the z axis of its own frame. `fixed` are the poses of the first one in
+        the base, of each other in the one before at zero position, and of the flange in the last."""
         self.tool_in_flange = tool_in_flange
         self.joint_count = len(fixed) - 1
         rows = [*fixed[: self.joint_count], compose(fixed[self.joint_count], tool_in_flange)]
@@ -48,7 +47,7 @@ class Tcp:
         self._pose: Any = None
 
     def pose(self, joints: Sequence[float]) -> Transform:
-        """Where it is."""
+        """Pose of the TCP."""
         if not self.go_to(joints) or self._pose is None:
             r, p = self.turned, self.place
             rotation = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
@@ -57,14 +56,13 @@ class Tcp:
         return pose
 
     def jacobian(self, joints: Sequence[float]) -> NDArray[np.float64]:
-        """Its Jacobian (6, n): velocity (m/s), then angular velocity (rad/s), in base axes."""
+        """Jacobian (6, n): velocity (m/s), then angular velocity (rad/s), in base axes."""
         self.go_to(joints)
         self.find_columns()
         return self._columns_array.copy()
 
     def torques(self, joints: Sequence[float], wrench: Sequence[float]) -> tuple[float, ...]:
-        """What a wrench at the TCP, along its axes (N, Nm), is to the joints (Nm): by the transposed
-        Jacobian."""
+        """Joint torques (Nm) of a wrench at the TCP along its axes (N, Nm), by the transposed Jacobian."""
         fx: cython.double
         fy: cython.double
         fz: cython.double
@@ -91,7 +89,7 @@ class Tcp:
     @cython.cfunc
     @cython.exceptval(-1)
     def go_to(self, joints: Any) -> cython.bint:
-        """Find the pose at joint positions (rad); whether it was there already."""
+        """Compute the pose for joint positions (rad); returns whether it was cached."""
         if len(joints) != self.joint_count:
             raise ValueError(f"{len(joints)} joint positions, expected {self.joint_count}")
         k: cython.Py_ssize_t
@@ -150,7 +148,7 @@ class Tcp:
     @cython.cfunc
     @cython.exceptval(check=False)
     def find_columns(self) -> cython.void:
-        """Find the Jacobian where the TCP has gone to."""
+        """Compute the Jacobian for the cached joint positions."""
         if self._has_columns:
             return
         self._has_columns = True

@@ -1,8 +1,8 @@
-"""Sine and cosine, the same to the last bit on every machine, which those of C libraries are not.
+"""Sine and cosine with the same bits on every machine, which C libraries do not give.
 
-An angle is reduced to at most pi / 4 by multiples of pi / 2 in three parts (Cody and Waite, 1980), and what
-the reduction rounds away is added in the end; there Taylor's series are summed as far as terms above 2.1e-18.
-Up to 1e5 rad the result is within 0.9 units in the last place; beyond, the C library's is given.
+An angle is reduced to at most pi / 4 by multiples of pi / 2 in three parts (Cody and Waite, 1980), and the
+rounding of the reduction is added in the end; there Taylor's series are summed as far as terms above 2.1e-18.
+Up to 1e5 rad the result is within 0.9 units in the last place; beyond, the C library's is returned.
 """
 
 # mypy: allow-untyped-decorators
@@ -10,7 +10,7 @@ Up to 1e5 rad the result is within 0.9 units in the last place; beyond, the C li
 import cython
 from cython.cimports.libc import math
 
-# For rounding to a whole number: doubles above this have no digits behind the point.
+# Added and subtracted to round to an integer: doubles above this have no fraction.
 _WHOLE = cython.declare(cython.double, 6755399441055744.0)
 # pi / 2: the first 33 bits, the next 33, and the rest. So small multiples of the first two are exact.
 _HALF_PI_1 = cython.declare(cython.double, 1.5707963267341256)
@@ -21,14 +21,14 @@ _HALF_PI_3 = cython.declare(cython.double, 2.0222662487959506e-21)
 @cython.ccall
 @cython.exceptval(check=False)
 def sine(angle: cython.double) -> cython.double:
-    """Of an angle in rad."""
+    """The sine of an angle in rad."""
     return _sine_of_quarters(angle, 0)
 
 
 @cython.ccall
 @cython.exceptval(check=False)
 def cosine(angle: cython.double) -> cython.double:
-    """Of an angle in rad."""
+    """The cosine of an angle in rad."""
     return _sine_of_quarters(angle, 1)
 
 
@@ -36,7 +36,7 @@ def cosine(angle: cython.double) -> cython.double:
 @cython.inline
 @cython.exceptval(check=False)
 def _sine_of_quarters(angle: cython.double, quarters: cython.int) -> cython.double:
-    """The sine of an angle (rad) and so many quarters of a turn, 0 or 1."""
+    """The sine of an angle (rad) plus 0 or 1 quarters of a turn."""
     if not -1e5 <= angle <= 1e5:
         return math.cos(angle) if quarters else math.sin(angle)
     turns: cython.double = (angle * 0.6366197723675814 + _WHOLE) - _WHOLE
@@ -50,22 +50,58 @@ def _sine_of_quarters(angle: cython.double, quarters: cython.int) -> cython.doub
         half: cython.double = 0.5 * z
         result = 1.0 - half
         result += ((1.0 - result) - half) + (
-            z * z * (
-                0.041666666666666664 + z * (-0.001388888888888889 + z * (2.48015873015873e-05 + z * (
-                    -2.755731922398589e-07 + z * (2.08767569878681e-09 + z * (
-                        -1.1470745597729725e-11 + z * 4.779477332387385e-14
-                    ))
-                )))
-            ) - x * rest
+            z
+            * z
+            * (
+                0.041666666666666664
+                + z
+                * (
+                    -0.001388888888888889
+                    + z
+                    * (
+                        2.48015873015873e-05
+                        + z
+                        * (
+                            -2.755731922398589e-07
+                            + z
+                            * (
+                                2.08767569878681e-09
+                                + z * (-1.1470745597729725e-11 + z * 4.779477332387385e-14)
+                            )
+                        )
+                    )
+                )
+            )
+            - x * rest
         )
     else:
         result = x + (
-            x * z * (
-                -0.16666666666666666 + z * (0.008333333333333333 + z * (-0.0001984126984126984 + z * (
-                    2.7557319223985893e-06 + z * (-2.505210838544172e-08 + z * (
-                        1.6059043836821613e-10 + z * (-7.647163731819816e-13 + z * 2.8114572543455206e-15)
-                    ))
-                )))
-            ) + rest * (1.0 - 0.5 * z)
+            x
+            * z
+            * (
+                -0.16666666666666666
+                + z
+                * (
+                    0.008333333333333333
+                    + z
+                    * (
+                        -0.0001984126984126984
+                        + z
+                        * (
+                            2.7557319223985893e-06
+                            + z
+                            * (
+                                -2.505210838544172e-08
+                                + z
+                                * (
+                                    1.6059043836821613e-10
+                                    + z * (-7.647163731819816e-13 + z * 2.8114572543455206e-15)
+                                )
+                            )
+                        )
+                    )
+                )
+            )
+            + rest * (1.0 - 0.5 * z)
         )
     return -result if quarter & 2 else result

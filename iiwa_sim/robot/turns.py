@@ -1,6 +1,6 @@
-"""Whole turns of joints: positions a turn apart give the same pose, and some arms can take both.
+"""Whole turns of joints: positions a turn apart give the same pose, and some joints can reach several.
 
-The closed forms give angles in (-pi, pi]. A joint that goes beyond has a part of its range, or all, twice.
+The closed forms give angles in (-pi, pi]. A joint with a larger range reaches a part of it, or all, twice.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ Array = NDArray[np.float64]
 
 
 class Turns:
-    """The turns that the joints of one robot can take."""
+    """The turns that the joints of one robot can reach."""
 
     def __init__(self, low: Sequence[float], high: Sequence[float], rounding: float) -> None:
-        """From the joint limits (rad), beyond which a position may be by this rounding."""
+        """Joint limits (rad), which a position may exceed by `rounding`."""
         self._joints = [
             (joint, lowest - rounding, highest + rounding)
             for joint, (lowest, highest) in enumerate(zip(low, high, strict=True))
@@ -26,9 +26,10 @@ class Turns:
         ]
 
     def nearest(self, joints: Sequence[float], present: Sequence[float]) -> Sequence[float]:
-        """Joint positions (rad), each turned to where it is nearest to the present one within its limits.
+        """Joint positions (rad), each moved by whole turns to the one within its limits that is nearest to
+        the present one.
 
-        One that is outside whichever way it is turned stays as it is.
+        A position that is outside for any number of turns is unchanged.
         """
         if not self._joints:
             return joints
@@ -42,7 +43,7 @@ class Turns:
         return turned
 
     def nearest_rows(self, joints: Array, present: Sequence[float]) -> Array:
-        """The same for rows of joint positions (N, n), NaN where there are none."""
+        """`nearest` for rows of joint positions (N, n), with NaN for rows without a solution."""
         if not self._joints:
             return joints
         turned = joints.copy()
@@ -56,11 +57,12 @@ class Turns:
 
 
 def continued(joints: Sequence[float], before: Sequence[float]) -> tuple[float, ...]:
-    """Joint positions (rad), each turned to where it is nearest to the one before, whatever its limits."""
+    """Joint positions (rad), each moved by whole turns to be nearest to the one before, regardless of
+    limits."""
     return tuple([q + tau * round((p - q) / tau) for q, p in zip(joints, before, strict=True)])
 
 
 def continued_rows(joints: Array, before: Array) -> Array:
-    """The same for rows of joint positions (N, n)."""
+    """`continued` for rows of joint positions (N, n)."""
     turned: Array = joints + tau * np.round((before - joints) / tau)
     return turned

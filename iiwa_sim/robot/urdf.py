@@ -1,4 +1,4 @@
-"""What of a URDF is checked before Pinocchio reads it, which takes what it finds."""
+"""Checks of a URDF that Pinocchio does not make."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
 
 SAME_LIMIT = 1e-3
-"""Of the value: URDFs are written with rounded numbers."""
+"""Tolerance as a part of the value: URDFs are written with rounded numbers."""
 
 
 class _Numbers(NamedTuple):
-    """An attribute: how many numbers, and from where to where. Beyond that they are a slip."""
+    """An attribute: how many numbers, and their range; values beyond are mistakes."""
 
     element: str
     attribute: str
@@ -38,7 +38,8 @@ _INERTIAL = (
 
 
 def check_urdf(path: str, text: str) -> None:
-    """Raises `RobotFault` for what is no XML, placements and masses of no arm, and mimic joints."""
+    """Raises `RobotFault` for malformed XML, for placements and masses that no arm has, and for mimic
+    joints."""
     try:
         robot = ET.fromstring(text)
     except ET.ParseError as fault:
@@ -50,7 +51,7 @@ def check_urdf(path: str, text: str) -> None:
             raise RobotFault(path, f"{place}: mimic", mimic.get("joint", ""), "no joint that follows another")
         _check(path, place, joint, _JOINT)
         axis = joint.find("axis")
-        direction = axis.get("xyz", "1 0 0") if axis is not None else "1 0 0"  # as URDF has it
+        direction = axis.get("xyz", "1 0 0") if axis is not None else "1 0 0"  # the default of URDF
         if not any(map(float, direction.split())):
             raise RobotFault(path, f"{place}: axis xyz", direction, "a direction, not 0 0 0")
     for link in robot.findall("link"):
@@ -61,7 +62,7 @@ def check_urdf(path: str, text: str) -> None:
 
 
 def differing_limits(description: RobotDescription) -> list[str]:
-    """Limits in the URDF that are not those of robot.toml, which hold; a line for each."""
+    """Limits of the URDF that differ from those of robot.toml, which are used; a line for each."""
     held = {
         "lower": (description.position_min, "rad"),
         "upper": (description.position_max, "rad"),
@@ -78,7 +79,7 @@ def differing_limits(description: RobotDescription) -> list[str]:
             try:
                 found = float(limit.get(key, ""))
             except ValueError:
-                continue  # not told there
+                continue  # not given in the URDF
             if abs(found - values[place]) > SAME_LIMIT * max(1.0, abs(values[place])):
                 lines.append(
                     f"{description.urdf_path}: joint {name}: limit {key} is {found:.7g} {unit}, in "

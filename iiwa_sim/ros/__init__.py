@@ -1,1 +1,1 @@
-"""The ROS side of a robot: its node, and the fronts through which others reach it."""
+"""The ROS side of a robot: its node, and the transports by which others reach it."""

@@ -1,4 +1,4 @@
-"""Conventions in which users of robot_movement_interface differ: a robot on ROS is told which to follow."""
+"""Conventions in which users of robot_movement_interface differ: options of a robot on ROS."""
 
 from enum import Enum
 from typing import NamedTuple
@@ -22,20 +22,20 @@ RESULT_TYPES = {
     2023: ResultType.YEAR_2023,
     2024: ResultType.YEAR_2024,
 }
-"""By the year in which the package robot_movement_interface had them."""
+"""By the year in which robot_movement_interface had them."""
 
 
 class Reference(Enum):
-    """What a pose_reference_frame with values means, where pose_reference does not name the base."""
+    """The meaning of a pose_reference_frame with values, where pose_reference does not name the base."""
 
     APPLY = "apply"
-    """The pose is in that frame, and the robot brings it into the base."""
+    """The pose is given in that frame and is transformed into the base."""
     IGNORE = "ignore"
-    """The pose is in the base already: drag&bot's frame publisher brings it there and leaves the fields."""
+    """The pose is in the base already: drag&bot's frame publisher transforms it and leaves the fields."""
 
 
 class Conventions(NamedTuple):
-    """Those that one robot follows."""
+    """The conventions of one robot."""
 
     result: ResultType = ResultType.YEAR_2024
     reference: Reference = Reference.APPLY

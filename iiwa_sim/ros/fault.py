@@ -1,7 +1,7 @@
-"""What the ROS side may lack."""
+"""The error of the ROS side."""
 
 from iiwa_sim.wording import Unusable
 
 
 class RosFault(Unusable):
-    """What the ROS side needs and does not find. The message is one line."""
+    """A library or service that the ROS side needs is missing. The message is one line."""

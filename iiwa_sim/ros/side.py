@@ -1,4 +1,4 @@
-"""The ROS side of a robot: its node, and the fronts through which others reach it."""
+"""The ROS side of a robot: its node, and the transports by which others reach it."""
 
 import sys
 import time
@@ -31,9 +31,9 @@ SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 class RosSide:
     """A robot on ROS, by rosbridge, by rospy or both, from `start` to `close`.
 
-    With a `rosbridge_port` it listens there; with a secret, clients have to show that they know it. With
-    `rospy` it is a node of ROS 1. Stamps are real time. Raises RosFault where a library is not installed;
-    `start` raises ListenFault, and RosFault where there can be no node.
+    With a `rosbridge_port` it listens there; with a secret, clients have to authenticate. With `rospy` it is
+    a node of ROS 1. Stamps are real time. Raises RosFault if a library is not installed; `start` raises
+    ListenFault, and RosFault if there can be no node.
     """
 
     def __init__(
@@ -51,9 +51,10 @@ class RosSide:
         budget: Budget | None = None,
         access: WebAccess | None = None,
     ) -> None:
-        """`on_heard` is called when someone has said something that may have set off a command.
+        """`on_heard` is called after a message that may have started a command.
 
-        `budget` is shared with other servers of the loop; `access` says which web pages rosbridge lets in.
+        `budget` may be shared with other servers of the loop; `access` tells which web pages may use
+        rosbridge.
         """
         budget = budget or Budget()
         self._node = Node(robot, time.time_ns, tick_rate_hz, log, conventions)
@@ -69,7 +70,7 @@ class RosSide:
             self._ros1 = _ros1(self._node, log, on_heard, budget)
 
     async def start(self) -> None:
-        """Be there for others. Raises ListenFault and RosFault, and then nothing is left open."""
+        """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
         if self._rosbridge is not None:
             await self._rosbridge.start()
         if self._ros1 is not None:
@@ -84,7 +85,7 @@ class RosSide:
                 raise
 
     async def close(self) -> None:
-        """Be there no more."""
+        """Stop serving."""
         if self._ros1 is not None:
             await self._ros1.close()
         if self._rosbridge is not None:
@@ -92,17 +93,17 @@ class RosSide:
 
     @property
     def has_commands(self) -> bool:
-        """Whether the next ticks will send a command to the robot or tell of one's end."""
+        """Whether a coming tick will send a command to the robot or report the end of one."""
         return self._node.has_commands
 
     @property
     def rosbridge_address(self) -> tuple[str, int] | None:
-        """Host and port that rosbridge listens on, if it does."""
+        """Host and port of rosbridge, if it is served."""
         return None if self._rosbridge is None else self._rosbridge.address
 
     @property
     def ros_master(self) -> str | None:
-        """The master of which the robot is a node, if it is."""
+        """URI of the ROS master at which the robot is a node, if it is one."""
         return None if self._ros1 is None else self._ros1.master
 
 
@@ -134,7 +135,7 @@ def _rosbridge(
 
 def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> "Ros1Node":
     if (SYSTEM_PACKAGES / "rospy").is_dir() and str(SYSTEM_PACKAGES) not in sys.path:
-        sys.path.append(str(SYSTEM_PACKAGES))  # behind everything else, which so stays what it is
+        sys.path.append(str(SYSTEM_PACKAGES))  # appended, so that it never hides a package of the environment
     try:
         from iiwa_sim.ros.ros1.node import Ros1Node
     except ModuleNotFoundError as fault:

@@ -1,1 +1,1 @@
-"""Shells with sockets: bytes in, bytes out, nothing of what they mean."""
+"""Network servers: bytes in, bytes out. Nothing here knows what the bytes mean."""

@@ -1,9 +1,9 @@
-"""Whose work is done next: one budget of time, shared by all connections of all ports.
+"""A fair scheduler: one budget of CPU time that all connections of all ports share.
 
-Each connection has a share. Who asks now and then is served before those who always have more to do: so it
-does not wait long, however many these are. Of these, the one that has used up the least comes next. Before
-each piece of work the robot's ticks that are due are made, and after `TURN_S` of work the event loop gets its
-turn, in which it hears of those who come anew.
+Each connection has a share. A client that asks now and then is served before the clients that always have
+more work waiting, so its reply does not wait for theirs. Among the busy clients the one that has used the
+least time comes next. The ticks that are due are made before each piece of work, and after `TURN_S` of work
+the event loop runs once, so that new connections and data are noticed.
 """
 
 import asyncio
@@ -14,27 +14,29 @@ from collections.abc import Callable
 from itertools import count
 
 PIECE_S = 0.0001
-"""Work for one share without a break while others wait: some answers."""
+"""Time for which one share works without a break while others wait: enough for some replies."""
 TURN_S = 0.0005
-"""Work for all of them before the event loop gets its turn."""
+"""Time for which shares work before the event loop runs again."""
 QUIET_TURNS = 2
-"""Without anything to do, for a share that asks now and then. Who sends without end is read in the next turn,
-also on a machine so busy that turns are long."""
+"""Turns without work after which a share counts as one that asks now and then. A client that sends without
+a pause is read again in the next turn, also on a machine so busy that turns are long."""
 OFTEN = 3
-"""Asked sooner than that so many times more than not, a share counts no longer as one that asks now and then.
-Once means little: a busy machine makes turns so long that somebody patient, too, comes back within one."""
+"""A share whose early requests outnumber its late ones by this many is busy. A single early request proves
+little: on a busy machine turns are so long that a patient client, too, is back within one."""
 MOST_OFTEN = 6
-"""Times that count: so often it asks late until it is one again, but for OFTEN."""
+"""Upper bound of that count: after at most MOST_OFTEN - OFTEN late requests a busy share is a patient one
+again."""
 MOST_AHEAD_S = 0.0002
-"""That a share may have used up more than others: so it waits two rounds of all at the most."""
+"""Most time that a share may have used more than others, so that it waits for two rounds of all shares at
+most."""
 OVERHEAD_S = 0.00003
-"""Counted on top for each piece: a read, a write, and whatever else comes with it."""
+"""Time charged for each piece besides its own work: a read, a write and what else comes with them."""
 
 
 class Budget:
-    """The time of one event loop, and who has used up how much of it.
+    """The time of one event loop, and how much of it each share has used.
 
-    A piece of work is not interrupted; one that takes long makes its share wait the longer.
+    A piece of work is not interrupted; the share of a long one waits longer for its next.
     """
 
     def __init__(
@@ -44,33 +46,33 @@ class Budget:
         now_s: Callable[[], float] = time.monotonic,
         spent_s: Callable[[], float] = time.thread_time,
     ) -> None:
-        """`first` is called before each piece, and does what must not wait: ticks that are due.
+        """`first` is called before each piece and makes the ticks that are due.
 
-        Turns end by `now_s`. Shares use up what `spent_s` counts, so nobody pays for what else the machine
-        does meanwhile.
+        `now_s` is the clock by which turns end. `spent_s` is the clock by which shares are charged: the CPU
+        time of the thread, so that no share pays for other processes of the machine.
         """
         self._first = first
         self._now_s = now_s
         self._spent_s = spent_s
         self._now_and_then: deque[Share] = deque()
-        self._waiting: list[tuple[float, int, Share]] = []  # all others, a heap
-        self._arrivals = count()  # tells those apart who have used up the same
-        self._used_s = 0.0  # by the one of those others that was last served, before its piece
+        self._waiting: list[tuple[float, int, Share]] = []  # busy shares, a heap
+        self._arrivals = count()  # breaks ties between shares that have used the same time
+        self._used_s = 0.0  # of the busy share that was served last, before its piece
         self._served: Share | None = None  # at this instant
         self._turns = 0  # in which there was work
         self._turn: asyncio.Handle | None = None
 
     def share(self, work: Callable[[float], bool]) -> "Share":
-        """A share for one connection.
+        """A new share for one connection.
 
-        `work(until_s)` does what there is to do, at least a little of it and for no longer than that, and
-        says whether there is more.
+        `work(until_s)` does some of the waiting work, at least one step and not beyond `until_s`, and returns
+        whether there is more.
         """
         return Share(self, work)
 
     @property
     def crowded(self) -> bool:
-        """Whether anybody waits."""
+        """Whether any share waits."""
         return bool(self._waiting or self._now_and_then)
 
     def _ask(self, share: "Share", at_once: bool) -> None:
@@ -91,7 +93,8 @@ class Budget:
 
     def _queue(self, share: "Share") -> None:
         share.waits = True
-        # Who was idle does not save up time, and who has used up much has not to make up for all of it, or
+        # A share that was idle does not save up time, and one that has used much does not have to make up for
+        # all of it: its wait would be multiplied by the number of shares.
         # that would be as many times as long as there are others.
         share.used_s = min(max(share.used_s, self._used_s), self._used_s + MOST_AHEAD_S)
         heapq.heappush(self._waiting, (share.used_s, next(self._arrivals), share))
@@ -108,7 +111,7 @@ class Budget:
         while self._now_and_then and self._now_s() < begun_s + TURN_S / 2:
             self._serve_next(self._now_and_then.popleft())
         end_s = self._now_s() + TURN_S / 2 if self._now_and_then else begun_s + TURN_S
-        while self._waiting:  # one at the least, however many ask now and then
+        while self._waiting:  # at least one, however many patient shares wait
             used_s, _, share = heapq.heappop(self._waiting)
             self._used_s = max(self._used_s, used_s)
             self._serve_next(share)
@@ -138,35 +141,35 @@ class Budget:
 
 
 class Share:
-    """What one connection has of a budget."""
+    """The part of a budget that belongs to one connection."""
 
     def __init__(self, budget: Budget, work: Callable[[float], bool]) -> None:
         self.work = work
         self.used_s = 0.0
-        """Of the budget's time."""
+        """CPU time used, in s."""
         self.idle_since_turn = budget._turns - QUIET_TURNS
-        """In which its last piece of work had been done."""
+        """Number of the turn in which its last work was done."""
         self.often = 0
-        """How many times more it asked again soon than late, from 0 to MOST_OFTEN."""
+        """Early requests minus late ones, bounded by 0 and MOST_OFTEN."""
         self.waits = False
-        """Whether it has asked, and its work is still to be done."""
+        """Whether it has asked for time and has not had it yet."""
         self.left = False
         self._budget = budget
 
     def ask(self) -> None:
-        """There is work: it is done at once if nobody waits, otherwise when its time has come."""
+        """Ask for time: the work is done at once if no share waits, otherwise when it is its turn."""
         if not self.waits and not self.left:
             self._budget._ask(self, at_once=True)
 
     def ask_later(self) -> None:
-        """There is work, which is not to be done before the caller has ended."""
+        """Ask for time after the caller has returned."""
         if not self.waits and not self.left:
             self._budget._ask(self, at_once=False)
 
     def charge(self, took_s: float) -> None:
-        """Something was done for it elsewhere, and took so long."""
+        """Charge `took_s` (s) for work that was done elsewhere on behalf of this share."""
         self.used_s = max(self.used_s, self._budget._used_s) + took_s
 
     def leave(self) -> None:
-        """Nothing is to be done for it any more."""
+        """Withdraw: no more work is done for this share."""
         self.left = True

@@ -1,36 +1,38 @@
-"""Who connects with what is meant for a web server.
+"""Closes connections that speak HTTP or TLS to a port for commands.
 
-A browser sends what a page of any site tells it to any port of this machine and its network. In an HTTP
-request a page chooses the body, whose lines would else be commands; in TLS it chooses parts of the greeting.
+A web browser sends data to any port of this machine and its network when a web page asks it to. The page
+chooses the body of an HTTP request, whose lines would be taken for commands, and parts of a TLS greeting.
 """
 
 import re
 
 LONGEST = 2048
-"""Bytes that are kept back until the first line has ended."""
+"""Bytes held back at most while the first line is not complete."""
 
 _REQUEST = re.compile(rb"[A-Za-z]+ +\S[^\r\n]* HTTP/[0-9]")
 _LONG_REQUEST = re.compile(rb"[A-Za-z]+ +(?:/|\*|[A-Za-z]+:)")
 _TLS = b"\x16\x03"
 _LINE_END = re.compile(rb"[\r\n]")
 _UNDECIDED = re.compile(rb"[A-Za-z]+(?: +(?:(?:/|\*|[A-Za-z]+:).*|[A-Za-z]*))?|\x16", re.DOTALL)
-"""What may still become a request: KRC4 messages have no line ends, so nothing else is kept back."""
+"""A prefix that may still become an HTTP request. Only such a prefix is held back, as KRC4 messages have
+no line ends."""
 
 
 class FromBrowserFault(Exception):
-    """What came is no line of ours. The message says what it is, for the log."""
+    """The connection speaks HTTP or TLS. The message names which, for the log."""
 
 
 class FirstLine:
-    """Looks at the first line of a connection before anything of it is handed on."""
+    """Inspects the first line of a connection before any of it is passed on."""
 
     def __init__(self) -> None:
         self.passed = False
-        """The first line is in order: nothing is looked at any more."""
+        """Whether the first line is accepted: nothing is inspected any more."""
         self._held = b""
 
     def take(self, data: bytes) -> bytes:
-        """What of the bytes so far can be handed on; the rest follows. Raises FromBrowserFault."""
+        """The bytes that can be passed on; a prefix may be held back until more comes. Raises
+        FromBrowserFault."""
         data = self._held + data
         if data.startswith(_TLS):
             raise FromBrowserFault("a greeting of TLS")
@@ -46,7 +48,7 @@ class FirstLine:
         return data
 
     def rest(self) -> bytes:
-        """What has been kept back, when no more comes."""
+        """The bytes held back, to be passed on at the end of the stream."""
         held, self._held = self._held, b""
         self.passed = True
         return held

@@ -1,7 +1,7 @@
-"""An HTTP port: requests in, answers out. Needs the library h11.
+"""An HTTP server: requests in, answers out. Needs the library h11.
 
-The library takes requests apart and writes answers; bytes are read and written here, so that all that clients
-cause comes out of the one budget.
+h11 parses requests and formats answers. Bytes are read and written here, so that all work that a client
+causes is charged to the shared budget.
 """
 
 import asyncio
@@ -17,14 +17,14 @@ from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
 from iiwa_sim.serve.socket_options import find_out
 
 LONGEST_BODY = 65_536
-"""Bytes of a request's body; more is answered 413."""
+"""Largest body of a request in bytes; a larger one is answered 413."""
 LONGEST_HEAD = 16_384
-"""Bytes of a request's first line and headers that are kept until the rest comes; more is answered 431."""
+"""Most bytes of a request's first line and headers that are buffered; more are answered 431."""
 IDLE_S = 60.0
-"""For a client to bring its next request whole."""
+"""Time (s) in which a client has to send its next request completely."""
 CLOSING_S = 1.0
-"""For a client to close when it has been answered for the last time. Closed before, with something of it
-unread, the connection would be reset, and the answer lost."""
+"""Time (s) in which a client may close after its last answer. If the server closed first with data unread,
+the system would reset the connection and the answer could be lost."""
 
 _BAD_REQUEST, _TOO_LARGE, _INTERNAL = 400, 413, 500
 _JSON = "application/json"
@@ -33,13 +33,13 @@ logger = logging.getLogger(__name__)
 
 
 class HttpRequest(NamedTuple):
-    """One request, whole."""
+    """One complete HTTP request."""
 
     method: str
     path: str
-    """Without what stands behind a `?`."""
+    """Path without the query."""
     headers: tuple[tuple[str, str], ...]
-    """Names are in lower case."""
+    """Names (in lower case) and values."""
     body: bytes
     client: str
     """HOST:PORT, for the log."""
@@ -50,7 +50,7 @@ class HttpRequest(NamedTuple):
 
 
 class HttpAnswer(NamedTuple):
-    """What is answered."""
+    """Status, body and content type of an answer."""
 
     status: int
     body: bytes
@@ -62,12 +62,13 @@ Answer = Callable[[HttpRequest], "HttpAnswer | asyncio.Task[HttpAnswer]"]
 
 
 class HttpServer:
-    """Answers every request to `host`:`port`; `port` 0 picks a free one."""
+    """Answers all requests to `host`:`port`; port 0 picks a free one."""
 
     def __init__(self, answer: Answer, host: str, port: int, *, budget: Budget | None = None) -> None:
-        """`answer` gives a task where the answer takes its time; it is cancelled when the client goes.
+        """`answer` returns an answer, or a task for one that takes time; the task is cancelled when the
+        client goes.
 
-        `budget` is shared with other servers of the loop.
+        `budget` may be shared with other servers of the loop.
         """
         self.answer = answer
         self.budget = budget or Budget()
@@ -76,7 +77,7 @@ class HttpServer:
         self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
-        """Listen. Raises ListenFault."""
+        """Start listening. Raises ListenFault."""
         self._acceptor = await listen(lambda: Connection(self), *self._asked)
 
     @property
@@ -91,7 +92,7 @@ class HttpServer:
         return self._acceptor.address
 
     async def close(self) -> None:
-        """Listen no more and close every connection, when what is answered has been handed to the system."""
+        """Stop listening and close every connection after its answers have been passed to the system."""
         if self._acceptor is None:
             return
         self._acceptor.close()
@@ -104,23 +105,23 @@ class HttpServer:
 
 
 class Connection(asyncio.Protocol):
-    """One client. Its requests are answered one after the other, and while one is, no more is read."""
+    """One client. Requests are answered one by one; while one is being answered nothing more is read."""
 
     _transport: asyncio.Transport
     gone: asyncio.Future[None]
-    """Done once the connection is."""
+    """Done when the connection is closed."""
 
     def __init__(self, server: HttpServer) -> None:
         self._server = server
         self._loop = asyncio.get_running_loop()
         self._share = server.budget.share(self._work)
         self._http = h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
-        self._received: list[bytes] = []  # and not taken apart yet; an empty one is the end
+        self._received: list[bytes] = []  # not parsed yet; an empty item is the end of the stream
         self._request: h11.Request | None = None
         self._body = bytearray()
         self._task: asyncio.Task[HttpAnswer] | None = None
-        self._unread = False  # what has been sent last
-        self._ends = False  # what still comes is not read
+        self._unread = False  # the last answer has been sent
+        self._ends = False  # all further input is discarded
         self._limit: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -147,7 +148,7 @@ class Connection(asyncio.Protocol):
             return False
         self._received.append(b"")
         self._share.ask()
-        return self._task is None  # else nobody waits any more for what takes its time
+        return self._task is None  # a task that takes time would go on for nobody
 
     def pause_writing(self) -> None:
         self._unread = True
@@ -167,7 +168,7 @@ class Connection(asyncio.Protocol):
         logger.debug("%s disconnected%s", self._peer, f": {why(exc)}" if exc else "", extra=self._mark)
 
     def close(self) -> None:
-        """Close; what the system has not taken yet is lost."""
+        """Close at once; data that the system has not taken yet is lost."""
         if self._transport.get_write_buffer_size():
             self._transport.abort()
         else:
@@ -179,7 +180,7 @@ class Connection(asyncio.Protocol):
         self._limit = self._loop.call_later(seconds, self._transport.abort)
 
     def _work(self, _until_s: float) -> bool:
-        """Take apart what has come, up to a request that is whole, and answer that; whether there is more."""
+        """Parse input up to one complete request and answer it; returns whether there is more."""
         if self._transport.is_closing() or self._ends or self._task is not None or self._unread:
             return False
         for data in self._received:
@@ -216,7 +217,7 @@ class Connection(asyncio.Protocol):
         elif isinstance(event, h11.EndOfMessage):
             self._answer()
             return self._task is None and not self._ends
-        else:  # the end, or a request behind one that closes
+        else:  # the end of the stream, or a request after one that closes
             self._transport.close()
             return False
         return True

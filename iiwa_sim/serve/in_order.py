@@ -1,4 +1,4 @@
-"""What is done one after the other, with waits in between."""
+"""Actions of one connection in order, with delays between them."""
 
 import asyncio
 from collections import deque
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 class InOrder:
-    """Actions and waits of one connection. `when_idle` is called each time the last of them is over."""
+    """The pending actions and delays of one connection. `when_idle` is called each time none is left."""
 
     def __init__(self, when_idle: Callable[[], None]) -> None:
         self._loop = asyncio.get_running_loop()
@@ -16,29 +16,29 @@ class InOrder:
 
     @property
     def busy(self) -> bool:
-        """Whether anything is still to be done."""
+        """Whether an action or a delay is pending."""
         return self._timer is not None
 
     def __len__(self) -> int:
-        """How many actions and waits come behind the present wait."""
+        """Number of actions and delays after the present delay."""
         return len(self._queue)
 
     def do(self, action: Callable[[], None]) -> None:
-        """At once, or when what came before is done."""
+        """Call `action` now, or after all that is pending."""
         if self.busy:
             self._queue.append(action)
         else:
             action()
 
     def wait(self, seconds: float) -> None:
-        """Before what comes next."""
+        """Delay the actions that follow by `seconds`."""
         if self.busy:
             self._queue.append(seconds)
         else:
             self._timer = self._loop.call_later(seconds, self._go_on)
 
     def forget(self) -> None:
-        """Nothing of it is done any more."""
+        """Drop all pending actions and delays."""
         self._queue.clear()
         if self._timer is not None:
             self._timer.cancel()

@@ -1,4 +1,4 @@
-"""An address to listen on, who connects there, and what to say when that does not work."""
+"""Listening sockets: opening them, accepting connections, and messages for errors."""
 
 import asyncio
 import contextlib
@@ -16,20 +16,20 @@ from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import Unusable, harmless, shortened
 
 BACKLOG = 512
-"""Clients that may knock at once."""
+"""Length of the queue of connections that are not accepted yet."""
 
 LONGEST_HOST = 100
-"""Characters of a host that a message shows."""
+"""Characters of a host name that a message shows."""
 
 AGAIN_S = 0.25
-"""Until it is tried again to accept connections, where the system had nothing left for them."""
+"""Time (s) after which accepting is tried again when the system has no descriptor left."""
 _USED_UP = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 
 logger = logging.getLogger(__name__)
 
 
 class ListenFault(Unusable):
-    """An address that cannot be listened on. The message is one line."""
+    """An address cannot be listened on. The message is one line."""
 
 
 async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, port: int) -> "Acceptor":
@@ -38,11 +38,11 @@ async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, p
 
 
 class Acceptor:
-    """Accepts connections at a listening socket, from its making until `close`.
+    """Accepts connections at a listening socket until `close`.
 
-    One in a turn of the event loop: those who knock in numbers keep nobody waiting. Where the system has no
-    descriptor left it says so and tries again later; asyncio's own server would try and complain hundreds of
-    times at once.
+    One connection in each turn of the event loop, so that a flood of connections delays nobody. When the
+    system has no descriptor left, one line is logged and accepting is tried again later; asyncio's own server
+    would retry and log hundreds of times at once.
     """
 
     def __init__(self, listening: socket.socket, open_protocol: Callable[[], asyncio.BaseProtocol]) -> None:
@@ -56,7 +56,7 @@ class Acceptor:
 
     @property
     def bound_to(self) -> tuple[int, tuple[str, int]]:
-        """Family and address of the socket, as for another one at the same place."""
+        """Family and address of the socket, to bind another one to the same address."""
         return self._listening.family, self._listening.getsockname()
 
     @property
@@ -66,7 +66,7 @@ class Acceptor:
         return host, port
 
     def close(self) -> None:
-        """Listen no more; who has been accepted is served."""
+        """Stop listening; accepted connections go on."""
         if self._again is not None:
             self._again.cancel()
             self._again = None
@@ -74,13 +74,13 @@ class Acceptor:
         self._listening.close()
 
     def drop_arriving(self, *, reset: bool) -> None:
-        """Close, or reset, the connections that are there and not served yet."""
+        """Close or reset the connections that wait to be accepted."""
         for opening, connection in list(self._opening.items()):
             if reset:
                 reset_at_close(connection)
             opening.cancel()
             opening.add_done_callback(partial(_close, connection))
-        with contextlib.suppress(OSError):  # there is none any more, or no descriptor for it
+        with contextlib.suppress(OSError):  # no connection waits, or no descriptor is left
             while True:
                 connection, _ = self._listening.accept()
                 if reset:
@@ -95,7 +95,7 @@ class Acceptor:
                 self._loop.remove_reader(self._listening)
                 self._again = self._loop.call_later(AGAIN_S, self._try_again)
                 _tell_used_up(fault)
-            return  # else whoever knocked has gone already
+            return  # a failed accept means that the client has gone already
         connection.setblocking(False)
         opening = self._loop.create_task(self._open(connection))
         self._opening[opening] = connection
@@ -118,9 +118,9 @@ def _close(connection: socket.socket, _opening: asyncio.Task[None]) -> None:
 
 
 def wait_if_used_up(fault: OSError) -> bool:
-    """Whether a connection was not accepted for want of descriptors; then this has waited for AGAIN_S.
+    """Whether accepting failed because no descriptor is left; then this has slept for AGAIN_S.
 
-    To be called in a thread that has nothing else to do.
+    For a thread that does nothing but accept.
     """
     if fault.errno not in _USED_UP:
         return False
@@ -129,7 +129,7 @@ def wait_if_used_up(fault: OSError) -> bool:
     return True
 
 
-_told = Throttle[str](1)  # of all ports of the process, which share its descriptors
+_told = Throttle[str](1)  # one throttle for all ports: the process shares its descriptors
 
 
 def _tell_used_up(fault: OSError) -> None:
@@ -140,7 +140,7 @@ def _tell_used_up(fault: OSError) -> None:
 async def open_listener(host: str, port: int) -> socket.socket:
     """A socket that listens on `host`:`port`. Raises ListenFault.
 
-    `port` 0 picks a free one. A host name stands for its first address, IPv4 before IPv6.
+    Port 0 picks a free one. A host name stands for its first address, IPv4 before IPv6.
     """
     if not 0 <= port <= MAX_PORT:
         raise ListenFault(f"cannot listen on port {port}: expected 0 to {MAX_PORT}")
@@ -149,24 +149,24 @@ async def open_listener(host: str, port: int) -> socket.socket:
     try:
         family, address = await _resolve(host)
         return socket.create_server((address, port), family=family, backlog=BACKLOG)
-    except (OSError, ValueError) as fault:  # ValueError for characters no host name has
+    except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
         shown = host_and_port(shortened(harmless(host), LONGEST_HOST), port)
         raise ListenFault(f"cannot listen on {shown}: {why(fault)}") from fault
 
 
 def peer_of(transport: asyncio.BaseTransport) -> str:
-    """Who is connected."""
+    """HOST:PORT of the client."""
     peer = transport.get_extra_info("peername")
     return host_and_port(*peer[:2]) if peer else "a client already gone"
 
 
 def host_and_port(host: str, port: int) -> str:
-    """An address as one writes it; an IPv6 host goes into brackets."""
+    """HOST:PORT, with an IPv6 host in brackets."""
     return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
 
 
 def why(fault: Exception) -> str:
-    """What the system says of a fault, without the address."""
+    """The system's text for an error, without the address."""
     if isinstance(fault, OSError) and fault.errno is not None:
         # Python adds the address to what bind(2) says; name resolution has numbers of its own, below 0
         return os.strerror(fault.errno) if fault.errno > 0 else str(fault.strerror)

@@ -1,4 +1,4 @@
-"""What a connection of a client asks of the system."""
+"""Socket options of a client's connection."""
 
 import contextlib
 import socket
@@ -6,25 +6,25 @@ import struct
 import sys
 
 SEND_BYTES = 131_072
-"""What the system may hold for a client that reads slowly; beyond it, replies wait in the process, up to
-asyncio's 64 KiB, and then its commands wait."""
+"""Size of the system's send buffer. When it is full, replies wait in asyncio's buffer of up to 64 KiB, and
+then commands wait."""
 
 _RESET_AT_CLOSE = struct.pack("ii", 1, 0)  # struct linger: no time for what is not sent yet
 
 
 UNREAD_MS = 30_000
-"""For how long a host may leave unacknowledged, or its client unread, what does not wait in the process."""
+"""Time (ms) for which sent data may stay unacknowledged or unread before the system ends the connection."""
 
 
 def tune(connection: socket.socket) -> None:
-    """Send at once, hold SEND_BYTES, and find out in some 11 s about a host that vanishes without a word."""
+    """Disable Nagle's algorithm, size the send buffer, and detect a vanished host in about 11 s."""
     with contextlib.suppress(OSError):  # already gone
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SEND_BYTES)
         _send_at_once_and_probe(connection)
 
 
 def find_out(connection: socket.socket) -> None:
-    """Send at once, and find out also about a client that leaves unread what it gets for UNREAD_MS."""
+    """Disable Nagle's algorithm, and also end a connection whose client reads nothing for UNREAD_MS."""
     with contextlib.suppress(OSError):  # already gone
         _send_at_once_and_probe(connection)
         if sys.platform == "linux":
@@ -41,6 +41,6 @@ def _send_at_once_and_probe(connection: socket.socket) -> None:
 
 
 def reset_at_close(connection: socket.socket) -> None:
-    """Let its close be a reset: what is not sent yet is lost."""
+    """Make the next close a reset that discards unsent data."""
     with contextlib.suppress(OSError):  # already gone
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET_AT_CLOSE)

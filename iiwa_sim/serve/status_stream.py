@@ -1,4 +1,4 @@
-"""A port that broadcasts lines: each connection gets the newest one, as often as it can take one."""
+"""A port that broadcasts lines: each connection gets the newest line, as often as it can take one."""
 
 import asyncio
 import contextlib
@@ -12,13 +12,13 @@ from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
 from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
 
 RECEIVE_BYTES = 1024
-"""Taken from a reader at once: what it says in a hurry is heard in small portions, with ticks in between."""
+"""Bytes read from a reader at once: small, so that a reader that floods is handled between ticks."""
 
 SEND_BYTES = 4096
-"""What the system is asked to hold for a reader at the usual rate: the less, the newer is what a slow one
-gets next. Linux then holds some three lines. What the reader's own system holds is not ours."""
+"""Size of the system's send buffer at the usual rate. A small buffer keeps lines recent for a slow reader;
+Linux then holds about three lines. The reader's own receive buffer is out of our hands."""
 MOST_SEND_BYTES = 16_384
-"""The same at high rates: lines on their way are held, too, and may be acknowledged 40 ms late."""
+"""Size of that buffer at high rates, where lines in flight count too and may be acknowledged 40 ms late."""
 
 MIN_RATE_HZ = 1
 MAX_RATE_HZ = 500
@@ -28,14 +28,14 @@ logger = logging.getLogger(__name__)
 
 
 class StatusStream:
-    """Sends `line()` to every connection to `host`:`port`, `rate_hz` times in a second of ticks.
+    """Sends `line()` to every connection to `host`:`port`, `rate_hz` times per second of simulated time.
 
-    Counted in ticks, of which there are `tick_rate_hz` in a second: so a line shows the same instants however
-    the machine stalls. Where the rates are not multiples, lines are a tick nearer or farther apart.
+    Sending times are counted in ticks (`tick_rate_hz` per second), so lines show the same instants however
+    the machine stalls. Where the rates are no multiples, intervals differ by one tick.
 
-    A line is made once, for all who can take it. Who has not yet taken the last one goes without this one:
-    the process holds the rest of one line per connection at most, and waits for nobody. A reader that sends
-    no more is still sent lines.
+    One line is formatted for all readers. A reader that has not taken the last line skips this one: the
+    process holds the rest of one line per connection at most. A reader that has closed its sending side still
+    gets lines.
     """
 
     def __init__(
@@ -49,9 +49,9 @@ class StatusStream:
         tick_rate_hz: int,
         budget: Budget | None = None,
     ) -> None:
-        """`budget` is shared with other servers of the loop.
+        """`budget` may be shared with other servers of the loop.
 
-        Raises ValueError for a rate outside 1 to 500 Hz or beyond that of the ticks.
+        Raises ValueError for a rate outside 1 to 500 Hz or above the tick rate.
         """
         most_hz = min(MAX_RATE_HZ, tick_rate_hz)
         if not MIN_RATE_HZ <= rate_hz <= most_hz:
@@ -59,19 +59,19 @@ class StatusStream:
             raise ValueError(f"status_rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {most_hz}{ticks}")
         self.open_session = open_session
         self.budget = budget or Budget()
-        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # of all readers: it is emptied at once
+        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared by all readers: read and emptied at once
         self.newest = b""
         self.readers: set[Reader] = set()
         self._line = line
         self._rate_hz = rate_hz
         self._tick_rate_hz = tick_rate_hz
         self.send_bytes = min(MOST_SEND_BYTES, max(SEND_BYTES, SEND_BYTES * rate_hz // DEFAULT_RATE_HZ))
-        self._due = 0  # in parts of 1 / tick_rate_hz of a line
+        self._due = 0  # in units of 1 / tick_rate_hz of a line
         self._asked = (host, port)
         self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
-        """Listen. Raises ListenFault."""
+        """Start listening. Raises ListenFault."""
         self._acceptor = await listen(lambda: Reader(self), *self._asked)
 
     @property
@@ -86,14 +86,14 @@ class StatusStream:
         return self._acceptor.address
 
     def tick(self) -> None:
-        """A tick has been made: send a line if one is due."""
+        """Notice that a tick has been made; send a line if one is due."""
         self._due += self._rate_hz
         if self._due >= self._tick_rate_hz:
             self._due -= self._tick_rate_hz
             self._broadcast()
 
     async def close(self) -> None:
-        """Listen no more and close every connection."""
+        """Stop listening and close every connection."""
         if self._acceptor is None:
             return
         self._acceptor.close()
@@ -117,16 +117,16 @@ class Reader(asyncio.BufferedProtocol):
 
     _transport: asyncio.Transport
     gone: asyncio.Future[None]
-    """Done once the connection is."""
+    """Done when the connection is closed."""
 
     def __init__(self, stream: StatusStream) -> None:
         self._stream = stream
         self._share = stream.budget.share(self._work)
         self._first_line = FirstLine()
-        self._received = b""  # and not handed to the session yet
+        self._received = b""  # not passed to the session yet
         self._sent_end = False
-        self._told_end = False  # the session knows
-        self._offered = False  # a line, and it has not been sent yet
+        self._told_end = False  # the session has been told of the end
+        self._offered = False  # a line waits to be sent
         self._before_line = b""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -160,7 +160,7 @@ class Reader(asyncio.BufferedProtocol):
         return True  # the transport stays open for the lines
 
     def offer(self) -> None:
-        """There is a line to be sent; who has to wait for that gets the one that is the newest then."""
+        """Note that a line is due; a reader that has to wait gets the newest line at its turn."""
         self._offered = True
         self._share.ask_later()
 
@@ -172,18 +172,18 @@ class Reader(asyncio.BufferedProtocol):
 
     @property
     def ready(self) -> bool:
-        """Whether all that was sent has been taken by the system."""
+        """Whether the system has taken all that was sent."""
         return not (self._transport.get_write_buffer_size() or self._transport.is_closing())
 
     def close(self) -> None:
-        """Close at once, in good order unless a line has been sent in part."""
+        """Close at once: by FIN, or by a reset if a line has been sent in part."""
         if self.ready:
             self._transport.close()
         else:
             self._transport.abort()
 
     def _work(self, _until_s: float) -> bool:
-        """Hear what has been said, and send the newest line; that is short."""
+        """Read what the reader has sent, and send the newest line."""
         if self._transport.is_closing():
             return False
         try:
@@ -207,7 +207,7 @@ class Reader(asyncio.BufferedProtocol):
         return False
 
     def _hand_on(self) -> None:
-        """To the session, what has been received."""
+        """Pass the received bytes on to the session."""
         data, self._received = self._received, b""
         first = self._first_line
         if data:
@@ -220,7 +220,7 @@ class Reader(asyncio.BufferedProtocol):
             self._session.answer()
 
     def _hear(self, data: bytes) -> None:
-        """Hand on to the session; what it replies is sent before the next line."""
+        """Pass bytes to the session; its replies are sent before the next line."""
         self._session.receive(data)
         while self._session.waiting:
             self._before_line = self._session.answer() or self._before_line

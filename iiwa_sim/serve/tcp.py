@@ -9,41 +9,42 @@ from functools import partial
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.wire.wire_faults import Reset, Send, Step, Wait, WireFaults
 from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.door import Door
 from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
 from iiwa_sim.serve.in_order import InOrder
 from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.port import Port
 from iiwa_sim.serve.socket_options import reset_at_close, tune
 from iiwa_sim.serve.turns import Turns
 
 RECEIVE_BYTES = 65_536
-"""Bytes taken from a connection at once. A buffer of our own instead of asyncio's, which allocates 256 KiB
-for every read, makes an answer 30 us faster."""
+"""Bytes read from a connection at once. A buffer of our own makes an answer 30 us faster than asyncio's,
+which allocates 256 KiB for every read."""
 CROWDED_BYTES = 4096
-"""The same while others wait: to take lines apart costs time, too."""
+"""Bytes read at once while other clients wait: parsing them takes time as well."""
 MOST_BYTES = 32_768
-"""Of replies that are sent at once."""
+"""Bytes of replies sent at once."""
 
 UNREAD_S = 10.0
-"""For how long a client may leave its replies unread once all buffers are full."""
+"""Time (s) for which a client may leave its replies unread once all buffers are full."""
 
 CLOSING_S = 0.3
-"""What a closing server grants its clients to take their last replies."""
+"""Time (s) that a closing server gives its clients to take their last replies."""
 
 MOST_LATE = 1024
-"""Replies, parts of them and waits that a fault may keep back for one client, before its commands wait."""
+"""Replies, parts of replies and delays that wire faults may hold back for one client before its commands
+wait."""
 
 logger = logging.getLogger(__name__)
 
 
 class TcpServer:
-    """Serves `open_session(name of the client)` for every connection to `host`:`port`.
+    """Serves one session, from `open_session(client name)`, for every connection to `host`:`port`.
 
-    `port` 0 picks a free one; `address` says which. A host name stands for its first address, IPv4 before
-    IPv6. A client that does not read its replies for `unread_s` is dropped. One that has to wait for its turn
-    is connected, but nothing is read from it. `on_answered` is called when lines of a client have been
-    carried out, `on_good_bye` when it has said good-bye and been answered. What befalls replies on their way
-    is in `faults`.
+    `port` 0 picks a free one; `address` tells which. A host name stands for its first address, IPv4 before
+    IPv6. A client that does not read its replies for `unread_s` is dropped. A client that waits to be
+    admitted is connected, but nothing is read from it. `on_answered` is called after commands have been
+    carried out, `on_good_bye` after a client has said good-bye and been answered. `faults` are the wire
+    faults of its replies.
     """
 
     def __init__(
@@ -60,52 +61,52 @@ class TcpServer:
         faults: WireFaults | None = None,
         dialect: str = "",
     ) -> None:
-        """`turns` says who is served when; all clients at once, if it is not given. `budget` is shared with
-        other servers of the loop.
+        """`turns` admits clients; without it all are served at once. `budget` may be shared with other
+        servers of the loop.
 
-        `dialect` is what is spoken here, where clients of others are among the same `faults`.
+        `dialect` names the dialect of this port, where `faults` are shared with ports of other dialects.
         """
         self.open_session = open_session
         self.unread_s = unread_s
         self.turns = turns or Turns()
         self.budget = budget or Budget()
-        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # of all connections: it is emptied at once
+        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared: read and emptied at once
         self.on_answered = on_answered
         self.on_good_bye = on_good_bye
         self.faults = faults or WireFaults()
         self.dialect = dialect
         self.connections: set[Connection] = set()
         self.listening = False
-        self._door = Door(lambda: Connection(self), host, port)
+        self._port = Port(lambda: Connection(self), host, port)
 
     async def start(self) -> None:
-        """Listen. Raises ListenFault."""
-        await self._door.open()
+        """Start listening. Raises ListenFault."""
+        await self._port.open()
         self.listening = True
 
     @property
     def address(self) -> tuple[str, int]:
         """Host and port listened on."""
-        return self._door.address
+        return self._port.address
 
     def refuse(self) -> None:
-        """Let nobody connect until `accept`; who is connected is served. Raises ListenFault."""
-        self._door.refuse()
+        """Refuse new connections until `accept`; connected clients are served. Raises ListenFault."""
+        self._port.refuse()
 
     def accept(self) -> None:
-        """Let clients connect again."""
-        self._door.accept()
+        """Accept connections again."""
+        self._port.accept()
 
     def drop_arriving(self, *, reset: bool) -> None:
-        """Close, or reset, the connections that are there and not served yet."""
-        self._door.drop_arriving(reset=reset)
+        """Close or reset the connections that wait to be accepted."""
+        self._port.drop_arriving(reset=reset)
 
     async def close(self) -> None:
-        """Listen no more and close every connection; takes a little more than CLOSING_S at most."""
+        """Stop listening and close every connection; takes little more than CLOSING_S at most."""
         if not self.listening:
             return
         self.listening = False
-        self._door.close()
+        self._port.close()
         self.turns.close()
         open_connections = list(self.connections)
         for connection in open_connections:
@@ -120,28 +121,28 @@ class TcpServer:
 class Connection(asyncio.BufferedProtocol):
     """One client.
 
-    Lines are answered as the budget has time for them, with other clients and ticks in between. While lines
-    wait nothing more is read, and while the client leaves replies unread no line is answered: a client in a
-    hurry fills its own buffers and nobody else's. Until its turn comes nothing is read either. While faults
-    are set for it, lines are answered one by one, and replies sent in the steps that the faults make of them.
+    Its lines are answered as the budget allows, between those of other clients and ticks. While lines wait
+    nothing more is read, and while the client leaves replies unread no line is answered: a client that floods
+    fills only its own buffers. Nothing is read before the client is admitted. While wire faults are set for
+    it, lines are answered one by one, and replies are sent in the steps that the faults make of them.
     """
 
     _transport: asyncio.Transport
     _session: Session
     gone: asyncio.Future[None]
-    """Done once the connection is."""
+    """Done when the connection is closed."""
 
     def __init__(self, server: TcpServer) -> None:
         self._server = server
         self._loop = asyncio.get_running_loop()
         self._first_line = FirstLine()
-        self._received = b""  # and not handed to the session yet
-        self._unread: asyncio.TimerHandle | None = None  # runs while replies pile up
+        self._received = b""  # not passed to the session yet
+        self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
         self._served = False
         self._reading = True
         self._sent_end = False
-        self._told_end = False  # the session knows
-        self._ends = False  # with what is still to be sent
+        self._told_end = False  # the session has been told of the end
+        self._ends = False  # to be closed after what still has to be sent
         self._finished = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -166,7 +167,7 @@ class Connection(asyncio.BufferedProtocol):
             self._read(False)
 
     def serve(self) -> None:
-        """Begin to read."""
+        """Start reading."""
         self._served = True
         logger.info("%s is served", self._name, extra=self._mark)
         self._read(True)
@@ -210,12 +211,12 @@ class Connection(asyncio.BufferedProtocol):
         self._server.turns.leaves(self)
 
     def go_on(self) -> None:
-        """Answer what waits, if it is no more kept from it."""
+        """Answer waiting lines, now that a fault does not hold them back any more."""
         if self._served:
             self._share.ask()
 
     def take(self, steps: list[Step]) -> None:
-        """Take these steps, behind those that are still to be taken."""
+        """Queue these steps after those that are pending."""
         for step in steps:
             if isinstance(step, Send):
                 self._outgoing.do(partial(self._transport.write, step.data))
@@ -226,7 +227,7 @@ class Connection(asyncio.BufferedProtocol):
                 self._outgoing.do(self._reset if isinstance(step, Reset) else self.close)
 
     def close(self) -> None:
-        """Send what is answered and close; what has not been answered is not any more."""
+        """Send the replies there are and close; commands without a reply get none."""
         self._finished = True
         self._outgoing.forget()
         self._transport.close()
@@ -234,11 +235,11 @@ class Connection(asyncio.BufferedProtocol):
             self._unread = self._loop.call_later(self._server.unread_s, self._drop)
 
     def abort(self) -> None:
-        """Close at once."""
+        """Close at once, without sending what waits."""
         self._transport.abort()
 
     def _work(self, until_s: float) -> bool:
-        """Answer lines until then; whether more can be answered."""
+        """Answer lines until `until_s`; returns whether more can be answered."""
         if self._finished or self._ends:
             return False
         try:
@@ -260,7 +261,7 @@ class Connection(asyncio.BufferedProtocol):
         return self._goes_on()
 
     def _hand_on(self) -> None:
-        """To the session, what has been received."""
+        """Pass the received bytes on to the session."""
         data, self._received = self._received, b""
         first = self._first_line
         if data:
@@ -281,14 +282,14 @@ class Connection(asyncio.BufferedProtocol):
                 else:
                     replies.append(session.answer(most))
                     size += len(replies[-1])
-                    most *= 2  # the clock is looked at seldom, and yet soon where lines take their time
+                    most *= 2  # The clock is read seldom, but soon enough where lines take long.
                 if size >= MOST_BYTES or time.monotonic() >= until_s:
                     break
         finally:
             self._send(replies)
 
     def _is_kept_from_answering(self) -> bool:
-        """By a fault that is set, by replies that are not sent or not read yet, or by what takes its time."""
+        """Whether a wire fault, unsent or unread replies, or a pending reply hold back the next line."""
         pending = self._session.pending
         return (
             self._server.faults.silences(self._number)
@@ -298,7 +299,7 @@ class Connection(asyncio.BufferedProtocol):
         )
 
     def _send(self, replies: list[bytes]) -> None:
-        """And forget them."""
+        """Send the replies and forget them."""
         data = b"".join(replies)
         replies.clear()
         if not data:
@@ -309,7 +310,7 @@ class Connection(asyncio.BufferedProtocol):
             self._transport.write(data)
 
     def _goes_on(self) -> bool:
-        """Whether lines can be answered at once; if not, see to it that it goes on or ends."""
+        """Whether lines can be answered at once; if not, arrange for the work to go on later or to end."""
         session = self._session
         if self._finished or self._ends:
             return False

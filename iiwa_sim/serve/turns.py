@@ -1,4 +1,4 @@
-"""Whose turn it is: all clients at once, or one after the other; with a pause after the last has gone."""
+"""Admission of clients: all at once, or one after the other, with an optional pause between them."""
 
 import asyncio
 from typing import Protocol
@@ -7,17 +7,17 @@ LONGEST_PAUSE_S = 86400.0
 
 
 class Client(Protocol):
-    """Who wants to be served."""
+    """A client that waits to be served."""
 
     def serve(self) -> None:
-        """Learn that its turn has come."""
+        """Start serving: called when the client is admitted."""
 
 
 class Turns:
-    """Serves clients in the order in which they arrive.
+    """Admits clients in the order in which they connect.
 
-    With `exclusive` one at a time, the next when that one has gone; otherwise all at once. When nobody is
-    served any more, the next one is served `pause_s` later.
+    With `exclusive` one at a time, the next when that one has gone; otherwise all at once. When no client is
+    left, the next one is admitted `pause_s` later.
     """
 
     def __init__(self, exclusive: bool = False, pause_s: float = 0.0) -> None:
@@ -31,7 +31,7 @@ class Turns:
         self._pause: asyncio.TimerHandle | None = None
 
     def arrives(self, client: Client) -> bool:
-        """Whether the client's turn has come already; if not, it is told when it has."""
+        """Whether the client is admitted at once; if not, its `serve` is called later."""
         if self._busy:
             self._waiting[client] = None
             return False
@@ -39,7 +39,7 @@ class Turns:
         return True
 
     def leaves(self, client: Client) -> None:
-        """The client has gone, served or not."""
+        """Forget a client that has gone, served or not."""
         self._waiting.pop(client, None)
         if client not in self._served:
             return
@@ -50,7 +50,7 @@ class Turns:
             self._admit()
 
     def close(self) -> None:
-        """Nobody's turn comes any more."""
+        """Admit nobody any more."""
         self._waiting.clear()
         self._served.clear()
         if self._pause is not None:

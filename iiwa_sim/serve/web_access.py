@@ -1,8 +1,8 @@
-"""Which web pages may speak to a port that browsers can reach.
+"""Which web pages may use a port that browsers can reach.
 
-A browser lets any page open a WebSocket to any machine, and says which page it was in the header Origin; what
-is no browser sends none. And a page can have the name of its own site stand for an address of ours (DNS
-rebinding): then the header Host has that name.
+A browser lets any page open a WebSocket to any machine and names that page in the header Origin; other
+clients send no Origin. A page can also make the name of its own site resolve to one of our addresses (DNS
+rebinding): the header Host then has that name.
 """
 
 import ipaddress
@@ -14,24 +14,24 @@ from iiwa_sim.wording import harmless, shortened
 
 LOCALHOST = "localhost"
 NO_SITE = "null"
-"""The origin of a page without a site, as from a file, or in a frame that another page has made so."""
+"""Origin of a page without a site, such as a file or a sandboxed frame."""
 _ORIGIN = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://[!-.0-~]+")  # no path behind it
 _LONGEST_SHOWN = 100
 
 
 class WebAccess:
-    """Lets in who is no web page, pages of this machine, and those of the `origins` that are named."""
+    """Admits clients that are no web page, pages of this machine, and pages of the named `origins`."""
 
     def __init__(self, origins: Sequence[str] = (), hosts: Sequence[str] = ()) -> None:
-        """`origins` as browsers write them, scheme://host[:port]; `hosts` are names that this machine has.
+        """`origins` as browsers write them, scheme://host[:port]; `hosts` are further names of this machine.
 
-        Raises ValueError for an origin or a host that is none.
+        Raises ValueError for an origin or a host that is malformed.
         """
         self._origins = frozenset(_checked_origin(each) for each in origins)
         self._hosts = frozenset(_checked_host(each) for each in hosts)
 
     def refusal(self, hosts: Sequence[str], origins: Sequence[str]) -> str | None:
-        """Why a request with these headers Host and Origin is not let in; None if it is."""
+        """Why a request with these headers Host and Origin is refused; None if it is admitted."""
         if len(hosts) != 1:
             return f"{len(hosts)} headers Host: expected one"
         host = _host_of(f"//{hosts[0]}")

@@ -1,1 +1,1 @@
-"""Dialogues with a server as text: recorded, read, played and compared. docs/transcripts.md tells how."""
+"""Dialogues with a server as text: recorded, read, played and compared. See docs/transcripts.md."""

@@ -1,4 +1,4 @@
-"""A reply beside the one expected."""
+"""Compares a reply of the iiwa's protocol with the expected one."""
 
 import math
 import re
@@ -10,7 +10,7 @@ _HEARD = re.compile(r"\{(?P<command>[a-z ]+?)(?: (?P<place>\d+))?\s*(?:\+(?P<mor
 
 
 def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
-    """What is different, in words; empty where nothing is. `heard` is what `filled` takes."""
+    """The difference in words; empty if there is none. `heard` is that of `filled`."""
     if expected.compare is Compare.ANY:
         return ""
     try:
@@ -33,7 +33,7 @@ def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
 
 
 def filled(text: str, heard: Mapping[str, str]) -> str:
-    """Text with the last replies, by command, in place of `{get ...}`. Raises ValueError."""
+    """Text with `{get ...}` replaced by the last replies, which `heard` has by command. Raises ValueError."""
 
     def last(found: re.Match[str]) -> str:
         reply = heard.get(found["command"])

@@ -1,10 +1,10 @@
-r"""Bytes that do not print, as text: `\x09`, a backslash `\\`, a brace that is one `\x7b`."""
+r"""Escapes for bytes that do not print: `\x09`, `\\` for a backslash, `\x7b` for a literal brace."""
 
 import re
 
 
 def wire_bytes(text: str) -> bytes:
-    """What is sent for a text. Raises ValueError for an escape that is none."""
+    """The bytes for a text. Raises ValueError for a malformed escape."""
     return re.sub(rb"\\(x[0-9a-f]{2}|.|$)", _unescaped, text.encode())
 
 

@@ -1,8 +1,8 @@
-r"""KRC4 messages in a transcript: in their short form (`iiwa_sim.dialect.krc4.short`), or word for word.
+"""KRC4 messages in a transcript: in short form (`iiwa_sim.dialect.krc4.short`), or verbatim.
 
-In both, `{GOP}` stands for the reals of the last reply to that message, `R0=445.0 R2=810.0` with those left
-out that are 0, `{GOP + 0 0 10}` for them with these added, from R0 on, `{GOP R2}` for one of its registers,
-and `{GOP R2 + 10}` for that with 10 added.
+In both, `{GOP}` stands for the reals of the last reply to that message, `R0=445.0 R2=810.0` without those
+that are 0; `{GOP + 0 0 10}` for them with these added, from R0 on; `{GOP R2}` for one register, and `{GOP R2
++ 10}` for it with 10 added.
 """
 
 import math
@@ -30,12 +30,12 @@ _TAGS = {command.tag: command.id for command in load_krc4_table().commands.value
 
 
 def check(text: str) -> None:
-    """Whether a text is a message, or can be sent at all. Raises ValueError."""
+    """Check that a text is a message, or can be sent. Raises ValueError."""
     sent(_unfilled(text))
 
 
 def check_reply(text: str, has_to_be_read: bool) -> None:
-    """Whether a text can be a reply; one word for word need not be read where it is compared so.
+    """Check that a text can be a reply; a verbatim one that is compared verbatim need not be parsed.
 
     Raises ValueError.
     """
@@ -52,7 +52,7 @@ def sent(text: str) -> bytes:
 
 
 def understood(text: str, root: str) -> Message:
-    """The numbers of a message. Raises ValueError where it is none."""
+    """The numbers of a message. Raises ValueError if the text is none."""
     if is_short(text):
         return understand(from_short(text), root)
     stream = XmlStream()
@@ -67,7 +67,7 @@ def understood(text: str, root: str) -> Message:
 
 
 def tag(text: str) -> str:
-    """The name of the message that is said, such as GOP; empty if it has none."""
+    """The name of a message, such as GOP; empty if it has none."""
     try:
         said = understood(_unfilled(text), REQUEST).command
     except ValueError:
@@ -76,7 +76,7 @@ def tag(text: str) -> str:
 
 
 def answers_reals(reply: str) -> bool:
-    """Whether a reply in short form is one to a message that asks for reals."""
+    """Whether a reply in short form answers a message that asks for reals."""
     command = load_krc4_table().commands.get(understood(reply, REPLY).command)
     return command is not None and (
         command.joints == "output" or any(register.startswith("R") for register in command.outputs)
@@ -84,19 +84,20 @@ def answers_reals(reply: str) -> bool:
 
 
 def filled(text: str, heard: Mapping[str, str]) -> str:
-    """Text with registers of the last replies, by tag, in place of `{GOP ...}`. Raises ValueError."""
+    """Text with `{GOP ...}` replaced by registers of the last replies, which `heard` has by tag. Raises
+    ValueError."""
     return _HEARD.sub(lambda found: _filled(found, heard), text)
 
 
 def ask_idle(texts: list[str]) -> str:
-    """A FIN with an id that none of these has: the largest there is."""
+    """A FIN message with the largest id that none of the texts has."""
     taken = {int(found) for text in texts for found in _ID.findall(text)}
     number = next(each for each in range(LARGEST_INTEGER, 0, -1) if each not in taken)
     return f"Cmd I0={number} I1={_FIN}"
 
 
 def is_moving(asked: str, reply: str) -> bool:
-    """What the reply to `ask_idle` says. Raises ValueError if it says something else."""
+    """Whether the reply to `ask_idle` says that the robot moves. Raises ValueError for another reply."""
     expected = understood(asked, REQUEST).integers[:2]
     got = understood(reply, REPLY)
     if got.fault or got.integers[:2] != expected or got.integers[2] not in (0, 1):
@@ -105,7 +106,7 @@ def is_moving(asked: str, reply: str) -> bool:
 
 
 def _unfilled(text: str) -> str:
-    """Text in which numbers of no meaning stand for those that are not heard yet. Raises ValueError."""
+    """Text with placeholder numbers for `{GOP ...}`, to check it before it is sent. Raises ValueError."""
 
     def without(found: re.Match[str]) -> str:
         if found["tag"] not in _TAGS:

@@ -1,4 +1,4 @@
-"""A KRC4 reply beside the one expected."""
+"""Compares a KRC4 reply with the expected one."""
 
 from collections.abc import Mapping
 
@@ -9,10 +9,9 @@ from iiwa_sim.transcript.lines import Answered, Compare
 
 
 def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
-    """What is different, in words; empty where nothing is. `heard` is what `filled` takes.
+    """The difference in words; empty if there is none. `heard` is that of `filled`.
 
-    Integers, the ids among them, have to be the same; reals within the tolerance. A reply that is expected
-    word for word has to be so.
+    Integers, ids among them, have to be equal, reals within the tolerance. A verbatim reply has to be equal.
     """
     if expected.compare is Compare.ANY:
         return ""
@@ -34,7 +33,7 @@ def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
 
 
 def _difference(expected: Message, found: Message, within: float | None) -> str:
-    """`within` is None for numbers that have to be the same."""
+    """The difference of two rows of numbers; with `within` None they have to be equal."""
     if found.integers != expected.integers or (within is None and found.reals != expected.reals):
         return f"expected '{_shown(expected)}', got '{_shown(found)}'"
     for place, (real, other) in enumerate(zip(found.reals, expected.reals, strict=True)):

@@ -37,10 +37,10 @@ from iiwa_sim.transcript.escapes import wire_bytes
 from iiwa_sim.transcript.fault import TranscriptFault
 
 MAX_BYTES = 100_000_000
-"""Of a file; some days of a driver's polls."""
+"""Largest file in bytes: some days of a driver's polls."""
 
 WITHIN = 1e-6
-"""How far numbers may be off where a transcript does not say it."""
+"""Default tolerance of numbers."""
 
 _LINE = re.compile(
     r"(?:\[\s*(?P<simulated>[0-9.]+)\s+(?P<real>[0-9.]+)\s*\]\s*)?"
@@ -62,27 +62,27 @@ class Compare(Enum):
 
 
 class Step(NamedTuple):
-    """What every line has."""
+    """The common fields of all lines."""
 
     line: int
     """Its number in the file, from 1."""
     client: str
-    """Its name; empty where there is but one."""
+    """Name of the client; empty if there is only one."""
     at_s: float | None
-    """When, in simulated time since the beginning, if the transcript says it."""
+    """Simulated time (s) since the beginning, if the transcript has times."""
     dialect: str = DEFAULT_DIALECT
-    """What the client speaks, one of `iiwa_sim.dialect.ports`."""
+    """The client's dialect, one of `iiwa_sim.dialect.ports`."""
 
 
 class Said(NamedTuple):
-    """A client says something."""
+    """A client sends a line."""
 
     step: Step
     text: str
 
 
 class Answered(NamedTuple):
-    """And is answered."""
+    """A client gets a reply."""
 
     step: Step
     text: str
@@ -91,19 +91,19 @@ class Answered(NamedTuple):
 
 
 class Connects(NamedTuple):
-    """A client comes."""
+    """A client connects."""
 
     step: Step
 
 
 class Leaves(NamedTuple):
-    """A client goes."""
+    """A client disconnects."""
 
     step: Step
 
 
 class Wait(NamedTuple):
-    """Time passes."""
+    """Time passes before the next line."""
 
     step: Step
     seconds: float | None
@@ -117,16 +117,16 @@ class Transcript(NamedTuple):
     """A dialogue."""
 
     name: str
-    """Of its file."""
+    """Name of its file."""
     steps: tuple[Steps, ...]
     robot: str
-    """Which robot, at home, it holds for; empty for any."""
+    """The robot, at home, that it holds for; empty for any."""
     dialects: tuple[str, ...] = (DEFAULT_DIALECT,)
-    """What is spoken in it, each on a port of its own."""
+    """Its dialects, each on a port of its own."""
 
     @property
     def commands(self) -> set[str]:
-        """The commands that are said, without their parameters; of KRC4 messages the tags, such as GOP."""
+        """The commands that are sent, without parameters; of KRC4 messages the tags, such as GOP."""
         return {
             krc4.tag(step.text) if step.step.dialect == KRC4 else command_of(step.text)
             for step in self.steps
@@ -135,7 +135,7 @@ class Transcript(NamedTuple):
 
 
 def read_file(path: Path) -> Transcript:
-    """The transcript of that name. Raises TranscriptFault."""
+    """The transcript of a file. Raises TranscriptFault."""
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
@@ -147,7 +147,7 @@ def read_file(path: Path) -> Transcript:
 
 
 def read(name: str, text: str) -> Transcript:
-    """A transcript from its text; `name` names it in faults. Raises TranscriptFault."""
+    """The transcript of a text; `name` names it in errors. Raises TranscriptFault."""
     robot = ""
     dialects: tuple[str, ...] = (DEFAULT_DIALECT,)
     spoken: dict[str, str] = {}
@@ -197,7 +197,7 @@ def read(name: str, text: str) -> Transcript:
 
 
 def shipped(*folders: str) -> list[Transcript]:
-    """Those of protocol/transcripts, or of a folder in it, by name."""
+    """The transcripts of protocol/transcripts, or of a folder in it, by name."""
     folder = files("iiwa_sim.protocol").joinpath("transcripts", *folders)
     found = sorted(folder.iterdir(), key=lambda each: each.name)
     return [read(each.name, each.read_text("utf-8")) for each in found if each.name.endswith(".txt")]

@@ -1,4 +1,4 @@
-"""Sessions with the simulator, written down as a transcript while they happen."""
+"""Records sessions with the simulator as a transcript."""
 
 import logging
 import os
@@ -11,26 +11,25 @@ from typing import Self
 
 from iiwa_sim.dialect.krc4.short import NO_MESSAGE
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, KRC4
-from iiwa_sim.dialect.wire.dialogue import Dialogue, Direction
-from iiwa_sim.dialect.wire.dialogue import Said as Told
+from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.dialect.wire.table import load_table
 from iiwa_sim.never_waiting import NeverWaiting
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.krc4 import answers_reals
 
 UNSPEAKABLE = ("(too long)", NO_MESSAGE)
-"""What the dialogue tells of what is not known, and so cannot be said again."""
+"""Texts in the dialogue for lines whose contents are not known, so that they cannot be replayed."""
 
 logger = logging.getLogger(__name__)
 
 
 class Recorder:
-    """Writes what a dialogue tells into a file, line by line; a listener while its context is open.
+    """Writes a dialogue into a file, line by line; it listens while its context is open.
 
-    Clients are called client1, client2, ... in the order in which they come. Replies of numbers are recorded
-    as numbers, all others as they are. A file that takes no more, such as on a full disk, ends the recording
-    with a line in the log, and nothing else. For a FIFO or a terminal nothing waits: lines that it does not
-    take are lost, and a comment says how many.
+    Clients are called client1, client2, ... in the order in which they connect. Replies of numbers are
+    recorded as numbers, others verbatim. If the file cannot be written, as on a full disk, the recording ends
+    with a line in the log. A FIFO or a terminal is never waited for: lines that it does not take are dropped,
+    and a comment tells how many.
     """
 
     def __init__(
@@ -41,7 +40,8 @@ class Recorder:
         title: str,
         dialects: Sequence[str] = (DEFAULT_DIALECT,),
     ) -> None:
-        """`tick_s` is the robot's tick; `title` is the first line, a comment; `dialects` are all there are.
+        """`tick_s` is the duration of a tick (s); `title` is the first line, a comment; `dialects` are those
+        of the simulator.
 
         Raises TranscriptFault.
         """
@@ -51,7 +51,7 @@ class Recorder:
         self._began_ns = time.monotonic_ns()
         self._names: dict[str, str] = {}
         self._usual_dialect = dialects[0]
-        self._dialects: dict[str, str] = {}  # of clients that are there
+        self._dialects: dict[str, str] = {}  # of connected clients
         self._clients = 0
         self._last_said = ""
         self._broken = False
@@ -83,21 +83,21 @@ class Recorder:
         self.close()
 
     def close(self) -> None:
-        """Hears no more; what the context does at its end."""
+        """Stop listening; the context does so at its end."""
         self._dialogue.listeners.remove(self._hear)
-        taken = self._out.close()
+        written = self._out.close()
         if self._out.fault is not None and not self._broken:
             self._break(self._out.fault)
-        if taken:  # else the thread that waits for it still has it
+        if written:  # otherwise the thread that waits for the file still uses it
             os.close(self._descriptor)
 
-    def _hear(self, told: Told) -> None:
+    def _hear(self, said: DialogueLine) -> None:
         if self._broken:
             return
-        real_s = (told.instant_ns - self._began_ns) * 1e-9
-        times = f"[{told.tick * self._tick_s:.3f} {real_s:.6f}]"
+        real_s = (said.instant_ns - self._began_ns) * 1e-9
+        times = f"[{said.tick * self._tick_s:.3f} {real_s:.6f}]"
         if self._out.fault is None:
-            self._out.put(_bytes(self._line(told, times) + "\n"))
+            self._out.put(_bytes(self._line(said, times) + "\n"))
         else:
             self._break(self._out.fault)
 
@@ -105,30 +105,30 @@ class Recorder:
         logger.error("%s: the transcript ends here: %s", self._path, fault.strerror)
         self._broken = True
 
-    def _line(self, told: Told, times: str) -> str:
-        if told.direction is Direction.EVENT:
-            return self._event(told, times)
-        name = self._name(told.session)
-        if told.direction is Direction.ON_WIRE:
-            return f"# {times} {name}: on the wire: {told.text}"
-        text = told.text.replace("{", "\\x7b")
-        if told.direction is Direction.FROM_CLIENT:
-            self._last_said = told.text  # its reply comes next
+    def _line(self, said: DialogueLine, times: str) -> str:
+        if said.direction is Direction.EVENT:
+            return self._event(said, times)
+        name = self._name(said.session)
+        if said.direction is Direction.ON_WIRE:
+            return f"# {times} {name}: on the wire: {said.text}"
+        text = said.text.replace("{", "\\x7b")
+        if said.direction is Direction.FROM_CLIENT:
+            self._last_said = said.text  # its reply comes next
         hidden = "# " if self._last_said in UNSPEAKABLE else ""
-        mark = ">" if told.direction is Direction.FROM_CLIENT else self._mark(told.session, told.text)
+        mark = ">" if said.direction is Direction.FROM_CLIENT else self._mark(said.session, said.text)
         return f"{hidden}{times} {name}{mark} {text}"
 
-    def _event(self, told: Told, times: str) -> str:
-        if told.text == "connected":
-            self._dialects[told.session] = told.dialect
-            manner = "" if told.dialect == self._usual_dialect else f" in {told.dialect}"
-            return f"{times} {self._name(told.session)} connects{manner}"
-        if told.text == "disconnected":
-            name = self._name(told.session)
-            del self._names[told.session]
-            self._dialects.pop(told.session, None)
+    def _event(self, said: DialogueLine, times: str) -> str:
+        if said.text == "connected":
+            self._dialects[said.session] = said.dialect
+            dialect = "" if said.dialect == self._usual_dialect else f" in {said.dialect}"
+            return f"{times} {self._name(said.session)} connects{dialect}"
+        if said.text == "disconnected":
+            name = self._name(said.session)
+            del self._names[said.session]
+            self._dialects.pop(said.session, None)
             return f"{times} {name} leaves"
-        return f"# {times} {told.session}: {told.text}"
+        return f"# {times} {said.session}: {said.text}"
 
     def _mark(self, session: str, reply: str) -> str:
         if self._dialects.get(session, self._usual_dialect) == KRC4:
@@ -145,7 +145,7 @@ class Recorder:
 
 
 def _opened(path: Path) -> int:
-    """For writing; a FIFO also for reading, or this would wait until somebody else does that."""
+    """Open for writing; a FIFO also for reading, as opening would otherwise wait for a reader."""
     is_fifo = path.exists() and stat.S_ISFIFO(path.stat().st_mode)
     how = os.O_RDWR if is_fifo else os.O_WRONLY | os.O_CREAT | os.O_TRUNC
     return os.open(path, how | os.O_NOCTTY | os.O_CLOEXEC, 0o666)

@@ -1,7 +1,7 @@
-"""A transcript played against a server: what it says is said, what is answered is compared.
+"""Plays a transcript against a server: sends its lines and compares the replies.
 
-Lines with times are said at their simulated time since the beginning; others, and those that are late, as
-soon as the line before is done with.
+Lines with times are sent at their simulated time since the beginning; other lines, and late ones, as soon as
+the line before is done.
 """
 
 import time
@@ -15,13 +15,13 @@ from iiwa_sim.transcript.speech import SPEECH, Speech
 from iiwa_sim.transcript.wire import TIMEOUT_S, MessageWire, NoReply, Wire
 
 STOPPED_WITHIN_S = 60.0
-"""How long `wait stopped` waits."""
+"""Seconds for which `wait stopped` waits."""
 
 POLL_PERIOD_S = 0.01
 
 
 class Deviation(NamedTuple):
-    """A line of the transcript that came out differently."""
+    """A line of the transcript whose outcome differs."""
 
     line: int
     said: str
@@ -32,14 +32,14 @@ class Deviation(NamedTuple):
 
 
 class Time(Protocol):
-    """The robot's, in s."""
+    """The robot's time, in s."""
 
     def now_s(self) -> float: ...
     def wait(self, seconds: float) -> None: ...
 
 
 class RealTime:
-    """That of a robot which others let move."""
+    """Real time, for a robot that moves by itself."""
 
     def now_s(self) -> float:
         return time.monotonic()
@@ -55,13 +55,13 @@ def replay(
     timeout_s: float = TIMEOUT_S,
     robot_time: Time | None = None,
 ) -> Iterator[Deviation]:
-    """Plays it, telling each deviation when it is met. One that leaves a client out of step is the last.
+    """Play a transcript; yields each deviation. One after which a client is out of step is the last.
 
-    There is a port for each dialect of the transcript. All waits but those for replies, `timeout_s` each, are
-    in the robot's time: real time, if nothing else is given.
+    There is a port for each dialect of the transcript. Waits are in the robot's time, real time by default,
+    except for the wait of `timeout_s` for each reply.
 
-    Raises TranscriptFault if the server cannot be reached, if ports and dialects do not go together, or if
-    nothing is said: a recording that was lost must not pass.
+    Raises TranscriptFault if the server cannot be reached, if ports and dialects do not match, or if nothing
+    is sent: an empty recording must not pass.
     """
     if not any(isinstance(step, Said) for step in transcript.steps):
         raise TranscriptFault(f"{transcript.name}: nothing is said in it, expected a `> command` at least")
@@ -88,21 +88,21 @@ def replay(
 
 
 class _OutOfStep(Exception):
-    """Nothing that follows could be compared."""
+    """Client and server are out of step: nothing that follows can be compared."""
 
 
 class _Client:
-    """One of those who talk."""
+    """A client of the transcript."""
 
     def __init__(self, wire: Wire | MessageWire, speech: Speech) -> None:
         self.wire = wire
         self.speech = speech
         self.said: deque[str] = deque()
-        """And not answered yet."""
+        """Lines without a reply yet."""
         self.last = ""
-        """What the last reply was to."""
+        """The line of the last reply."""
         self.heard: dict[str, str] = {}
-        """The last reply to each command, by its topic."""
+        """The last reply to each command, by topic."""
         self.line = 0
 
 
@@ -130,7 +130,7 @@ class _Player:
         return client.last if client else ""
 
     def play(self, step: Steps) -> str:
-        """What was different, in words."""
+        """Carry out a step; returns the difference in words."""
         name = step.step.client
         if isinstance(step, Leaves):
             if name in self._clients:
@@ -153,7 +153,7 @@ class _Player:
                 return ""
 
     def unread(self) -> Iterator[tuple[int, str, str]]:
-        """What clients were told without asking, with their last lines."""
+        """Unexpected data that clients have received, with their last lines."""
         for client in self._clients.values():
             if client.wire.unread:
                 yield client.line, client.last, client.wire.unread

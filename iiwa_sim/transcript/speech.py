@@ -1,4 +1,4 @@
-"""What a player has to know of each dialect: how it is sent, what a reply is, and whether that deviates."""
+"""What a player needs of each dialect: how texts are sent and replies are read and compared."""
 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
@@ -11,22 +11,22 @@ from iiwa_sim.transcript.wire import MessageWire, Wire
 
 
 class Speech(NamedTuple):
-    """Texts are as in a transcript; functions that take one raise ValueError where it makes no sense."""
+    """Texts are those of a transcript; functions that take one raise ValueError for a malformed one."""
 
     connect: Callable[[str, int, float], Wire | MessageWire]
-    """To a host and a port, with the patience for each reply (s)."""
+    """Connects to a host and a port, with a time limit (s) for each reply."""
     filled: Callable[[str, Mapping[str, str]], str]
-    """A text with the last replies, by their topics, in place of what stands for them in braces."""
+    """Replaces placeholders in braces by the last replies, which are given by topic."""
     sent: Callable[[str], bytes]
-    """What is sent for a text."""
+    """The bytes that are sent for a text."""
     topic: Callable[[str], str]
-    """What braces call the reply to a text."""
+    """The name in braces for the reply to a text."""
     deviation: Callable[[Answered, str, Mapping[str, str]], str]
-    """What is different in a reply, in words; empty where nothing is."""
+    """The difference of a reply in words; empty if there is none."""
     ask_status: Callable[[Transcript], str]
-    """What asks whether the robot moves."""
+    """The text that asks whether the robot moves."""
     is_moving: Callable[[str, str], bool]
-    """Whether it does, from that question and its reply."""
+    """Whether the robot moves, from that text and its reply."""
 
 
 def _line(text: str) -> bytes:

@@ -1,4 +1,4 @@
-"""A client's end of a connection, in bytes: what it sends is sent as it is, and every wait has an end.
+"""A client's connection as a stream of bytes with time limits.
 
 Replies are lines in the iiwa's protocol, XML messages in that of KRC4.
 """
@@ -23,11 +23,11 @@ _OPENING = f"<{REPLY}".encode()
 
 
 class NoReply(Exception):
-    """None came; the message says for how long, or that the connection has ended."""
+    """No reply came; the message tells for how long, or that the connection has ended."""
 
 
 class Connection:
-    """Bytes both ways."""
+    """A connection that sends and receives bytes."""
 
     def __init__(self, host: str, port: int, timeout_s: float = TIMEOUT_S) -> None:
         """Connects; `timeout_s` bounds that and the wait for each reply. Raises NoServer."""
@@ -35,13 +35,13 @@ class Connection:
         self.server = host_and_port(host, port)
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
-        except (OSError, ValueError) as fault:  # ValueError for characters no host name has
+        except (OSError, ValueError) as fault:  # ValueError: characters that no host name has
             why = getattr(fault, "strerror", None) or fault
             raise NoServer(f"cannot connect to {self.server}: {why}") from None
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def send(self, data: bytes) -> None:
-        """As it is. Raises NoReply if the connection has ended."""
+        """Send data. Raises NoReply if the connection has ended."""
         try:
             self._socket.settimeout(self.timeout_s)
             self._socket.sendall(data)
@@ -49,27 +49,27 @@ class Connection:
             raise NoReply(_why(fault)) from None
 
     def sends_no_more(self) -> None:
-        """Ends the stream this way only."""
+        """Close the sending side."""
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_WR)
 
     def receive(self) -> bytes:
-        """What comes next in one piece; b"" at the end of the stream. Raises NoReply."""
+        """The next piece of data; b"" at the end of the stream. Raises NoReply."""
         return self._receive(self.timeout_s, time.monotonic() + self.timeout_s)
 
     def close(self) -> None:
-        """In good order."""
+        """Close the connection."""
         self._socket.close()
 
     def vanish(self) -> None:
-        """As the connection of a driver that crashed."""
+        """Reset the connection, as that of a driver that crashed."""
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         self._socket.close()
 
     def _receive(self, patience_s: float, deadline: float) -> bytes:
         left_s = deadline - time.monotonic()
         try:
-            if left_s <= 0.0:  # also where bytes come without end
+            if left_s <= 0.0:  # also if bytes keep coming
                 raise TimeoutError
             self._socket.settimeout(left_s)
             return self._socket.recv(RECEIVE_BYTES)
@@ -80,15 +80,15 @@ class Connection:
 
 
 class Wire(Connection):
-    """One on which each reply is a line."""
+    """A connection on which each reply is a line."""
 
     def __init__(self, host: str, port: int, timeout_s: float = TIMEOUT_S) -> None:
-        """As of `Connection`."""
+        """Arguments are those of `Connection`."""
         super().__init__(host, port, timeout_s)
         self._replies = ReplyLines()
 
     def reply(self, timeout_s: float | None = None) -> str:
-        """The next line without its end, what is not printable ASCII escaped.
+        """The next line without its end, escaped to printable ASCII.
 
         Raises NoReply, and TranscriptFault for a server that speaks KRC4 messages.
         """
@@ -109,34 +109,34 @@ class Wire(Connection):
         return readable(line)
 
     def ask(self, line: bytes) -> str:
-        """A line, ended as most drivers do, and its reply. Raises NoReply."""
+        """Send a line and return its reply. Raises NoReply."""
         self.send(line + b"\r\n")
         return self.reply()
 
     @property
     def unread(self) -> str:
-        """What has come and is not taken yet, as far as it is known."""
+        """Data that has been received but not read, as far as it is known."""
         return readable(self._replies.unread)
 
     def _look_for_messages(self) -> None:
-        """A server of KRC4 messages answers a line with one that says so, without a line end."""
+        """Recognise a server of KRC4 messages, which answers a line with a message and no line end."""
         if self._replies.unread.startswith(_OPENING):
             raise TranscriptFault(f"{self.server} answers with KRC4 messages, expected the iiwa's protocol")
 
 
 class MessageWire(Connection):
-    """One on which each reply is a KRC4 message."""
+    """A connection on which each reply is a KRC4 message."""
 
     def __init__(self, host: str, port: int, timeout_s: float = TIMEOUT_S) -> None:
-        """As of `Connection`."""
+        """Arguments are those of `Connection`."""
         super().__init__(host, port, timeout_s)
         self._replies = XmlStream()
         self._heard = False
 
     def reply(self) -> str:
-        """The next message word for word, what is not printable ASCII escaped.
+        """The next message verbatim, escaped to printable ASCII.
 
-        Raises NoReply, and TranscriptFault for a server that answers, but not with messages.
+        Raises NoReply, and TranscriptFault for a server that answers with something else.
         """
         try:
             return self._next()
@@ -147,7 +147,7 @@ class MessageWire(Connection):
 
     @property
     def unread(self) -> str:
-        """What has come and is not taken yet, as far as it is known."""
+        """Data that has been received but not read, as far as it is known."""
         return readable(self._replies.unread)
 
     def _next(self) -> str:
@@ -166,11 +166,11 @@ class MessageWire(Connection):
         return wire
 
     def _look_for_lines(self, fault: NoReply) -> None:
-        """A server of lines still waits for the end of one; between messages that means nothing."""
+        """Recognise a server of lines, which waits for a line end; between messages that is ignored."""
         with contextlib.suppress(NoReply):
             self.send(b"\r\n")
             self._next()
-            raise fault  # a message, but late
+            raise fault  # a message, but a late one
 
 
 def _why(fault: OSError) -> str:

@@ -275,9 +275,7 @@ def test_a_reply_that_does_not_fit_ends_the_connection(connect, reply):
     assert_closed(client)
 
 
-@pytest.mark.parametrize(
-    "reply", [b"nan 0 0 0 0 0 0\r\n", b"0 0 0 0 0 0 1e999\r\n", b"0 0 0 0 0 0 1_0\r\n"]
-)
+@pytest.mark.parametrize("reply", [b"nan 0 0 0 0 0 0\r\n", b"0 0 0 0 0 0 1e999\r\n", b"0 0 0 0 0 0 1_0\r\n"])
 def test_a_reply_of_numbers_that_are_none_ends_the_connection(connect, reply):
     client, _ = connect(always(reply))
     with pytest.raises(ReplyError, match="get joint position"):

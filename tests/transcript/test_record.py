@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.dialect.wire.dialogue import Dialogue
-from iiwa_sim.dialect.wire.dialogue import Said as Told
+from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine
 from iiwa_sim.dialect.wire.wire_faults import Drop
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault
@@ -110,7 +109,7 @@ def test_a_disk_that_fills_up_ends_the_recording_only(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     dialogue = Dialogue(lambda: 0)
-    heard: list[Told] = []
+    heard: list[DialogueLine] = []
     recorder = Recorder(tmp_path / "file", dialogue, 0.002, "a robot")
     with recorder:
         with Path("/dev/full").open("wb") as full:

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from iiwa_sim.dialect.iiwa.session import IiwaSession
 
 LONGEST_REPLY = 1000
-"""Bytes. The public driver receives 1024 of them at once: a longer reply puts it out of step for good."""
+"""Longest reply in bytes. The public driver reads 1024 bytes at once: a longer reply would put it out of
+step for good."""
 
 _EXAMPLE = "lin move"
 _DONE = b"done\r\n"
@@ -33,7 +34,8 @@ Handler = Callable[["IiwaSession", Request], bytes]
 
 
 def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
-    """A move of this session. Refused or not, it has cost a plan: others get their turn behind it."""
+    """A command that makes a move. It may take planning time even if it is refused, so it ends its batch
+    of lines."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
         session.pause()
@@ -44,7 +46,7 @@ def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
 
 
 def _to_frame(kind: Kind, values: Values) -> MoveRequest:
-    """Of a frame, a speed and a blending."""
+    """A move to a frame, from a frame, a speed and a blending."""
     return MoveRequest(kind, Frame(*values[:6]), values[6], values[7])
 
 
@@ -54,13 +56,13 @@ def _by_shift(kind: Kind, values: Values, *, in_tool: bool) -> MoveRequest:
 
 
 def _compliant(kind: Kind, values: Values) -> MoveRequest:
-    """Of a frame, a speed, a stiffness and a wrench."""
+    """A compliant move, from a frame, a speed, a stiffness and a wrench."""
     compliance = Compliance(values[7], values[8:])
     return MoveRequest(kind, Frame(*values[:6]), values[6], compliance=compliance)
 
 
 def _does(call: Callable[[Controller, Values], None]) -> Handler:
-    """What takes effect at once."""
+    """A command that takes effect at once and is answered `done`."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
         call(session.controller, request.values)
@@ -70,19 +72,20 @@ def _does(call: Callable[[Controller, Values], None]) -> Handler:
 
 
 def _gives(read: Callable[[Controller], Sequence[float]]) -> Handler:
-    """Numbers."""
+    """A command that is answered by decimals."""
     return lambda session, request: session.numbers(request.command.name, read(session.controller))
 
 
 def _counts(read: Callable[[Controller, Values], Sequence[int]]) -> Handler:
-    """Whole numbers, and bits as 0 and 1."""
+    """A command that is answered by integers, with bits as 0 and 1."""
     return lambda session, request: written(
         " ".join(str(int(value)) for value in read(session.controller, request.values))
     )
 
 
 def _checks(kind: Kind) -> Handler:
-    """Whether a frame can be reached, and why not. It costs as much as a move."""
+    """A command that tells whether a move to a frame would be accepted. It takes as long as planning the
+    move."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
         session.pause()

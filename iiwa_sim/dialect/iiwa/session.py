@@ -34,11 +34,12 @@ class IiwaSession(LineSession):
         strict: bool = False,
         canned: CannedReplies | None = None,
     ) -> None:
-        """`name` tells this connection from others in the log and in the dialogue, if somebody hears that.
+        """`name` identifies this connection in the log and in `dialogue`, which is told every line if it is
+        given.
 
-        Values behind the last parameter of a command are ignored, as by the original, and told in the log
-        once for each command; with `strict` they are refused. What is `canned` is answered so, and not
-        carried out.
+        Values after the last parameter of a command are ignored, as by the original controller, and logged
+        once for each command; with `strict` they are refused. Lines with a `canned` reply get that reply and
+        are not carried out.
         """
         dialogue = dialogue or Dialogue(lambda: controller.tick)
         super().__init__(log, name, dialogue)
@@ -48,22 +49,22 @@ class IiwaSession(LineSession):
         self._strict = strict
         self._canned = canned or CannedReplies()
         self._logs_commands = False
-        self._beyond_told: set[str] = set()  # commands with values behind their last parameter
+        self._beyond_told: set[str] = set()  # commands that came with values after their last parameter
         self.owns = self._moves.add
-        """To be told the numbers of moves that are accepted for this session."""
+        """Called with the number of each move accepted for this session."""
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
         dialogue.event(name, "connected", IIWA)
 
     def answer(self, most: int = LINES_AT_ONCE) -> bytes:
-        """As that of all line sessions; a move, or a check whether one is possible, is the last of its lines.
+        """The replies to the next waiting lines; a move, or a check whether one is possible, ends the batch.
 
-        So a thousand plans do not keep the robot's ticks waiting.
+        So a long queue of plans does not delay the robot's ticks.
         """
         self._logs_commands = self.log.commands  # asked for once, since it is asked for often
         return super().answer(most)
 
     def lost(self) -> None:
-        """The connection has gone: stops the robot if a move of this session is still to be done."""
+        """Notice that the connection has gone: stop the robot if a move of this session is pending."""
         super().lost()
         assert self._dialogue is not None
         self._dialogue.event(self.name, "disconnected")
@@ -73,7 +74,7 @@ class IiwaSession(LineSession):
         self._moves.clear()
 
     def said_bye(self) -> None:
-        """The client has said bye: stops the robot."""
+        """Notice that the client has said bye: stop the robot."""
         self.close()
         if self.controller.moving:
             self.log.stopped(self.name, vanished=False)
@@ -82,7 +83,7 @@ class IiwaSession(LineSession):
     def numbers(self, command: str, values: Sequence[float]) -> bytes:
         """The reply to a command that asks for numbers.
 
-        Within a tick, and while the robot rests, they are often the same: they are written once.
+        Within a tick, and while the robot rests, the numbers repeat: their text is cached.
         """
         last = self._written.get(command)
         if last is not None and last[0] == values:
@@ -105,7 +106,7 @@ class IiwaSession(LineSession):
             reply = COMMANDS[request.command.name](self, request)
         except Refused as refused:
             return self._refuse(line, Refusal(ERROR, refused.code, refused.reason + in_degrees(request)))
-        except Exception as exception:  # of ours, which must not cost the client its connection
+        except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
             self.controller.record_error(EXECUTION, f"internal fault at '{shown(line)}', told in the log")
             return written(ERROR)
@@ -114,7 +115,7 @@ class IiwaSession(LineSession):
         return reply
 
     def _ignores_beyond(self, request: Request) -> bool:
-        """Whether values behind the last parameter are ignored; they are told once for each command."""
+        """Whether values after the last parameter are ignored; they are logged once for each command."""
         name = request.command.name
         if not self._strict and name not in self._beyond_told:
             self._beyond_told.add(name)

@@ -33,7 +33,7 @@ _NO_MESSAGE = Message((0, 0), (), "")
 
 
 class _Answer(NamedTuple):
-    """What a reply holds besides the two ids: integers from I2 on, reals from R0 on."""
+    """Values of a reply besides the two ids: integers from I2 on, reals from R0 on."""
 
     integers: tuple[int, ...] = ()
     reals: tuple[float, ...] = ()
@@ -45,7 +45,8 @@ class Krc4Session:
     def __init__(
         self, controller: Controller, log: DialectLog, name: str, dialogue: Dialogue | None = None
     ) -> None:
-        """`name` tells this connection from others in the log and in the dialogue, if somebody hears that."""
+        """`name` identifies this connection in the log and in `dialogue`, which is told every message if
+        it is given."""
         self._controller = controller
         self._log = log
         self._name = name
@@ -53,12 +54,12 @@ class Krc4Session:
         self._dialogue.event(name, "connected", KRC4)
         self._table = load_krc4_table()
         self._axes = len(controller.description.joints)
-        self._full_speeds = [1.0] * self._axes  # no message says how fast, or with which blending
+        self._full_speeds = [1.0] * self._axes  # no message has a speed or a blending
         self._stream = XmlStream()
         self._next: Element | Broken | None = None
         self._next_wire = b""
         self._moves = OwnMoves(controller.is_pending)
-        self._planned = False  # a move, within the present answer()
+        self._planned = False  # whether the present answer() has planned a move
         self._closing = False
 
     @property
@@ -68,7 +69,7 @@ class Krc4Session:
 
     @property
     def closing(self) -> bool:
-        """Whether there is no reading on: the shell sends what is to be sent and closes."""
+        """Whether the stream is broken: the shell sends what is to be sent and closes."""
         return self._closing
 
     @property
@@ -110,7 +111,7 @@ class Krc4Session:
         return b"".join(replies)
 
     def lost(self) -> None:
-        """The connection has gone: stops the robot if a move of this session is still to be done."""
+        """Notice that the connection has gone: stop the robot if a move of this session is pending."""
         self._dialogue.event(self._name, "disconnected")
         self._next = None
         self._closing = True
@@ -139,7 +140,7 @@ class Krc4Session:
             whole = reply(integers, answer.reals)
         except Refused as refused:
             return self._refuse(message, text, refused.code, refused.reason)
-        except Exception as fault:  # a fault of ours must not cost the client its connection
+        except Exception as fault:  # an internal error must not cost the client its connection
             log.exception(self._name, _in_log(text), fault)
             self._controller.record_error(EXECUTION, f"internal fault at '{_in_log(text)}', told in the log")
             return self._refusal(message, text, EXECUTION)
@@ -168,7 +169,7 @@ class Krc4Session:
             raise Refused(COMMUNICATION_FAILURE, reason)
         kind = _KINDS.get(command.tag)
         if kind is not None:
-            self._planned = True  # refused or not, it has cost a plan
+            self._planned = True  # a move takes planning time even if it is refused
             target = self._target(command, message)
             self._moves.add(
                 self._controller.move(
@@ -219,7 +220,7 @@ def _get_io(controller: Controller, message: Message) -> _Answer:
 
 
 def _is_output(io: Io, number: int) -> bool:
-    """Whether it is the number of an output; inputs are counted on behind them. Raises `Refused`."""
+    """Whether a number is that of an output; numbers above are inputs. Raises `Refused`."""
     outputs, inputs = len(io.output_names), len(io.input_names)
     if not 1 <= number <= outputs + inputs:
         raise Refused(NUMBER_OUT_OF_RANGE, f"no IO {number}: there are 1 to {outputs + inputs}")

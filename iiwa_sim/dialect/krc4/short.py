@@ -1,9 +1,9 @@
 r"""KRC4 messages as one line for people: `Cmd I0=7 I1=100`, answered by `Res I0=7 I1=100 I2=1`.
 
-Values that are 0 are left out, but for the ids. A message that this form would not say in full, such as one
-with a value twice or one that is none, is written word for word, in printable ASCII, the rest of it
-escaped. A line that begins with the word Cmd or Res is in the short form; where one that is word for word
-would, its first byte is escaped: `\x43md`.
+Values of 0 are left out, except for the ids. A message that this form cannot express, such as one with a
+repeated or malformed value, is written verbatim, with characters outside printable ASCII escaped. A line that
+begins with the word Cmd or Res is in the short form; a verbatim line that would begin so has its first byte
+escaped: `\x43md`.
 """
 
 import re
@@ -15,7 +15,7 @@ from iiwa_sim.dialect.krc4.table import REPLY, REQUEST
 from iiwa_sim.dialect.wire.decimals import format_decimals, readable
 
 NO_MESSAGE = "(no message)"
-"""Stands for what is none and cannot be said again: too long, or cut short."""
+"""Stands for bytes that are no message and cannot be repeated: too long, or cut short."""
 
 _ROOTS = (REQUEST, REPLY)
 _BEGINS = re.compile(rf"(?:{'|'.join(_ROOTS)})(?:\s|\Z)")
@@ -26,12 +26,12 @@ _VALUE = re.compile(r"[!-\[\]-z|~]*")  # printable ASCII without blanks, backsla
 
 
 def is_short(line: str) -> bool:
-    """Whether a line is meant to be in the short form."""
+    """Whether a line is in the short form."""
     return _BEGINS.match(line) is not None
 
 
 def written(element: Element, wire: bytes) -> str:
-    """A message that came as these bytes."""
+    """The line for a message that came as these bytes."""
     values = {name: value.strip(XML_BLANKS) for name, value in element.values.items()}
     told_in_full = not element.fault and element.name in _ROOTS
     if told_in_full and all(_NAME.fullmatch(n) and _VALUE.fullmatch(v) for n, v in values.items()):
@@ -45,7 +45,7 @@ def _may_be_left_out(name: str, value: str) -> bool:
 
 
 def word_for_word(wire: bytes) -> str:
-    """Bytes that are in no short form, if there are any."""
+    """The verbatim line for bytes; NO_MESSAGE for none."""
     line = readable(wire)
     if not wire:
         return NO_MESSAGE
@@ -53,7 +53,7 @@ def word_for_word(wire: bytes) -> str:
 
 
 def short_reply(integers: Sequence[int], reals: Sequence[float]) -> str:
-    """A reply with these, from I0 and R0 on: the ids, and what else is not 0."""
+    """The line for a reply with these integers (from I0) and reals (from R0)."""
     values = [f"I{place}={value}" for place, value in enumerate(integers) if value or place < 2]
     decimals = format_decimals(reals).decode().split() if reals else []
     values += [f"R{place}={value}" for place, value in enumerate(decimals) if value != "0.0"]
@@ -61,7 +61,7 @@ def short_reply(integers: Sequence[int], reals: Sequence[float]) -> str:
 
 
 def from_short(line: str) -> Element:
-    """The message that a line in short form is. Raises ValueError."""
+    """The message of a line in the short form. Raises ValueError."""
     root, *words = line.split()
     values: dict[str, str] = {}
     for word in words:
@@ -75,7 +75,7 @@ def from_short(line: str) -> Element:
 
 
 def to_xml(element: Element) -> bytes:
-    """The message as it goes over the wire, its values as elements."""
+    """The message as XML bytes, with its values as elements."""
     body = "".join(f"<{name}>{escape(value)}</{name}>" for name, value in element.values.items())
     return f"<{element.name}>{body}</{element.name}>".encode()
 

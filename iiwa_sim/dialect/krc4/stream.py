@@ -1,12 +1,11 @@
-"""Bytes in, XML messages out, whichever way the bytes are cut into packets.
+"""Bytes in, XML messages out, however the bytes are split into packets.
 
-Messages follow each other without prefix or separator: one ends where its root element does, and blanks,
-line ends and byte order marks between two are nothing. Expat is fed up to each `>`, so a root's end is the
-end of what was fed. It is not asked to do more than elements: a DTD, and with it every entity of one's own,
-is turned down before it means anything.
+Messages follow each other without prefix or separator: a message ends where its root element does; blanks,
+line ends and byte order marks between messages are skipped. Expat is fed up to each `>`, so the end of the
+root is the end of the fed bytes. A DTD, and with it every custom entity, is refused before it takes effect.
 
-What is no XML leaves no way to tell where the next message would begin; so the stream is broken from there
-on. A message that is XML, but has what no message has, carries a fault instead.
+Bytes that are no XML give no way to find the next message, so the stream is broken from there on. A message
+that is valid XML but has unexpected content carries a fault instead.
 """
 
 import re
@@ -16,14 +15,14 @@ from xml.parsers import expat
 MAX_MESSAGE_BYTES = 16384
 """EKI's receive buffer: a longer message breaks the stream."""
 MAX_DEPTH = 8
-"""Elements within each other, beyond which the stream is broken. A message has two."""
+"""Deepest nesting of elements; a deeper message breaks the stream. A valid message has two levels."""
 
 MAX_ENDS = 100
-"""How often `>` may be in a message, beyond which the stream is broken; with all twenty values it has 42.
-Each costs a look at what is open there, so that without a bound 16 KiB would keep the robot waiting 0.2 s."""
+"""Most `>` in a message; one with more breaks the stream. A message with all twenty values has 42. Each
+`>` costs a scan of the open elements: without a bound 16 KiB would delay the robot by 0.2 s."""
 
 XML_BLANKS = " \t\r\n"
-"""What XML takes for a blank: no-break spaces and their kin are text."""
+"""Characters that XML takes for blanks; no-break spaces and the like are text."""
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"  # as .NET writes it before UTF-8
 _NOTHING = re.compile(rb"(?:[ \t\r\n]+|%b)*" % _BYTE_ORDER_MARK)
@@ -31,30 +30,30 @@ _ENCODINGS = ("utf-8", "us-ascii")
 
 
 class Element(NamedTuple):
-    """One message: the root's name, and its values by their name, be they attributes or elements."""
+    """One message: the name of its root, and its values by name, whether attributes or elements."""
 
     name: str
     values: dict[str, str]
     fault: str
-    """What no message has, if this one has it."""
+    """Description of content that no message has; empty if there is none."""
 
 
 class Broken(NamedTuple):
-    """There is no reading on."""
+    """The stream has ended or is broken: nothing more can be read."""
 
     reason: str
 
 
 class XmlStream:
-    """One connection's way from bytes to messages."""
+    """Splits the bytes of one connection into messages."""
 
     def __init__(self) -> None:
         self._data = b""
-        self._place = 0  # up to here it has been parsed
-        self._size = 0  # of the message, so far
-        self._ends = 0  # `>` in the message, so far
+        self._place = 0  # bytes up to here have been parsed
+        self._size = 0  # bytes of the present message
+        self._ends = 0  # number of `>` in the present message
         self._message: _Message | None = None
-        self._pieces: list[bytes] = []  # of the message, so far
+        self._pieces: list[bytes] = []  # open elements of the present message
         self._ended = False
         self._broken = False
 
@@ -69,21 +68,21 @@ class XmlStream:
 
     @property
     def wire(self) -> bytes:
-        """The bytes of what `next` gave last.
+        """The bytes of what `next` returned last.
 
-        Of what broke the stream, as many as break another one; none where that was its length or its end.
+        For what broke the stream, enough bytes to break another one; none if its length or its end broke it.
         """
         return b"".join(self._pieces)
 
     @property
     def unread(self) -> bytes:
-        """What has come and is in no message yet, but for blanks before one."""
+        """Bytes that belong to no message yet, without leading blanks."""
         if self._message is not None:
             return self.wire + self._data[self._place :]
         return self._data[self._behind_blanks() :]
 
     def next(self) -> Element | Broken | None:
-        """The next message; None where it is not complete yet, and after the stream has broken."""
+        """The next message; None if it is incomplete, and after the stream has broken."""
         if self._broken:
             return None
         try:
@@ -117,7 +116,7 @@ class XmlStream:
                 return None
             piece = self._data[self._place : end]
             self._pieces.append(piece)
-            if b"\0" in piece:  # UTF-16, which Expat would guess
+            if b"\0" in piece:  # UTF-16, which Expat would detect by itself
                 raise _BrokenStream("expected UTF-8")
             self._ends += 1
             if self._ends > MAX_ENDS:
@@ -140,16 +139,16 @@ class XmlStream:
 
 
 class _BrokenStream(Exception):
-    """The message says why."""
+    """The stream is broken. The message tells why."""
 
 
 class _Message:
-    """One message as far as it has come."""
+    """One message, as far as it has been received."""
 
     def __init__(self) -> None:
         self._parser = parser = expat.ParserCreate("UTF-8")
         parser.buffer_text = True
-        # Expat would else put off a long token that comes in parts, until it has twice as much to read.
+        # Expat would otherwise defer a long token that comes in parts until it has twice as much to parse
         if hasattr(parser, "SetReparseDeferralEnabled"):
             parser.SetReparseDeferralEnabled(False)
         parser.XmlDeclHandler = self._declared

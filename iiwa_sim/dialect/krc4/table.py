@@ -12,7 +12,7 @@ from iiwa_sim.dialect.wire.decimals import NotANumberError, format_decimals, par
 from iiwa_sim.dialect.wire.table import TableError
 
 REGISTERS = 10
-"""Integers, and as many reals; so a robot of more axes cannot be spoken to."""
+"""Integers, and as many reals: a robot with more axes has no place in a message."""
 LARGEST_INTEGER = 2**31 - 1
 SMALLEST_INTEGER = -(2**31)
 REQUEST, REPLY = "Cmd", "Res"
@@ -24,16 +24,16 @@ _DIGITS = len(str(LARGEST_INTEGER))
 
 
 class Message(NamedTuple):
-    """A request, or a reply, as it was understood."""
+    """A request or a reply with its numbers."""
 
     integers: tuple[int, ...]
     reals: tuple[float, ...]
     fault: str
-    """Why it makes no sense, if it does not; integers and reals are then what of it does, and else 0."""
+    """Why it is malformed, empty if it is not. Integers and reals that could not be read are 0."""
 
     @property
     def id(self) -> int:
-        """What the reply repeats."""
+        """Id of the message, which the reply repeats."""
         return self.integers[0]
 
     @property
@@ -103,7 +103,7 @@ def read_krc4_table(text: bytes) -> Krc4Table:
 
 
 def understand(element: Element, root: str = REQUEST) -> Message:
-    """The numbers in a request, or in a reply where the root is that of one."""
+    """The message in an XML element: a request, or a reply if the root is that of one."""
     fault = element.fault
     if not fault and element.name != root:
         fault = f"{_shown(element.name)}: expected {root}"
@@ -125,7 +125,8 @@ def understand(element: Element, root: str = REQUEST) -> Message:
 
 
 def reply(integers: Sequence[int], reals: Sequence[float]) -> bytes:
-    """The reply with these, from I0 and R0 on, and else zeros; raises ValueError where one is not finite."""
+    """The reply with these integers (from I0) and reals (from R0), zeros elsewhere. Raises ValueError for
+    a value that is not finite."""
     numbers = [str(value).encode() for value in (*integers, *[0] * (REGISTERS - len(integers)))]
     decimals = format_decimals((*reals, *[0.0] * (REGISTERS - len(reals)))).split(b" ")
     named = zip((*_INTEGERS, *_REALS), (*numbers, *decimals), strict=True)

@@ -1,1 +1,1 @@
-"""What dialects share: lines, tables, numbers, what is said and what becomes of replies on their way."""
+"""What dialects share: lines, command tables, numbers, the dialogue, and faults of the wire."""

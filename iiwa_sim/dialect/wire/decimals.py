@@ -11,18 +11,18 @@ from collections.abc import Sequence
 
 import msgspec
 
-_to_json = msgspec.json.Encoder().encode  # the quickest shortest form there is; its exponents are kept out
-_NOT_DECIMAL = re.compile(rb"[^0-9eE.+\-]")  # float() takes underscores, nan, inf and words besides
+_to_json = msgspec.json.Encoder().encode  # the fastest text for a float; never used for exponents
+_NOT_DECIMAL = re.compile(rb"[^0-9eE.+\-]")  # float() also takes underscores, nan, inf and words
 
 _LONGEST_QUOTE = 40
 
 
 class NotANumberError(ValueError):
-    """A word that should be a finite number is none; the message quotes it and says what was expected."""
+    """A word is no finite number; the message quotes it and tells what was expected."""
 
 
 def parse_decimal(word: bytes) -> float:
-    """The finite number that `word` is; raises NotANumberError if it is none."""
+    """The finite number that `word` stands for; raises NotANumberError."""
     if _NOT_DECIMAL.search(word):
         raise NotANumberError(f"{quoted(word)}: expected a number")
     try:
@@ -35,23 +35,23 @@ def parse_decimal(word: bytes) -> float:
 
 
 def parse_decimals(words: Sequence[bytes]) -> tuple[list[float], str]:
-    """The numbers that words are, up to the first that is none, and what is wrong with that one."""
+    """The numbers of words up to the first malformed one, and the error of that one."""
     values: list[float] = []
     try:
         for word in words:
-            values.append(parse_decimal(word))  # noqa: PERF401 - those before a fault are wanted
+            values.append(parse_decimal(word))  # noqa: PERF401 - the numbers before an error are returned
     except NotANumberError as fault:
         return values, str(fault)
     return values, ""
 
 
 def quoted(wire: bytes) -> str:
-    """A word from the wire for a message: harmless, and cut where it is long."""
+    """A word from the wire as text for a message: escaped, and cut if it is long."""
     return readable(wire[:_LONGEST_QUOTE]) + ("..." if len(wire) > _LONGEST_QUOTE else "")
 
 
 def readable(wire: bytes) -> str:
-    """Bytes from the wire as harmless text for a log: what is not printable ASCII is escaped."""
+    """Bytes from the wire as text for a log: characters outside printable ASCII are escaped."""
     return repr(wire)[2:-1]
 
 
@@ -68,7 +68,7 @@ def format_decimals(values: Sequence[float]) -> bytes:
 
 
 def _format_rare(value: float) -> bytes:
-    """One value, also where its shortest form has an exponent."""
+    """One value whose shortest form may have an exponent."""
     if not math.isfinite(value):
         raise ValueError(f"{value} has no place in a reply")
     text = (b"%.9f" % value).rstrip(b"0")

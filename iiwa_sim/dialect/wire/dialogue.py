@@ -1,7 +1,7 @@
-"""What is said on all connections, for whoever wants to hear it: transcripts, reports of failed tests.
+"""The lines of all connections, for listeners such as transcripts and reports of failed tests.
 
-A line is told when it is carried out and its reply right behind it, so a reply belongs to the line before it
-of the same session, also where lines were sent in a hurry. Telnet's own commands are not told.
+A line is reported when it is carried out, with its reply right after it, so a reply belongs to the line
+before it of the same session even if lines were pipelined. Telnet's own commands are not reported.
 """
 
 import time
@@ -11,43 +11,44 @@ from typing import NamedTuple
 
 
 class Direction(Enum):
-    """Who speaks. The values are the marks of `protocol/transcripts`."""
+    """The direction of a line. The values are the marks of `protocol/transcripts`."""
 
     FROM_CLIENT = ">"
     TO_CLIENT = "<"
     EVENT = "#"
-    """Nobody: something happens."""
+    """Something that happens, said by nobody."""
     ON_WIRE = "~"
-    """Nobody: what a fault makes of the reply before on its way."""
+    """What a wire fault makes of the reply before it."""
 
 
-class Said(NamedTuple):
+class DialogueLine(NamedTuple):
     """One line of a dialogue."""
 
     session: str
-    """HOST:PORT of the client, or the name of whatever else speaks or is met with."""
+    """HOST:PORT of the client, or another name for whatever the line is about."""
     direction: Direction
     text: str
-    """Without its line end; what is not printable ASCII is escaped. KRC4 messages: see `krc4_short`."""
+    """The line without its end, escaped to printable ASCII. KRC4 messages are in the form of
+    `dialect/krc4/short.py`."""
     tick: int
-    """The robot's, of which there are 1 / tick_s in a simulated second."""
+    """The robot's tick, of which there are 1 / tick_s in a simulated second."""
     instant_ns: int
-    """Of `time.monotonic_ns`."""
+    """Real time by `time.monotonic_ns`."""
     dialect: str = ""
-    """Of a client that has just connected: what it speaks, one of `iiwa_sim.dialect.ports`."""
+    """The dialect of a client that has just connected, one of `iiwa_sim.dialect.ports`."""
 
 
-Listener = Callable[[Said], None]
+Listener = Callable[[DialogueLine], None]
 
 
 class Dialogue:
-    """Tells its listeners what is said, in the order in which it happens, inside the loop.
+    """Calls its listeners with each line in order, inside the event loop.
 
-    What a listener raises is not caught: it must not fail.
+    Exceptions of a listener are not caught: a listener must not fail.
     """
 
     def __init__(self, tick: Callable[[], int]) -> None:
-        """`tick` gives the robot's present one."""
+        """`tick` returns the robot's present tick."""
         self.listeners: list[Listener] = []
         self._tick = tick
 
@@ -57,15 +58,15 @@ class Dialogue:
         self._tell(session, Direction.TO_CLIENT, reply)
 
     def event(self, session: str, text: str, dialect: str = "") -> None:
-        """Something that is no line, such as a client that comes, in its dialect, or goes."""
+        """Something that is no line, such as a client that connects (in `dialect`) or disconnects."""
         self._tell(session, Direction.EVENT, text, dialect)
 
     def on_wire(self, session: str, text: str) -> None:
-        """What goes over the wire in place of the reply before."""
+        """What goes over the wire instead of the reply before."""
         self._tell(session, Direction.ON_WIRE, text)
 
     def _tell(self, session: str, direction: Direction, text: str, dialect: str = "") -> None:
         if self.listeners:
-            said = Said(session, direction, text, self._tick(), time.monotonic_ns(), dialect)
+            said = DialogueLine(session, direction, text, self._tick(), time.monotonic_ns(), dialect)
             for listener in self.listeners:
                 listener(said)

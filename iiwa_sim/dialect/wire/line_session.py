@@ -1,7 +1,7 @@
-"""What sessions of all line protocols share: bytes in, one reply for each line out, in the lines' order.
+"""The base of sessions in line protocols: one reply for each line, in the order of the lines.
 
-Telnet's IAC DO TIMING-MARK is answered by IAC WONT TIMING-MARK in its place among the
-replies; all else of telnet is ignored.
+Telnet's IAC DO TIMING-MARK is answered by IAC WONT TIMING-MARK in its place among the replies; other telnet
+commands are ignored.
 """
 
 from abc import abstractmethod
@@ -14,14 +14,14 @@ from iiwa_sim.dialect.wire.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK,
 from iiwa_sim.dialect.wire.log import DialectLog
 
 LINES_AT_ONCE = 512
-"""Answered in a few milliseconds; then the event loop gets its turn."""
+"""Lines answered in one batch, which takes a few milliseconds; then the event loop runs."""
 
 
 class LineSession:
-    """One connection in a line protocol; a subclass says what a line does."""
+    """One connection in a line protocol; a subclass defines what a line does."""
 
     def __init__(self, log: DialectLog, name: str, dialogue: Dialogue | None = None) -> None:
-        """`name` tells this connection from others in the log, and in the dialogue if it is part of one."""
+        """`name` identifies this connection in the log, and in `dialogue` if it is given."""
         self.log = log
         self.name = name
         self._dialogue = dialogue
@@ -51,15 +51,15 @@ class LineSession:
             self._lines.extend(self._splitter.feed(data))
 
     def end(self) -> None:
-        """The client sends no more; what it sent last counts as a line, with or without a line end."""
+        """Notice that the client sends no more; an unfinished last line counts as a line."""
         if not self._closing:
             self._lines.extend(self._splitter.finish())
 
     def answer(self, most: int = LINES_AT_ONCE) -> bytes:
         r"""The replies to the next waiting lines, each with its `\r\n`.
 
-        To `most` of them, and only as far as a line at which `pause` or `close` is called: to be called again
-        while `waiting`.
+        At most `most`, and no further than a line at which `pause` or `close` is called; call again while
+        `waiting`.
         """
         lines, dialogue = self._lines, self._dialogue
         if dialogue is not None and not dialogue.listeners:
@@ -80,26 +80,26 @@ class LineSession:
         return b"".join(replies)
 
     def lost(self) -> None:
-        """The connection has gone: what waits is not answered any more."""
+        """Notice that the connection has gone: waiting lines are dropped."""
         self._lines.clear()
         self._closing = True
 
     def pause(self) -> None:
-        """End the present `answer` with this line, whose work takes long."""
+        """End the present batch of replies after this line, which took long."""
         self._pauses = True
 
     def close(self) -> None:
-        """End the session with this line; those behind it are not answered."""
+        """End the session after this line; later lines are not answered."""
         self._lines.clear()
         self._closing = self._pauses = True
 
     @abstractmethod
     def _reply(self, line: bytes) -> bytes:
-        """Do what a line asks for, and give the reply with its line end; nothing where it comes later."""
+        """Carry out a line; returns its reply with line end, or nothing if the reply comes later."""
 
 
 def written(text: str) -> bytes:
-    """A reply: text with its line end."""
+    """A reply with its line end."""
     return text.encode("ascii", "backslashreplace") + b"\r\n"
 
 

@@ -20,8 +20,8 @@ import re
 
 MAX_LINE_BYTES = 4096
 MAX_SUBNEGOTIATION = 256
-OVERLONG = b"\n"  # stands for a line that was too long; no line can hold a line end
-TIMING_MARK = b"\r"  # stands for telnet's question, which is no line and is answered by WONT_TIMING_MARK
+OVERLONG = b"\n"  # stands for a line that was too long; no real line can hold a line end
+TIMING_MARK = b"\r"  # stands for telnet's timing mark, which is answered by WONT_TIMING_MARK
 WONT_TIMING_MARK = b"\xff\xfc\x06"
 
 _END = re.compile(rb"\r\n|\n\r|\r|\n")
@@ -43,16 +43,16 @@ _TELNET = re.compile(
 
 
 class LineSplitter:
-    """One connection's way from bytes to lines."""
+    """Splits the bytes of one connection into lines."""
 
     def __init__(self) -> None:
         self._rest = b""  # of a line whose end has not come yet
         self._skipping = False  # within a line that was too long
-        self._partner = b""  # opens the next packet as the second half of the last line end, if at all
-        self._telnet = b""  # a telnet command cut short by the end of a packet
+        self._partner = b""  # second half of the last line end, skipped if it opens the next packet
+        self._telnet = b""  # a telnet command cut by the end of a packet
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The lines that `data` completes, without their ends, and each TIMING_MARK between them."""
+        """The lines that `data` completes, without their ends, with a TIMING_MARK where one came."""
         if not (_IAC in data or self._telnet):
             return self._feed(data)
         first, *others = self._between_timing_marks(data)
@@ -90,12 +90,12 @@ class LineSplitter:
         return lines
 
     def finish(self) -> list[bytes]:
-        """What stands after the last line end when the stream ends is a line as well."""
+        """The unfinished last line at the end of the stream."""
         rest, self._rest = self._rest, b""
         return [rest] if rest else []
 
     def _skip(self, lines: list[bytes]) -> None:
-        """Drop what belongs to the line that was too long; it has been told of already."""
+        """Skip the rest of a line that was too long and has been reported."""
         if lines:
             del lines[0]
             self._skipping = False
@@ -103,7 +103,7 @@ class LineSplitter:
             self._rest = b""
 
     def _between_timing_marks(self, data: bytes) -> list[bytes]:
-        """What is left without telnet's commands, divided where a timing mark stood."""
+        """The data without telnet's commands, divided at timing marks."""
         first, *others = _TELNET.split(self._telnet + data)
         self._telnet = others[-2] or b"" if others else b""
         stretches = [[first]]
@@ -115,7 +115,8 @@ class LineSplitter:
 
 
 def _split(data: bytes) -> list[bytes]:
-    # Splitting at one byte is several times faster than by the expression, and gives the same where all pairs
+    # Splitting at a single byte is several times faster than by the expression, and gives the same result if
+    # all line ends are of one kind.
     # are of one kind.
     if b"\r" not in data:
         return data.split(b"\n")
@@ -127,7 +128,7 @@ def _split(data: bytes) -> list[bytes]:
 
 
 def _open_partner(data: bytes) -> bytes:
-    """What would complete the line end that `data` ends with; nothing if that is a pair already."""
+    """The byte that would complete the line end at the end of `data`; empty if that is a pair already."""
     end, before = data[-2:], data[-3:-2]
     if end[:-1] not in _ENDS:
         return _PARTNER[end[-1:]]

@@ -26,7 +26,7 @@ _CACHED_LINES = 1024
 
 
 class TableError(Exception):
-    """A protocol table is wrong; one line that names file, key and what was expected."""
+    """A protocol table is wrong. One line names file, key and what was expected."""
 
 
 class Quantity(NamedTuple):
@@ -49,7 +49,7 @@ class Quantity(NamedTuple):
         return f"{low}{self.name}{high}" if low or high else ""
 
     def expectation(self, value: float) -> str:
-        """What was expected instead of a value out of range; empty where it is in range."""
+        """Message for a value that is out of range; empty if it is in range."""
         if self.integer and value != int(value):
             return "expected a whole number"
         too_low = (self.above is not None and value <= self.above) or (
@@ -95,7 +95,7 @@ class Command(NamedTuple):
         return f"{phrase}{' '.join(names)}: {len(self.parameters)}{more} value{plural}"
 
     def usage(self) -> str:
-        """How to write it, with units and ranges, and what it answers."""
+        """How to write the command, with units and ranges, and what it answers."""
         takes = " ".join(f"{each.name}[{_unit_and_range(each)}]" for each in _in_series(self.parameters))
         takes += "".join(f" ({each.name}[{_unit_and_range(each)}])" for each in self.optional)
         takes = " ".join(part for part in (f"[{self.phrase}]" if self.phrase else "", takes) if part)
@@ -107,7 +107,7 @@ class Command(NamedTuple):
 
 
 def _in_series(quantities: Sequence[Quantity]) -> list[Quantity]:
-    """With one quantity `j0..j6` in place of j0 to j6, where they differ in nothing but their number."""
+    """The quantities, with j0 to j6 merged into `j0..j6` where they differ only in their number."""
     series: list[list[Quantity]] = []
     for each in quantities:
         if series and _follows(series[-1][-1], each):
@@ -135,7 +135,7 @@ def _unit_and_range(quantity: Quantity) -> str:
 
 
 class Refusal(NamedTuple):
-    """A line turned down before the controller has seen it."""
+    """A line that is refused before it reaches the controller."""
 
     reply: str
     code: int
@@ -143,16 +143,16 @@ class Refusal(NamedTuple):
 
 
 class Request(NamedTuple):
-    """A line understood: the command, its numbers or its words."""
+    """A parsed line: the command with its numbers or its words."""
 
     command: Command
     values: tuple[float, ...]
     phrase: str
     beyond: int = 0
-    """So many values stand behind the last parameter."""
+    """Number of values after the last parameter."""
 
     def too_much(self) -> Refusal:
-        """What turns it down for the values behind the last parameter."""
+        """The refusal for values after the last parameter."""
         count = len(self.values) + self.beyond
         return _error(f"{self.command.name} takes {self.command.takes()}, got {count}")
 
@@ -168,12 +168,12 @@ class Table:
         self._forget_lines()
 
     def parse(self, line: bytes) -> Request | Refusal:
-        """What a line (without its end, or OVERLONG) asks for."""
+        """Parse a line, without its end; OVERLONG stands for one that was too long."""
         known = self._lines.get(line)
         return known if known is not None else self._parse(line)
 
     def find(self, spelling: bytes) -> Command | None:
-        """The command so called, whatever its letter case and blanks."""
+        """The command with this name; letter case and runs of blanks do not count."""
         command = self._by_spelling.get(spelling)
         if command is None:
             command = self.commands.get(" ".join(_words(spelling)).lower())
@@ -184,7 +184,7 @@ class Table:
         return command
 
     def meant(self, spelling: bytes) -> str | None:
-        """The name of the command that may be meant by a spelling that is none."""
+        """The name of the command that a misspelt name may stand for."""
         return self._names.nearest(spelling)
 
     def _parse(self, line: bytes) -> Request | Refusal:
@@ -202,7 +202,7 @@ class Table:
         words = [word for word in words if word]
         quantities = command.parameters
         phrase = ""
-        if command.phrase:  # what is left of the numbers
+        if command.phrase:  # the part of the line that holds numbers
             named, words = words[: -len(quantities)], words[-len(quantities) :]
             if not named:
                 return _error(f"{command.name} takes {command.takes()}")
@@ -249,7 +249,7 @@ def _words(text: bytes) -> list[str]:
 
 
 def in_degrees(request: Request) -> str:
-    """What to say of angles that are more than a turn, and so perhaps in degrees."""
+    """A hint for angles of more than a turn, which may be meant in degrees."""
     quantities = request.command.parameters + request.command.optional
     for quantity, value in zip(quantities, request.values, strict=False):
         if quantity.unit == "rad" and abs(value) > tau:
@@ -258,7 +258,7 @@ def in_degrees(request: Request) -> str:
 
 
 def _commas(text: bytes) -> str:
-    """What to say of commas in parameters."""
+    """A hint for parameters with commas."""
     return "; no commas: blanks between values, a point in a decimal" if b"," in text else ""
 
 
@@ -307,16 +307,16 @@ class _TableRows(msgspec.Struct, forbid_unknown_fields=True):
 
 @cache
 def load_table(name: str, joints: int = 0) -> Table:
-    """The table protocol/NAME.toml, for a robot of so many joints where it counts them.
+    """The table protocol/NAME.toml, for a robot with `joints` joints.
 
-    Raises TableError where it is wrong, or counts joints and was not told how many there are.
+    Raises TableError if the table is wrong, or if it depends on the number of joints and none was given.
     """
     text = files("iiwa_sim.protocol").joinpath(f"{name}.toml").read_bytes()
     return read_table(text, f"{name}.toml", joints)
 
 
 def read_table(text: bytes, source: str, joints: int = 0) -> Table:
-    """A table from its TOML text; `source` names it in the fault."""
+    """The table of a TOML text; `source` names the text in errors."""
     try:
         rows = msgspec.toml.decode(text, type=_TableRows)
     except msgspec.DecodeError as fault:

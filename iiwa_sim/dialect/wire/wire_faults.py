@@ -1,9 +1,9 @@
-r"""Faults on the wire: replies that come late, in pieces, garbled or not at all, and connections that end.
+"""Wire faults for tests: replies that are delayed, split, garbled or dropped, and connections that end.
 
-A fault is set for a connection and for a number of replies. Of the faults set for a connection, the one that
-was set first takes each reply until it has had its number; then the next one. So faults can be lined up: let
-two replies pass, then drop one. What becomes of a reply is said in steps, which a shell with sockets takes
-one after the other; so replies stay in their order whatever happens to them.
+A fault is set for a connection and for a number of replies. The fault that was set first applies to each
+reply until it has had its number of replies; then the next one applies. So faults can be lined up: let two
+replies pass, then drop one. A fault turns a reply into steps, which the server carries out in order; so
+replies keep their order.
 """
 
 import re
@@ -20,91 +20,93 @@ from iiwa_sim.wording import shortened
 EVERY = 0
 """Stands for all connections, present and future."""
 NEXT = -1
-"""Stands for the connection that comes next."""
+"""Stands for the next connection that will be opened."""
 LONGEST_WAIT_S = 3600.0
 
-# Of the iiwa, where WONT_TIMING_MARK is no reply, and of KRC4.
+# A reply of the iiwa's protocol (a WONT_TIMING_MARK is none), or of KRC4.
 _REPLIES = re.compile(rb"\xff[^\n]{2}|<Res>.*?</Res>|[^\xff\n]*\n")
-# By which a driver tells where a reply begins and ends, and what is between.
+# The bytes that frame a reply, which a garbled reply keeps.
 _FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)", re.DOTALL)
 _PRINTABLE = range(33, 127)
-_LONGEST_TOLD = 80  # characters of what was sent
+_LONGEST_TOLD = 80  # characters of a reply shown in the log
 
 
 class Send(NamedTuple):
-    """Bytes in a write of their own."""
+    """Send bytes in one write."""
 
     data: bytes
 
 
 class Wait(NamedTuple):
-    """Real time before the next step: what is late by it is late for the driver, which knows no other."""
+    """Wait for real seconds: a driver knows no other time."""
 
     seconds: float
 
 
 class Close:
-    """The end of the connection, in good order: FIN. What waits for an answer gets none."""
+    """Close the connection by FIN. Commands without a reply get none."""
 
 
 class Reset:
-    """The end of the connection as of a crash: RST. What the client has not received yet is lost."""
+    """Reset the connection by RST. Data that the client has not received is lost."""
 
 
 Step = Send | Wait | Close | Reset
 
 
 class Fault(Protocol):
-    """What becomes of one reply."""
+    """What is done to one reply."""
 
     def steps(self, reply: bytes, random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
 
 
 class Pass(NamedTuple):
-    """Nothing."""
+    """The reply is sent unchanged."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         return [Send(reply)]
 
 
 class Delay(NamedTuple):
-    """It comes later, and so do those behind it."""
+    """The reply is delayed, and so are later ones."""
 
     seconds: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         return [Wait(self.seconds), Send(reply)]
 
 
 class Split(NamedTuple):
-    """Its first bytes come, and the rest after a pause. One that has no more bytes comes whole."""
+    """The first bytes of the reply are sent, and the rest after a pause. A reply that is too short is sent
+    whole."""
 
     byte: int
     pause_s: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         if self.byte >= len(reply):
             return [Send(reply)]
         return [Send(reply[: self.byte]), Wait(self.pause_s), Send(reply[self.byte :])]
 
 
 class Drop(NamedTuple):
-    """It does not come."""
+    """The reply is not sent."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         return []
 
 
 class Garble(NamedTuple):
-    """Each of its bytes is another printable one, but for its line end, or the tags round it."""
+    """Each byte of the reply is replaced by another printable one, except for its line end or the tags
+    round it."""
 
     def steps(self, reply: bytes, random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         begin, text, end = _framed(reply)
         noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
         return [Send(begin + noise + end)]
@@ -118,81 +120,81 @@ def _framed(reply: bytes) -> tuple[bytes, bytes, bytes]:
 
 
 class CloseBefore(NamedTuple):
-    """The connection is closed in its place."""
+    """The connection is closed instead of sending the reply."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         return [Close()]
 
 
 class CloseAfter(NamedTuple):
-    """The connection is closed behind it."""
+    """The connection is closed after the reply."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         return [Send(reply), Close()]
 
 
 class ResetBefore(NamedTuple):
-    """The connection is reset in its place."""
+    """The connection is reset instead of sending the reply."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
+        """The steps that replace sending this reply."""
         return [Reset()]
 
 
 class Silence(NamedTuple):
-    """Lines are not answered, nor carried out, but wait until the fault is cleared."""
+    """Lines are neither answered nor carried out; they wait until the fault is cleared."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """What is done in place of sending this reply."""
-        return [Send(reply)]  # of what was carried out before
+        """The steps that replace sending this reply."""
+        return [Send(reply)]  # replies of lines that were carried out before
 
 
 FAULTS: dict[type, tuple[str, ...]] = {
     kind: kind._fields
     for kind in (Pass, Delay, Split, Drop, Garble, CloseBefore, CloseAfter, ResetBefore, Silence)
 }
-"""All there are, and what each is made of."""
+"""All faults by name, with the function that makes each."""
 
 
 class Peer(Protocol):
-    """A connection, as its shell has it."""
+    """A connection as its server has it."""
 
     def go_on(self) -> None:
-        """Answer what waits, if it is no more kept from it."""
+        """Answer waiting lines, now that no fault holds them back."""
 
     def take(self, steps: list[Step]) -> None:
-        """Take these steps, behind those that are still to be taken."""
+        """Queue these steps after those that are pending."""
 
 
 @dataclass
 class _Rule:
     fault: Fault
     connection: int
-    left: int | None  # replies; None for any number
+    left: int | None  # replies left; None for any number
 
 
 class WireFaults:
-    """The faults of one robot's servers, and their connections, which are numbered from 1 as they come."""
+    """The wire faults of one robot's servers, and their connections, numbered from 1 as they come."""
 
     def __init__(self, tell: Callable[[str, str], None] = lambda _name, _what: None) -> None:
-        """`tell` is told of whom something befalls, and what then goes over the wire in place of a reply."""
+        """`tell` is called with the name of a connection and what goes over its wire instead of a reply."""
         self._tell = tell
-        self._rules: list[_Rule] = []  # as they were set
+        self._rules: list[_Rule] = []  # in the order in which they were set
         self._peers: dict[int, tuple[Peer, str, str]] = {}
-        self._silent: set[int] = set()  # where lines wait, which has been told
+        self._silent: set[int] = set()  # connections whose lines wait, as has been reported
         self._count = 0
         self._random = Random(0)
         self.canned = CannedReplies()
-        """What is answered in place of the robot."""
+        """Replies that are given in place of the robot's."""
 
     def seed(self, seed: int) -> None:
-        """Garble from now on as every run with this seed does."""
+        """Restart the random numbers for garbled replies; a seed always gives the same ones."""
         self._random = Random(seed)
 
     def arrives(self, peer: Peer, name: str, dialect: str = "") -> int:
-        """The number of a new connection; `dialect` is what it speaks, where there are several."""
+        """Register a connection; returns its number. `dialect` is given where a robot has several."""
         self._count += 1
         self._peers[self._count] = (peer, name, dialect)
         for rule in self._rules:
@@ -201,35 +203,36 @@ class WireFaults:
         return self._count
 
     def leaves(self, connection: int) -> None:
-        """A connection is gone, and so are its faults."""
+        """Forget a connection and its faults."""
         del self._peers[connection]
         self._silent.discard(connection)
         self._rules = [rule for rule in self._rules if rule.connection != connection]
 
     def connections(self) -> dict[int, str]:
-        """Who is connected: numbers, and names with the dialect where there are several."""
+        """The connections: numbers, and names with the dialect where there are several."""
         return {
             number: f"{name} ({dialect})" if dialect else name
             for number, (_, name, dialect) in self._peers.items()
         }
 
     def set(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
-        """Have a fault befall the next `replies` of a connection, in all where that stands for several.
+        """Apply a fault to the next `replies` replies of a connection, or of all.
 
-        Raises `Refused` where there is no such connection.
+        Raises `Refused` if there is no such connection.
         """
         if connection not in (EVERY, NEXT):
             self._peers_of(connection)
         self._rules.append(_Rule(fault, connection, replies or None))
 
     def end(self, step: Close | Reset, connection: int = EVERY) -> None:
-        """End a connection now, behind replies that are late; raises `Refused` where there is none such."""
+        """End a connection, after replies that are delayed. Raises `Refused` if there is no such
+        connection."""
         for peer, name, _ in self._peers_of(connection):
             self._tell(name, _text(step, b""))
             peer.take([step])
 
     def clear(self) -> None:
-        """No faults nor canned replies any more. What is late already comes when it would have come."""
+        """Remove all faults and canned replies. Replies that are delayed already keep their delay."""
         self.canned.clear()
         self._rules.clear()
         self._silent.clear()
@@ -237,11 +240,11 @@ class WireFaults:
             peer.go_on()
 
     def concerns(self, connection: int) -> bool:
-        """Whether any fault is set for a connection."""
+        """Whether a fault is set for a connection."""
         return self._first(connection) is not None
 
     def silences(self, connection: int, waiting: bool = True) -> bool:
-        """Whether a connection's next line has to wait; `waiting` if there is one."""
+        """Whether the next line of a connection has to wait; `waiting` tells if there is one."""
         rule = self._first(connection)
         silent = rule is not None and isinstance(rule.fault, Silence)
         if silent and waiting and connection not in self._silent:
@@ -250,7 +253,7 @@ class WireFaults:
         return silent
 
     def steps(self, connection: int, replies: bytes) -> Iterator[Step]:
-        """What becomes of replies, up to where the connection ends."""
+        """The steps for replies, up to where the connection ends."""
         for reply in _REPLIES.findall(replies):
             rule = None if reply == WONT_TIMING_MARK else self._first(connection)
             if rule is None:
@@ -285,7 +288,7 @@ class WireFaults:
 
 
 def _text(step: Step, reply: bytes) -> str:
-    """A step, for people."""
+    """A step as text for people."""
     match step:
         case Send(data):
             text = data.decode("ascii", "backslashreplace")

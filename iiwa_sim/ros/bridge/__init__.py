@@ -1,1 +1,1 @@
-"""The ROS side for any server of the iiwa's line protocol, emulated or real: a client of ours drives it."""
+"""Puts any robot that speaks the iiwa's line protocol, simulated or real, on ROS, through our client."""

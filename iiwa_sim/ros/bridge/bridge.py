@@ -1,4 +1,4 @@
-"""The bridge: a robot behind a connection, in turns asked how it is and shown to ROS."""
+"""The bridge: polls a robot behind a connection and publishes its state on ROS."""
 
 import asyncio
 import contextlib
@@ -18,7 +18,7 @@ from iiwa_sim.serve.listening import host_and_port, why
 from iiwa_sim.serve.web_access import WebAccess
 
 RATE_HZ = 100
-"""Rounds in a second, where the connection is fast enough for them."""
+"""Polling rounds per second, if the connection is fast enough for them."""
 RECONNECT_S = 1.0
 
 logger = logging.getLogger(__name__)
@@ -27,10 +27,10 @@ logger = logging.getLogger(__name__)
 class Bridge:
     """The robot at `server` is on ROS while the context is open.
 
-    Where the connection fails later it is opened again, every second until that succeeds; what was asked for,
-    and what is asked for meanwhile, has failed. Raises RosFault where the library for rosbridge or ROS is not
-    installed; entering the context raises BridgeFault if there is no robot, ListenFault, and RosFault if
-    there can be no node.
+    A connection that fails later is reopened, with an attempt every second until one succeeds; pending
+    requests and those that come meanwhile fail. Raises RosFault if the library for rosbridge or ROS is not
+    installed. Entering the context raises BridgeFault if no robot answers, ListenFault, and RosFault if there
+    can be no node.
     """
 
     def __init__(
@@ -46,7 +46,8 @@ class Bridge:
         ros: bool = False,
         conventions: Conventions = TODAYS,
     ) -> None:
-        """`rosbridge_origins` and `rosbridge_hosts` as of `Simulator`, and ValueError for what is none."""
+        """`rosbridge_origins` and `rosbridge_hosts` are those of `Simulator`; raises ValueError for
+        malformed ones."""
         self._server = server
         self._client = AsyncIiwa(*server)
         self._robot = RemoteRobot(self._client, description)
@@ -66,12 +67,12 @@ class Bridge:
 
     @property
     def rosbridge_address(self) -> tuple[str, int] | None:
-        """Host and port that rosbridge listens on, if it does."""
+        """Host and port of rosbridge, if it is served."""
         return self._ros.rosbridge_address
 
     @property
     def ros_master(self) -> str | None:
-        """The ROS master of which the robot is a node, if it is."""
+        """URI of the ROS master at which the robot is a node, if it is one."""
         return self._ros.ros_master
 
     async def __aenter__(self) -> Self:
@@ -118,7 +119,7 @@ class Bridge:
                     await self._wake.wait()
 
     async def _reconnect(self, fault: Exception) -> None:
-        """Return when the robot answers again; what is asked for meanwhile fails, and ROS is told why."""
+        """Return when the robot answers again; requests that come meanwhile fail with the reason."""
         self._robot.give_up(_no_connection(fault))
         loop = asyncio.get_running_loop()
         connecting, due_s = asyncio.create_task(self._connect()), loop.time()
@@ -133,7 +134,8 @@ class Bridge:
 
     async def _connect(self) -> None:
         while True:
-            # Before the first attempt, too: who accepts connections and ends them is not asked all the time.
+            # Also before the first attempt: a server that accepts and closes at once is not polled in a tight
+            # loop.
             await asyncio.sleep(RECONNECT_S)
             try:
                 await self._client.reconnect()

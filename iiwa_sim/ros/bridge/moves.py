@@ -1,6 +1,6 @@
-"""A move as a command of the line protocol, and whether the robot is where it should have ended.
+"""Translates a move into a command of the line protocol, and tells whether the robot has reached its end.
 
-What the protocol cannot say is refused: nothing is guessed.
+What the protocol cannot express is refused.
 """
 
 from collections.abc import Awaitable, Callable
@@ -17,18 +17,18 @@ from iiwa_sim.ros.rmi.robot import BlendingUnit, Joints, Move, SpeedUnit
 from iiwa_sim.ros.rmi.speeds import joint_speeds_rel
 
 JOINT_BLENDING = 0.1
-"""The part of its way over which a `joint move` may blend: the protocol has no parameter for it."""
+"""The part of its path over which a `joint move` may blend; the protocol has no parameter for it."""
 THERE_MM = 1.0
 THERE_RAD = radians(0.5)
 
 
 class Sending(NamedTuple):
-    """How a move is sent."""
+    """How a move is sent to the robot."""
 
     send: Callable[[AsyncIiwa], Awaitable[None]]
-    """Asks the robot for it; raises what the client does."""
+    """Sends the command; raises what the client raises."""
     rests: bool
-    """Whether the next one may be sent only when the robot rests: else it would blend into that."""
+    """Whether the next move must not be sent before the robot rests, because it would blend into this one."""
 
 
 def sending(move: Move, robot: RobotDescription) -> Sending:
@@ -51,7 +51,8 @@ def sending(move: Move, robot: RobotDescription) -> Sending:
 
 
 async def is_there(client: AsyncIiwa, move: Move, joints: Joints, tool_frame: Frame) -> bool:
-    """Whether the robot, there now, has come to the end of a move; one that feels forces may end anywhere."""
+    """Whether the robot, now at `joints` and `tool_frame`, has reached the end of a move. A force move may
+    end anywhere."""
     target = move.target
     if move.thresholds_n is not None:
         return True
@@ -65,7 +66,7 @@ async def is_there(client: AsyncIiwa, move: Move, joints: Joints, tool_frame: Fr
 
 
 def as_frame(frame: ClientFrame) -> Frame:
-    """The client's frame as the simulator's: mm and rad both."""
+    """The client's frame as a frame of the simulator; both are in mm and rad."""
     return Frame(*frame)
 
 

@@ -1,9 +1,8 @@
-"""A robot behind a connection as the `Robot` of the ROS side: it is asked how it is, and told what to do.
+"""A robot behind a connection, with the interface `Robot` of the ROS side: it is polled and commanded.
 
-Only the commands of Appendix B are taken for granted. Of the extensions each is used where the server has it:
-without `get queue` the results of moves that were sent ahead come together when the robot has stopped,
-without `get error` a refusal has no reason, and without the others override, IO and what a robot's status
-tells beyond moving are not known, and services say so.
+Only the commands of Appendix B are required. Extensions are used where the server has them. Without `get
+queue` the results of moves sent ahead come together when the robot has stopped; without `get error` a refusal
+has no reason; without the others override, IO and most of the robot status are unknown, and services say so.
 """
 
 from collections import deque
@@ -20,17 +19,17 @@ from iiwa_sim.ros.rmi.pins import UNKNOWN
 from iiwa_sim.ros.rmi.robot import Done, Ended, Failure, Move, State
 
 SHORT_OF_TARGET_ASKED = 50
-"""So often in a row a robot has to say that it stands short of its target before that is the end: some say
-`stopped` for a while before they set out."""
+"""Number of polls in a row that have to show the robot at rest short of its target before its move has
+failed: some robots report `stopped` for a while before they start."""
 UNKNOWN_STATE = -1
-"""Of industrial_msgs."""
+"""The value for unknown in industrial_msgs."""
 UNKNOWN_STATUS = RobotStatus._make([*[UNKNOWN_STATE] * 6, 0])
 OWN_ACCELERATION = "the robot took its own acceleration"
-"""Said of a move with a cap: the protocol of Appendix B has no acceleration."""
+"""Note on a move with an acceleration cap, which the protocol of Appendix B cannot express."""
 OUT_OF_REACH = UNKNOWN_STATUS._replace(motion_possible=0, in_error=1, error_code=COMMUNICATION_FAILURE)
-"""While there is no connection: what the robot does is not known, but commands get this code."""
+"""Status while there is no connection: what the robot does is unknown, and commands get this code."""
 IO_EVERY = 10
-"""Inputs and outputs are asked for in every tenth round only."""
+"""Inputs and outputs are polled in every tenth round only."""
 
 T = TypeVar("T")
 
@@ -43,21 +42,21 @@ class _Sent(NamedTuple):
 
 
 class _Asked(NamedTuple):
-    """What is to be done."""
+    """A request that is not carried out yet."""
 
     do: Callable[[], Awaitable[None]]
     fail: Callable[[Failure], None]
-    """Tells that it cannot be done, since there is no connection."""
+    """Reports that the request failed for want of a connection."""
 
 
 class RemoteRobot:
-    """A robot at the other end of a client. `do_asked` and `look` have to be awaited again and again.
+    """A robot at the other end of a client. `do_asked` and `look` are to be awaited in turns.
 
-    Both raise OSError and ReplyError where the connection fails; then `give_up` has to be called.
+    Both raise OSError or ReplyError when the connection fails; then call `give_up`.
     """
 
     def __init__(self, client: AsyncIiwa, description: RobotDescription) -> None:
-        """`description` tells names and velocity limits of the joints."""
+        """`description` gives names and velocity limits of the joints."""
         self._client = client
         self._description = description
         self._state: State | None = None
@@ -69,7 +68,7 @@ class RemoteRobot:
         self._short = 0  # how often in a row the robot stood short of its target
         self._absent: set[str] = set()
         self._rounds = 0
-        self._gone: Failure | None = None  # why there is no connection, until the robot answers again
+        self._gone: Failure | None = None  # why there is no connection; None while there is one
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -78,7 +77,7 @@ class RemoteRobot:
     @property
     def ready(self) -> bool:
         if self._gone is not None:
-            return True  # to be refused: nobody expects a robot to move when the connection is there again
+            return True  # refused: nobody expects the robot to move when the connection is back
         state = self._state
         waits = self._moves_asked > 0 or (self._rests and bool(self._sent))
         return state is not None and state.override != 0.0 and not waits
@@ -123,16 +122,16 @@ class RemoteRobot:
         self._ask(set_output, done)
 
     async def do_asked(self) -> None:
-        """Do what was asked for."""
+        """Carry out the pending requests."""
         while self._asked:
             await self._asked[0].do()
             self._asked.popleft()
 
     def give_up(self, reason: str) -> None:
-        """There is no connection: nothing that was asked for will be done, nor what is asked for before the
-        next `look` that succeeds."""
+        """The connection has failed: fail all pending requests, and those that come before the next
+        successful `look`."""
         self._state, self._status, self._rounds = None, OUT_OF_REACH, 0
-        self._absent.clear()  # the next one may be another server
+        self._absent.clear()  # the next connection may lead to another server
         self._gone = Failure(COMMUNICATION_FAILURE, reason)
         self._end_all(*self._gone)
         while self._asked:
@@ -155,7 +154,7 @@ class RemoteRobot:
         if failure is not None:
             ended(failure.code, failure.reason)
             return
-        if move.kind.is_servo:  # it takes the place of the target before
+        if move.kind.is_servo:  # a servo target replaces the one before
             self._end_all(STOP_TRIGGERED, "replaced by a newer target")
         if move.acceleration is not None:
             ended = partial(_own_acceleration, ended)
@@ -163,7 +162,7 @@ class RemoteRobot:
         self._rests, self._short = rests, 0
 
     async def look(self) -> None:
-        """Ask the robot how it is, and find out which moves have ended."""
+        """Poll the robot's state, and find out which moves have ended."""
         client = self._client
         behind = None if len(self._sent) < 2 else await self._if_there("get queue", client.get_queue)
         moving = await client.get_status() == "moving"
@@ -174,7 +173,7 @@ class RemoteRobot:
         tool_frame = as_frame(await client.get_tool_frame())
         told = await self._if_there("get robot status", client.get_robot_status)
         override = await self._if_there("get override", client.get_override)
-        self._gone = None  # together with the state: who sees that expects to be obeyed
+        self._gone = None  # state and readiness change together: who sees the one relies on the other
         only_this = UNKNOWN_STATUS._replace(in_motion=int(moving))
         self._status = only_this if told is None else RobotStatus(*told)
         self._state = State(
@@ -203,25 +202,25 @@ class RemoteRobot:
             self._state = self._state._replace(inputs=inputs, outputs=outputs)
 
     async def _has_stopped(self, state: State) -> None:
-        """Of moves that were sent ahead, where the last one is done all are."""
+        """End the moves that were sent ahead: all are done if the last one is."""
         if await is_there(self._client, self._sent[-1].move, state.joints, state.tool_frame):
             self._end_all(SUCCESS, "")
             return
         self._short += 1
         if self._short >= SHORT_OF_TARGET_ASKED:
             error = None
-            # Outside of a state of error the last one may be any refusal of before.
+            # Without an error state the last error may stem from any earlier refusal.
             if self._status is not None and self._status.in_error == 1:
                 error = await self._if_there("get error", self._client.get_error)
             self._end_all(*(error or (STOP_TRIGGERED, "the robot has stopped short of the target")))
 
     async def _do(self, command: Awaitable[None]) -> Failure | None:
-        """Have a command carried out; gives why it was not."""
+        """Send a command; returns why it was refused, None if it was not."""
         try:
             await command
         except UnknownCommandError:
             return Failure(EXECUTION, "the robot does not know this command")
-        except ValueError as fault:  # of the client, which sends no numbers that make no sense
+        except ValueError as fault:  # ValueError of the client, which sends no numbers that are not finite
             return Failure(EXECUTION, str(fault))
         except CommandError:
             error = await self._if_there("get error", self._client.get_error)
@@ -229,7 +228,7 @@ class RemoteRobot:
         return None
 
     async def _if_there(self, name: str, ask: Callable[[], Awaitable[T]]) -> T | None:
-        """The answer to an extension; None, from now on, where the server has no such command."""
+        """The answer to an extension; None, from then on, if the server does not know the command."""
         if name in self._absent:
             return None
         try:

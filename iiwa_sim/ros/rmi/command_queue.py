@@ -1,7 +1,7 @@
-"""Commands in their order: when each is sent to the robot, and the result that each gets.
+"""The order of commands: when each is sent to the robot, and the result that each gets.
 
-Every command gets one result, in the order in which the commands came. When one fails, those behind it are
-not carried out, since they begin where it should have ended, and get a result that says so.
+Every command gets one result, in the order of the commands. When one fails, later commands are not carried
+out, since they begin where it should have ended; their results say so.
 """
 
 from collections import deque
@@ -21,20 +21,20 @@ LONGEST_QUEUE = 1000
 
 
 class Result(NamedTuple):
-    """What became of a command."""
+    """The result of a command."""
 
     command_id: int
     code: int
-    """0 where it was carried out, else a result code of robot_movement_interface."""
+    """0 for success, else a result code of robot_movement_interface."""
     information: str
 
 
 RESULTS_AT_ONCE = 50
-"""Published in a tick; more wait for the next one."""
+"""Results published in one tick; more wait for the next tick."""
 
 
 class _Command:
-    """One that has no published result yet."""
+    """A command whose result is not published yet."""
 
     def __init__(self, message: Any) -> None:
         self.id: int = message.command_id
@@ -43,7 +43,7 @@ class _Command:
         self.result: Result | None = None
 
     def end(self, code: int, information: str) -> None:
-        """The first end counts: a robot may tell later of one that was replaced."""
+        """End the command; only the first end counts, as a robot may report on a replaced command later."""
         if self.result is None:
             self.result = Result(self.id, code, information)
 
@@ -51,8 +51,8 @@ class _Command:
 class CommandQueue:
     """The commands of one robot.
 
-    Plain LIN and PTP moves are sent ahead, so that the robot can blend them. All others wait until those
-    before them have ended, and those behind them wait, too: a servo move would take the place of what runs,
+    Plain LIN and PTP moves are sent ahead, so that the robot can blend them. Any other command waits until
+    those before it have ended, and later commands wait for it: a servo move would replace the running move,
     and a force move compares with the forces at its command.
     """
 
@@ -67,22 +67,22 @@ class CommandQueue:
         self._reference = reference
         self._log = log
         self._publish = publish
-        self._begun: deque[_Command] = deque()  # sent, or refused; not published
-        self._waiting: deque[_Command] = deque()  # behind those
-        self._servo: Kind | None = None  # of the target that the robot follows
+        self._begun: deque[_Command] = deque()  # sent or refused; not published
+        self._waiting: deque[_Command] = deque()  # not sent yet
+        self._servo: Kind | None = None  # the command whose target the servo follows
         self._failed = False
 
     def take(self, commands: Sequence[Any], *, replace: bool) -> None:
-        """A CommandList: its commands follow those before, or take their place, now.
+        """Take a CommandList: its commands follow those before, or with `replace` take their place.
 
-        An empty list that replaces stops the robot.
+        An empty list with `replace` stops the robot.
         """
         if replace:
             follows = (
                 bool(commands) and self._servo is not None and commands[0].command_type == self._servo.value
             )
             self._end_all("replaced by a newer list of commands")
-            if not follows:  # a servo takes a new target without a stop
+            if not follows:  # a servo takes a new target without stopping
                 self._stop(_nobody)
         room = max(0, LONGEST_QUEUE - len(self._begun) - len(self._waiting))
         self._waiting.extend(map(_Command, commands[:room]))
@@ -91,19 +91,19 @@ class CommandQueue:
             self._publish(Result(message.command_id, EXECUTION, reason))
 
     def cancel(self, reason: str, done: Done) -> None:
-        """Stop the robot; no command is carried out any more."""
+        """Stop the robot and drop all commands."""
         self._end_all(reason)
         self._stop(done)
 
     @property
     def is_active(self) -> bool:
-        """Whether a command will be sent, or a result published, in the next tick or soon."""
+        """Whether a coming tick will send a command or publish a result."""
         if self._begun:
             return self._begun[0].result is not None or self._failed
         return bool(self._waiting) and self._robot.ready
 
     def step(self) -> None:
-        """To be called at every tick: sends a command when its time has come, and publishes results."""
+        """Notice a tick: send commands whose time has come, and publish results."""
         if self._failed:
             self._failed = False
             self._stop_what_went_on()
@@ -115,9 +115,7 @@ class CommandQueue:
         command = self._waiting[0]
         if command.move is None:
             try:
-                command.move = read_command(
-                    command.message, len(self._robot.joint_names), self._reference
-                )
+                command.move = read_command(command.message, len(self._robot.joint_names), self._reference)
             except Refused as refused:
                 self._begun.append(self._waiting.popleft())
                 self._end(command, refused.code, refused.reason)
@@ -152,7 +150,8 @@ class CommandQueue:
         self._publish_ended()
 
     def _stop_what_went_on(self) -> None:
-        """After a command that failed: moves behind it, or a servo whose next target was refused."""
+        """Stop what goes on after a failed command: moves sent ahead, or a servo whose next target was
+        refused."""
         running = [command for command in self._begun if command.result is None]
         failed = next((command for command in self._begun if command.result and command.result.code), None)
         goes_on = (
@@ -168,7 +167,7 @@ class CommandQueue:
         self._robot.stop(done)
 
     def _publish_ended(self) -> None:
-        """Some of those that have ended; the rest in the next ticks, which do not wait for a long list."""
+        """Publish some of the results that are ready; a long list is spread over ticks."""
         for _ in range(RESULTS_AT_ONCE):
             if not self._begun or (result := self._begun[0].result) is None:
                 break
@@ -181,4 +180,4 @@ def _is_plain(move: Move) -> bool:
 
 
 def _nobody(_: Failure | None) -> None:
-    """Hears how it went."""
+    """A listener that ignores the outcome."""

@@ -1,6 +1,6 @@
-"""From a Command message to a move, or to the reason why there is none: nothing is guessed or left out.
+"""Translates a Command message into a move, or refuses it with a reason: nothing is guessed or left out.
 
-Units, as drag&bot's drivers have them: m and rad; `%` is 0 to 1, `PERCENT` 0 to 100.
+Units are those of drag&bot's drivers: m and rad; `%` is 0 to 1, `PERCENT` 0 to 100.
 """
 
 from math import isfinite
@@ -17,7 +17,7 @@ from iiwa_sim.wording import harmless, shortened
 
 JOINTS, EULER, QUATERNION = "JOINTS", "EULER_INTRINSIC_ZYX", "QUATERNION"
 BASES = ("base", "/base", "base_link", "/base_link")
-"""Names in pose_reference that say that the pose is in the base already."""
+"""Values of pose_reference with which the pose is in the base."""
 NEWTON = "N"
 
 _TYPES = {kind.value: (kind, False) for kind in Kind if kind is not Kind.HOLD} | {
@@ -31,9 +31,9 @@ _LONGEST_WORD = 40
 
 
 def read_command(command: Any, joint_count: int, reference: Reference = Reference.APPLY) -> Move:
-    """The move that a Command, of `definitions.type_of`, asks for. Raises `Refused`.
+    """The move that a Command (of `definitions.type_of`) asks for. Raises `Refused`.
 
-    `reference` says what becomes of a pose_reference_frame with values whose name is not that of the base.
+    `reference` is the convention for a pose_reference_frame with values that is not the base.
     """
     if command.command_type not in _TYPES:
         raise _unknown("command_type", command.command_type, _TYPES)
@@ -67,7 +67,7 @@ def _check_finite(command: Any) -> None:
 
 
 def _target(command: Any, joint_count: int, reference: Reference) -> tuple[Joints | Frame, str]:
-    """The target, and what is to be said of how it was understood."""
+    """The target, and a note on how it was understood."""
     kind, pose = command.pose_type, command.pose
     if kind == JOINTS:
         _count("pose", pose, joint_count, kind)
@@ -116,10 +116,8 @@ def _speeds(
     return tuple(values), unit
 
 
-def _acceleration(
-    command: Any, kind: Kind, on_joints: bool, joint_count: int
-) -> AccelerationCap | None:
-    """The cap; None where the command has no values, or full ones in % or PERCENT."""
+def _acceleration(command: Any, kind: Kind, on_joints: bool, joint_count: int) -> AccelerationCap | None:
+    """The acceleration cap; None if the command has no values, or full ones in % or PERCENT."""
     word, values = command.acceleration_type, command.acceleration
     if not values:
         return None

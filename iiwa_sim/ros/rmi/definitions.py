@@ -38,7 +38,7 @@ PRIMITIVES: dict[str, tuple[Any, Any]] = {
     "uint32": (_integer(32, False), 0),
     "time": (Time, None),
 }
-"""Of what occurs in our definitions: type and default."""
+"""Type and default of each primitive type in our definitions."""
 
 RESULT = "robot_movement_interface/Result"
 
@@ -120,7 +120,7 @@ def service_md5(name: str) -> str:
 
 @cache
 def type_of(definition: Definition) -> type[Struct]:
-    """A class of such messages: fields that are not given have the defaults of ROS, others are refused."""
+    """A class for such messages: missing fields get the defaults of ROS, unknown ones are refused."""
     fields: list[tuple[str, Any, Any]] = []
     for each in definition.fields:
         kind, default = PRIMITIVES.get(each.type) or (type_of(message(each.type)), None)
@@ -192,7 +192,8 @@ def _whole_name(kind: str, package: str) -> str:
 
 
 def _summed(definition: Definition) -> str:
-    """The text that is summed: constants, then fields, with the sums of messages in place of their types."""
+    """The text whose MD5 sum is taken: constants, then fields, with the sums of messages in place of their
+    types."""
     lines = [f"{kind} {name}={value}" for kind, name, value in definition.constants]
     for each in definition.fields:
         if each.type in PRIMITIVES:

@@ -22,7 +22,8 @@ from iiwa_sim.ros.rmi.speeds import joint_speeds_rel
 
 
 class LocalRobot:
-    """Everything is done within the call. Moves end in ticks, or in the calls that stop them."""
+    """The interface `Robot` for a controller in this process. Commands take effect within the call; moves
+    end in a tick, or in the call that stops them."""
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
@@ -80,11 +81,11 @@ class LocalRobot:
 
     def _has_ended(self, ending: Ending) -> None:
         ended = self._ended.pop(ending.move, None)
-        if ended is not None:  # else it is a move of another client
+        if ended is not None:  # moves without an entry belong to other clients
             ended(ending.code, ending.reason)
 
     def _request(self, move: Move) -> MoveRequest:
-        """In the units of the controller. Raises `Refused`."""
+        """The move in units of the controller. Raises `Refused`."""
         controller, target = self._controller, move.target
         asked = MoveRequest(move.kind, target, acceleration=move.acceleration)
         if isinstance(target, Frame):
@@ -102,14 +103,15 @@ class LocalRobot:
         return asked if move.kind.is_servo else asked._replace(blending=self._blending_rel(move, target))
 
     def _blending_mm(self, move: Move, target: Frame) -> float:
-        """A relative one is a part of the straight way of the TCP."""
+        """Blending radius in mm; a relative one is a part of the straight path of the TCP."""
         if move.blending_unit is BlendingUnit.MM:
             return move.blending
         start = self._controller.tcp_frame_at(self._controller.end_of_queue)
         return move.blending * dist(start[:3], target[:3])
 
     def _blending_rel(self, move: Move, joints: Joints) -> float:
-        """One in rad is a part of the largest way of a joint."""
+        """Blending as a part of the path of the joints; one in rad is divided by the largest travel of a
+        joint."""
         if move.blending_unit is not BlendingUnit.RAD:
             return move.blending
         start = self._controller.end_of_queue

@@ -1,6 +1,7 @@
 """A robot as a ROS node without a transport: its topics and services, as plain messages.
 
-Transports put listeners to topics, hand in messages and calls, and name things as ROS does, with a slash.
+Transports register listeners for topics, pass in messages and calls, and name things as ROS does, with a
+slash.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,20 +25,20 @@ COMMAND_RESULT = "/command_result"
 ROBOT_STATUS = "/robot_status"
 
 PUBLISHED: Mapping[str, tuple[str, int]] = {
-    COMMAND_RESULT: (RESULT, 0),  # whenever there is one
+    COMMAND_RESULT: (RESULT, 0),  # published on change, not periodically
     ROBOT_STATUS: ("industrial_msgs/RobotStatus", 50),
     "/tool_frame": ("robot_movement_interface/EulerFrame", 100),
     "/joint_states": ("sensor_msgs/JointState", 100),
     "/current_speed_scale": ("std_msgs/Float32", 10),
     "/io_states": ("robot_movement_interface/IOStates", 10),
 }
-"""Type of each topic, and how often it is published in a second of ticks."""
+"""Type of each topic, and its rate in Hz of simulated time."""
 SUBSCRIBED: Mapping[str, str] = {COMMAND_LIST: "robot_movement_interface/CommandList"}
-"""Type of each topic that is listened to."""
+"""Type of each topic that the node subscribes to."""
 
 
 class BadMessage(Exception):
-    """A message that does not fit its type. One line, with the place."""
+    """A message does not fit its type. One line, with the place."""
 
 
 class Node:
@@ -51,7 +52,7 @@ class Node:
         log: DialectLog,
         conventions: Conventions = TODAYS,
     ) -> None:
-        """`now_ns` is the time since 1970 that goes into headers."""
+        """`now_ns` returns the time since 1970 (ns) that goes into headers."""
         self._robot = robot
         self._now_ns = now_ns
         self._tick_rate_hz = tick_rate_hz
@@ -59,7 +60,7 @@ class Node:
         self._queue = CommandQueue(robot, self._publish_result, log, conventions.reference)
         self._services = Services(robot, self._queue, self.time).all
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
-        self._due = dict.fromkeys(PUBLISHED, 0)  # in parts of 1 / tick_rate_hz of a message
+        self._due = dict.fromkeys(PUBLISHED, 0)  # in units of 1 / tick_rate_hz of a message
         self._sequence = dict.fromkeys(PUBLISHED, 0)
         self.services: Mapping[str, str] = {name: kind for name, (kind, _) in self._services.items()}
         """Type of each service, by name."""
@@ -79,20 +80,20 @@ class Node:
         return {"secs": secs, "nsecs": nsecs}
 
     def listen(self, topic: str, listener: Listener) -> None:
-        """Hear the messages of a topic of `PUBLISHED`."""
+        """Register a listener for a topic of `PUBLISHED`."""
         self._listeners[topic].append(listener)
 
     def unlisten(self, topic: str, listener: Listener) -> None:
-        """Hear them no more."""
+        """Remove a listener."""
         self._listeners[topic].remove(listener)
 
     def receive(self, topic: str, content: Any) -> None:
-        """A message for a topic of `SUBSCRIBED`. Raises `BadMessage`, and then nothing of it is done."""
+        """Take a message for a topic of `SUBSCRIBED`. Raises `BadMessage`, and then nothing of it is done."""
         taken: Any = _converted(content, type_of(message(SUBSCRIBED[topic])))
         self._queue.take(taken.commands, replace=taken.replace_previous_commands)
 
     def call(self, name: str, request: Any, answer: Answer, fail: Fail) -> None:
-        """Call a service of `services`; one of `answer` and `fail` is called once, now or later.
+        """Call a service of `services`; either `answer` or `fail` is called once, now or later.
 
         Raises `BadMessage`.
         """
@@ -100,7 +101,7 @@ class Node:
         call(_converted(request, type_of(service(kind).request)), answer, fail)
 
     def step(self) -> None:
-        """A tick has been made."""
+        """Notice that a tick has been made."""
         self._queue.step()
         state: State | None = None
         for topic, (_, rate_hz) in PUBLISHED.items():
@@ -134,7 +135,7 @@ class Node:
         self._publish(COMMAND_RESULT, content)
 
     def _status(self) -> Message | None:
-        """The message for /robot_status, if anything is known."""
+        """The message for /robot_status; None if nothing is known."""
         status = self._robot.status
         if status is None:
             return None
@@ -143,7 +144,7 @@ class Node:
         return {"header": self._header(ROBOT_STATUS), **values, "error_code": code}
 
     def _content(self, topic: str, state: State) -> Message | None:
-        """The message for a topic, if the robot tells enough of itself."""
+        """The message for a topic; None if the robot does not report the contents."""
         if topic == "/joint_states":
             return {
                 "header": self._header(topic),

@@ -1,6 +1,6 @@
-"""Numbers of inputs and outputs in the ROS services, which have one row of numbers for both.
+"""The common numbering of inputs and outputs in the ROS services.
 
-Outputs come first, numbered as the controller numbers them, so that set_io 1 is its output 1; inputs follow.
+Outputs come first, with the controller's numbers, so that set_io 1 is its output 1; inputs follow.
 """
 
 from typing import NamedTuple
@@ -10,9 +10,9 @@ from iiwa_sim.ros.rmi.robot import Failure, State
 
 NO_SUCH_GROUP = 3
 SETTING_FAILED = 4
-"""Errors of get_digital_ios and set_digital_ios beside those of `iiwa_sim.controller.io`."""
+"""Error of get_digital_ios and set_digital_ios, besides those of `iiwa_sim.controller.io`."""
 UNKNOWN = -1
-"""Error of get_io and set_io where a robot tells nothing of its inputs and outputs."""
+"""Error of get_io and set_io for a robot that does not report inputs and outputs."""
 INPUT_GROUP, OUTPUT_GROUP = "DI", "DO"
 
 
@@ -24,7 +24,7 @@ class Pins(NamedTuple):
 
     @classmethod
     def of(cls, state: State | None) -> "Pins | Failure":
-        """Those of a robot, or why they are not known."""
+        """The pins of a robot, or why they are unknown."""
         if state is None or state.inputs is None or state.outputs is None:
             return Failure(UNKNOWN, "the robot tells nothing of its inputs and outputs")
         return cls(state.inputs, state.outputs)
@@ -57,7 +57,7 @@ class Pins(NamedTuple):
         return Failure(NUMBER_OUT_OF_RANGE, f"no pin {number} in {group}: there are 1 to {len(row)}")
 
     def to_switch(self, group: str, number: int) -> Failure | None:
-        """Why a pin that is numbered in its group cannot be switched; None where it can."""
+        """Why a pin cannot be switched, by its number in its group; None if it can."""
         state = self.in_group(group, number)
         if isinstance(state, Failure):
             return state

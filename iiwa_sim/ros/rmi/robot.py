@@ -1,4 +1,4 @@
-"""What the ROS side needs of a robot, be it the controller in this process or one behind a connection."""
+"""The interface of a robot for the ROS side: the controller in this process, or one behind a connection."""
 
 from collections.abc import Callable
 from enum import Enum
@@ -13,42 +13,42 @@ Joints = tuple[float, ...]
 
 
 class SpeedUnit(Enum):
-    """Of speeds."""
+    """Unit of a speed."""
 
-    RELATIVE = "relative"  # to the limits, above 0 up to 1
+    RELATIVE = "relative"  # of the limits, above 0 up to 1
     RAD_S = "rad/s"
     M_S = "m/s"
 
 
 class BlendingUnit(Enum):
-    """Of the neighbourhood of a target in which the next move may take over."""
+    """Unit of the region round a target in which the next move may take over."""
 
     MM = "mm"
     RAD = "rad"
-    RELATIVE = "relative"  # to the way of the move, 0 to 1
+    RELATIVE = "relative"  # of the path of the move, 0 to 1
 
 
 class Move(NamedTuple):
-    """One movement as a command asks for it, checked as far as that goes without a robot."""
+    """A move that a command asks for, checked as far as is possible without a robot."""
 
     kind: Kind
     target: Joints | Frame
     """Joint positions (rad), or a frame in the base: of the flange for servo moves, else of the TCP."""
     speeds: tuple[float, ...]
-    """One, or one for each joint."""
+    """One speed, or one for each joint."""
     speed_unit: SpeedUnit
     blending: float = 0.0
     blending_unit: BlendingUnit = BlendingUnit.MM
     thresholds_n: tuple[float, float, float] | None = None
-    """Of a move that ends when a force at the TCP, along its axes, has changed by more."""
+    """For a force move: the change of the force at the TCP, along its axes, that ends it."""
     acceleration: AccelerationCap | None = None
-    """The greatest that is asked for; without one the robot's own."""
+    """Cap of the acceleration; None for the robot's own limit."""
     note: str = ""
-    """What its result says beside success: how something in the command was understood."""
+    """A remark for its result on how the command was understood."""
 
 
 class State(NamedTuple):
-    """What is published of a robot. What it does not tell of itself is None."""
+    """The published state of a robot. What the robot does not report is None."""
 
     joints: Joints
     """rad"""
@@ -65,7 +65,7 @@ class State(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """Why something was not done."""
+    """Why a request failed."""
 
     code: int
     """A result code, or one of `iiwa_sim.controller.io`."""
@@ -73,16 +73,16 @@ class Failure(NamedTuple):
 
 
 Done = Callable[[Failure | None], None]
-"""Hears of None when something has been done, else why it was not."""
+"""Called with None when a request is done, or with the reason when it failed."""
 
 Ended = Callable[[int, str], None]
-"""Hears the result code with which a move has ended, 0 for success, and what is to be said of it."""
+"""Called when a move has ended, with its result code (0 for success) and a remark."""
 
 
 class Robot(Protocol):
-    """All calls return at once, and are carried out in their order.
+    """Calls return at once and take effect in their order.
 
-    What they lead to is told by a call of `done` or `ended`, once, within the call or later.
+    The outcome is reported by one call of `done` or `ended`, within the call or later.
     """
 
     @property
@@ -91,22 +91,22 @@ class Robot(Protocol):
 
     @property
     def ready(self) -> bool:
-        """Whether a move may be sent: the one before has been accepted or refused, and the override is not 0,
-        at which the robot would keep it."""
+        """Whether a move may be sent: the move before it has been accepted or refused, and the override is
+        not 0, at which the robot would not start it."""
 
     @property
     def state(self) -> State | None:
-        """The newest that is known; None where nothing is."""
+        """The newest known state; None if none is known."""
 
     @property
     def status(self) -> RobotStatus | None:
-        """The newest that is known, also of a robot whose state is not: that it is out of reach."""
+        """The newest status; it is also known of a robot that is out of reach."""
 
     def move(self, move: Move, ended: Ended) -> None:
-        """Queue a move, or go for the target of a servo at once."""
+        """Queue a move, or follow the target of a servo move at once."""
 
     def stop(self, done: Done) -> None:
-        """Bring the robot to rest and forget the moves that wait; these end with a code that is not 0."""
+        """Stop the robot and drop waiting moves, which end with a code other than 0."""
 
     def set_override(self, override: float, done: Done) -> None:
         """Run all moves at this part of their speed, 0 to 1."""

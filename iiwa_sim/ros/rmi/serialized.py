@@ -17,15 +17,15 @@ _LENGTH = struct.Struct("<I")
 _TIME = struct.Struct("<II")
 
 Steps = Generator[None, None, dict[str, Any]]
-"""A message in plain words in the end."""
+"""A generator that yields between steps and returns a message."""
 
 
 class NoSuchMessage(Exception):
-    """Bytes that are no message of the type."""
+    """The bytes are no message of the type."""
 
 
 def serialized(definition: Definition, content: dict[str, Any]) -> bytes:
-    """A message of which all fields are given."""
+    """The bytes of a message, all of whose fields are given."""
     found: list[bytes] = []
     for field in definition.fields:
         value = content[field.name]
@@ -52,7 +52,7 @@ def _one(kind: str, value: Any) -> bytes:
 
 
 def deserialized(definition: Definition, data: bytes) -> Steps:
-    """A message that ROS 1 has sent, in steps of one element of its lists of messages: a list may be long.
+    """Parse a message of ROS 1 in steps, one for each element of a list of messages, as lists may be long.
 
     Raises NoSuchMessage.
     """
@@ -67,7 +67,7 @@ def deserialized(definition: Definition, data: bytes) -> Steps:
 
 
 class _Reader:
-    """Reads values one after the other. Raises struct.error where the data end, and UnicodeDecodeError."""
+    """Reads values in order. Raises struct.error at the end of the data, and UnicodeDecodeError."""
 
     def __init__(self, data: bytes) -> None:
         self.place = 0
@@ -115,7 +115,7 @@ class _Reader:
     def _length(self) -> int:
         length: int
         (length,) = self._unpacked(_LENGTH)
-        if length > len(self._data) - self.place:  # each element takes a byte at the least
+        if length > len(self._data) - self.place:  # each element takes one byte at least
             raise struct.error
         return length
 
@@ -129,5 +129,5 @@ class _Reader:
 
 
 def _meant(value: float) -> float:
-    """The shortest number that a float32 stands for: 0.1, not 0.10000000149, which may be beyond a limit."""
+    """The shortest decimal that a float32 stands for: 0.1, not 0.10000000149, which may exceed a limit."""
     return float(str(float32(value)))

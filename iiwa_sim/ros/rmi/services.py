@@ -1,7 +1,7 @@
-"""The services of Appendix A2, and those for inputs and outputs that drag&bot's AnyRobot interface adds.
+"""The services of Appendix A2, and those for inputs and outputs of drag&bot's AnyRobot interface.
 
-A service takes its request and two calls, one of which it makes once, then or later: `answer` with the
-response, `fail` with the reason why there is none.
+A service gets its request and two functions, one of which it calls once, at once or later: `answer` with the
+response, or `fail` with the reason why there is none.
 """
 
 from collections.abc import Callable
@@ -19,15 +19,15 @@ Answer = Callable[[Response], None]
 Fail = Callable[[str], None]
 
 LOWEST_SCALE = 0.01
-"""What a speed below 0 becomes."""
+"""Replaces a speed below 0."""
 NO_ERROR = 0
 
 
 class Services:
-    """Those of one robot. Requests are messages of `definitions.type_of`."""
+    """The services of one robot. Requests are messages of `definitions.type_of`."""
 
     def __init__(self, robot: Robot, queue: CommandQueue, now: Callable[[], dict[str, int]]) -> None:
-        """`now` is the time in ROS 1's terms, for the values that are read."""
+        """`now` returns ROS time, for the stamps of readings."""
         self._robot = robot
         self._queue = queue
         self._now = now
@@ -39,10 +39,11 @@ class Services:
             "/robot/get_digital_ios": ("robot_movement_interface/GetDigitalIOs", self._get_digital_ios),
             "/robot/set_digital_ios": ("robot_movement_interface/SetDigitalIOs", self._set_digital_ios),
         }
-        """Type and call of each, by name."""
+        """Type and handler of each service."""
 
     def _scale_speed(self, request: Any, answer: Answer, fail: Fail) -> None:
-        """Below 0 is 0.01, above 1 is 1; at 0 the robot stops, too, and forgets its commands."""
+        """Set the speed: below 0 means 0.01, above 1 means 1. At 0 the robot also stops and drops its
+        commands."""
         value = request.value
         if not isfinite(value):
             fail("value: expected a finite number")
@@ -107,7 +108,7 @@ class Services:
         answer({"ios": ios, "success": not errors, "errors": errors})
 
     def _set_digital_ios(self, request: Any, answer: Answer, _: Fail) -> None:
-        """All are switched, or none. Where a robot fails to switch one, those before it stay switched."""
+        """Switch all outputs or none. If the robot fails to switch one, those before it stay switched."""
         named = [(pin.id.group_id, pin.id.pin_number) for pin in request.ios]
         pins = Pins.of(self._robot.state)
         if isinstance(pins, Failure):

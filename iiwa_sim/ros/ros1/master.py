@@ -1,4 +1,4 @@
-"""The node at its ROS master: how it gets there, and how a master started anew hears of it. Needs rospy."""
+"""Registration of the node at its ROS master, also at one that restarts. Needs rospy."""
 
 import http.client
 import logging
@@ -13,10 +13,10 @@ import rosgraph
 import rospy
 
 from iiwa_sim.ros.ros1.patience import accept_patiently
-from iiwa_sim.ros.ros1.told import shorten
+from iiwa_sim.ros.ros1.rospy_log import shorten
 
 EVERY_S = 2.0
-"""Between two looks; each is one short call."""
+"""Seconds between two checks; each is one short call."""
 
 FAULTS = (OSError, rosgraph.MasterException, http.client.HTTPException, xmlrpc.client.Error)
 
@@ -24,11 +24,11 @@ logger = logging.getLogger(__name__)
 
 
 def start_node(name: str) -> None:
-    """rospy.init_node, without the signal handlers and the log files that rospy would have."""
+    """rospy.init_node, without rospy's signal handlers and log files."""
     logging.getLogger("rospy").setLevel(logging.WARNING)
     shorten()
     accept_patiently()
-    # Without a file of its own for logging rospy takes one that replaces all handlers of the process.
+    # Without a logging file of its own, rospy takes one that replaces all handlers of the process.
     with tempfile.NamedTemporaryFile("w", suffix=".yaml") as nothing_new:
         nothing_new.write("{version: 1, incremental: true}\n")
         nothing_new.flush()
@@ -44,7 +44,7 @@ def start_node(name: str) -> None:
 
 
 class MasterWatch:
-    """What a node has at the master, looked after from the moment when it is there until `end`."""
+    """Keeps a node registered at the master until `end`, also after a restart of the master."""
 
     def __init__(self, handles: Sequence[Any]) -> None:
         """`handles` are rospy's publishers, subscribers and services."""
@@ -52,11 +52,11 @@ class MasterWatch:
         self._ended = threading.Event()
         self._registering = threading.Lock()
         self._answers = True
-        # A daemon, since a master that hangs may keep it waiting for ever.
+        # a daemon thread, since a hanging master may block it for ever
         threading.Thread(target=self._go_on, name="ros-master-watch", daemon=True).start()
 
     def end(self) -> None:
-        """From now on nothing is registered any more; waits for what is being registered just now."""
+        """Stop registering; waits for a registration in progress."""
         self._ended.set()
         with self._registering:
             pass
@@ -85,7 +85,7 @@ class MasterWatch:
         master = rosgraph.Master(rospy.get_name())
         try:
             master.lookupNode(rospy.get_name())
-        except rosgraph.MasterError:  # it answers that there is no such node
+        except rosgraph.MasterError:  # the master knows no such node
             with self._registering:
                 if not (self._ended.is_set() or rospy.is_shutdown()):
                     self._register(master)
@@ -101,6 +101,6 @@ class MasterWatch:
                 master.registerPublisher(name, handle.type, uri)
             else:
                 publishers = master.registerSubscriber(name, handle.type, uri)
-                # As the master tells us of those that come later.
+                # the same call by which the master announces new publishers
                 with xmlrpc.client.ServerProxy(uri) as ourselves:
                     ourselves.publisherUpdate("/master", name, publishers)

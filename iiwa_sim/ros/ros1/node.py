@@ -1,4 +1,5 @@
-"""A node of ROS 1 beside the server: rospy's threads on one side, the loop on the other. Needs rospy."""
+"""A node of ROS 1 beside the server: rospy's threads on one side, the event loop on the other. Needs
+rospy."""
 
 import asyncio
 import contextlib
@@ -28,20 +29,20 @@ from iiwa_sim.wording import harmless, shortened
 
 NODE_NAME = "iiwa_sim"
 STATES_WAIT = 10
-"""Of a topic, for a subscriber that is slow: the newest are kept."""
+"""Messages of a topic kept for a slow subscriber: the newest."""
 RESULTS_WAIT = 1000
 MASTER_S = 5.0
-"""For the master to answer."""
+"""Seconds for the master to answer."""
 STARTING_S = 30.0
 ENDING_S = 5.0
 LONGEST_MESSAGE_BYTES = 262_144
-"""Longer ones are not taken apart: some hundred commands fit in."""
+"""Longer messages are not parsed; about a hundred commands fit in."""
 MOST_SENDERS = 1000
-"""That are told from each other by name: publishers and callers."""
+"""Number of publishers and callers that are told apart by name."""
 RESTS = 3.0
-"""Of the time that rospy's threads have used up: all of them together take a quarter at most."""
+"""Rests of rospy's threads, as a multiple of their CPU time: together they use a quarter at most."""
 SWITCH_S = 0.0005
-"""For so long a thread of rospy's may keep the interpreter while the loop waits for it."""
+"""Seconds that a thread of rospy may keep the interpreter while the loop waits for it."""
 
 logger = logging.getLogger(__name__)
 
@@ -53,7 +54,7 @@ class NodeFault(Exception):
 
 
 class _Spent(threading.local):
-    """What a thread of rospy's, which has one each for publishers and callers, has used up itself."""
+    """CPU time used by a thread of rospy, which has one for each publisher and caller."""
 
     counted_s = 0.0
 
@@ -64,18 +65,18 @@ class _Spent(threading.local):
 
 
 Job = Generator[None, None, None]
-"""What is to be done in the loop, in steps."""
+"""Work for the loop, in steps."""
 
 
 class _Sender:
-    """A publisher or caller: what it asks for is done in the loop, one after the other."""
+    """A publisher or caller, whose requests are carried out in the loop one after the other."""
 
     def __init__(self, budget: Budget) -> None:
         self._share: Share = budget.share(self._work)
         self._jobs: deque[Job] = deque()
 
     def ask(self, job: Job, spent_s: float) -> None:
-        """`spent_s` has been used up elsewhere on what it sent."""
+        """Queue a job; `spent_s` is CPU time used elsewhere on its message."""
         self._jobs.append(job)
         self._share.charge(spent_s)
         self._share.ask()
@@ -90,21 +91,21 @@ class _Sender:
 
 
 class Ros1Node:
-    """Topics and services of a `Node` on the ROS master that the environment names, from `start` to `close`.
+    """The topics and services of a `Node` at the ROS master of the environment, from `start` to `close`.
 
-    rospy has one node per process: if the process has one already, topics and services become part of it.
+    rospy has one node per process: if there is one already, topics and services become part of it.
     """
 
     def __init__(self, node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Budget) -> None:
-        """`on_heard` is called after every message and every call; `budget` is shared with the servers."""
+        """`on_heard` is called after each message and call; `budget` may be shared with the servers."""
         self._node = node
         self._log = log
         self._on_heard = on_heard
         topics = [*(kind for kind, _ in PUBLISHED.values()), *SUBSCRIBED.values()]
         self._types = Types(map(node.definition, topics), node.services.values())
         self._listeners: dict[str, Callable[[Message], None]] = {}
-        self._handles: list[Any] = []  # of rospy: publishers, services, subscribers
-        self._waiting: set[Future[Any]] = set()  # of rospy's threads for the loop, which alone uses this
+        self._handles: list[Any] = []  # rospy's publishers, services and subscribers
+        self._waiting: set[Future[Any]] = set()  # jobs of rospy's threads; used by the loop only
         self._budget = budget
         self._senders: OrderedDict[str, _Sender] = OrderedDict()
         self._spent = _Spent()
@@ -117,11 +118,11 @@ class Ros1Node:
 
     @property
     def master(self) -> str:
-        """Where the master is (ROS_MASTER_URI)."""
+        """URI of the master (ROS_MASTER_URI)."""
         return str(rosgraph.get_master_uri(argv=[])).rstrip("/")
 
     async def start(self) -> None:
-        """Be there. Raises NodeFault."""
+        """Register the node. Raises NodeFault."""
         self._loop = asyncio.get_running_loop()
         if rospy.is_shutdown():
             raise NodeFault("the ROS node of this process has ended, and rospy starts no second one")
@@ -148,14 +149,14 @@ class Ros1Node:
         self._watch = MasterWatch(self._handles)
 
     async def close(self) -> None:
-        """Take leave of the master; calls that wait fail."""
+        """Unregister at the master; pending calls fail."""
         if self._loop is None or self._ended.is_set():
             return
         self._ended.set()
         sys.setswitchinterval(self._switch_s)
         for topic, listener in self._listeners.items():
             self._node.unlisten(topic, listener)
-        for future in list(self._waiting):  # each leaves it
+        for future in list(self._waiting):  # each is notified
             _settle(future, fault=rospy.ServiceException("the robot's node ends"))
         try:
             await _beside(self._take_leave, ENDING_S)
@@ -163,7 +164,7 @@ class Ros1Node:
             logger.warning("the ROS master does not answer: it still has this node on its list")
 
     def _open(self) -> None:
-        """In a thread, since the master may take its time."""
+        """Register; runs in a thread, since the master may be slow."""
         if self._own:
             start_node(NODE_NAME)
         rospy.on_shutdown(self._shut_down)
@@ -212,7 +213,8 @@ class Ros1Node:
             logger.debug("not published: %s", fault)
 
     def _heard(self, topic: str, kind: str, received: Any) -> None:
-        """A message has come, in a thread of its publisher: this takes no other before it returns."""
+        """Called by rospy, in the thread of a publisher, with a message; blocks that publisher until it is
+        handled."""
         sender = _sender_of(received)
 
         def receive(done: Future[None]) -> Job:
@@ -227,7 +229,8 @@ class Ros1Node:
             self._in_loop(sender, topic, receive)
 
     def _called(self, name: str, kind: str, request: Any) -> Any:
-        """A service is called, in a thread of its own. rospy.ServiceException tells the caller."""
+        """Called by rospy, in a thread of its own, with a service request. A rospy.ServiceException
+        reaches the caller."""
         definition = service(kind)
 
         def call(answered: Future[Message]) -> Job:
@@ -248,7 +251,7 @@ class Ros1Node:
             return self._types.filled(definition.response, response)
 
     def _in_loop(self, sender: str, what: str, job: Callable[[Future[T]], Job]) -> T:
-        """What `job` sets, done in the loop when it is the sender's turn.
+        """Run a job in the loop when it is the sender's turn; returns its result.
 
         Raises rospy.ServiceException when the node ends.
         """
@@ -257,7 +260,7 @@ class Ros1Node:
         def do() -> Job:
             try:
                 yield from job(future)
-            except Exception as fault:  # noqa: BLE001  # the server goes on
+            except Exception as fault:  # noqa: BLE001  # an internal error must not end the server
                 self._log.exception("ROS", what, fault)
                 _settle(future, fault=rospy.ServiceException("internal fault, told in the log"))
             finally:
@@ -272,17 +275,17 @@ class Ros1Node:
             self._sender(sender).ask(do(), spent_s)
 
         spent_s = self._spent.since_asked()
-        with self._one_thread:  # of all, so that they are bounded in sum
+        with self._one_thread:  # summed over all threads, so that the total is bounded
             self._ended.wait(spent_s * RESTS)
         assert self._loop is not None
         try:
             self._loop.call_soon_threadsafe(ask, spent_s)
-        except RuntimeError:  # it is closed
+        except RuntimeError:  # the node is closed
             raise rospy.ServiceException("the robot's node has ended") from None
         return future.result()
 
     def _sender(self, name: str) -> _Sender:
-        """Of many the last are remembered; one that is forgotten begins anew."""
+        """The sender of this name. The most recent ones are kept; a forgotten one starts afresh."""
         if name not in self._senders:
             self._senders[name] = _Sender(self._budget)
             if len(self._senders) > MOST_SENDERS:
@@ -292,7 +295,8 @@ class Ros1Node:
 
 
 def _settle(future: Future[Any], result: object = None, *, fault: Exception | None = None) -> None:
-    """Of what is settled already, as all is when the node ends, nothing changes. To be called in the loop."""
+    """Set the result of a future, in the loop; a future that is settled, as when the node ends, stays as
+    it is."""
     if future.done():
         return
     if fault is None:
@@ -302,7 +306,7 @@ def _settle(future: Future[Any], result: object = None, *, fault: Exception | No
 
 
 def _content(definition: Definition, data: bytes) -> Generator[None, None, Message]:
-    """A message in plain words, in steps. Raises BadMessage."""
+    """Parse a message, in steps. Raises BadMessage."""
     if len(data) > LONGEST_MESSAGE_BYTES:
         raise BadMessage(f"a message of {len(data)} bytes: expected up to {LONGEST_MESSAGE_BYTES}")
     try:
@@ -316,9 +320,9 @@ def _sender_of(received: Any) -> str:
 
 
 async def _beside(function: Callable[[], T], limit_s: float) -> T:
-    """What `function` gives or raises, called in a thread that nobody waits for any longer than this.
+    """Call a function in a thread of its own and wait for its result, for `limit_s` at most.
 
-    Raises TimeoutError.
+    Raises TimeoutError, and what the function raises.
     """
     loop = asyncio.get_running_loop()
     future: asyncio.Future[T] = loop.create_future()
@@ -331,9 +335,9 @@ async def _beside(function: Callable[[], T], limit_s: float) -> T:
         outcome: Callable[[], None]
         try:
             outcome = partial(future.set_result, function())
-        except Exception as fault:  # noqa: BLE001  # handed on
+        except Exception as fault:  # noqa: BLE001  # passed on
             outcome = partial(future.set_exception, fault)
-        with contextlib.suppress(RuntimeError):  # nobody waits any more, and the loop is closed
+        with contextlib.suppress(RuntimeError):  # nobody waits any more: the loop is closed
             loop.call_soon_threadsafe(settle, outcome)
 
     threading.Thread(target=run, name="ros-master", daemon=True).start()

@@ -1,4 +1,4 @@
-"""rospy's servers where they would end, spin, or let one client keep all others waiting. Needs rospy."""
+"""Patches of rospy's servers, which would end, spin, or let one client block all others. Needs rospy."""
 
 import contextlib
 import socket
@@ -13,11 +13,10 @@ from iiwa_sim.serve.listening import wait_if_used_up
 
 
 def accept_patiently() -> None:
-    """For all servers of rospy's that this process will make.
+    """Patch all servers that rospy makes in this process.
 
-    Where no descriptor is left, its server of topics and services would end for good, and its server of
-    XML-RPC try again and again without a pause. The former would also hear nobody while somebody who has
-    connected does not say what for.
+    Without free descriptors, rospy's server of topics and services would end for good, and its XML-RPC server
+    would retry without a pause. The former would also accept nobody while a connected client sends no header.
     """
     of_topics, of_xmlrpc = TCPServer._create_server_sock, ThreadingXMLRPCServer.get_request
 
@@ -38,7 +37,7 @@ def accept_patiently() -> None:
 
 def _in_a_thread(handler: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
     def handle(connection: Any, address: Any) -> None:
-        with contextlib.suppress(OSError):  # who knocked has gone
+        with contextlib.suppress(OSError):  # the client has gone
             handler(connection, address)
 
     def begin(connection: Any, address: Any) -> None:

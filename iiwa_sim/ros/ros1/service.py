@@ -1,4 +1,4 @@
-"""A service of ROS 1 whose callers may vanish. Needs rospy."""
+"""A service of ROS 1 that tolerates callers that vanish. Needs rospy."""
 
 import contextlib
 import logging
@@ -8,14 +8,14 @@ from typing import Any
 import rospy
 
 READ_BYTES = 1024
-"""Taken from a caller or publisher at once. All messages in them are taken apart without a break, in a thread
-beside the loop: some hundred of the smallest."""
+"""Bytes read at once from a caller or publisher. All messages in them, a hundred of the smallest, are
+parsed without a break in a thread beside the loop."""
 
 logger = logging.getLogger(__name__)
 
 
 class Service(rospy.Service):  # type: ignore[misc]  # rospy has no types
-    """rospy.Service, to which a caller that has gone before its answer is no fault with tracebacks."""
+    """rospy.Service, for which a caller that vanishes before its answer is no error with tracebacks."""
 
     def __init__(self, name: str, kind: type, called: Any) -> None:
         super().__init__(name, kind, called, buff_size=READ_BYTES, error_handler=self._failed)
@@ -23,7 +23,7 @@ class Service(rospy.Service):  # type: ignore[misc]  # rospy has no types
     def _failed(
         self, fault: Exception, kind: type[Exception], _value: Exception, traceback: TracebackType
     ) -> None:
-        if isinstance(fault, OSError):  # of the connection: the robot's part raises ServiceException only
+        if isinstance(fault, OSError):  # of the connection: our part raises ServiceException
             logger.info("a caller of %s has gone before its answer", self.resolved_name)
         else:
             logger.error("internal fault in %s", self.resolved_name, exc_info=(kind, fault, traceback))

@@ -1,4 +1,4 @@
-"""The messages of ROS 1: classes that genpy makes of our definitions, and what they say as plain messages.
+"""Message classes for ROS 1 that genpy makes of our definitions, and their conversion to plain messages.
 
 Needs genpy, which comes with rospy.
 """
@@ -13,23 +13,22 @@ from iiwa_sim.ros.rmi.definitions import Definition, Field, full_text, message, 
 
 
 class Types:
-    """Classes for these topics, and for services by name of the type (package/Type)."""
+    """The classes for topics, and for services by the name of their type (package/Type)."""
 
     def __init__(self, messages: Iterable[Definition], services: Iterable[str]) -> None:
         called = [service(name) for name in services]
         halves = [half for each in called for half in (each.request, each.response)]
         self._made = _generated([*messages, *halves])
         self.services = {each.name: self._service(each.name) for each in called}
-        """As rospy expects them."""
+        """In the form rospy expects."""
 
     def message(self, name: str) -> Any:
-        """The class of what is published."""
+        """The class of a published message."""
         return self._made[name]
 
     def heard(self, name: str) -> Any:
-        """The class of what comes in. It keeps the bytes: rospy would take them apart at once, in
-        a thread of its own, and of what cannot be it would say so with tracebacks, and for services not at
-        all."""
+        """A class for received messages that keeps the bytes. rospy would parse them at once, in a thread
+        of its own, and log tracebacks for malformed ones, or for services nothing."""
         made = self._made[name]
 
         def deserialize(self: Any, data: bytes) -> Any:
@@ -39,7 +38,7 @@ class Types:
         return type(made.__name__, (made,), {"data": b"", "deserialize": deserialize})
 
     def filled(self, definition: Definition, content: dict[str, Any]) -> Any:
-        """A message; fields that are not given have the defaults of ROS."""
+        """A message of these contents; missing fields get the defaults of ROS."""
         given = {
             field.name: self._value(field, content[field.name])
             for field in definition.fields
@@ -68,6 +67,6 @@ class Types:
 
 
 def _generated(definitions: Sequence[Definition]) -> dict[str, Any]:
-    """A class for each of them and for what is in them."""
+    """A class for each definition and for the messages in it."""
     made: dict[str, Any] = generate_dynamic(definitions[0].name, full_text(*definitions))
     return made

@@ -1,4 +1,4 @@
-"""A message of a topic as a frame for a client of rosbridge, in the `compression` that it asks for.
+"""Encodes a message of a topic for a client of rosbridge, in the `compression` that it asks for.
 
 Text frames are str, binary ones bytes. Needs the library cbor2.
 """
@@ -14,14 +14,14 @@ from iiwa_sim.ros.rmi.definitions import Definition, message
 from iiwa_sim.ros.rmi.serialized import serialized
 
 COMPRESSIONS = ("none", "cbor", "cbor-raw")
-"""JSON; CBOR; CBOR around the bytes that ROS 1 sends. Of several subscriptions of a client the last in this
-order counts, as in rosbridge_suite."""
+"""JSON; CBOR; CBOR around the bytes of ROS 1. If a client has several subscriptions to a topic, the last
+of theirs in this order is used, as in rosbridge_suite."""
 
 MOST_KINDS = 100
-"""Of newest messages that are remembered."""
+"""Number of encoded messages kept in the cache."""
 
 _ARRAYS = {"float32": (85, "f"), "float64": (86, "d")}
-"""Tags of typed arrays, little-endian, that clients take apart quickly (RFC 8746), and their elements."""
+"""Tags of typed arrays (RFC 8746), little-endian, which clients parse fast, and their elements."""
 
 _json = msgspec.json.Encoder().encode
 
@@ -32,13 +32,13 @@ _newest: dict[tuple[str, str], tuple[dict[str, Any], str | bytes]] = {}
 def encoded_once(
     compression: str, topic: str, kind: str, content: dict[str, Any], now: Callable[[], dict[str, int]]
 ) -> str | bytes:
-    """As `encoded`, at the time of ROS that `now` gives: the newest message of a topic is made once for all
-    clients that want it so."""
+    """As `encoded`, with ROS time from `now`: the newest message of a topic is encoded once for all
+    clients."""
     known = _newest.get((compression, topic))
     if known is not None and known[0] is content:
         return known[1]
     frame = encoded(compression, topic, kind, content, now())
-    if len(_newest) > MOST_KINDS:  # a client may write a topic in many ways
+    if len(_newest) > MOST_KINDS:  # clients may spell a topic in many ways
         _newest.clear()
     _newest[compression, topic] = (content, frame)
     return frame
@@ -47,7 +47,7 @@ def encoded_once(
 def encoded(
     compression: str, topic: str, kind: str, content: dict[str, Any], time: dict[str, int]
 ) -> str | bytes:
-    """The `publish` of a message of type `kind`; `time` is that of ROS now."""
+    """The `publish` frame of a message of type `kind`; `time` is ROS time."""
     if compression == "none":
         return _json({"op": "publish", "topic": topic, "msg": content}).decode()
     definition = message(kind)
@@ -59,7 +59,7 @@ def encoded(
 
 
 def _with_arrays(definition: Definition, content: dict[str, Any]) -> dict[str, Any]:
-    """With lists of numbers as typed arrays."""
+    """The content with lists of numbers as typed arrays."""
     told = dict(content)
     for field in definition.fields:
         value = content[field.name]

@@ -1,7 +1,7 @@
-"""Whether a client of rosbridge knows a secret: the message authentication code of the package rosauth.
+"""Authentication of a rosbridge client by a shared secret: the message authentication code of rosauth.
 
-https://wiki.ros.org/rosauth: SHA-512 over the secret, client, dest, rand, t, level and end, one after the
-other; t must be near the present time, and end lie ahead. t and end are seconds since 1970.
+https://wiki.ros.org/rosauth: SHA-512 over the secret, client, dest, rand, t, level and end, concatenated; t
+must be near the present time, and end in the future. t and end are seconds since 1970.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ class Secret:
         self._now_ns = now_ns
 
     def fault_of(self, auth: dict[str, Any]) -> str | None:
-        """What is wrong with the fields of an `auth`; None for nothing."""
+        """What is wrong with the fields of an `auth`; None if they are right."""
         texts = {name: auth.get(name) for name in (*_TEXTS, "mac")}
         times = {name: auth.get(name) for name in ("t", "end")}
         for name, text in texts.items():

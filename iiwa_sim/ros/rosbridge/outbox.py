@@ -1,4 +1,5 @@
-"""What waits to be sent to one client of rosbridge: bounded, however much it asks for and slowly it reads."""
+"""The queue of frames for one client of rosbridge, bounded whatever the client asks for and however slowly
+it reads."""
 
 from collections import deque
 from collections.abc import Callable
@@ -12,16 +13,16 @@ LONGEST_FEED = 1000
 Frame = str | bytes
 """Text, or what goes into a binary frame."""
 Unmade = Callable[[], Frame]
-"""Makes a frame, when it is to be sent."""
+"""Makes a frame at the time of sending."""
 
 
 class Next(NamedTuple):
-    """What to do next."""
+    """The next thing to do for a sender."""
 
     message: Frame | None
-    """To be sent now."""
+    """The frame to send now, if there is one."""
     wait_s: float | None
-    """If there is none: until one is due, None if nothing waits."""
+    """Otherwise seconds until one is due; None if none waits."""
 
 
 class _Feed:
@@ -34,19 +35,19 @@ class _Feed:
 
 
 class Outbox:
-    """Replies are sent in their order, before messages of topics. Times are of one clock, in s."""
+    """Replies are sent in order, before messages of topics. Times are of one clock, in s."""
 
     def __init__(self, wake: Callable[[], None]) -> None:
         """`wake` is called when there may be something to send."""
         self.overflown = False
-        """A client that asks and does not read the answers: nothing more is kept for it."""
+        """Whether the client has left too many replies unread: nothing more is kept for it."""
         self._wake = wake
         self._replies: deque[Frame] = deque()
         self._reply_letters = 0
         self._feeds: dict[str, _Feed] = {}
 
     def reply(self, message: Frame) -> None:
-        """What must not be lost."""
+        """Queue a message that must not be lost."""
         if self.overflown:
             return
         self._replies.append(message)
@@ -58,28 +59,29 @@ class Outbox:
         self._wake()
 
     def set_feed(self, topic: str, throttle_s: float, queue_length: int) -> None:
-        """Messages of a topic are sent no sooner than so long after the last; of those that wait so many are
+        """Send messages of a topic at least `throttle_s` apart; of those that wait, `queue_length` are
         kept, at least the newest."""
         feed = self._feeds.setdefault(topic, _Feed())
         feed.throttle_s = throttle_s
         feed.waiting = deque(feed.waiting, maxlen=min(max(queue_length, 1), LONGEST_FEED))
 
     def end_feed(self, topic: str) -> None:
-        """What waits of a topic is not wanted any more."""
+        """Drop the waiting messages of a topic."""
         self._feeds.pop(topic, None)
 
     def feed(self, topic: str, message: Unmade) -> None:
-        """A message of a topic; where too many wait the oldest is lost, and has cost next to nothing."""
+        """Queue a message of a topic; if too many wait the oldest is dropped, before any work was done for
+        it."""
         feed = self._feeds.get(topic)
         if feed is None:
             return
         first = not feed.waiting
         feed.waiting.append(message)
-        if first:  # else it has been said, and whoever sends comes to it
+        if first:  # otherwise the sender has been woken already
             self._wake()
 
     def next(self, now_s: float) -> Next:
-        """What is to be sent, taken out."""
+        """Take out the next frame to send."""
         if self._replies:
             message = self._replies.popleft()
             self._reply_letters -= len(message)

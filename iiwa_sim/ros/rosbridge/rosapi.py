@@ -1,4 +1,4 @@
-"""The services with which clients of rosbridge ask what there is: those of the package rosapi."""
+"""The introspection services for clients of rosbridge: those of the package rosapi."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -15,7 +15,7 @@ _LIST, _SINGLE = 0, -1  # of fieldarraylen
 
 
 class RosApi:
-    """What is asked of one node. A call takes arguments as they come; KeyError names what there is not."""
+    """Answers about one node. A call takes arguments as they come; KeyError names what does not exist."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -67,7 +67,7 @@ class RosApi:
             "get_param": ("GetParam", ("name", "default"), _param),
         }
         self.calls = {f"/rosapi/{name}": (names, call) for name, (_, names, call) in calls.items()}
-        """By name of the service: the names of its arguments, and the call."""
+        """Argument names and handler of each service."""
         self._services = {
             **node.services,
             **{f"/rosapi/{name}": f"rosapi/{kind}" for name, (kind, _, _) in calls.items()},
@@ -90,7 +90,7 @@ class RosApi:
 
 
 def rooted(name: str) -> str:
-    """A name with its slash, which many clients leave out."""
+    """A name with its leading slash, which many clients leave out."""
     return name if name.startswith("/") else f"/{name}"
 
 
@@ -107,7 +107,7 @@ def _if(there: bool) -> list[str]:
 
 
 def _param(values: Values) -> Values:
-    """There are no parameters: the default, which is JSON as the answer is, or null."""
+    """There are no parameters: returns the default, which is JSON as the answer is, or null."""
     default = str(values.get("default", ""))
     try:
         msgspec.json.decode(default)

@@ -1,7 +1,7 @@
-"""rosbridge on a WebSocket port: messages in, messages out. Needs the library websockets.
+"""A WebSocket server for rosbridge: messages in, messages out. Needs the library websockets.
 
-The library takes frames apart and makes them; bytes are read and written here, so that all a client causes,
-its pings and the messages of its topics too, comes out of the one budget.
+The library parses and makes frames. Bytes are read and written here, so that all work a client causes,
+including pings and the messages of its topics, is charged to the shared budget.
 """
 
 import asyncio
@@ -23,48 +23,49 @@ from iiwa_sim.serve.socket_options import find_out
 from iiwa_sim.serve.web_access import WebAccess
 
 LONGEST_FRAME_BYTES = 262_144
-"""A longer message closes its connection: some hundred commands fit in, and are read in some milliseconds."""
+"""A longer message closes its connection. About a hundred commands fit in, and are parsed in some
+milliseconds."""
 RECEIVE_BYTES = 65_536
-"""Bytes taken from a connection at once."""
+"""Bytes read from a connection at once."""
 BITE_BYTES = 128
-"""Of these, taken apart before the clock is looked at: some twenty of the smallest frames."""
+"""Bytes parsed before the clock is checked: about twenty of the smallest frames."""
 MOST_UNREAD_BYTES = 65_536
-"""Of answers to pings that a client leaves unread, before nothing more is heard of it."""
+"""Bytes of answers to pings that a client may leave unread before nothing more is read from it."""
 SYSTEM_BYTES = 16_384
-"""What the system is asked to hold each way: the less, the newer is what a slow client gets next."""
+"""Size of the system's buffers each way: small, so that a slow client gets recent messages."""
 OPENING_S = 10.0
-"""For a client to say what a WebSocket begins with."""
+"""Seconds for a client to complete the opening handshake."""
 CLOSING_S = 1.0
-"""For a client to answer that it is closed."""
+"""Seconds for a client to answer the closing handshake."""
 POLICY_VIOLATION = 1008
 FORBIDDEN = 403
 
 logger = logging.getLogger(__name__)
 
 _quiet = logging.getLogger(f"{__name__}.connections")
-_quiet.setLevel(logging.CRITICAL)  # it has a traceback for everyone who knocks with something else
+_quiet.setLevel(logging.CRITICAL)  # the library logs a traceback for every client that speaks something else
 
 
 class Waiting(Protocol):
-    """What waits to be sent to a client."""
+    """The source of frames for a client."""
 
     overflown: bool
 
     def next(self, now_s: float) -> tuple[str | bytes | None, float | None]:
-        """What to send now, str as text and bytes as a binary frame, or how long until something is due, None
-        if nothing is."""
+        """The next frame, str as text and bytes as binary; or seconds until one is due; None if none
+        waits."""
 
 
 class ClientSession(Protocol):
-    """What one client says, without sockets."""
+    """One client's messages, without sockets."""
 
     closing: bool
 
     def receive(self, text: bytes) -> None:
-        """A message."""
+        """Take a message."""
 
     def end(self) -> None:
-        """The client has gone."""
+        """Notice that the client has gone."""
 
 
 class RosbridgeServer:
@@ -80,23 +81,23 @@ class RosbridgeServer:
         budget: Budget | None = None,
         access: WebAccess | None = None,
     ) -> None:
-        """`open_session` takes the client's name and what is to be called when there is something to send.
+        """`open_session` gets the client's name and a function to call when there is something to send.
 
-        `on_heard` is called after messages. `budget` is shared with other servers of the loop.
+        `on_heard` is called after messages. `budget` may be shared with other servers of the loop.
         """
         self.open_session = open_session
         self.on_heard = on_heard
         self.budget = budget or Budget()
         self.access = access or WebAccess()
-        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # of all clients: it is emptied at once
+        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared: read and emptied at once
         self.connections: set[Connection] = set()
         self._asked = (host, port)
         self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
-        """Listen. Raises ListenFault."""
+        """Start listening. Raises ListenFault."""
         listener = await open_listener(*self._asked)
-        for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # of the connections, too
+        for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # for the connections as well
             listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
         self._acceptor = Acceptor(listener, lambda: Connection(self))
 
@@ -112,7 +113,7 @@ class RosbridgeServer:
         return self._acceptor.address
 
     async def close(self) -> None:
-        """Listen no more and close every connection; takes a little more than CLOSING_S at most."""
+        """Stop listening and close every connection; takes little more than CLOSING_S at most."""
         if self._acceptor is None:
             return
         self._acceptor.close()
@@ -126,30 +127,30 @@ class RosbridgeServer:
 class Connection(asyncio.BufferedProtocol):
     """One client.
 
-    What it sends is taken apart and heard as the budget has time for it; meanwhile little more is read. While
-    it leaves unread what is sent to it, what waits for it stays in its outbox.
+    Its messages are parsed and handled as the budget allows; meanwhile little more is read. While it leaves
+    frames unread, further ones stay in its outbox.
     """
 
     _transport: asyncio.Transport
     gone: asyncio.Future[None]
-    """Done once the connection is."""
+    """Done when the connection is closed."""
 
     def __init__(self, server: RosbridgeServer) -> None:
         self._server = server
         self._loop = asyncio.get_running_loop()
         self._share = server.budget.share(self._work)
         self._websocket = ServerProtocol(max_size=LONGEST_FRAME_BYTES, logger=_quiet)
-        self._received = memoryview(b"")  # and not taken apart yet
+        self._received = memoryview(b"")  # not parsed yet
         self._sent_end = False
-        self._messages: deque[bytes] = deque()  # and not heard yet
-        self._parts = bytearray()  # of a message that comes in several frames
-        self._session: ClientSession | None = None  # until the WebSocket is open
+        self._messages: deque[bytes] = deque()  # not handled yet
+        self._parts = bytearray()  # parts of a fragmented message
+        self._session: ClientSession | None = None  # until the handshake is complete
         self._waiting: Waiting
-        self._refused = False  # what it began with
-        self._heard = False  # a message, and nobody has been told
-        self._unread = False  # what has been sent last
-        self._due: asyncio.TimerHandle | None = None  # when a message of a topic may be sent
-        self._limit: asyncio.TimerHandle | None = None  # for what the client has to do now
+        self._refused = False  # the opening request
+        self._heard = False  # a message came that on_heard has not been called for
+        self._unread = False  # the last frame has been sent
+        self._due: asyncio.TimerHandle | None = None  # until a message of a topic may be sent
+        self._limit: asyncio.TimerHandle | None = None  # until the client has to act
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -177,7 +178,7 @@ class Connection(asyncio.BufferedProtocol):
     def eof_received(self) -> bool:
         self._sent_end = True
         self._share.ask()
-        return True  # closed when what came before has been heard
+        return True  # closed when earlier messages have been handled
 
     def pause_writing(self) -> None:
         self._unread = True
@@ -198,7 +199,7 @@ class Connection(asyncio.BufferedProtocol):
             logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
 
     def close(self, code: int = 1001, reason: str = "") -> None:
-        """Say so, and close when the client has said so, too, or after CLOSING_S."""
+        """Start the closing handshake; closes when the client answers, or after CLOSING_S."""
         if self._websocket.state is State.OPEN:
             self._websocket.send_close(code, reason)
             self._write()
@@ -212,7 +213,7 @@ class Connection(asyncio.BufferedProtocol):
         self._limit = self._loop.call_later(seconds, self._transport.abort)
 
     def _work(self, until_s: float) -> bool:
-        """Hear and say what there is until then; whether there is more."""
+        """Handle and send messages until `until_s`; returns whether more can be done."""
         cut_short = False
         try:
             while not (cut_short or self._transport.is_closing()) and self._does_something():
@@ -226,7 +227,7 @@ class Connection(asyncio.BufferedProtocol):
         return self._goes_on(cut_short)
 
     def _does_something(self) -> bool:
-        """One step, if there is any to do."""
+        """Make one step, if there is anything to do; returns whether there was."""
         if self._session is not None:
             if self._waiting.overflown:
                 logger.warning(
@@ -249,15 +250,15 @@ class Connection(asyncio.BufferedProtocol):
 
     @property
     def _takes_more(self) -> bool:
-        """Not from one who pings and does not read the answers."""
+        """Whether more may be read: not from a client that pings and leaves the answers unread."""
         return self._transport.get_write_buffer_size() <= MOST_UNREAD_BYTES
 
     def _goes_on(self, cut_short: bool) -> bool:
-        """Whether there may be more to do now; if not, see to it that it goes on or ends."""
+        """Whether there may be more to do now; if not, arrange for the work to go on later or to end."""
         if self._transport.is_closing():
             return False
         if cut_short or self._messages or (self._received and self._takes_more):
-            return True  # cut short, there may be more to say, too
+            return True  # after a break there may be more to send as well
         if self._sent_end:
             self._transport.close()
         elif self._received:
@@ -267,7 +268,8 @@ class Connection(asyncio.BufferedProtocol):
         return False
 
     def _says(self) -> bool:
-        """Send the next message, if there is one and the client has taken those before; whether it is so."""
+        """Send the next frame, if there is one and the client has taken those before; returns whether it
+        was sent."""
         if self._unread or self._websocket.state is not State.OPEN:
             return False
         message, wait_s = self._waiting.next(self._loop.time())
@@ -293,12 +295,12 @@ class Connection(asyncio.BufferedProtocol):
         for data in self._websocket.data_to_send():
             if data:
                 self._transport.write(data)
-            else:  # the end, behind which the client may still send
+            else:  # the end of the stream, after which the client may still send
                 self._transport.write_eof()
                 self._grant(CLOSING_S)
 
     def _turn_out(self) -> None:
-        """Send why the client is closed, and close."""
+        """Send why the client is refused, and close."""
         self._messages.clear()
         if self._websocket.state is State.OPEN:
             while (message := self._waiting.next(0.0)[0]) is not None:
@@ -307,7 +309,7 @@ class Connection(asyncio.BufferedProtocol):
 
     def _take_apart(self) -> None:
         length = BITE_BYTES
-        if self._session is None:  # what follows the request is looked at once that is answered
+        if self._session is None:  # data behind the request is parsed after the answer
             length = bytes(self._received[:BITE_BYTES]).find(b"\n") + 1 or BITE_BYTES
         bite, self._received = self._received[:length], self._received[length:]
         self._websocket.receive_data(bytes(bite))

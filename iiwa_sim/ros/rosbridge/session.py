@@ -1,8 +1,8 @@
 """One client of rosbridge: the operations of protocol v2, JSON in and JSON out, no sockets.
 
-The protocol: https://github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md. What a client may not
-or cannot do is told by a `status` of level `error` that echoes its `id`, and changes nothing. A client that
-goes stops nothing: it is one of many publishers, as everywhere in ROS.
+The protocol: https://github.com/RobotWebTools/rosbridge_suite, ROSBRIDGE_PROTOCOL.md. An operation that is
+not allowed or not possible is answered by a `status` of level `error` that echoes its `id`, and changes
+nothing. A client that goes does not stop the robot: it is one of many publishers, as everywhere in ROS.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ from iiwa_sim.ros.rosbridge.rosapi import RosApi, rooted
 from iiwa_sim.wording import harmless, shortened
 
 LEVELS = ("none", "error", "warning", "info")
-"""Of status messages, from which on a client gets none of those behind; we send errors only."""
+"""Levels of status messages; a client chooses one and gets only messages up to it. We send errors only."""
 NOT_OURS = (
     "advertise_service",
     "unadvertise_service",
@@ -34,12 +34,12 @@ NOT_OURS = (
     "cancel_action_goal",
     "fragment",
 )
-"""Operations of the protocol for which there is no use here: they are refused by name."""
+"""Operations of the protocol that are not supported here; they are refused by name."""
 
 MOST_SUBSCRIPTIONS = 1000
-"""Of one topic by one client, which tells them apart by their ids."""
+"""Subscriptions of one client to one topic, which are told apart by their ids."""
 LONGEST_ID = 200
-"""Of a subscription, in letters."""
+"""Letters of a subscription's id."""
 
 _encode = msgspec.json.Encoder().encode
 _decoder = msgspec.json.Decoder(dict[str, Any])
@@ -47,11 +47,11 @@ _LONGEST_SHOWN = 200
 
 
 class _Misuse(Exception):
-    """What an operation cannot do, in words for the client."""
+    """An operation is refused. The message is for the client."""
 
 
 class _Wish(NamedTuple):
-    """What one subscription asks for."""
+    """The options of one subscription."""
 
     throttle_s: float
     queue_length: int
@@ -60,17 +60,17 @@ class _Wish(NamedTuple):
 
 @dataclass
 class _Subscribed:
-    """A topic that the client hears."""
+    """A topic with the subscriptions of the client."""
 
     hear: Callable[[Message], None]
     wishes: dict[Any, _Wish]
-    """By the ids of the subscriptions."""
+    """Options by the ids of the subscriptions."""
     compression: str = COMPRESSIONS[0]
-    """The most demanding of those wished for."""
+    """The most demanding compression of the subscriptions."""
 
 
 class RosbridgeSession:
-    """What one client says, and hears through its outbox."""
+    """One client's messages in, and replies and topics out through its outbox."""
 
     def __init__(
         self,
@@ -82,9 +82,9 @@ class RosbridgeSession:
         *,
         secret: Secret | None = None,
     ) -> None:
-        """With a secret the client has to show first, by `auth`, that it knows it."""
+        """With a secret, the client has to authenticate first, by `auth`."""
         self.closing = False
-        """The client has not shown that it knows the secret: it is to be closed when it has been told."""
+        """Whether the client has failed to authenticate: it is closed once it has been told."""
         self._node = node
         self._api = api
         self._outbox = outbox
@@ -107,7 +107,7 @@ class RosbridgeSession:
         }
 
     def receive(self, text: bytes) -> None:
-        """One message of the client."""
+        """Handle one message of the client."""
         identifier: Any = None
         log = self._log
         try:
@@ -129,12 +129,12 @@ class RosbridgeSession:
             self._operations[operation](message)
         except (_Misuse, BadMessage) as fault:
             self._refuse(text, identifier, str(fault))
-        except Exception as fault:  # a fault of ours must not cost the client its connection
+        except Exception as fault:  # an internal error must not cost the client its connection
             log.exception(self._name, _shown(text), fault)
             self._tell(identifier, "internal fault, told in the log")
 
     def end(self) -> None:
-        """The client has gone."""
+        """Notice that the client has gone."""
         for topic in list(self._subscribed):
             self._end_feed(topic)
 
@@ -178,12 +178,12 @@ class RosbridgeSession:
         _check_whole(message)
         key = _key(message)
         if topic not in self._subscribed:
-            name = message["topic"]  # as the client writes it: by that it tells topics apart
+            name = message["topic"]  # the name as the client writes it, by which it tells topics apart
             kind, wishes = PUBLISHED[topic][0], dict[Any, _Wish]()
 
             now = self._node.time
 
-            def hear(content: Message) -> None:  # in the tick, for each client: that is to cost little
+            def hear(content: Message) -> None:  # runs in the tick for each client, so it has to be cheap
                 self._outbox.feed(
                     topic, partial(encoded_once, subscribed.compression, name, kind, content, now)
                 )
@@ -211,7 +211,8 @@ class RosbridgeSession:
             self._end_feed(topic)
 
     def _set_feed(self, topic: str) -> None:
-        """Of several subscriptions the most demanding counts. Results wait until they are sent."""
+        """Combine several subscriptions: the most demanding options count. Results wait until they are
+        sent."""
         wishes = self._subscribed[topic].wishes.values()
         self._subscribed[topic].compression = max(
             (each.compression for each in wishes), key=COMPRESSIONS.index
@@ -309,7 +310,7 @@ def _check_whole(message: Message) -> None:
 
 
 def _key(message: Message) -> Any:
-    """What tells one subscription of a topic from another."""
+    """The id by which a subscription of a topic is known."""
     identifier = message.get("id")
     if isinstance(identifier, str) and len(identifier) > LONGEST_ID:
         raise _Misuse(f"id: expected up to {LONGEST_ID} letters, got {len(identifier)}")
@@ -317,7 +318,7 @@ def _key(message: Message) -> Any:
 
 
 def _request(names: Sequence[str], arguments: Any) -> Any:
-    """Arguments by name, or in the order of the fields."""
+    """The request as a message: arguments by name, or in the order of the fields."""
     if not isinstance(arguments, list):
         return {} if arguments is None else arguments
     if len(arguments) > len(names):

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.dialect.iiwa.session import IiwaSession
-from iiwa_sim.dialect.wire.dialogue import Dialogue, Direction, Said
+from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from tests.dialect.fake_robot import FakeRobot, Journal
 from tests.dialect.packets import cut
 
@@ -26,7 +26,7 @@ def heard_from(session: IiwaSession, robot: FakeRobot, packets: list[bytes]) -> 
 
 @given(data=st.data(), lines=LINES)
 def test_every_line_is_told_with_its_reply_behind_it(data: st.DataObject, lines: list[str]) -> None:
-    robot, heard = FakeRobot(), list[Said]()
+    robot, heard = FakeRobot(), list[DialogueLine]()
     dialogue = Dialogue(lambda: robot.tick)
     dialogue.listeners.append(heard.append)
     session = IiwaSession(robot, Journal(), PLACE, dialogue)
@@ -47,7 +47,7 @@ def test_every_line_is_told_with_its_reply_behind_it(data: st.DataObject, lines:
 
 
 def test_a_line_has_the_tick_in_which_it_is_answered() -> None:
-    robot, heard = FakeRobot(), list[Said]()
+    robot, heard = FakeRobot(), list[DialogueLine]()
     dialogue = Dialogue(lambda: robot.tick)
     session = IiwaSession(robot, Journal(), PLACE, dialogue)
     heard_from(session, robot, [b"hello\r\n"])
@@ -57,7 +57,7 @@ def test_a_line_has_the_tick_in_which_it_is_answered() -> None:
 
 
 def test_telnets_question_is_no_line() -> None:
-    robot, heard = FakeRobot(), list[Said]()
+    robot, heard = FakeRobot(), list[DialogueLine]()
     dialogue = Dialogue(lambda: robot.tick)
     session = IiwaSession(robot, Journal(), PLACE, dialogue)
     dialogue.listeners.append(heard.append)

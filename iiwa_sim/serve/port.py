@@ -1,4 +1,4 @@
-"""A port that can refuse who connects, and accept again."""
+"""A listening port that can refuse connections and accept them again."""
 
 import asyncio
 import socket
@@ -7,11 +7,11 @@ from collections.abc import Callable
 from iiwa_sim.serve.listening import BACKLOG, Acceptor, ListenFault, host_and_port, listen, why
 
 
-class Door:
+class Port:
     """Listens with a protocol for every connection, from `open` to `close`.
 
-    Between `refuse` and `accept` the system answers RST to whoever connects. The port remains ours: a socket
-    is bound to it that does not listen.
+    Between `refuse` and `accept` the system answers connection attempts with RST. The port stays reserved: a
+    socket is bound to it that does not listen.
     """
 
     def __init__(self, open_protocol: Callable[[], asyncio.BaseProtocol], host: str, port: int) -> None:
@@ -21,7 +21,7 @@ class Door:
         self._bound: socket.socket | None = None  # while connections are refused
 
     async def open(self) -> None:
-        """Raises ListenFault."""
+        """Start listening. Raises ListenFault."""
         self._acceptor = await listen(self._open_protocol, *self._asked)
 
     @property
@@ -35,7 +35,7 @@ class Door:
         return self._acceptor.address
 
     def refuse(self) -> None:
-        """Let nobody connect until `accept`. Raises ListenFault where the port cannot be kept."""
+        """Refuse new connections until `accept`. Raises ListenFault if the port cannot be kept."""
         if self._acceptor is not None:
             family, address = self._acceptor.bound_to
             self._acceptor.close()
@@ -43,19 +43,19 @@ class Door:
             self._bound = _bound(family, address)
 
     def accept(self) -> None:
-        """Let clients connect from now on."""
+        """Accept connections from now on."""
         if self._bound is not None:
             self._bound.listen(BACKLOG)
             self._acceptor = Acceptor(self._bound, self._open_protocol)
             self._bound = None
 
     def drop_arriving(self, *, reset: bool) -> None:
-        """Close, or reset, the connections that are there and not served yet."""
+        """Close or reset the connections that wait to be accepted."""
         if self._acceptor is not None:
             self._acceptor.drop_arriving(reset=reset)
 
     def close(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         if self._bound is not None:
             self._bound.close()
             self._bound = None
@@ -65,7 +65,7 @@ class Door:
 
 
 def _bound(family: int, address: tuple[str, int]) -> socket.socket:
-    """A socket that keeps an address, as `socket.create_server` would bind it."""
+    """A socket that reserves an address, bound as `socket.create_server` would bind it."""
     bound = socket.socket(family)
     try:
         bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

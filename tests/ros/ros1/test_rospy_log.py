@@ -6,7 +6,7 @@ import logging
 
 import pytest
 
-from iiwa_sim.ros.ros1.told import MOST, RospyFilter
+from iiwa_sim.ros.ros1.rospy_log import MOST, RospyFilter
 
 TRACEBACK = "Inbound TCP/IP connection failed:\nTraceback (most recent call last):\n  x\nOSError: reset\n"
 

@@ -1,28 +1,29 @@
-"""The end of what was said in all dialects, for whoever asks for it over HTTP."""
+"""The most recent lines of all dialects, for requests over HTTP."""
 
 from collections import deque
 
-from iiwa_sim.dialect.wire.dialogue import Said
+from iiwa_sim.dialect.wire.dialogue import DialogueLine
 
 MOST = 1000
-"""Lines that are kept, the newest ones."""
+"""Number of lines kept."""
 
 
-class Heard:
-    """A listener of a `Dialogue`."""
+class RecentDialogue:
+    """A listener of a `Dialogue` that keeps the newest lines."""
 
     def __init__(self, tick_s: float) -> None:
-        """Ticks last `tick_s`."""
+        """`tick_s` is the duration of a tick (s)."""
         self._tick_s = tick_s
-        self._said: deque[Said] = deque(maxlen=MOST)
+        self._said: deque[DialogueLine] = deque(maxlen=MOST)
         self._count = 0
 
-    def __call__(self, said: Said) -> None:
+    def __call__(self, said: DialogueLine) -> None:
         self._count += 1
         self._said.append(said)
 
     def as_json(self) -> dict[str, object]:
-        """The lines, oldest first, with simulated seconds, and how many came before them and are forgotten.
+        """The lines, oldest first, with simulated seconds, and the number of earlier lines that are
+        forgotten.
 
         Marks are those of a transcript: `>` from a client, `<` to it, `#` an event, `~` what a fault made of
         the reply before.

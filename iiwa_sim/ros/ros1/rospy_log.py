@@ -1,4 +1,4 @@
-"""What rospy says of itself, in our log: in one line each, and of floods the first. Needs no rospy."""
+"""Log messages of rospy in our log: one line each, and only the first of a flood. Does not need rospy."""
 
 import logging
 import time
@@ -6,17 +6,17 @@ import time
 from iiwa_sim.throttle import Throttle
 
 MOST = 5
-"""Of one kind, in a second."""
+"""Messages of one kind per second."""
 LETTERS = 40
-"""Of a line by which its kind is told: behind them come addresses and names."""
+"""Letters that identify the kind of a message: addresses and names come after them."""
 LOGGERS = ("rosout", "rospy.internal")
-"""By which rospy speaks of its connections."""
+"""The loggers of rospy for its connections."""
 
 logger = logging.getLogger(__name__)
 
 
 class RospyFilter(logging.Filter):
-    """Makes one line of a traceback in words, its first and its last; holds back what recurs."""
+    """Shortens a traceback to its first and last line; suppresses repeated messages."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -30,7 +30,7 @@ class RospyFilter(logging.Filter):
 
 
 def shorten() -> None:
-    """What rospy says from now on."""
+    """Install the filter on rospy's loggers."""
     for name in LOGGERS:
         of_rospy = logging.getLogger(name)
         if not any(isinstance(each, RospyFilter) for each in of_rospy.filters):
