@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from hypothesis import reject
@@ -43,34 +43,21 @@ class ChainMove:
     wait: int
     """Ticks before the next is sent, or UNTIL_STOPPED."""
 
-
-@dataclass(frozen=True)
-class ChainStop:
-    """A stop, and the ticks before what follows is sent."""
-
-    wait: int
-
-
-@dataclass(frozen=True)
-class ChainOverride:
-    """Another override, and the ticks before what follows is sent; a pause ends then."""
-
-    value: float
-    wait: int
+    @property
+    def speeds(self) -> tuple[float, ...]:
+        """Relative speeds of the joints; a move to somewhere far is not slow."""
+        least = LEAST_FAR_SPEED if self.place == "far" else 0.0
+        return tuple(max(speed, least) for speed in self.speeds_rel)
 
 
 @dataclass(frozen=True)
-class ChainCancel:
-    """The move that runs is cancelled, and the ticks before what follows is sent."""
+class Between:
+    """Something between two moves, and the ticks before what follows is sent; a pause ends then."""
 
+    what: Literal["stop", "override", "cancel", "clear"]
     wait: int
-
-
-@dataclass(frozen=True)
-class ChainClear:
-    """The queue is cleared, and the ticks before what follows is sent."""
-
-    wait: int
+    value: float = 0.0
+    """Of the override."""
 
 
 RESUMED = 0.4  # after a pause
@@ -104,18 +91,19 @@ def chains(
     stops: bool = False,
     overrides: bool = False,
     cancels: bool = False,
+    longest: int = 20,
 ) -> st.SearchStrategy[list[Any]]:
-    """2 to 20 moves, with what is asked for between them; with `cancels` the queue is also cleared."""
+    """2 to `longest` moves, with what is asked for between them; with `cancels` the queue is also cleared."""
     item: st.SearchStrategy[Any] = chain_moves(joint_count, kinds, at_once)
     if stops:
-        item = st.one_of(item, item, item, st.builds(ChainStop, st.integers(0, 80)))
+        item = st.one_of(item, item, item, st.builds(Between, st.just("stop"), st.integers(0, 80)))
     if overrides:
         values = st.one_of(st.floats(0.2, 1.0), st.sampled_from([0.0, 0.0, 1.0]))
-        item = st.one_of(item, st.builds(ChainOverride, values, st.integers(0, 500)))
+        item = st.one_of(item, st.builds(Between, st.just("override"), st.integers(0, 500), values))
     if cancels:
         waits = st.one_of(st.integers(0, 5), st.integers(0, 80))
-        item = st.one_of(item, item, st.builds(ChainCancel, waits), st.builds(ChainClear, waits))
-    return st.integers(2, 20).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
+        item = st.one_of(item, item, st.builds(Between, st.sampled_from(["cancel", "clear"]), waits))
+    return st.integers(2, longest).flatmap(lambda count: st.lists(item, min_size=count, max_size=count))
 
 
 def random_chain(seed: int, joint_count: int) -> list[ChainMove]:
@@ -291,21 +279,18 @@ class Recorder:
     def run(self, chain: list[Any]) -> None:
         """Sends a chain at its ticks, and waits for the end."""
         for item in chain:
-            if isinstance(item, ChainStop):
-                self.stop()
-            elif isinstance(item, ChainCancel):
-                self.cancel()
-            elif isinstance(item, ChainClear):
-                self.clear()
-            elif isinstance(item, ChainOverride):
+            if isinstance(item, ChainMove):
+                moves = self.runs[-1].moves
+                last = (moves[-1].start, moves[-1].corner) if moves else (self.end, self.end)
+                target = aimed(item, self.robot, self.end, last)
+                self.send(item.kind, *target, item.speeds, item.blending_mm)
+            elif item.what == "override":
                 self.override(item.value)
                 if item.value == 0.0:
                     self.wait(item.wait)
                     self.override(RESUMED)
             else:
-                least = LEAST_FAR_SPEED if item.place == "far" else 0.0
-                speeds = tuple(max(speed, least) for speed in item.speeds_rel)
-                self.send(item.kind, *self._target(item), speeds, item.blending_mm)
+                {"stop": self.stop, "cancel": self.cancel, "clear": self.clear}[item.what]()
             self.wait(item.wait)
         self.finish()
 
@@ -325,40 +310,65 @@ class Recorder:
             twin.step(self.tick + 1 - len(twin.joints))
         return twin
 
-    def _target(self, move: ChainMove) -> tuple[Joints, Frame]:
-        """Joints and frame of a target; where the frame is shifted, the joints are only near."""
-        d = self.robot.description
-        parts, end = np.array(move.parts), np.array(self.end)
-        centre = 0.5 * np.add(d.position_min, d.position_max)
-        reach = 0.5 * np.subtract(d.position_max, d.position_min)
-        moves = self.runs[-1].moves
-        far = centre + REACH * reach * parts
-        toward: dict[str, Any] = {
-            "near": end + NEAR * reach * parts,
-            "far": end + NEAR * reach * parts if move.kind.startswith("lin") else far,
-            "shift": end + 0.5 * NEAR * reach * parts,
-            "small": end + 2e-3 * parts,
-            "tiny": end + 10.0 ** (-9.0 + 6.0 * abs(parts[0])) * parts,
-            "same": end,
-            "turn": end + np.append(np.zeros(len(end) - 1), parts[-1]),
-            "back": moves[-1].start if moves else end,
-            "on": end + 0.5 * np.subtract(moves[-1].corner, moves[-1].start) if moves else end,
-        }
-        joints = tuple(np.clip(toward[move.place], centre - 0.97 * reach, centre + 0.97 * reach).tolist())
-        frame = self.robot.tcp_frame(joints)
-        here = self.scout.controller.tool_frame()
-        shift = np.concatenate([LARGEST_SHIFT_MM * parts[:3], LARGEST_TURN_RAD * parts[3:6]])
-        if move.place == "shift":
-            frame = Frame(*np.add(here, shift).tolist())
-        elif move.place == "turn":
-            frame = Frame(*np.add(here, [0.0, 0.0, 0.0, *shift[3:6]]).tolist())
-        elif move.place == "small":
-            frame = Frame(*np.add(here, 0.01 * shift).tolist())
-        elif move.place == "on" and moves:
-            before = self.robot.tcp_frame(moves[-1].start)
-            way = 0.5 * np.subtract(here[:3], before[:3])
-            frame = here._replace(x_mm=here.x_mm + way[0], y_mm=here.y_mm + way[1], z_mm=here.z_mm + way[2])
-        return joints, frame
+
+def aimed(
+    move: ChainMove, robot: SteppedRobot, end: Joints, last: tuple[Joints, Joints]
+) -> tuple[Joints, Frame]:
+    """Joints and frame of a target, seen from where the chain ends and from start and end of the last move.
+
+    Where the frame is shifted, the joints are only near.
+    """
+    d, here = robot.description, robot.tcp_frame(end)
+    parts, at = np.array(move.parts), np.array(end)
+    centre = 0.5 * np.add(d.position_min, d.position_max)
+    reach = 0.5 * np.subtract(d.position_max, d.position_min)
+    before = robot.tcp_frame(last[0])
+    toward: dict[str, Any] = {
+        "near": at + NEAR * reach * parts,
+        "far": at + NEAR * reach * parts if move.kind.startswith("lin") else centre + REACH * reach * parts,
+        "shift": at + 0.5 * NEAR * reach * parts,
+        "small": at + 2e-3 * parts,
+        "tiny": at + 10.0 ** (-9.0 + 6.0 * abs(parts[0])) * parts,
+        "same": end,
+        "turn": at + np.append(np.zeros(len(end) - 1), parts[-1]),
+        "back": last[0],
+        "on": at + 0.5 * np.subtract(last[1], last[0]),
+    }
+    joints = tuple(np.clip(toward[move.place], centre - 0.97 * reach, centre + 0.97 * reach).tolist())
+    shift = np.concatenate([LARGEST_SHIFT_MM * parts[:3], LARGEST_TURN_RAD * parts[3:6]])
+    shifts = {
+        "shift": shift,
+        "turn": [0.0, 0.0, 0.0, *shift[3:6]],
+        "small": 0.01 * shift,
+        "on": [*(0.5 * np.subtract(here[:3], before[:3])), 0.0, 0.0, 0.0],
+    }
+    if move.place in shifts:
+        return joints, Frame(*np.add(here, shifts[move.place]).tolist())
+    return joints, robot.tcp_frame(joints)
+
+
+def send(robot: SteppedRobot, item: ChainMove | Between) -> bool:
+    """Sends a move or a stop to a robot without a recorder; whether it was accepted."""
+    if isinstance(item, Between):
+        robot.stop()
+        return True
+    end = robot.controller.end_of_queue
+    target = aimed(item, robot, end, (robot.controller.joints, end))
+    return _accepted(_order(item.kind, *target, item.speeds, item.blending_mm), robot.controller, True)
+
+
+def run(robot: SteppedRobot, chain: list[Any]) -> int:
+    """Sends a chain at its ticks, and waits for the end; how much of it was accepted."""
+    accepted = 0
+    for item in chain:
+        accepted += send(robot, item)
+        if item.wait == UNTIL_STOPPED:
+            robot.runs_until_stopped()
+        else:
+            robot.step(item.wait)
+    robot.runs_until_stopped()
+    robot.step(3)
+    return accepted
 
 
 def _random_parts(seed: int, count: int) -> tuple[float, ...]:

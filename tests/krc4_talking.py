@@ -9,6 +9,7 @@ from typing import NamedTuple, Self
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.krc4.session import Krc4Session
+from tests.journal import Journal
 from tests.talking import DEADLINE_S
 
 IDS = {
@@ -67,36 +68,11 @@ def replies(wire: bytes) -> list[Reply]:
     return found
 
 
-class Journal:
-    """What a session tells its log."""
-
-    def __init__(self) -> None:
-        self.commands = True
-        self.carried_out: list[tuple[str, str]] = []
-        self.refusals: list[tuple[str, int, str]] = []
-        self.stops: list[bool] = []
-        self.faults: list[Exception] = []
-
-    def command(self, _session: str, line: str, reply: str) -> None:
-        self.carried_out.append((line, reply))
-
-    def refused(self, _session: str, line: str, code: int, reason: str) -> None:
-        assert reason.isprintable()
-        assert line.isprintable()
-        self.refusals.append((line, code, reason))
-
-    def stopped(self, _session: str, vanished: bool) -> None:
-        self.stops.append(vanished)
-
-    def exception(self, _session: str, _line: str, fault: Exception) -> None:
-        self.faults.append(fault)
-
-
 class Talk:
     """A conversation without sockets."""
 
     def __init__(self, controller: Controller) -> None:
-        self.journal = Journal()
+        self.journal = Journal(commands=True)
         self.session = Krc4Session(controller, self.journal, "a test")
 
     def says(self, wire: bytes) -> list[Reply]:

@@ -7,28 +7,10 @@ from typing import Any
 
 from iiwa_sim.ros.rmi.local import LocalRobot
 from iiwa_sim.ros.rmi.node import Node
+from tests.journal import Journal
 from tests.stepped import SteppedRobot
 
 NOW_NS = 1_700_000_000_250_000_000
-
-
-class SilentLog:
-    """Keeps what was refused."""
-
-    commands = False
-
-    def __init__(self) -> None:
-        self.refusals: list[tuple[str, str, int, str]] = []
-
-    def command(self, session: str, line: str, reply: str) -> None: ...
-
-    def refused(self, session: str, line: str, code: int, reason: str) -> None:
-        self.refusals.append((session, line, code, reason))
-
-    def stopped(self, session: str, vanished: bool) -> None: ...
-
-    def exception(self, _session: str, _line: str, fault: Exception) -> None:
-        raise fault
 
 
 class RosRobot(SteppedRobot):
@@ -36,7 +18,7 @@ class RosRobot(SteppedRobot):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self.log = SilentLog()
+        self.log = Journal(fails=True)
         self.node = Node(LocalRobot(self.controller), lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.hears("/command_result")

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
@@ -207,7 +208,7 @@ def line_errors(robot: SteppedRobot, joints: Sequence[Sequence[float]], target: 
     off_line = np.linalg.norm(p - p[0] - along[:, None] * way, axis=1)
     assert along.min() > -ROUNDING
     assert along.max() < 1.0 + ROUNDING
-    turn = rotation_log(np.array(end.rotation).reshape(3, 3) @ r[0].T)
+    turn = pin.log3(np.array(end.rotation).reshape(3, 3) @ r[0].T)
     expected = rotation_exp(along[:, None] * turn) @ r[0]
     off_arc = np.linalg.norm(expected - r, axis=(1, 2)) / np.sqrt(2.0)
     return float(off_line.max()), float(off_arc.max())
@@ -218,10 +219,8 @@ def assert_straight(robot: SteppedRobot, joints: Sequence[Sequence[float]], targ
     off_line_m, off_arc_rad = line_errors(robot, joints, target)
     assert off_line_m < 1e-6
     assert off_arc_rad < 1e-6
-    assert (
-        np.linalg.norm(np.subtract(robot.tcp(joints[-1]).translation, target.to_transform().translation))
-        < 1e-9
-    )
+    missing = np.subtract(robot.tcp(joints[-1]).translation, target.to_transform().translation)
+    assert np.linalg.norm(missing) < 1e-9
 
 
 def assert_same_frame(one: Frame, other: Frame) -> None:
@@ -232,29 +231,5 @@ def assert_same_frame(one: Frame, other: Frame) -> None:
 
 
 def rotation_exp(vectors: Array) -> Array:
-    """Rotation matrices (m, 3, 3) of rotation vectors (m, 3), by Rodrigues."""
-    angles = np.linalg.norm(vectors, axis=1)
-    axes = vectors / np.where(angles > 0.0, angles, 1.0)[:, None]
-    cross = np.zeros((len(vectors), 3, 3))
-    cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -axes[:, 2], axes[:, 1], -axes[:, 0]
-    cross -= cross.transpose(0, 2, 1)
-    sine, versine = np.sin(angles)[:, None, None], (1.0 - np.cos(angles))[:, None, None]
-    rotations: Array = np.eye(3) + sine * cross + versine * cross @ cross
-    return rotations
-
-
-def rotation_log(rotation: Array) -> Array:
-    """The rotation vector (3,) of a matrix whose angle is well below pi."""
-    skew = np.array(
-        [
-            rotation[2, 1] - rotation[1, 2],
-            rotation[0, 2] - rotation[2, 0],
-            rotation[1, 0] - rotation[0, 1],
-        ]
-    )
-    sine = float(np.linalg.norm(skew)) / 2.0
-    if sine < 1e-15:
-        return np.zeros(3)
-    angle = np.arctan2(sine, (np.trace(rotation) - 1.0) / 2.0)
-    vector: Array = skew / (2.0 * sine) * angle
-    return vector
+    """Rotation matrices (m, 3, 3) of rotation vectors (m, 3)."""
+    return np.array([pin.exp3(vector) for vector in vectors])

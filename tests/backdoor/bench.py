@@ -7,7 +7,7 @@ from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
-from tests.dialect.fake_robot import Journal
+from tests.journal import Journal
 from tests.stepped import SteppedRobot
 
 IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell
-from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.iiwa.session import IiwaSession
+from tests.dialect.fake_robot import Conversation
+from tests.journal import Journal
+from tests.stepped import SteppedRobot
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CELLS = sorted(file for file in EXAMPLES.glob("*.toml") if file.name != "fleet.toml")
@@ -40,24 +41,12 @@ def cell_from(folder: Path, text: str) -> Cell:
     return load_cell(file)
 
 
-class SteppedDriver:
-    """One connection to the controller of a cell; time passes only when it says so."""
+class SteppedDriver(Conversation):
+    """A driver of the robot in a cell; time passes only when it says so."""
 
     def __init__(self, cell: Cell, tick_s: float = TICK_S) -> None:
-        self.controller = Controller(
-            cell.description,
-            tick_s,
-            start=cell.start,
-            tool_in_flange=cell.tool_in_flange,
-            world=cell.world(),
-            noise=cell.noise(),
-        )
-        self._session = IiwaSession(self.controller, _Silent(), "a driver")
-
-    def ask(self, command: str) -> str:
-        """One command, one reply."""
-        self._session.receive(command.encode() + b"\r\n")
-        return self._session.answer().decode().removesuffix("\r\n")
+        self.controller = SteppedRobot(cell=cell, tick_s=tick_s).controller
+        super().__init__(self.controller, Journal(fails=True))
 
     def moves(self, command: str) -> None:
         """A move that has to be accepted, to its end."""
@@ -68,21 +57,3 @@ class SteppedDriver:
     def force(self) -> list[float]:
         """Of `get cartesian force`: N and Nm along the axes of the TCP."""
         return [float(word) for word in self.ask("get cartesian force").split()]
-
-
-class _Silent:
-    """A `DialectLog` nobody reads."""
-
-    commands = False
-
-    def command(self, session: str, line: str, reply: str) -> None:
-        pass
-
-    def refused(self, session: str, line: str, code: int, reason: str) -> None:
-        pass
-
-    def stopped(self, session: str, vanished: bool) -> None:
-        pass
-
-    def exception(self, session: str, line: str, fault: Exception) -> None:
-        raise AssertionError(f"{session}: {line}") from fault

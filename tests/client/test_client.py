@@ -27,7 +27,8 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.table import load_table
 from tests.asked import joint_move, lin_move, lin_relative_move, ptp_move
 from tests.client.peers import Answer, Awaited, Peer
-from tests.dialect.fake_robot import FakeRobot, IiwaSession, Journal
+from tests.dialect.fake_robot import FakeRobot, IiwaSession
+from tests.journal import Journal
 from tools.client_source import iiwa as client_source
 from tools.client_source.text import FOLDER
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple
 from iiwa_sim.robot.description import load_robot
+from tests.chains import chains, send
 from tests.clock.hand_time import MS_NS, HandTime
 from tests.drivers import SCENES, Krc4Driver, Scene, connect
-from tests.programs import programs
 from tests.stepped import SteppedRobot
 
 PACES = [REAL, multiple(10), FAST]
@@ -32,8 +32,8 @@ class ProgrammedRobot:
     def step(self) -> None:
         while self._program and self.robot.controller.tick == self._at_tick:
             item = self._program.pop(0)
-            self.answers.append(item.send(self.robot))
-            self._at_tick += item.wait
+            self.answers.append(send(self.robot, item))
+            self._at_tick += max(item.wait, 0)
         self.robot.step()
 
     @property
@@ -69,7 +69,7 @@ async def told(program: list[Any]) -> ProgrammedRobot:
 
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
-    program=programs(load_robot()),
+    program=chains(len(load_robot().joints), stops=True, longest=8),
     late_ns=st.lists(st.integers(0, 60 * MS_NS), min_size=1, max_size=5),
 )
 def test_a_program_runs_alike_at_every_pace_however_the_machine_stalls(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf, nan
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from iiwa_sim.contact.noise import Noise, NoiseLevels
@@ -15,7 +16,7 @@ from iiwa_sim.frames import Frame, Transform, Vector, rotate
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move, lin_move, lin_stiff_move
 from tests.contact.materials import PLANE, RADIUS, STIFFNESS, at, surface
-from tests.stepped import ARMS, SteppedRobot, rotation_log
+from tests.stepped import ARMS, SteppedRobot
 
 ROBOT = SteppedRobot()
 TOOLS = [ROBOT.description.tool_in_flange, Frame(30.0, -20.0, 170.0, 0.4, -0.8, 1.2).to_transform()]
@@ -42,7 +43,7 @@ def test_joint_torques_do_the_work_of_the_wrench(name: str, tool: Transform) -> 
             behind[joint] -= STEP
             a, b = robot.tcp(ahead, tool), robot.tcp(behind, tool)
             moved = np.subtract(a.translation, b.translation)
-            turned = rotation_log(np.reshape(a.rotation, (3, 3)) @ np.reshape(b.rotation, (3, 3)).T)
+            turned = pin.log3(np.reshape(a.rotation, (3, 3)) @ np.reshape(b.rotation, (3, 3)).T)
             work = (moved @ force + turned @ torque) / (2 * STEP)
             assert torques[joint] == pytest.approx(work, abs=1e-5)
 

@@ -19,7 +19,7 @@ from iiwa_sim.controller.errors import (
     Refused,
 )
 from tests.asked import gravity_hold, joint_move, lin_move_at, ptp_force_move, smart_joint_move
-from tests.programs import programs, run
+from tests.chains import chains, run
 from tests.stepped import ARMS, SteppedRobot
 
 HOME = SteppedRobot().controller.joints
@@ -160,7 +160,7 @@ def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> No
     robot = SteppedRobot(name)
     told: list[Ending] = []
     robot.controller.endings.listeners.append(told.append)
-    run(robot, data.draw(programs(robot.description)))
+    run(robot, data.draw(chains(len(robot.description.joints), stops=True, longest=8)))
     assert sorted(ending.move for ending in told) == list(range(1, robot.controller.accepted + 1))
     assert {ending.code for ending in told} <= {SUCCESS, STOP_TRIGGERED}
 

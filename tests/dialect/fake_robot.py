@@ -10,6 +10,7 @@ from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.frames import Frame
+from tests.journal import Journal
 
 
 class FakeRobot:
@@ -93,34 +94,6 @@ class FakeRobot:
 
     def joint_torque(self) -> tuple[float, ...]:
         return (7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0)
-
-
-class Journal:
-    """A log that remembers."""
-
-    def __init__(self, commands: bool = False) -> None:
-        self.commands = commands
-        self.said: list[tuple[str, str, str]] = []
-        self.refusals: list[tuple[str, str, int, str]] = []
-        self.extras: list[tuple[str, str, int]] = []
-        self.stops: list[tuple[str, bool]] = []
-        self.faults: list[tuple[str, str, Exception]] = []
-
-    def command(self, session: str, line: str, reply: str) -> None:
-        self.said.append((session, line, reply))
-
-    def refused(self, session: str, line: str, code: int, reason: str) -> None:
-        self.refusals.append((session, line, code, reason))
-
-    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
-        assert takes.endswith(("value", "values"))
-        self.extras.append((session, command, beyond))
-
-    def stopped(self, session: str, vanished: bool) -> None:
-        self.stops.append((session, vanished))
-
-    def exception(self, session: str, line: str, fault: Exception) -> None:
-        self.faults.append((session, line, fault))
 
 
 class Conversation:

@@ -11,8 +11,9 @@ from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.dialect.status import NOTHING_ELSE, StatusSession, status_line
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.robot.description import load_robot
-from tests.dialect.fake_robot import Conversation, FakeRobot, Journal
+from tests.dialect.fake_robot import Conversation, FakeRobot
 from tests.dialect.packets import cut
+from tests.journal import Journal
 from tests.states import state
 
 

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.robot.description import load_robot
-from tests.programs import programs, run
+from tests.chains import chains, run
 from tests.stepped import ARMS, ROBOTS, SteppedRobot, assert_within_limits
 
 # Shrinking a program takes minutes and makes it no clearer than the first that failed.
@@ -24,7 +24,7 @@ SETTINGS = settings(
 def test_no_tick_of_any_program_passes_a_limit(name: str, data: st.DataObject) -> None:
     description = load_robot(name)
     robot = SteppedRobot(description)
-    run(robot, data.draw(programs(description)))
+    run(robot, data.draw(chains(len(description.joints), stops=True, longest=8)))
     assert_within_limits(robot)
 
 
@@ -33,14 +33,14 @@ def test_no_tick_of_any_program_passes_a_limit(name: str, data: st.DataObject) -
 def test_nor_at_other_tick_rates(data: st.DataObject, name: str, rate_hz: int) -> None:
     description = load_robot(name)
     robot = SteppedRobot(description, 1.0 / rate_hz)
-    run(robot, data.draw(programs(description)))
+    run(robot, data.draw(chains(len(description.joints), stops=True, longest=8)))
     assert_within_limits(robot)
 
 
 @settings(SETTINGS, max_examples=20)
 @given(data=st.data(), name=st.sampled_from(ARMS))
 def test_the_same_commands_at_the_same_ticks_give_the_same_motion(data: st.DataObject, name: str) -> None:
-    program = data.draw(programs(load_robot(name)))
+    program = data.draw(chains(len(load_robot(name).joints), stops=True, longest=8))
     first, second = SteppedRobot(name), SteppedRobot(name)
     run(first, program)
     run(second, program)

@@ -31,8 +31,9 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
-from tests.dialect.fake_robot import Conversation, FakeRobot, Journal, replies
+from tests.dialect.fake_robot import Conversation, FakeRobot, replies
 from tests.dialect.packets import cut
+from tests.journal import Journal
 
 TABLE = load_table("iiwa")
 REST = FakeRobot()

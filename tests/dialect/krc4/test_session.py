@@ -189,7 +189,7 @@ def test_a_refusal_has_minus_the_id_and_the_number_of_the_error(
     assert reply == Reply(7, -IDS[tag], (7, -IDS[tag], error, *[0] * 7), (0.0,) * 10)
     assert not robot.controller.moving
     assert robot.controller.last_error is not None
-    assert robot.controller.last_error.code == error == talk.journal.refusals[0][1]
+    assert robot.controller.last_error.code == error == talk.journal.refusals[0][2]
 
 
 def test_attributes_and_elements_mean_the_same_and_what_is_absent_is_0() -> None:
@@ -332,7 +332,7 @@ def test_a_client_that_vanishes_with_its_move_to_be_done_stops_the_robot() -> No
     Talk(robot.controller).session.lost()  # another one, who has moved nothing
     assert talk.journal.stops == []
     talk.session.lost()
-    assert talk.journal.stops == [True]
+    assert talk.journal.stops == [("a test", True)]
     robot.runs_until_stopped(0.2)
     assert deg(robot.controller.joints) != pytest.approx(AWAY_DEG)
 
@@ -363,5 +363,5 @@ def test_an_iiwa_speaks_it_too_with_seven_axes(tag: str) -> None:
 def test_commands_are_logged_as_one_line() -> None:
     _, talk = at_home()
     talk.says(b"<Cmd><I0>1</I0><I1>100</I1></Cmd><Cmd I0='2' I1='100' X='\x0a\xc3\xa9'/>")
-    assert talk.journal.carried_out == [("Cmd I0=1 I1=100", "Res I0=1 I1=100 I2=1")]
-    assert talk.journal.refusals[0][0] == r"<Cmd I0='2' I1='100' X='\n\xc3\xa9'/>"
+    assert talk.journal.said == [("a test", "Cmd I0=1 I1=100", "Res I0=1 I1=100 I2=1")]
+    assert talk.journal.refusals[0][1] == r"<Cmd I0='2' I1='100' X='\n\xc3\xa9'/>"

@@ -5,8 +5,9 @@ from hypothesis import strategies as st
 
 from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
-from tests.dialect.fake_robot import FakeRobot, Journal
+from tests.dialect.fake_robot import FakeRobot
 from tests.dialect.packets import cut
+from tests.journal import Journal
 
 PLACE = "127.0.0.1:40000"
 LINES = st.lists(

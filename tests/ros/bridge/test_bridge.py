@@ -22,8 +22,9 @@ from iiwa_sim.ros.bridge.fault import BridgeFault
 from iiwa_sim.ros.bridge.remote import RemoteRobot
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.simulator import Simulator
+from tests.journal import Journal
 from tests.processes import IIWA_SIM, running
-from tests.ros_robot import SilentLog, command, ptp
+from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client, until
 
 A = [0.3, 0.3, 0.0, -1.2, 0.0, 1.3, 0.0]
@@ -37,7 +38,7 @@ class Bench:
     def __init__(self, port: int) -> None:
         self.client = AsyncIiwa("127.0.0.1", port, DEADLINE_S)
         self.robot = RemoteRobot(self.client, load_robot())
-        self.log = SilentLog()
+        self.log = Journal(fails=True)
         self.node = Node(self.robot, lambda: 0, 100, self.log)
         self.results: list[dict[str, Any]] = []
         self.node.listen("/command_result", self.results.append)

@@ -12,7 +12,8 @@ from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS
 from iiwa_sim.ros.rmi.command_queue import LONGEST_QUEUE, CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import message, type_of
 from iiwa_sim.ros.rmi.robot import Done, Ended, Kind, Move, State
-from tests.ros_robot import SilentLog, command, ptp
+from tests.journal import Journal
+from tests.ros_robot import command, ptp
 
 COMMAND = type_of(message("robot_movement_interface/Command"))
 FRAME = [0.4, 0.1, 0.5, 0.0, 3.0, 0.0]
@@ -65,7 +66,7 @@ class Bench:
     def __init__(self) -> None:
         self.robot = ScriptedRobot()
         self.published: list[Result] = []
-        self.queue = CommandQueue(self.robot, self.published.append, SilentLog())
+        self.queue = CommandQueue(self.robot, self.published.append, Journal(fails=True))
 
     def take(self, *commands: dict[str, Any], replace: bool = False) -> None:
         self.queue.take([msgspec.convert(each, COMMAND) for each in commands], replace=replace)

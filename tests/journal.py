@@ -1,0 +1,36 @@
+"""A log of sessions that keeps its entries."""
+
+from __future__ import annotations
+
+
+class Journal:
+    """A `DialectLog` whose entries tests read."""
+
+    def __init__(self, commands: bool = False, *, fails: bool = False) -> None:
+        """With `fails` an internal error is raised again, for tests that expect none."""
+        self.commands = commands
+        self.said: list[tuple[str, str, str]] = []
+        self.refusals: list[tuple[str, str, int, str]] = []
+        self.extras: list[tuple[str, str, int]] = []
+        self.stops: list[tuple[str, bool]] = []
+        self.faults: list[tuple[str, str, Exception]] = []
+        self._fails = fails
+
+    def command(self, session: str, line: str, reply: str) -> None:
+        self.said.append((session, line, reply))
+
+    def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        assert (line + reason).isprintable()
+        self.refusals.append((session, line, code, reason))
+
+    def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
+        assert takes.endswith(("value", "values"))
+        self.extras.append((session, command, beyond))
+
+    def stopped(self, session: str, vanished: bool) -> None:
+        self.stops.append((session, vanished))
+
+    def exception(self, session: str, line: str, fault: Exception) -> None:
+        if self._fails:
+            raise AssertionError(f"{session}: {line}") from fault
+        self.faults.append((session, line, fault))
