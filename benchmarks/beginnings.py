@@ -1,4 +1,5 @@
-"""How many ticks after a move is accepted the robot moves, from rest, and after a stop it is slower."""
+"""Latency in ticks: from an accepted move to the first motion, from rest, and from a stop command to
+braking."""
 
 from collections.abc import Callable, Sequence
 
@@ -17,7 +18,7 @@ MOST = 1000
 
 
 def measure() -> list[Figure]:
-    """The longest of both robots for each kind of move. The same in each run."""
+    """The largest latency of two robots for each kind of move. The same in each run."""
     return [
         *(
             Figure(
@@ -84,7 +85,7 @@ def _ticks_to_begin(name: str, begin: Callable[[Controller], object]) -> float:
 
 
 def _ticks_to_brake(name: str) -> float:
-    """Of two robots on the same way, one of which is stopped."""
+    """Ticks until a stopped robot falls behind one that goes on."""
     stopped, on = (Controller(load_robot(name), TICK_S) for _ in range(2))
     for robot in (stopped, on):
         MOVES["lin move"](robot)

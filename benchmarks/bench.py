@@ -1,11 +1,11 @@
-"""`make bench`: all measured in one run on one machine, beside a bare echo server.
+"""`make bench`: runs all benchmarks on one machine, side by side with a bare echo server.
 
-`make bench ARGS="core --json FILE"` measures one part only and writes the JSON to a file. The exit code is 1
-where a goal of simulated time, CPU time or a ratio is missed; goals of wall time are only told.
+`make bench ARGS="core --json FILE"` runs one part and writes JSON to a file. The exit code is 1 if a goal of
+simulated time, CPU time or a ratio is missed; missed goals of wall time are only reported.
 
-`make bench ARGS=--gate` is what CI runs: the parts that have such goals, with the margin that each needs
-beside other work. A part with a goal that is missed is measured again, twice at most: what our code costs
-shows in each run, what the machine did meanwhile does not.
+`make bench ARGS=--gate` is for CI: it runs the parts that have such goals, with a margin for each against
+other work on the machine. A part with a missed goal is measured again, at most twice: the cost of our code
+shows in each run, other load does not.
 """
 
 import argparse
@@ -34,13 +34,13 @@ from benchmarks.figures import Figure, as_json, table
 
 
 class Part(NamedTuple):
-    """What is measured at once."""
+    """A benchmark module."""
 
     measure: Callable[[], list[Figure]]
     gated: bool
-    """Has goals other than of wall time, which CI holds."""
+    """Whether it has goals other than of wall time, which CI checks."""
     of_gate: Callable[[], list[Figure]] | None = None
-    """Measures as much of it as CI has the time for, where that is not all."""
+    """Measures a part for which CI has time, if that is not all."""
 
 
 PARTS = {
@@ -103,7 +103,7 @@ def main() -> int:
 
 
 def held_back(found: Sequence[Figure], again: Callable[[], Iterable[Figure]]) -> list[Figure]:
-    """The figures of `found` whose goal is missed by more than the margin whenever it is measured again."""
+    """The figures of `found` that miss their goal by more than the margin in every measurement."""
     missed = [figure for figure in found if not figure.held]
     for _ in range(GATE_RUNS - 1):
         if not missed:

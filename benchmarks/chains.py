@@ -1,7 +1,6 @@
-"""How long blended chains take, over the time-optimum of the same path and over the chain without blending.
+"""Duration of blended chains, relative to the time-optimum of the path and to the chain without blending.
 
-The path is taken from where the robot was at its ticks, so that the
-time-optimum is that of the path with its blends, whatever their shape.
+The path is that of the robot at its ticks, so the time-optimum includes the blends, whatever their shape.
 """
 
 from collections.abc import Callable
@@ -26,10 +25,10 @@ RADII_MM = (5.0, 80.0)
 SPEEDS_REL = (0.1, 1.0)
 LENGTHS_MM = (100.0, 500.0)
 TICK_S = 0.001
-STEP_RAD, STEP_IN_BLEND_RAD = 2e-3, 3e-4  # between samples of the path, of all joints together
+STEP_RAD, STEP_IN_BLEND_RAD = 2e-3, 3e-4  # step between samples of the path, of all joints together
 
 Command = Callable[[Controller, bool], int]
-"""Sends a move, with its blending or without, and gives its number."""
+"""Sends a move, with or without its blending, and returns its number."""
 
 
 class Move(NamedTuple):
@@ -41,21 +40,21 @@ class Move(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """What a controller did with a chain."""
+    """The motion of a controller along a chain."""
 
     joints: Array
-    """At each tick (m, n), from rest to rest."""
+    """Joints at each tick (m, n), from rest to rest."""
     ends: list[int]
-    """For each move the tick at which it was done."""
+    """For each move the tick at which it ended."""
 
     @property
     def duration_s(self) -> float:
-        """Of all ticks."""
+        """Duration of all ticks."""
         return (len(self.joints) - 1) * TICK_S
 
 
 def measure() -> list[Figure]:
-    """Chains of LIN, of PTP, and of both, of the default robot."""
+    """Measure chains of LIN, of PTP, and of both, for the default robot."""
     description = load_robot()
     figures = []
     for seed, kinds in enumerate((("LIN",), ("PTP",), ("LIN", "PTP"))):
@@ -120,7 +119,7 @@ def random_chain(
 
 
 def run(description: RobotDescription, chain: list[Move], blending: bool) -> Recording:
-    """All moves sent at once."""
+    """Run a chain whose moves are all sent at once."""
     controller = Controller(description, TICK_S)
     numbers = [move.send(controller, blending) for move in chain]
     joints = [controller.joints]
@@ -136,10 +135,10 @@ def run(description: RobotDescription, chain: list[Move], blending: bool) -> Rec
 def time_optimum_s(
     description: RobotDescription, chain: list[Move], blended: Recording, exact: Recording
 ) -> float:
-    """The fastest run of the path that the robot took, without jerk limits.
+    """Shortest duration of the path of a recording, without jerk limits.
 
-    Each move keeps its relative speed, within the radius of a corner the larger of two. The exact recording
-    tells where the corners are.
+    Each move keeps its relative speed; within the radius of a corner the larger of two counts. `exact`, the
+    recording without blending, tells where the corners are.
     """
     model = Model(description)
     q = blended.joints

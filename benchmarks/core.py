@@ -1,4 +1,4 @@
-"""How fast simulated time can run: the controller stepped in a loop, without clock or sockets."""
+"""Speed of simulated time: the controller stepped in a loop, without clock or sockets."""
 
 import gc
 import random
@@ -20,11 +20,11 @@ SEED = 3
 TICK_S = 0.002
 BLOCKS = 20
 TICKS_PER_BLOCK = 20_000
-HOLD_TICKS = 500  # with the same push
+HOLD_TICKS = 500  # with a constant push
 STIFFNESS_N_PER_M = 2000.0
 STIFFNESS_NM_PER_RAD = 300.0
-WEIGHED_DOWN_N = (0.0, 0.0, -10.0, 0.0, 0.0, 0.0)  # balanced, so that the TCP presses with 10 N
-RADIUS_M = 0.005  # of the sphere that touches the table, which its middle then does
+WEIGHED_DOWN_N = (0.0, 0.0, -10.0, 0.0, 0.0, 0.0)  # compensated, so that the TCP presses with 10 N
+RADIUS_M = 0.005  # radius of the sphere that touches the table, which its centre then does
 
 
 def _joint_move(joints: Sequence[float], speed_rel: float) -> MoveRequest:
@@ -32,7 +32,7 @@ def _joint_move(joints: Sequence[float], speed_rel: float) -> MoveRequest:
 
 
 def measure() -> list[Figure]:
-    """Planning is counted apart from stepping: it happens between ticks."""
+    """Measure; planning is counted apart from stepping, as it happens between ticks."""
     chance = random.Random(SEED)
     description = load_robot("lbr_iiwa_7_r800")
     robot = Controller(description, tick_s=TICK_S)
@@ -66,7 +66,7 @@ def measure() -> list[Figure]:
         yielding.move(MoveRequest(How.LIN, target, 0.5, compliance=compliance))
 
     def hold() -> None:
-        """Hold the joints against a push that changes, down and to the sides."""
+        """Hold the joints against a changing push, down and to the sides."""
         if not held.moving:
             held.move(MoveRequest(How.HOLD, hold_nm_per_rad=STIFFNESS_NM_PER_RAD))
         sideways_n, down_n = chance.uniform(-5, 5), chance.uniform(10, 30)
@@ -84,7 +84,7 @@ def measure() -> list[Figure]:
             rates[name].append(_rate(robot, command))
             back_home()
     at_least = {"joint moves": 1200, "LIN moves": 900}
-    missed = 3.0  # planning included, which is most of these
+    missed = 3.0  # including planning, which takes most of the time
     touching = [
         ("LIN moves pressed on a table", pressing, slide, TICKS_PER_BLOCK, 500, missed),
         ("stiffness moves pressed on a table", yielding, slide_softly, TICKS_PER_BLOCK, 250, 2.0),
@@ -117,9 +117,9 @@ def measure() -> list[Figure]:
 
 
 def _rate(robot: Controller, command: Callable[[], None], ticks_at_once: int = TICKS_PER_BLOCK) -> float:
-    """Simulated seconds per second of computing, every tick of it in motion.
+    """Simulated seconds per second of computing, while in motion.
 
-    A command comes when the robot has stopped, or after so many ticks.
+    A command is sent when the robot has stopped, or after `ticks_at_once` ticks.
     """
     spent = 0.0
     ticks = 0

@@ -1,13 +1,13 @@
-"""How data/corners_ROBOT.json is made: the fastest corners there are, by nonlinear optimisation.
+"""Makes data/corners_ROBOT.json: corners and their optimal durations, by nonlinear optimisation.
 
 `python -m benchmarks.corner_optimum ROBOT FILE` needs casadi, which nothing else here does, and takes ten
-minutes. It draws pairs of moves with a blended corner, lets the simulator run them, and improves on what it
-did: with IPOPT, over the timing on both paths and any motion of the joints inside the sphere at once.
+minutes. It draws pairs of moves with a blended corner, runs them in the simulator, and improves the motion:
+with IPOPT, over the timing on both paths and the motion of the joints inside the sphere at once.
 
-The motion has three phases. On either path it is one number s with piecewise constant jerk, inside the
-sphere the joints themselves have piecewise constant jerk; position, velocity and acceleration of the joints
-agree where the phases meet. Limits hold at all knots. The lengths of the pieces are free. What is found is a
-local optimum, and between knots limits may be passed by a little: it is good to some parts in a thousand.
+The motion has three phases. On either path it is one number s with piecewise constant jerk; inside the sphere
+the joints have piecewise constant jerk. Position, velocity and acceleration of the joints agree where phases
+meet. Limits hold at all knots. The lengths of the pieces are free. The result is a local optimum, and between
+knots limits may be exceeded slightly: it is accurate to some parts in a thousand.
 """
 
 import json
@@ -24,18 +24,18 @@ from iiwa_sim.frames import compose
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.robot.model import Model
 
-HALF = 0.49  # of a move at most is inside a sphere
-PIECES = 3  # of a path, each with knots at even times
+HALF = 0.49  # largest part of a move inside a sphere
+PIECES = 3  # of a path, each with knots at equal times
 KNOTS = 16
 FREE_KNOTS = 36
-SHORTEST_S, LONGEST_S = 1e-3, 10.0  # of a piece
-BORDERS = 2000  # places looked at for where a path leaves its sphere
-INSIDE = 0.9  # of the sphere: where the guess goes over from paths to joints
-SCALES = (1.0, 10.0, 100.0, 1000.0)  # of s and its derivatives (1/s^k)
+SHORTEST_S, LONGEST_S = 1e-3, 10.0  # per piece
+BORDERS = 2000  # samples used to find where a path leaves its sphere
+INSIDE = 0.9  # part of the sphere where the initial guess switches from paths to joints
+SCALES = (1.0, 10.0, 100.0, 1000.0)  # bounds of s and its derivatives (1/s^k)
 
 
 class Program:
-    """The nonlinear program of two moves of one robot. It is built once: numbers are its parameters."""
+    """The nonlinear program for two moves of one robot. It is built once; numbers are its parameters."""
 
     def __init__(self, description: RobotDescription) -> None:
         self.description, self.count = description, len(description.joints)
@@ -83,7 +83,7 @@ class Program:
         self._bounds = np.concatenate(self._lowest), np.concatenate(self._highest)
 
     def fastest_s(self, corner: Corner, known: Recorded) -> float:
-        """The duration from rest to rest; raises ArithmeticError where IPOPT finds none."""
+        """The duration from rest to rest; raises ArithmeticError if IPOPT finds none."""
         description = self.description
         model, tool = Model(description), description.tool_in_flange
         at_corner = np.abs(known.exact - known.corner).max(axis=1).argmin()
@@ -122,7 +122,7 @@ class Program:
         return float(found["f"])
 
     def _guess(self, lines: list[Line], q: Array, enters: int, leaves: int) -> Array:
-        """What is known, at the knots."""
+        """The initial guess at the knots, from a known motion."""
         v = np.gradient(q, TICK_S, axis=0)
         a = np.gradient(v, TICK_S, axis=0)
         guess: list[Any] = []
@@ -224,7 +224,7 @@ class Program:
         return time, found
 
     def _goes_on(self, now: Any, then: Any, jerk: Any, time: Any, *scales: Any) -> None:
-        """Constant jerk from one knot to the next."""
+        """Constrain two knots to be joined by constant jerk."""
         n = len(scales[0])
         x, v, a = now[:n], now[n : 2 * n], now[2 * n :]
         places = (
@@ -246,7 +246,7 @@ class Program:
         self._holds((ddq * ds**2 + dq * dds - inside[2]) / self.acceleration, 0.0, 0.0)
 
     def _tcp(self, q: Any) -> Any:
-        """The position of the TCP: each joint turns all that is behind it about its axis at zero pose."""
+        """The position of the TCP, by the product of rotations about the joint axes at zero pose."""
         model = Model(self.description)
         tool = self.description.tool_in_flange
         place = ca.DM(list(compose(model.flange([0.0] * self.count), tool).translation))
@@ -265,7 +265,7 @@ def _leaves(distances: list[float], parts: Array, radius: float) -> float:
 
 
 def _at(values: Array, at: Array) -> Array:
-    """Rows of ticks, between two ticks in proportion."""
+    """Rows of ticks, interpolated linearly between ticks."""
     ticks = np.arange(len(values))
     if values.ndim == 1:
         return np.interp(at, ticks, values)
@@ -273,7 +273,7 @@ def _at(values: Array, at: Array) -> Array:
 
 
 def main() -> None:
-    """Draws the corners of a robot, finds their optima, and writes them to a file."""
+    """Draw the corners of a robot, find their optima, and write them to a file."""
     robot, path = sys.argv[1:]
     description = load_robot(robot)
     program = Program(description)

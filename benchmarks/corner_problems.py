@@ -1,6 +1,6 @@
-"""Pairs of moves with a blended corner between them: drawn at random, run, and their paths as polynomials.
+"""Pairs of moves with a blended corner: drawn at random, run, and with their paths as polynomials.
 
-What `benchmarks.corner_optimum` improves on. Of the simulator only what a user can tell and see is used.
+Input of `benchmarks.corner_optimum`. Of the simulator only the public behaviour is used.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ NAMED = ((5.0, 1.0), (20.0, 1.0), (60.0, 1.0), (100.0, 1.0), (60.0, 0.3), (100.0
 KINDS = (("lin", "lin"), ("lin", "lin"), ("ptp", "ptp"), ("ptp", "ptp"), ("lin", "ptp"), ("ptp", "lin"))
 LENGTHS_MM, TURNS_DEG, RADII_MM, SPEEDS_REL = (60.0, 400.0), (10.0, 170.0), (5.0, 150.0), (0.1, 1.0)
 AROUND_RAD, TURN_RAD = 0.5, 0.3
-GOLDEN = 0.6180339887  # its multiples, less whole numbers, fill 0 to 1 evenly
+GOLDEN = 0.6180339887  # the golden ratio: fractional parts of its multiples fill 0 to 1 evenly
 
 TICK_S = 0.001
 DEGREE = 24
@@ -48,7 +48,7 @@ class Corner(NamedTuple):
 
 
 def corners(description: RobotDescription, start: Joints) -> list[Corner]:
-    """The named ones, and random ones that the robot accepts."""
+    """The named corners, and random ones that the robot accepts."""
     rng = np.random.default_rng(SEED)
     controller = Controller(description, TICK_S, start=start)
     here = controller.tool_frame()
@@ -75,7 +75,7 @@ def corners(description: RobotDescription, start: Joints) -> list[Corner]:
 def _random_corner(
     description: RobotDescription, around: Joints, number: int, rng: np.random.Generator
 ) -> Corner | None:
-    """Two moves of random kind, length and speed; the robot may refuse them: then None."""
+    """Two moves of random kind, length and speed; None if the robot refuses them."""
     kinds = KINDS[number % len(KINDS)]
     start = tuple((np.array(around) + rng.uniform(-AROUND_RAD, AROUND_RAD, len(around))).tolist())
     angle = np.radians(TURNS_DEG[0] + (TURNS_DEG[1] - TURNS_DEG[0]) * ((GOLDEN * number) % 1.0))
@@ -102,7 +102,7 @@ def _random_corner(
 
 
 class Recorded(NamedTuple):
-    """What the simulator does: joints at every tick, blended, and with an exact stop."""
+    """The motion of the simulator: joints at every tick, blended, and with an exact stop."""
 
     blended: Array
     exact: Array
@@ -111,7 +111,7 @@ class Recorded(NamedTuple):
 
 
 def recorded(description: RobotDescription, corner: Corner) -> Recorded:
-    """Runs both."""
+    """Run a corner both ways."""
     runs = []
     for blending in (True, False):
         controller = Controller(description, TICK_S)
@@ -129,7 +129,7 @@ class Line:
     def __init__(
         self, description: RobotDescription, kind: str, start: Joints, end: Joints, near: Array
     ) -> None:
-        """`near` (m, n) are joints near to it that come by in this order."""
+        """`near` (m, n) are joints close to the path, in order."""
         self.description, self.model, self.straight = description, Model(description), kind == "lin"
         self.start, self.end = np.array(start), np.array(end)
         self.poses = [self._tcp(q) for q in (self.start, self.end)]
@@ -141,7 +141,7 @@ class Line:
             raise ArithmeticError(f"a line that no polynomial of degree {DEGREE} follows: {error:g} rad")
 
     def joints(self, s: float, near: Array) -> Array:
-        """Joint positions (rad) at s: by Newton's method from those nearby whose TCP comes nearest."""
+        """Joint positions (rad) at s: by Newton's method from those nearby whose TCP is closest."""
         if not self.straight:
             return self.start + s * (self.end - self.start)
         wanted = _between(self.poses[0], self.poses[1], s)
@@ -162,12 +162,12 @@ class Line:
         raise ArithmeticError(f"no joints at {s:.3f} of a line")
 
     def value(self, s: float) -> Array:
-        """Joint positions (rad) at s, of the polynomial."""
+        """Joint positions (rad) at s, by the polynomial."""
         value: Array = chebyshev.chebval(2.0 * s - 1.0, self.coefficients)
         return value
 
     def place(self, q: Array) -> Array:
-        """The s (m,) of joints (m, n) on the move."""
+        """The parameter s (m,) of joints (m, n) on the move."""
         if not self.straight:
             way = self.end - self.start
             return (q - self.start) @ way / (way @ way)

@@ -1,7 +1,7 @@
-"""Corners: two moves with a blended corner between them, over the fastest that they could be run.
+"""Duration of two moves with a blended corner, relative to the fastest possible motion.
 
-`data/corners_ROBOT.json` has the moves and their optima, and what the planner before the present one took;
-how the optima are found is in `benchmarks/corner_optimum.py`.
+`data/corners_ROBOT.json` has the moves, their optima, and the durations of the previous planner;
+`benchmarks/corner_optimum.py` made the optima.
 """
 
 import json
@@ -23,15 +23,16 @@ DATA = Path(__file__).parent / "data"
 ROBOTS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 TICKS_S = (0.001, 0.002)
 MEDIAN, P90, LARGEST = 1.04, 1.08, 1.15
-"""What a planner is to stay below, of the time of the optimum."""
+"""Goals for the duration, relative to the optimum."""
 KR_6_MARGIN = 1.06
-"""Missed: two corners of the KR 6 with small spheres take 1.18 and 1.21, one as long as with a stop."""
+"""Margin for missed goals: two corners of the KR 6 with small spheres take 1.18 and 1.21, one as long as
+with a stop."""
 SLOWEST_MM_S = {"named R5 v1": 60.0, "named R60 v1": 280.0}
-"""How fast at least the TCP is to pass named corners of the default robot."""
+"""Goals for the least speed of the TCP at named corners of the default robot."""
 
 
 class Corner(NamedTuple):
-    """Two moves from joint positions (rad), and how long they take (s), from rest to rest."""
+    """Two moves from joint positions (rad), and durations (s) from rest to rest."""
 
     name: str
     start: Joints
@@ -42,7 +43,7 @@ class Corner(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """How long a corner takes (s), with its blending and with an exact stop, and its joints at each tick."""
+    """Durations (s) of a corner with its blending and with an exact stop, and its joints at each tick."""
 
     blended_s: float
     exact_s: float
@@ -50,7 +51,7 @@ class Taken(NamedTuple):
 
 
 def corners(robot: str) -> list[Corner]:
-    """Those of a robot; the first six are named ones: lines of 200 mm at a right angle."""
+    """The corners of a robot; the first six are named ones: lines of 200 mm at a right angle."""
     return [
         Corner(
             row["name"],
@@ -65,7 +66,7 @@ def corners(robot: str) -> list[Corner]:
 
 
 def take(robot: str, corner: Corner, tick_s: float) -> Taken:
-    """Runs it with its blending, and with an exact stop."""
+    """Run a corner with its blending, and with an exact stop."""
     runs = []
     for blending in (True, False):
         controller = Controller(load_robot(robot), tick_s, start=corner.start)
@@ -75,7 +76,7 @@ def take(robot: str, corner: Corner, tick_s: float) -> Taken:
 
 
 def slowest_mm_s(robot: str, corner: Corner, taken: Taken, tick_s: float) -> float:
-    """The least speed of the TCP while it is in the sphere round the corner."""
+    """The least speed of the TCP in the sphere round the corner."""
     description = load_robot(robot)
     model = Model(description)
     places = np.array(
@@ -92,7 +93,7 @@ def _goal(at_most: float) -> dict[str, Any]:
 
 
 def measure() -> list[Figure]:
-    """All corners of two robots, at 1,000 and 500 Hz."""
+    """Measure all corners of two robots, at 1,000 and 500 Hz."""
     figures = []
     for robot in ROBOTS:
         found = corners(robot)

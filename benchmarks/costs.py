@@ -1,4 +1,4 @@
-"""What moves cost, by thread time: to accept, to plan while the robot moves, and to reply to."""
+"""CPU time of moves: to accept them, to plan them while the robot moves, and to reply."""
 
 import gc
 from statistics import median
@@ -15,13 +15,13 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 
 LONG, SHORT = 1000, 400
-"""Moves of a chain that is known at once, and of one whose moves come as four wait."""
+"""Moves of a chain that is sent at once, and of one whose moves are sent as long as four wait."""
 TICK_S = 0.002
 REPEATS = 3
 RADII_MM = (5.0, 80.0)
 SPEEDS_REL = (0.1, 1.0)
 LOW, HIGH = (-150.0, -200.0, -150.0), (50.0, 200.0, 50.0)
-"""Of the targets, seen from home (mm)."""
+"""Bounds of the targets, seen from home (mm)."""
 TURN_RAD = 0.3
 JOINTS_RAD = 0.2
 REPLIES = 300
@@ -29,7 +29,7 @@ LARGEST_REPLY_US = {"lin": 700.0, "ptp": 400.0, "joint": 400.0}
 
 
 class Costs(NamedTuple):
-    """Microseconds of computing, for each move to accept it and for each tick; the tick after each move."""
+    """Microseconds of computing: for accepting each move, for each tick, and for the tick after each move."""
 
     accepting: list[float]
     ticks: list[float]
@@ -37,7 +37,7 @@ class Costs(NamedTuple):
 
 
 def measure() -> list[Figure]:
-    """Chains of mixed moves of the default robot, and replies to moves."""
+    """Measure chains of mixed moves of the default robot, and replies to moves."""
     return [*_known_at_once(), *_appended(), *_replies()]
 
 
@@ -65,12 +65,12 @@ def _known_at_once() -> list[Figure]:
 
 
 def _appended() -> list[Figure]:
-    """A move costs what accepting it does, and what ticks cost above others until the next one is sent."""
+    """Cost of a move in a chain: accepting it, and the extra cost of ticks until the next one is sent."""
     accepting, ticks, sent_before = _cheapest([_run(SHORT, ENOUGH) for _ in range(REPEATS)])
     tick_us = median(ticks)
     above = np.array(ticks) - tick_us
     spent = np.append(0.0, np.cumsum(above))
-    # Of moves that are sent before the same tick the last one is given all that follows.
+    # If several moves are sent before a tick, the last one is charged for all extra cost that follows.
     costs = np.array(accepting) + np.diff(spent[[*sent_before, len(ticks)]])
     of = f"{SHORT} mixed moves, each sent when fewer than {ENOUGH} wait"
     return [
@@ -99,14 +99,14 @@ def _largest_tick(of: str, ticks: list[float]) -> Figure:
 
 
 def _cheapest(runs: list[Costs]) -> Costs:
-    """Of each tick and each move what it cost at best: what it costs, not what else the machine does."""
+    """The least cost of each tick and each move over all runs, which excludes other load of the machine."""
     accepting = [min(each) for each in zip(*(run.accepting for run in runs), strict=True)]
     ticks = [min(each) for each in zip(*(run.ticks for run in runs), strict=True)]
     return Costs(accepting, ticks, runs[0].sent_before)
 
 
 def _run(count: int, waiting: int) -> Costs:
-    """Moves are sent as long as fewer than so many wait, until all are done."""
+    """Run a chain, sending moves as long as fewer than `waiting` wait."""
     rng = np.random.default_rng(4)
     controller = Controller(load_robot(), TICK_S)
     centre, home = controller.tool_frame(), controller.joints
@@ -131,7 +131,7 @@ def _run(count: int, waiting: int) -> Costs:
 
 
 def in_a_box(rng: np.random.Generator, centre: Frame, home: tuple[float, ...]) -> Told:
-    """A move of any kind to a place within 150 mm in x and z, 200 mm in y, of the centre, at any speed."""
+    """A random move to a place within 150 mm in x and z, 200 mm in y, of the centre, at any speed."""
     radius_mm, speed_rel = float(rng.uniform(*RADII_MM)), float(rng.uniform(*SPEEDS_REL))
     kind = ("joint", "lin", "ptp")[int(rng.integers(3))]
     if kind == "joint":
@@ -142,7 +142,7 @@ def in_a_box(rng: np.random.Generator, centre: Frame, home: tuple[float, ...]) -
 
 
 def _replies() -> list[Figure]:
-    """Computing from the line to its reply: while nothing moves yet, and with a tick after each."""
+    """CPU time from the line to its reply: before the robot moves, and with a tick after each."""
     figures = []
     for kind, at_most in LARGEST_REPLY_US.items():
         for busy in (False, True):
@@ -187,7 +187,7 @@ def _replying_us(kind: str, busy: bool) -> list[float]:
 
 
 class _Silent:
-    """A log that keeps nothing."""
+    """A log that drops its entries."""
 
     commands = False
 

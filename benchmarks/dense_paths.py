@@ -1,6 +1,6 @@
-"""Dense paths: many short lines, blended, as a CAM program or a Cartesian trajectory sends them.
+"""Dense paths: many short blended lines, as sent by a CAM program or a Cartesian trajectory.
 
-How many ticks each takes, over what the planner before the present one took (`data/dense_paths.json`).
+The figure is the number of ticks relative to that of the previous planner (`data/dense_paths.json`).
 """
 
 import json
@@ -33,11 +33,11 @@ CIRCLES = ((0.5, 15.0), (2.0, 40.0), (5.0, 60.0))
 """Lengths of the lines and radii of the circles (mm)."""
 ANGLES_DEG = (5, 10, 20, 30, 45, 60, 90)
 LINES = {2: 40, 5: 40, 10: 40, 30: 14}
-"""Lengths of a polyline's lines (mm), and how many there are."""
+"""Length of a polyline's lines (mm), and their number."""
 
 
 def paths() -> dict[str, tuple[Points, float, float]]:
-    """By name the corners in y and z, seen from the middle (mm), the blending (mm) and the relative speed."""
+    """Corners in y and z, relative to the middle (mm), blending (mm) and relative speed, by name."""
     found: dict[str, tuple[Points, float, float]] = {}
     for line_mm, radius_mm in CIRCLES:
         for speed_rel in (1.0, 0.02):
@@ -52,14 +52,14 @@ def paths() -> dict[str, tuple[Points, float, float]]:
 
 
 def circle(line_mm: float, radius_mm: float) -> Points:
-    """Once round."""
+    """A circle of lines."""
     count = round(2.0 * np.pi * radius_mm / line_mm)
     angles = np.linspace(0.0, 2.0 * np.pi, count + 1)
     return radius_mm * np.stack([np.sin(angles), np.cos(angles)], axis=1)
 
 
 def polyline(line_mm: float, count: int, angle_deg: float) -> Points:
-    """Lines that turn by an angle, to the one side and to the other in turn, through the middle."""
+    """Lines that turn by an angle, alternately to either side, through the middle."""
     half = np.radians(angle_deg) / 2.0
     steps = line_mm * np.array([(np.cos(half), np.sin(half) * (-1.0) ** k) for k in range(count)])
     corners = np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
@@ -91,7 +91,7 @@ def told(robot: str, path: str, tick_s: float = TICK_S) -> tuple[Controller, lis
 
 
 def before() -> Iterator[tuple[str, str, str, int]]:
-    """Robot, path, feed, and the ticks it took the planner before."""
+    """Robot, path, feed, and the number of ticks of the previous planner."""
     for robot, of_robot in json.loads(BEFORE.read_text())["ticks"].items():
         for path, of_path in of_robot.items():
             for feed, ticks in of_path.items():
@@ -99,7 +99,7 @@ def before() -> Iterator[tuple[str, str, str, int]]:
 
 
 def measure() -> list[Figure]:
-    """All paths, robots and feeds: some 180 times three runs, which takes minutes."""
+    """Measure all paths, robots and feeds: about 180 times three runs, which take minutes."""
     ratios: dict[tuple[str, str, str], list[float]] = {}
     late: list[str] = []
     for robot, path, feed, ticks in before():

@@ -1,4 +1,4 @@
-"""How long single moves take: lines over their time-optimum without jerk limit, joint lines over Ruckig."""
+"""Duration of single moves: lines relative to the time-optimum without jerk limit, joint lines to Ruckig."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -17,10 +17,10 @@ from iiwa_sim.robot.description import RobotDescription, load_robot
 MOVES = 50
 ROBOTS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 LINE_TICK_S = 0.001
-JOINT_TICK_S = 0.0002  # of which the shortest moves take some 20
-SLOW_REL, SLOW_TICK_S = 0.02, 0.01  # to find where a path goes
+JOINT_TICK_S = 0.0002  # the shortest moves take about 20 ticks
+SLOW_REL, SLOW_TICK_S = 0.02, 0.01  # slow, to record where a path goes
 WAYS_RAD = (1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.1)
-"""Largest ways of a joint in short moves."""
+"""Largest travel of a joint in short moves."""
 
 
 class Single(NamedTuple):
@@ -37,7 +37,8 @@ class Single(NamedTuple):
 def random_lines(
     description: RobotDescription, count: int, seed: int, speed_rel: float = 1.0
 ) -> Iterator[Single]:
-    """LIN of 200 to 600 mm in any direction, turning by up to 1 rad, anywhere the robot can do them."""
+    """Random LIN of 200 to 600 mm in any direction, turning by up to 1 rad, anywhere the robot can do
+    them."""
     rng = np.random.default_rng(seed)
     controller = Controller(description, LINE_TICK_S)
     while count:
@@ -55,14 +56,14 @@ def random_lines(
 
 
 def random_joint_lines(description: RobotDescription, count: int, seed: int) -> Iterator[Single]:
-    """Between any two joint positions."""
+    """Random joint lines between any two positions."""
     rng = np.random.default_rng(seed)
     for _ in range(count):
         yield Single(random_joints(description, rng), Told("joint", random_joints(description, rng), 1.0))
 
 
 def short_joint_lines(description: RobotDescription, seed: int) -> Iterator[Single]:
-    """Of all joints, and of one alone."""
+    """Short joint lines, of all joints and of one alone."""
     rng = np.random.default_rng(seed)
     count = len(description.joints)
     for way in WAYS_RAD:
@@ -73,9 +74,9 @@ def short_joint_lines(description: RobotDescription, seed: int) -> Iterator[Sing
 
 
 def over_optimum(description: RobotDescription, line: Single) -> float:
-    """How long a line takes over the fastest way to run its path without jerk limit.
+    """Duration of a line, relative to the fastest motion on its path without jerk limit.
 
-    Its path is where the robot goes when it is told to go slowly.
+    The path is recorded at low speed.
     """
     slow = line._replace(told=line.told._replace(speed_rel=SLOW_REL)).recorded(description, SLOW_TICK_S)
     taken_s = (len(line.recorded(description, LINE_TICK_S)) - 1) * LINE_TICK_S
@@ -83,8 +84,8 @@ def over_optimum(description: RobotDescription, line: Single) -> float:
 
 
 def over_ruckig(description: RobotDescription, line: Single) -> tuple[float, float]:
-    """How long a joint line takes over Ruckig's, as a ratio and as a difference (s)."""
-    # The last tick is not counted: it may have ended at any part of it.
+    """Duration of a joint line relative to Ruckig's, as a ratio and as a difference (s)."""
+    # The last tick is not counted: the motion may have ended anywhere within it.
     taken_s = (len(line.recorded(description, JOINT_TICK_S)) - 2) * JOINT_TICK_S
     optimum_s = ruckig_s(line.start, tuple(line.told.target), description)
     return taken_s / optimum_s, taken_s - optimum_s
@@ -96,7 +97,7 @@ def _missed(at_most: float, margin: float) -> dict[str, Any]:
 
 
 def measure() -> list[Figure]:
-    """50 random lines and 50 random joint lines of two robots, and short joint lines."""
+    """Measure 50 random lines and 50 random joint lines of two robots, and short joint lines."""
     figures = []
     for name in ROBOTS:
         robot = load_robot(name)

@@ -1,8 +1,8 @@
-"""The floor: the least a line server in Python's asyncio can do, namely send back what it got.
+"""A bare echo server in asyncio: the lower bound for the latency of a line server in Python.
 
-It does not look for lines. It is an `asyncio.Protocol`, as most such servers are, for which the loop makes a
-new buffer at every read; iiwa-sim reads into one buffer of its own, and so can answer sooner than this floor.
-`python -m benchmarks.echo` says `listening on HOST:PORT` and echoes until it is ended.
+It does not parse lines. It is an `asyncio.Protocol`, as most such servers are, for which the loop allocates a
+buffer for every read; iiwa-sim reads into a buffer of its own and so can be faster. `python -m
+benchmarks.echo` prints `listening on HOST:PORT` and echoes until it is ended.
 """
 
 import asyncio

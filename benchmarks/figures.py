@@ -1,4 +1,4 @@
-"""What a benchmark finds, what is asked of it, and how it is shown: a table to read, JSON to keep."""
+"""The figures of benchmarks: values, goals, and their output as a table or JSON."""
 
 import json
 import os
@@ -11,29 +11,30 @@ from typing import Any
 
 
 class Kind(StrEnum):
-    """What a value depends on, and so how well a goal can be held on a machine that does other work, too."""
+    """The kind of a value, which decides how strictly a goal can be checked on a busy machine."""
 
     SIMULATED = "simulated"
-    """Time of the robot and what is made of it: the same in every run."""
+    """Simulated time and derived values: the same in every run."""
     CPU = "CPU time"
-    """Thread or process time, or a rate per second of it. Other work slows it by way of shared caches."""
+    """CPU time of a thread or process, or a rate per second of it. Other load slows it through shared
+    caches."""
     RATIO = "ratio"
-    """A value over a floor that is measured in turn with it, in the same run and on the same machine."""
+    """A ratio to a reference that is measured alternately, in the same run and on the same machine."""
     WALL = "wall time"
-    """Whatever else the machine does counts, so the gate of CI leaves it out."""
+    """Wall time depends on all other load, so CI does not check it."""
 
 
 MARGINS = {Kind.SIMULATED: 1.0, Kind.CPU: 1.5, Kind.RATIO: 1.3, Kind.WALL: 1.0}
-"""By what factor a goal may be missed on a busy machine before the gate says so."""
+"""Factors by which CI lets a goal be missed, for other load of the machine."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One number, and where there is one the floor: the same asked of a bare echo server in the same run.
+    """One value, and possibly the reference: the same measurement of a bare echo server in the same run.
 
-    The goals are what the project asks of itself: of the value, or of value / floor. A figure with a goal
-    says of which kind it is. Its margin for the gate is that of its kind, unless it says one of its own: a
-    percentile of few samples needs more, and a goal that is known to be missed is held where it is today.
+    Goals apply to the value, or to value / reference. A figure with a goal has a kind. Its margin in CI is
+    that of its kind, unless it has its own: a percentile of few samples needs more, and a goal that is known
+    to be missed is held at today's value.
     """
 
     name: str
@@ -52,7 +53,7 @@ class Figure:
 
     @property
     def ratio(self) -> float | None:
-        """Value / floor."""
+        """Value / reference."""
         return None if self.floor is None else self.value / self.floor
 
     @property
@@ -71,12 +72,12 @@ class Figure:
 
     @property
     def gated(self) -> bool:
-        """Whether a missed goal is a fault wherever it is measured."""
+        """Whether CI checks the goal."""
         return bool(self.goal) and self.kind is not Kind.WALL
 
     @property
     def held(self) -> bool:
-        """Whether the gate lets it pass: there is no goal to hold, or it is met with the margin."""
+        """Whether CI passes: there is no goal to check, or it is met with the margin."""
         if not self.gated or self.kind is None:
             return True
         return self._within(MARGINS[self.kind] if self.margin is None else self.margin) is True
@@ -92,7 +93,7 @@ class Figure:
 
 
 def percentile(samples: Sequence[float], share: float) -> float:
-    """The sample that `share` (0..1) of all are not above."""
+    """The sample below which a share (0..1) of all samples lies."""
     ordered = sorted(samples)
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)]
 

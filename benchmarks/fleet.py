@@ -1,6 +1,6 @@
-"""A hundred robots in one process, each asked 50 times a second by its client; and how fast one starts.
+"""A hundred robots in one process, each asked 50 times a second; and the duration of a start.
 
-The same is asked of a hundred bare echo servers in one process.
+The reference is a hundred bare echo servers in one process.
 """
 
 import asyncio
@@ -24,7 +24,7 @@ STARTS = 50
 
 
 def measure() -> list[Figure]:
-    """Replies of both fleets, one after the other, and how long a simulator in a thread takes to be ready."""
+    """Measure replies of both fleets, one after the other, and the start of a simulator in a thread."""
     of_robots, of_echoes = (_latencies_us(kind) for kind in ("robots", "echoes"))
     of = f"{ROBOTS} in one process, each asked at {1 / PERIOD_S:g} Hz"
     return [
@@ -60,7 +60,7 @@ def _fleet(kind: str) -> Iterator[list[int]]:
 
 
 async def _ask_all(ports: list[int]) -> list[float]:
-    """Replies of all, without those of the first second."""
+    """Latencies of all replies, without those of the first second."""
     taken: list[float] = []
     asking = [_ask(port, PERIOD_S * k / len(ports), taken) for k, port in enumerate(ports)]
     await asyncio.gather(*asking)
@@ -68,7 +68,7 @@ async def _ask_all(ports: list[int]) -> list[float]:
 
 
 async def _ask(port: int, delay_s: float, taken: list[float]) -> None:
-    """Ask at fixed times; one that is late is asked at once."""
+    """Ask at fixed times; a late request is sent at once."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     begin = perf_counter() + delay_s
     for k in range(int((WARM_UP_S + SECONDS) / PERIOD_S)):
@@ -83,7 +83,7 @@ async def _ask(port: int, delay_s: float, taken: list[float]) -> None:
 
 
 async def _serve(kind: str) -> None:
-    """A fleet that says its ports."""
+    """Serve a fleet and report its ports."""
     async with contextlib.AsyncExitStack() as stack:
         if kind == "robots":
             robots = [await stack.enter_async_context(Simulator()) for _ in range(ROBOTS)]

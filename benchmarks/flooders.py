@@ -1,4 +1,4 @@
-"""Those who flood: a process with many connections that send without end, and throw away what is answered."""
+"""Load generators: a process with many connections that send without pause and discard the replies."""
 
 import contextlib
 import json
@@ -17,17 +17,17 @@ Address = tuple[str, int]
 SETTLING_S = 0.5
 CHUNK_BYTES = 65_536
 SLOW_BYTES = 2048
-"""Of what is sent to a slow reader, taken by it every SLOW_S."""
+"""Bytes that a slow reader reads every SLOW_S."""
 SLOW_S = 0.1
 
 
 def bare(address: Address, count: int) -> list[socket.socket]:
-    """So many connections that begin with nothing."""
+    """Open `count` plain connections."""
     return [socket.create_connection(address, timeout=30) for _ in range(count)]
 
 
 def websockets(address: Address, count: int) -> list[socket.socket]:
-    """Connections that are WebSockets."""
+    """Open `count` WebSocket connections."""
     connections = bare(address, count)
     for connection in connections:
         connection.sendall(
@@ -40,7 +40,7 @@ def websockets(address: Address, count: int) -> list[socket.socket]:
 
 
 def readers_of_all_states(address: Address, count: int) -> list[socket.socket]:
-    """Subscribers of five topics of rosbridge, with buffers that are soon full."""
+    """Open subscribers of five topics of rosbridge with small receive buffers."""
     connections = websockets(address, count)
     for connection in connections:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, SLOW_BYTES)
@@ -51,7 +51,7 @@ def readers_of_all_states(address: Address, count: int) -> list[socket.socket]:
 
 
 def frame(text: bytes, opcode: int = 1) -> bytes:
-    """A masked frame of WebSocket; the mask is all zeros."""
+    """A masked WebSocket frame with a mask of zeros."""
     length = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + len(text).to_bytes(2, "big")
     return bytes([0x80 | opcode]) + length + b"\0\0\0\0" + text
 
@@ -62,12 +62,12 @@ def says(operation: str, **fields: object) -> bytes:
 
 
 class Flood(NamedTuple):
-    """What is sent to which port, over connections of what kind."""
+    """What is sent to which port, and the kind of connections."""
 
     port: str
     what: str
     message: bytes
-    """Empty for those who only read, and slowly."""
+    """Empty for slow readers, which send nothing."""
     connected: Callable[[Address, int], Sequence[socket.socket]] = bare
 
 

@@ -1,6 +1,6 @@
-"""Those who flood the robot as a node of ROS 1, in the bytes of its protocols; a master of Debian's packages.
+"""Load generators for ROS 1, in the bytes of its protocols; the master is that of Debian's packages.
 
-How publishers, subscribers and callers reach each other: https://wiki.ros.org/ROS/TCPROS.
+How publishers, subscribers and callers connect: https://wiki.ros.org/ROS/TCPROS.
 """
 
 import contextlib
@@ -29,13 +29,13 @@ STARTING_S = 30.0
 
 
 def is_there() -> bool:
-    """Whether a master can be started, and the robot be a node."""
+    """Whether a master can be started, and the robot can be a node."""
     return (SYSTEM_PACKAGES / "rospy").is_dir() and shutil.which("rosmaster") is not None
 
 
 @contextlib.contextmanager
 def master() -> Iterator[Address]:
-    """Of a master that nobody else knows; the environment names it."""
+    """Start a private master; the environment names it."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         address: Address = free.getsockname()
     with tempfile.TemporaryDirectory() as home:
@@ -60,7 +60,7 @@ def master() -> Iterator[Address]:
 
 
 def callers(address: Address, count: int) -> list[socket.socket]:
-    """Connections that call a service again and again; `address` is that of the master."""
+    """Connections that call a service repeatedly; `address` is that of the master."""
     with xmlrpc.client.ServerProxy(_uri(address)) as proxy:
         found: Any = proxy.lookupService("/flood", CALLED)
     host, _, port = found[2].removeprefix("rosrpc://").rstrip("/").rpartition(":")
@@ -75,7 +75,7 @@ def callers(address: Address, count: int) -> list[socket.socket]:
 
 
 def publishers(address: Address, count: int) -> list[socket.socket]:
-    """Connections over which the robot hears so many publishers of lists."""
+    """Connections by which the robot subscribes to `count` publishers of command lists."""
     fields = {"callerid": "/flood", "topic": LISTS, "type": LIST, "md5sum": message_md5(LIST)}
     with (
         socket.create_server(("127.0.0.1", 0), backlog=count) as listening,
@@ -102,7 +102,7 @@ def publishers(address: Address, count: int) -> list[socket.socket]:
 
 
 def floods() -> tuple[Flood, ...]:
-    """Calls, and lists of commands that are none, by publishers."""
+    """The floods: calls, and malformed command lists of publishers."""
     wrong = msgspec.convert({"commands": [{"command_type": "CIRC"}] * 200}, type_of(message(LIST)))
     return (
         Flood("ros1", "calls", _packed(serialized(service(CALL).request, {"number": 1})), callers),
@@ -111,7 +111,7 @@ def floods() -> tuple[Flood, ...]:
 
 
 class _AtAnyPath(SimpleXMLRPCRequestHandler):
-    """One server stands for many nodes, which a subscriber tells apart by their URIs."""
+    """One server that acts as many nodes, which differ in the path of their URIs."""
 
     rpc_paths = ()
 

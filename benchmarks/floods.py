@@ -1,8 +1,8 @@
-"""What floods do to others: a polite client's replies, simulated time, and how soon a stop is a rest.
+"""Effects of a flood on others: latency of another client, simulated time, and the delay of a stop.
 
-As many connections as a row says send without end what it says, and throw away what is answered. The same
-bytes go to a bare echo server in the same run, and the same polite client asks there. Slow readers send
-nothing; their rows show ticks. Everything stays on this machine, and ends after some seconds.
+For each row, a number of connections send the same message without pause and discard the replies. A bare echo
+server gets the same bytes in the same run, and the same client asks there. Slow readers send nothing; their
+rows show ticks. Everything stays on this machine and ends after some seconds.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ FLOODERS = (10, 50, 200)
 SLOW_READERS = 100
 SECONDS = 3.0
 PAUSE_S = 0.005
-"""Of the polite client, before it asks again: it asks some 150 times a second."""
+"""Pause of the other client between requests, so that it sends about 150 a second."""
 MOVE = "joint move : {} 0.5 0 -1 0 1.5 0 0.1 0.1 0.1 0.1 0.1 0.1 0.1\r\n"
 STOPS = 5
 
@@ -47,7 +47,7 @@ SLOW = Flood("rosbridge", "slow readers of five topics", b"", readers_of_all_sta
 
 
 def measure() -> list[Figure]:
-    """All floods in all numbers; of ROS 1 where it is installed."""
+    """Measure all floods with all numbers of connections; those of ROS 1 if it is installed."""
     found = [figure for flood in FLOODS for count in FLOODERS for figure in _flooded(flood, count)]
     found += _flooded(SLOW, SLOW_READERS)
     if not flooders_ros1.is_there():
@@ -58,7 +58,7 @@ def measure() -> list[Figure]:
 
 
 def gate() -> list[Figure]:
-    """Those that CI has the time for."""
+    """Measure the floods for which CI has time."""
     return [figure for flood in FLOODS for figure in _flooded(flood, FLOODERS[0])]
 
 
@@ -81,9 +81,9 @@ def _flooded(flood: Flood, count: int) -> list[Figure]:
             percentile(of_sim, 0.99),
             "us",
             percentile(of_echo, 0.99),
-            ratio_at_most=3.0 if flood.message else None,  # slow readers do nothing to an echo
+            ratio_at_most=3.0 if flood.message else None,  # slow readers do not affect an echo server
             kind=Kind.RATIO,
-            margin=4.0,  # a percentile of some hundred, on two cores that the flooders share
+            margin=4.0,  # a percentile of some hundred samples, on two cores shared with the load generators
         ),
         Figure(f"{name}: simulated time over real", share, "", at_least=0.98, kind=Kind.WALL),
         Figure(f"{name}: stop to rest, longest", stopped_ms, "ms", at_most=150.0, kind=Kind.WALL),
@@ -92,7 +92,7 @@ def _flooded(flood: Flood, count: int) -> list[Figure]:
 
 @contextlib.contextmanager
 def _simulator(*, ros1: bool) -> Iterator[dict[str, Address]]:
-    """The addresses of its ports, by their names; that of "ros1" is the master's."""
+    """A simulator; yields the addresses of its ports by name, "ros1" for the master."""
     ports = {}
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
@@ -119,14 +119,14 @@ def _replies_us(address: Address) -> list[float]:
 
 
 def _simulated_s(address: Address) -> float:
-    """The time of the newest state."""
+    """Simulated time of the newest state."""
     with socket.create_connection(address, timeout=30) as connection, connection.makefile("rb") as lines:
         time_s: float = json.loads(lines.readline())["time_s"]
     return time_s
 
 
 def _stop_ms(address: Address) -> float:
-    """From the command until the robot says that it rests."""
+    """Time from the stop command to a state at rest."""
     with Line(*address) as line:
         for target in (-1.5, 1.5):
             line.ask(MOVE.format(target).replace("0.1 ", "1 ").encode())

@@ -1,4 +1,4 @@
-"""Random moves, as they are planned for one robot: what durations and their time-optimum are compared on."""
+"""Random moves, planned for one robot, for comparing durations with the time-optimum."""
 
 from collections.abc import Iterator
 
@@ -15,16 +15,17 @@ from iiwa_sim.motion.slices import at_once
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 
-SHARE_OF_LIMITS = 0.8  # the joint positions that lines start from lie within this share
+SHARE_OF_LIMITS = 0.8  # part of the joint range from which lines start
 LENGTHS_MM = (200.0, 600.0)
 LARGEST_TURN_RAD = 1.0
-UNDER_WAY_S = 0.01  # a chain is planned quickly to set out with, and better when it has
+UNDER_WAY_S = 0.01  # planning first gives a quick result, then a better one
 
 
 def random_lines(
     description: RobotDescription, count: int, seed: int, speed_rel: float = 1.0
 ) -> Iterator[Plan]:
-    """LIN moves of 200 to 600 mm in any direction, turning by up to 1 rad, anywhere the robot can do them."""
+    """Random LIN of 200 to 600 mm in any direction, turning by up to 1 rad, anywhere the robot can do
+    them."""
     rng = np.random.default_rng(seed)
     model = Model(description)
     planner = Planner(model)
@@ -45,7 +46,7 @@ def random_lines(
 
 
 def random_joint_lines(description: RobotDescription, count: int, seed: int) -> Iterator[Plan]:
-    """PTP moves between any two joint positions."""
+    """Random PTP between any two joint positions."""
     rng = np.random.default_rng(seed)
     planner = Planner(Model(description))
     for _ in range(count):
@@ -54,12 +55,12 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
 
 
 def chain_of(plan: Plan) -> Chain:
-    """The move alone, with its timing."""
+    """A chain of one move, with its timing."""
     chain = begun(Move(1, *plan, lambda _: None))
     return at_once(planned_on(chain, 0.0, UNDER_WAY_S, [], [])) or chain
 
 
 def random_joints(description: RobotDescription, rng: np.random.Generator) -> tuple[float, ...]:
-    """Joint positions (rad) somewhere within the limits."""
+    """Random joint positions (rad) within the limits."""
     lower, upper = np.array(description.position_min), np.array(description.position_max)
     return tuple((SHARE_OF_LIMITS * rng.uniform(lower, upper)).tolist())

@@ -1,7 +1,7 @@
-"""How long a move's reply takes while the robot moves and the queue fills.
+"""Latency of a move's reply while the robot moves and the queue fills.
 
-The reply comes when the path is found and checked: reach, limits, singular poses. The timing along it is
-planned in the tick in which the move begins; what that costs is in `durations`.
+The reply comes when the path is found and checked: reach, limits, singular poses. Its timing is planned in
+the tick in which the move begins; see `durations` for that cost.
 """
 
 import random
@@ -19,7 +19,7 @@ HOME = "0 0.5235987755982988 0 -1.0471975511965976 0 1.5707963267948966 0"
 
 
 def measure() -> list[Figure]:
-    """Blocks of moves alternate with blocks of the same lines to the echo server."""
+    """Measure; blocks of moves alternate with blocks of the same lines to the echo server."""
     with both() as (sim, echo):
         _rest_at_home(sim)
         centre = [float(word) for word in sim.ask(b"get tool frame\r\n").split()]
@@ -67,7 +67,7 @@ def _joints(chance: random.Random) -> str:
 
 
 def _frame(chance: random.Random, centre: list[float]) -> str:
-    """Within a box of 200 x 400 x 200 mm and 0.3 rad to each side, all within reach by straight lines."""
+    """A random frame in a box of 200 x 400 x 200 mm, turned by up to 0.3 rad, reachable by straight lines."""
     sides = ((-150, 50), (-200, 200), (-150, 50), (-0.3, 0.3), (-0.3, 0.3), (-0.3, 0.3))
     return _numbers([c + chance.uniform(*side) for c, side in zip(centre, sides, strict=True)])
 

@@ -1,4 +1,4 @@
-"""The two servers that are measured side by side, each a process of its own, and a connection to one."""
+"""The two servers that are compared, each in a process of its own, and connections to them."""
 
 import contextlib
 import socket
@@ -13,7 +13,7 @@ ECHO = [sys.executable, "-m", "benchmarks.echo"]
 
 
 class Line:
-    """A connection that speaks in lines, as bare as a client can be."""
+    """A minimal client in lines."""
 
     def __init__(self, host: str, port: int) -> None:
         self.socket = socket.create_connection((host, port), timeout=30)
@@ -26,7 +26,7 @@ class Line:
         self.socket.close()
 
     def ask(self, line: bytes) -> bytes:
-        """Send one line with its end and give the reply with its own."""
+        """Send one line with its end and return the reply with its end."""
         self.socket.sendall(line)
         reply = self.socket.recv(4096)
         while not reply.endswith(b"\n"):
@@ -37,7 +37,7 @@ class Line:
         return reply
 
     def timed(self, line: bytes) -> tuple[float, bytes]:
-        """The same, and the microseconds it took."""
+        """As `ask`, with the latency in microseconds."""
         start = perf_counter_ns()
         reply = self.ask(line)
         return (perf_counter_ns() - start) / 1e3, reply
@@ -45,7 +45,7 @@ class Line:
 
 @contextlib.contextmanager
 def listening(command: list[str]) -> Iterator[tuple[str, int]]:
-    """A server started by `command`, and its address as read from its `listening on` line."""
+    """Start a server by `command` and read its address from the line `listening on`."""
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
@@ -62,7 +62,7 @@ def listening(command: list[str]) -> Iterator[tuple[str, int]]:
 def both(*options: str) -> Iterator[tuple[Line, Line]]:
     """A connection to iiwa-sim with these options, and one to the echo server.
 
-    Both run all the time: disturbed alike.
+    Both run all the time, so that other load affects both.
     """
     sim_command = [*IIWA_SIM, *options]
     with listening(sim_command) as sim, listening(ECHO) as echo, Line(*sim) as to_sim, Line(*echo) as to_echo:

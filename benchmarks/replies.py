@@ -1,4 +1,4 @@
-"""How fast iiwa-sim answers while its robot moves, and presses: strictly ask-answer, and pipelined."""
+"""Latency of iiwa-sim while its robot moves or presses: request by request, and pipelined."""
 
 import threading
 from pathlib import Path
@@ -12,7 +12,7 @@ TABLE = Path(__file__).parent.parent / "examples" / "table.toml"
 QUESTION = b"get joint position\r\n"
 FORCE = b"get cartesian force\r\n"
 BLOCKS = 60
-P99_MARGIN = 2.0  # one stall of the machine decides it
+P99_MARGIN = 2.0  # decided by a single stall of the machine
 ASKS_PER_BLOCK = 500
 PIPELINES = 10
 LINES_PER_PIPELINE = 50_000
@@ -26,7 +26,7 @@ CADENCE_PERIODS = 500
 
 
 def measure() -> list[Figure]:
-    """Blocks of both servers alternate, so that whatever else the machine does hits both."""
+    """Measure; blocks of both servers alternate, so that other load affects both."""
     with both() as (sim, echo):
         keep_moving(sim)
         found = [
@@ -42,7 +42,7 @@ def measure() -> list[Figure]:
 
 
 def keep_moving(sim: Line) -> None:
-    """Queue slow moves there and back, half an hour of them."""
+    """Queue slow moves back and forth, for half an hour."""
     for turn in range(300):
         target = "0.8 0.6 0.2 -1.2 0.3 1.4 0.5" if turn % 2 else "-0.8 0.3 -0.2 -0.9 -0.3 1.7 -0.5"
         reply = sim.ask(f"joint move : {target} {' '.join(['0.15'] * 7)}\r\n".encode())
@@ -51,7 +51,7 @@ def keep_moving(sim: Line) -> None:
 
 
 def keep_pressing(sim: Line) -> None:
-    """Queue slow force moves there and back, a millimetre deep in the table, for more than half an hour."""
+    """Queue slow force moves back and forth, a millimetre deep in the table, for more than half an hour."""
     for turn in range(300):
         frame = f"600 {150 if turn % 2 else -150} 302 3.14159265359 0 3.14159265359"
         reply = sim.ask(f"linforce move : {frame} {0.02 if turn else 1} 0 1000 1000 1000\r\n".encode())
@@ -72,7 +72,7 @@ def _ask_answer(sim: Line, echo: Line, question: bytes, how: str) -> list[Figure
     for block in range(BLOCKS + 2):
         for line, samples in ((sim, of_sim), (echo, of_echo)):
             block_of = [line.timed(question)[0] for _ in range(ASKS_PER_BLOCK)]
-            if block >= 2:  # the first ones warm up
+            if block >= 2:  # warm-up
                 samples += block_of
         check_moving(sim)
     return [
@@ -116,7 +116,7 @@ def _cadence(sim: Line, echo: Line) -> list[Figure]:
             percentile(of_sim, 0.99),
             "us",
             percentile(of_echo, 0.99),
-            # Now and then a tick is just being made. Nine runs, some beside busy loops: 1.0 to 1.9.
+            # A request may meet a tick in progress. Nine runs, some beside busy loops: 1.0 to 1.9.
             ratio_at_most=3.0,
             kind=Kind.RATIO,
         ),
@@ -136,7 +136,7 @@ def _pipelined(sim: Line, echo: Line, question: bytes) -> list[Figure]:
 
 
 def _flood(line: Line, question: bytes) -> float:
-    """Replies per second to as many lines as the server takes in."""
+    """Replies per second to pipelined lines."""
     sender = threading.Thread(target=line.socket.sendall, args=(question * LINES_PER_PIPELINE,))
     start = perf_counter()
     sender.start()

@@ -1,4 +1,4 @@
-"""What a new target costs, and how far a robot is behind a stream of them round a circle of the flange."""
+"""Cost of a new servo target, and the lag of a robot behind a stream of targets on a circle of the flange."""
 
 from math import cos, sin
 from time import perf_counter
@@ -21,12 +21,12 @@ TICK_S = 0.002
 RADIUS_MM = 100.0
 SPEED_M_PER_S = 0.3
 SECONDS = 10.0
-JITTER = 0.4  # of the period, to both sides
+JITTER = 0.4  # part of the period, to both sides
 SEED = 4
 
 
 def measure() -> list[Figure]:
-    """The default robot, with targets that come early and late: smart at 50 Hz, direct at 100 Hz."""
+    """Measure the default robot, with jittered targets: smart at 50 Hz, direct at 100 Hz."""
     robot = load_robot()
     velocity = np.array(robot.velocity)
     smart = JointLimits(velocity, np.array(robot.acceleration), np.array(robot.jerk))
@@ -46,7 +46,7 @@ def measure() -> list[Figure]:
 def _circle(
     robot: RobotDescription, limits: JointLimits, period_s: float
 ) -> tuple[float, list[float], list[float]]:
-    """The shift in time at which joints and stream fit best (s), and what each command took (us)."""
+    """The time shift at which joints and targets fit best (s), and the cost of each command (us)."""
     chance = np.random.default_rng(SEED)
     model = Model(robot)
     nearest = Nearest(inverse_of(model), robot)

@@ -1,4 +1,4 @@
-"""From the start of the process to its first reply."""
+"""Time from the start of the process to its first reply."""
 
 from statistics import median
 from time import perf_counter
@@ -10,7 +10,8 @@ STARTS = 15
 
 
 def measure() -> list[Figure]:
-    """iiwa-sim and the echo server in turn; the first start of each does not count: it reads from disk."""
+    """Measure iiwa-sim and the echo server alternately; the first start of each is dropped, as it reads
+    from disk."""
     of_sim: list[float] = []
     of_echo: list[float] = []
     for turn in range(STARTS + 1):

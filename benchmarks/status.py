@@ -1,4 +1,4 @@
-"""What the status port costs: replies while ten readers hang on it at 500 Hz, one of which never reads."""
+"""Cost of the status port: latency of replies with ten readers at 500 Hz, one of which never reads."""
 
 import multiprocessing
 import selectors
@@ -15,13 +15,13 @@ RATE_HZ = 500
 
 
 def measure() -> list[Figure]:
-    """Blocks of both servers alternate, as for the replies without a status port."""
+    """Measure; blocks of both servers alternate, as for the replies without a status port."""
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     of_sim: list[float] = []
     of_echo: list[float] = []
     stream = ("--status-port", str(port), "--status-rate", str(RATE_HZ))
-    with both(*stream) as (sim, echo), socket.create_connection(("127.0.0.1", port)):  # which never reads
+    with both(*stream) as (sim, echo), socket.create_connection(("127.0.0.1", port)):  # never reads
         counted, counting = multiprocessing.Pipe(duplex=False)
         readers = multiprocessing.Process(target=_read, args=(port, counting), daemon=True)
         readers.start()
@@ -30,7 +30,7 @@ def measure() -> list[Figure]:
         for block in range(BLOCKS + 2):
             for line, samples in ((sim, of_sim), (echo, of_echo)):
                 block_of = [line.timed(QUESTION)[0] for _ in range(ASKS_PER_BLOCK)]
-                if block >= 2:  # the first ones warm up
+                if block >= 2:  # warm-up
                     samples += block_of
             check_moving(sim)
     lines_hz = counted.recv()
@@ -59,7 +59,7 @@ def measure() -> list[Figure]:
 
 
 def _read(port: int, counting: Connection) -> None:
-    """Read until the server has gone, in a process of its own; tell the smallest rate of lines."""
+    """Read, in a process of its own, until the server has gone; returns the lowest rate of lines."""
     rests = {socket.create_connection(("127.0.0.1", port)): b"" for _ in range(READERS)}
     ticks: dict[socket.socket, list[int]] = {reader: [] for reader in rests}
     with selectors.DefaultSelector() as selector:

@@ -1,9 +1,9 @@
-"""The fastest a path can be run at all: without jerk limits, and a straight joint line with them.
+"""Reference durations of paths: the optimum without jerk limits, and Ruckig's for joint lines.
 
-Without: a fine backward and forward pass over b = (ds/dt)^2. Backwards the largest b from which the end can
-still be reached within velocity and acceleration limits of all joints, solved exactly at many samples, each
-a small linear programme in b and dds; forwards with all the acceleration there is (reachability analysis as
-in TOPP-RA, Pham and Pham 2018). With: Ruckig.
+Without jerk limits: a fine backward and forward pass over b = (ds/dt)^2. Backwards the largest b from which
+the end can still be reached within velocity and acceleration limits of all joints, solved exactly at many
+samples, each a small linear programme in b and dds; forwards with the largest acceleration (reachability
+analysis as in TOPP-RA, Pham and Pham 2018).
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from iiwa_sim.robot.description import RobotDescription
 Array = NDArray[np.float64]
 
 SAMPLES = 1000
-RECORDED_STEP_RAD = 2e-3  # between places of a recorded path, of all joints together
+RECORDED_STEP_RAD = 2e-3  # step between samples of a recorded path, of all joints together
 STENCIL = 5
 TINY = 1e-9
 
@@ -30,9 +30,9 @@ def fastest_without_jerk_limit_s(path: Polynomial, description: RobotDescription
 
 
 def fastest_recorded_s(q: Array, description: RobotDescription, speed_rel: float = 1.0) -> float:
-    """Duration from rest to rest of the path on which joints q (m, n) were recorded, at rest at both ends.
+    """Shortest duration from rest to rest of the path on which joints q (m, n) were recorded.
 
-    The slower it was recorded the better is it known.
+    A slower recording gives a more accurate path.
     """
     q = q[apart(q, np.full(len(q), RECORDED_STEP_RAD))]
     s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
@@ -42,7 +42,7 @@ def fastest_recorded_s(q: Array, description: RobotDescription, speed_rel: float
 
 
 def apart(q: Array, steps: Array) -> list[int]:
-    """Rows of q (m, n) from the first to the last one between which the joints go at least a step (m,)."""
+    """Rows of q (m, n) from first to last between which the joints move at least a step (m,)."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))]).tolist()
     last = len(q) - 1
     kept = [0]
@@ -83,7 +83,7 @@ def fastest_along_s(s: Array, dq: Array, ddq: Array, velocity: Array, accelerati
 
 
 def _largest_with_acceleration(room: Array, bend: Array) -> Array:
-    """The largest b (m,) for which any dds suits all joints: every upper bound lies above every lower one."""
+    """The largest b (m,) for which any dds suits all joints: every upper bound is above every lower one."""
     constants = room[:, :, None] + room[:, None, :]
     slopes = bend[:, None, :] - bend[:, :, None]
     caps: Array = np.where(slopes > TINY, constants / np.maximum(slopes, TINY), np.inf).min(axis=(1, 2))
@@ -91,11 +91,11 @@ def _largest_with_acceleration(room: Array, bend: Array) -> Array:
 
 
 def _backwards(widths: Array, caps: Array, room: Array, bend: Array) -> Array:
-    """The largest b (m,) from which the end can still be reached, at rest there."""
+    """The largest b (m,) from which the end can still be reached with rest there."""
     highest = np.zeros(len(caps))
     following = 0.0
     for i in range(len(widths) - 1, -1, -1):
-        # To come to at most `following`: dds <= (following - b) / (2 width), and to at least 0.
+        # To reach at most `following`: dds <= (following - b) / (2 width), and at least 0.
         slope = 1.0 / (2.0 * widths[i])
         down, up = slope + bend[i], -slope - bend[i]
         to_following = np.where(down > TINY, (following * slope + room[i]) / np.maximum(down, TINY), np.inf)

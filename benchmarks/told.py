@@ -1,6 +1,6 @@
-"""Moves as a benchmark tells them to a controller that it steps: at once, or one after the other.
+"""Moves of benchmarks for a stepped controller, sent at once or one after the other.
 
-Only what a user can tell and see is used, so that figures of different planners can be compared.
+Only public behaviour of the controller is used, so that planners can be compared.
 """
 
 from collections.abc import Sequence
@@ -19,13 +19,14 @@ AT_ONCE = "at once"
 ONE_A_TICK = "one a tick"
 FOUR_WAIT = "as four wait"
 FEEDS = (AT_ONCE, ONE_A_TICK, FOUR_WAIT)
-"""When moves are sent: all before the first tick, one before each, or as long as fewer than four wait."""
+"""When moves are sent: all before the first tick, one before each tick, or as long as fewer than four
+wait."""
 ENOUGH = 4
 LONGEST_S = 600.0
 
 
 class Told(NamedTuple):
-    """A move as it is told: `kind` is lin, ptp or joint, the target a frame of the TCP, or joints (rad)."""
+    """A move: `kind` is lin, ptp or joint, the target a frame of the TCP, or joints (rad)."""
 
     kind: str
     target: Frame | Joints
@@ -34,21 +35,21 @@ class Told(NamedTuple):
 
     @classmethod
     def from_line(cls, line: str) -> "Told":
-        """From a `lin move` or a `ptp move` of the line protocol."""
+        """The move of a `lin move` or a `ptp move` in the line protocol."""
         command, values = line.split(" : ")
         *frame, speed_rel, blending_mm = map(float, values.split())
         return cls(command.removesuffix(" move"), Frame(*frame), speed_rel, blending_mm)
 
     @property
     def line(self) -> str:
-        """The same as a line."""
+        """The move as a line."""
         values = [*self.target, self.speed_rel, self.blending_mm]
         if self.kind == "joint":
             values = [*self.target, *[self.speed_rel] * len(self.target)]
         return f"{self.kind} move : {' '.join(map(repr, values))}"
 
     def to(self, controller: Controller, blending: bool = True) -> int:
-        """Sends it, with its blending or without; gives its number, or raises `Refused`."""
+        """Send the move, with or without its blending; returns its number, or raises `Refused`."""
         if self.kind == "joint":
             joints = tuple(self.target)
             speeds = [self.speed_rel] * len(joints)
@@ -62,7 +63,7 @@ class Told(NamedTuple):
 def run(
     controller: Controller, moves: Sequence[Told], feed: str = AT_ONCE, blending: bool = True
 ) -> NDArray[np.float64]:
-    """Joint positions (ticks + 1, n) from rest to rest (rad), the moves sent as `feed` says."""
+    """Joint positions (ticks + 1, n) from rest to rest (rad), with moves sent according to `feed`."""
     unsent = list(reversed(moves))
     joints = [controller.joints]
     while unsent or controller.moving:
@@ -78,7 +79,7 @@ def run(
 
 
 def _is_due(feed: str, sent: int, controller: Controller) -> bool:
-    """Whether the next move is to be sent, `sent` being those since the last tick."""
+    """Whether the next move is to be sent; `sent` counts those since the last tick."""
     if feed == FOUR_WAIT:
         return not controller.moving or controller.queue < ENOUGH
     return feed == AT_ONCE or sent == 0

@@ -1,7 +1,8 @@
-"""Delete the shared libraries that a server never maps: `python tools/prune_libraries.py`, within an image.
+"""Deletes shared libraries that a server never maps: `python tools/prune_libraries.py`, within an image.
 
-Pinocchio brings Boost whole, and numpy what its tests use. What is loaded by all modules of iiwa_sim, with a
-robot that moves and feels noise, is kept. `--check` loads all of that again and deletes nothing.
+Pinocchio brings all of Boost, and numpy its test modules. Libraries are kept if they are loaded by all
+modules of iiwa_sim and by a robot that moves with noise. `--check` loads all of that again and deletes
+nothing.
 """
 
 import importlib
@@ -21,7 +22,7 @@ def main() -> None:
 
 
 def load_all() -> None:
-    """Import every module, and have a robot move with noise, all of which may load libraries late."""
+    """Import every module, and move a robot with noise, either of which may load libraries late."""
     iiwa_sim = importlib.import_module("iiwa_sim")
     for module in pkgutil.walk_packages(iiwa_sim.__path__, "iiwa_sim."):
         if module.name == "iiwa_sim.__main__":
@@ -44,7 +45,8 @@ def load_all() -> None:
 
 
 def delete_unmapped(packages: Path) -> int:
-    """Delete libraries below a folder that this process has not mapped, and links to them; their bytes."""
+    """Delete libraries below a folder that this process has not mapped, and links to them; returns their
+    bytes."""
     maps = [line.split(None, 5) for line in Path("/proc/self/maps").read_text().splitlines()]
     mapped = {Path(words[5]).resolve() for words in maps if len(words) > 5 and words[5].startswith("/")}
     unmapped = [file for file in packages.rglob("*.so*") if file.resolve() not in mapped]

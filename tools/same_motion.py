@@ -1,9 +1,9 @@
-"""Whether a change leaves all motion as it was, bit for bit: digests of random programs.
+"""Compares motion bit for bit before and after a change: digests of random programs.
 
-`python -m tools.same_motion FILE` runs the programs and compares with the digests in FILE, or writes these
-where there is no such file: run it before the change, and after it. A program is lines of the iiwa's
-protocol, or KRC4 messages for a robot of six axes, at random ticks; all kinds of moves, stops, the override,
-forces. Its digest is of the joint positions at every tick, of every reply, and of how each move ended.
+`python -m tools.same_motion FILE` runs the programs and compares with the digests in FILE, or writes FILE if
+it does not exist: run it before the change, and after it. A program is lines of the iiwa's protocol, or KRC4
+messages for a robot of six axes, at random ticks: all kinds of moves, stops, overrides, forces. Its digest
+covers the joint positions at every tick, every reply, and the end of each move.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from iiwa_sim.robot.model import Model
 PROGRAMS = 200
 TICK_S = 0.002
 LONGEST_TICKS = 15_000
-"""After the last line of a program: a pause or a hold lasts for ever."""
+"""Ticks after the last line of a program: a pause or a hold would last for ever."""
 CELLS = ("table.toml", "lbr_iiwa_14_r820", "peg.toml", "lbr_iiwa_7_r800", "kr_6_r900_sixx")
 EXAMPLES = Path(__file__).parent.parent / "examples"
 STEERING = ("stop", "cancel move", "clear queue", "reset error", "get queue", "get error", "get goal frame")
 
 
 class Quiet:
-    """A log that nobody reads."""
+    """A log that drops its entries."""
 
     commands = False
 
@@ -43,7 +43,7 @@ class Quiet:
 
 
 class Program:
-    """Random commands for one robot. They depend on the seed alone, and not on the robot's motion."""
+    """Random commands for one robot. They depend on the seed alone, not on the robot's motion."""
 
     def __init__(self, seed: int) -> None:
         self._picks = random.Random(seed)
@@ -56,7 +56,7 @@ class Program:
         )
 
     def commands(self) -> Iterator[tuple[bytes, int]]:
-        """What is sent, and after how many ticks the next is."""
+        """The commands, each with the number of ticks before the next."""
         for _ in range(self._picks.randrange(3, 14)):
             steers = self._picks.random() < 0.25
             text = self._message() if self.dialect == KRC4 else self._steering() if steers else self._move()
@@ -131,7 +131,7 @@ def _words(values: Iterable[float]) -> str:
 
 
 def digest(seed: int) -> str:
-    """That of one program."""
+    """The digest of one program."""
     program = Program(seed)
     cell, seen = program.cell, sha256()
     controller = Controller(

@@ -1,8 +1,9 @@
-"""Which files a command passes from the socket to the queue, and a tick from the clock to the joints.
+"""Prints the files that a command passes from the socket to the queue, and a tick from the clock to the
+joints.
 
-`python -m tools.walk` counts for a `lin move` on a robot at rest, seen by `sys.setprofile` while a client
-sends the line over TCP; with `--all` it prints both walks. A file is entered whenever a call leads into it
-from another one. Compiled kernels do not show: the profiler sees Python only.
+`python -m tools.walk` counts for a `lin move` on a robot at rest, observed by `sys.setprofile` while a client
+sends the line over TCP; with `--all` it prints both walks. A file is entered by each call from another file.
+Compiled kernels do not show: the profiler sees Python only.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""The clients' methods, written from the tables in protocol/: `python -m tools.client_source`.
+"""Generates the methods of the clients from the tables in protocol/: `python -m tools.client_source`.
 
-Writes iiwa_sim/client/_generated; tests compare what is there with the tables.
+Writes iiwa_sim/client/_generated; tests compare the files with the tables.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""The methods of Iiwa and AsyncIiwa, written from protocol/iiwa.toml.
+"""Generates the methods of Iiwa and AsyncIiwa from protocol/iiwa.toml.
 
-What the table does not say is here: which values go together as one argument, and what a row of values is
-read into.
+This module adds what the table does not have: which values form one argument, and the types of replies.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ GROUPS = {
     "speeds": tuple(f"v{i}" for i in range(7)),
     "force": ("fx", "fy", "fz", "tx", "ty", "tz"),
 }
-"""Values that are one argument, longest first where two begin alike."""
+"""Values that form one argument, longest first where two begin alike."""
 
 ROWS = {
     ("x", "y", "z", "alpha", "beta", "gamma"): "Frame",
@@ -45,10 +44,10 @@ PROSE = {
     "is reachable": ("Reachability", "reachability"),
     "is lin reachable": ("Reachability", "reachability"),
 }
-"""What a line of prose is read into, and by which reader."""
+"""The type of a reply of prose, and its reader."""
 
 ENDS = {"bye"}
-"""Behind which the connection is closed."""
+"""Commands after which the connection is closed."""
 
 HEAD = '''"""The commands of the iiwa's line protocol, each as a method{kind}.
 
@@ -130,7 +129,7 @@ def _range(quantity: Quantity) -> str:
 
 
 def result(command: Command) -> tuple[str, str]:
-    """The type a method returns, and what reads it from the reply."""
+    """The return type of a method, and the reader of its reply."""
     if command.name in PROSE:
         return PROSE[command.name]
     if command.reply_list is not None:

@@ -1,6 +1,6 @@
 """The methods of Krc4 and AsyncKrc4, and the numbers of messages and errors, from the tables of protocol/.
 
-What the table does not say is here: which values go together, and how an argument is called.
+This module adds what the table does not have: which values form one argument, and the names of arguments.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ Written by `python -m tools.client_source` from protocol/krc4.toml and errors.to
 
 
 class Result(NamedTuple):
-    """What a method returns."""
+    """The return value of a method."""
 
     type: str
     read: str
@@ -61,7 +61,7 @@ class Result(NamedTuple):
 
 
 def arguments(command: Command) -> list[Argument]:
-    """The arguments of its method; `sent` of one that is a row is what makes the reals of it."""
+    """The arguments of a method; for a row of values, `sent` makes the reals of it."""
     if command.joints == "input":
         return [_row("joints_deg", "self._axes", JOINTS)]
     if tuple(command.inputs.values()) == FRAME:
@@ -81,7 +81,7 @@ def _row(name: str, count: str, says: str) -> Argument:
 
 
 def result(command: Command) -> Result:
-    """What its method returns."""
+    """The return value of a command's method."""
     if command.joints == "output":
         return Result("tuple[float, ...]", "reals(tuple, self._axes)", JOINTS)
     if not command.outputs:

@@ -1,4 +1,4 @@
-"""How the methods of the clients are written: as the formatter would."""
+"""Formats the source of the clients' methods as the formatter would."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def kinds(module: str, name: str) -> tuple[Kind, Kind]:
 
 
 class Argument(NamedTuple):
-    """One argument of a method, and how it is put on the line."""
+    """One argument of a method, and its form in the request."""
 
     name: str
     type: str
