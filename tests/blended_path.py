@@ -44,7 +44,7 @@ class Sent:
     tick: int
     """After which it was sent."""
     number: int = 0
-    """That of the controller."""
+    """The controller's number of the move."""
 
     @property
     def blends_in_joints(self) -> bool:
@@ -172,7 +172,7 @@ class Places:
         self.possible = self._possible(allowed, leave, enter, forwards)
 
     def _possible(self, allowed: Flags, leave: Flags, enter: Flags, forwards: Flags) -> Flags:
-        """Those places that lie on a way through all ticks, from the first move to the last one."""
+        """The places on any sequence through all ticks, from the first move to the last one."""
         m = len(allowed)
         reached = np.zeros_like(allowed)
         reached[0, 0] = allowed[0, 0]

@@ -79,7 +79,7 @@ class Mix:
             self._check()
 
     def _wait_until_stopped(self) -> None:
-        """Or for a second, as a pause or a hold would last for ever."""
+        """Wait until the robot stops, for a second at most: a pause or a hold would last for ever."""
         for _ in range(round(1.0 / self.robot.tick_s)):
             if not self.robot.controller.moving:
                 break

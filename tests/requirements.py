@@ -81,7 +81,7 @@ def ids_of(item: pytest.Item) -> list[str]:
 
 
 def unknown(ids: Iterable[str]) -> list[str]:
-    """Those that are none."""
+    """The ids that are no requirement."""
     return sorted(set(ids) - set(REQUIREMENTS))
 
 

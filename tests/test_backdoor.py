@@ -71,7 +71,7 @@ async def answers(other: Client) -> None:
 
 
 async def came(driver: Client, count: int) -> bytes:
-    """So many bytes."""
+    """What has come, once it is this number of bytes."""
     await until(lambda: len(driver.unread) >= count)
     return driver.unread
 

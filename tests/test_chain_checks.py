@@ -34,7 +34,7 @@ def exact_run(kind: str = "lin", speed_rel: float = 0.2) -> Run:
 
 
 def falsified(run: Run, joints: Sequence[Joints], blending_mm: float = 0.0) -> Run:
-    """The same moves, but other ticks, and another radius."""
+    """The moves of a run with other ticks and another radius."""
     run.robot.joints = list(joints)
     moves = [replace(move, blending_mm=blending_mm) for move in run.moves]
     return Run(run.robot, 0, run.start, moves, len(joints) - 1)

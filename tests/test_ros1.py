@@ -54,7 +54,7 @@ def terminal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
 
 @pytest.fixture
 def environment(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Terminal:
-    """That of the terminal is ours, too."""
+    """The environment of the terminal is set for this process."""
     for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
         monkeypatch.setenv(name, terminal.environment[name])
     return terminal
@@ -83,7 +83,7 @@ def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal) ->
 
 @pytest.mark.requirement("FRA002")
 def test_the_tools_know_the_types_with_our_sums(terminal: Terminal) -> None:
-    """Those of ROS's own packages come from Debian here, the others from our folder of packages."""
+    """Types of ROS's own packages come from Debian here, the others from our folder of packages."""
     messages = {kind for kind, _ in PUBLISHED.values()} | set(SUBSCRIBED.values())
     told = terminal.python(
         "from roslib.message import get_message_class, get_service_class\n"
@@ -463,7 +463,7 @@ def _assert_others_are_served_during(flood_script: str, terminal: Terminal, robo
 
 
 def _hear(terminal: Terminal, topic: str, count: int) -> None:
-    """So many messages, in whatever time; all of them would fit into no buffer."""
+    """All these messages arrive, however long it takes; they would not fit into any buffer."""
     with terminal.starts("rostopic", "echo", f"-n{count}", topic) as echo:
         try:
             echo.communicate(timeout=5 * DEADLINE_S)  # thousands take a minute on a busy machine

@@ -75,7 +75,7 @@ def _file_of(path: str) -> str:
 
 
 async def walks() -> tuple[Walk, list[Walk]]:
-    """That of the command, and those of the first ticks of its move."""
+    """The walk of the command, and those of the first ticks of its move."""
     async with Simulator(clock="stepped") as simulator:
         controller = simulator.controller
         x, y, z, *angles = controller.tool_frame()

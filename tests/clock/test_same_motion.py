@@ -1,4 +1,4 @@
-"""The same commands at the same ticks make the same motion at every pace, bit for bit."""
+"""At every pace of time, commands at given ticks make a given motion, bit for bit."""
 
 from __future__ import annotations
 

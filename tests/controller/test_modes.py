@@ -74,7 +74,7 @@ def start_of_target(controller: Controller) -> tuple[float, ...]:
 
 
 def near_flange(robot: SteppedRobot, target: list[float]) -> Frame:
-    """The same as a frame of the flange, with A3 as it is."""
+    """The frame of the flange near these joints, with A3 where the move starts."""
     joints = near(robot, target)
     joints[2] = start_of_target(robot.controller)[2]
     return flange_at(robot, joints)

@@ -44,7 +44,7 @@ def robot(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> St
 def test_a_stiffness_move_in_mid_motion_waits_for_a_way_and_is_not_lost(
     robot: SteppedRobot, ticks: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Also where that takes until the move before has ended: the longest time is longer than it."""
+    """Planning may fail for longer than the move before takes: the longer time is an example."""
     joints = robot.description.home
     home = robot.tcp_frame(list(joints))
     robot.controller.move(ptp_stiff_move(robot.tcp_frame(AWAY[len(joints)]), 0.5, 800.0, NO_FORCE))

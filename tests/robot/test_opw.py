@@ -30,7 +30,8 @@ def arm() -> Arm:
 
 
 def on_the_axis_of_a1(q: list[float]) -> list[float]:
-    """The same with A2 such that the wrist point is on the axis of A1, as far as the bend of A3 allows."""
+    """Joint positions with A2 changed to put the wrist point on the axis of A1, as far as the bend of A3
+    allows."""
     bend = q[2] - STRETCHED
     x, z = UPPER_ARM + FOREARM * math.cos(bend), -FOREARM * math.sin(bend)
     return [q[0], math.atan2(z, x) - math.acos(-0.025 / math.hypot(x, z)), *q[2:]]

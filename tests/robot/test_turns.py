@@ -62,7 +62,7 @@ def test_continued_positions_are_within_half_a_turn(
 
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_a_target_is_found_wherever_the_joints_are() -> None:
-    """Also where A2, A4 and A6 are beyond half a turn."""
+    """A2, A4 and A6 may be beyond half a turn."""
     rule, rng, inverse = Nearest(ARM.inverse, ARM.description), np.random.default_rng(40), ARM.inverse
     beyond = 0
     for present, there in zip(

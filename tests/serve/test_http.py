@@ -55,7 +55,7 @@ async def server(echo: Echo) -> AsyncIterator[HttpServer]:
 
 
 class Clients:
-    """Those of a test, which leave at its end."""
+    """Clients of a test, which leave at its end."""
 
     def __init__(self) -> None:
         self.there: list[Client] = []

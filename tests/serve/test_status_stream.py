@@ -106,7 +106,7 @@ async def streaming(
 
 
 async def number(client: Client) -> int:
-    """That of the next line."""
+    """Number of the next line."""
     return int(await client.line())
 
 

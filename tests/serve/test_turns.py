@@ -32,7 +32,7 @@ class Door:
         self._clients: dict[str, Someone] = {}
 
     def come(self, names: str) -> str:
-        """Those of them whose turn it is at once."""
+        """Connect clients; returns the names of those that are admitted at once."""
         at_once = ""
         for name in names:
             self._clients[name] = Someone(name, self.served)

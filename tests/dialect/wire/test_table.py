@@ -54,7 +54,7 @@ def beyond(quantity: Quantity) -> st.SearchStrategy[float]:
 
 @st.composite
 def mangled(draw: st.DrawFn, words: list[str]) -> str:
-    """The same words with other letter case, blanks and tabs."""
+    """The words of a command with other letter case, blanks and tabs."""
     spelled = []
     for word in words:
         upper = draw(st.lists(st.booleans(), min_size=len(word), max_size=len(word)))

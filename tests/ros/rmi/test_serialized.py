@@ -70,7 +70,7 @@ def test_a_long_list_is_read_in_as_many_steps() -> None:
 
 @given(data=st.binary(max_size=200))
 def test_bytes_that_are_no_message_are_refused(data: bytes) -> None:
-    """Or they happen to be one; nothing else is raised, and no list is made for a length that is a lie."""
+    """Random bytes raise NoSuchMessage or happen to be a message; no list is allocated for a false length."""
     try:
         content, _ = read("robot_movement_interface/CommandList", data)
     except NoSuchMessage:
