@@ -88,7 +88,7 @@ class _Entry:
         return (self.first.session, self.first.direction, self.first.text, self.answers)
 
 
-def state_as_text(state: Snapshot) -> str:
+def told(state: Snapshot) -> str:
     """A state as text, one field per line."""
     return "\n".join(f"{name}: {_value(getattr(state, name))}" for name in state.__struct_fields__)
 

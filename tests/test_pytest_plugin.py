@@ -273,7 +273,7 @@ def test_a_test_that_blocks_the_robots_thread_ends_and_is_named(project: Project
         ["fixture iiwa: the robot could not be ended: *is blocked by *.py:* in blocks_for_ever: *wait()*"]
     )
     if fails:
-        result.stdout.fnmatch_lines(["no report: *blocked by *blocks_for_ever*"])
+        result.stdout.fnmatch_lines(["nothing can be told: *blocked by *blocks_for_ever*"])
 
 
 def test_a_project_for_krc4_says_so_once(project: Project, pytester: pytest.Pytester) -> None:
