@@ -84,6 +84,7 @@ class Talk:
         answered = b""
         while self.session.waiting:
             answered += self.session.answer()
+        assert all((line + reason).isprintable() for _, line, _, reason in self.journal.refusals)
         return replies(answered)
 
     def ask(self, tag: str, *reals: float, **integers: int) -> Reply:
