@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import dist
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +11,8 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
-from tests import programs
 from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
+from tests.chains import aimed, chains
 from tests.stepped import ARMS, SteppedRobot
 
 FULL = [1.0] * 7
@@ -35,15 +34,15 @@ def told(robot: SteppedRobot) -> tuple[float, ...]:
 @settings(max_examples=25, deadline=None)
 @given(data=st.data(), name=st.sampled_from(ARMS))
 def test_in_a_chain_it_is_the_end_of_the_first_move_that_is_not_done(data: st.DataObject, name: str) -> None:
-    program: list[Any] = data.draw(programs.programs(load_robot(name), stops=False))
+    chain = data.draw(chains(len(load_robot(name).joints), longest=8))
     robot = SteppedRobot(name)
     controller = robot.controller
     assert told(robot) == controller.joints
     scout = SteppedRobot(name, tick_s=0.05)  # runs each move alone, so that it rests at each target
     ends: list[tuple[int, tuple[float, ...]]] = []
-    for item in program:
-        joints = np.multiply(0.2, item.joints).tolist()
-        frame = scout.tcp_frame(np.add(scout.controller.joints, joints).tolist())
+    for item in chain:
+        end = scout.controller.joints
+        _, frame = aimed(item, scout, end, (end, end))
         straight = item.kind.startswith("lin")
         try:
             for each, blending_mm in ((scout.controller, 0.0), (controller, 30.0)):
