@@ -8,7 +8,7 @@ from typing import NamedTuple
 from iiwa_sim.dialect.krc4.short import from_short, is_short
 from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.dialect.ports import KRC4
-from iiwa_sim.dialect.wire.dialogue import Dialogue, Direction, Said
+from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.dialect.wire.table import load_table
 
 MOST = 100_000
@@ -118,7 +118,7 @@ class RememberedDialogue(Dialogue):
         more = f", and {len(counted) - SHOWN} more" if len(counted) > SHOWN else ""
         return f"said were {', '.join(told)}{more}"
 
-    def _hear(self, said: Said) -> None:
+    def _hear(self, said: DialogueLine) -> None:
         session = said.session
         if said.direction is Direction.EVENT:
             if said.text == "connected":
