@@ -1,10 +1,10 @@
-# make run | test | test-slow | lint | requirements | bench | image, each with ARGS="..."; the first one makes .venv and installs everything into it.
+# make run | test | test-slow | lint | requirements | docs | bench | image, each with ARGS="..."; the first one makes .venv and installs everything into it.
 # Kernels (iiwa_sim/**/*_kernel.py) whose text was edited are compiled before; make kernels does only that.
 PYTHON ?= python3
 BIN := .venv/bin
 KERNELS := $(shell find iiwa_sim -name '*_kernel.py' -o -name '*_kernel.pxd')
 
-.PHONY: run test test-slow lint requirements bench kernels image clean
+.PHONY: run test test-slow lint requirements docs bench kernels image clean
 
 run: .venv/kernels
 	@$(BIN)/iiwa-sim $(ARGS)
@@ -23,6 +23,9 @@ lint: .venv/kernels
 
 requirements: .venv/kernels
 	$(BIN)/python -m tests.requirements $(ARGS)
+
+docs: .venv/kernels
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict $(ARGS)
 
 bench: .venv/kernels
 	@$(BIN)/python -m benchmarks.bench $(ARGS)

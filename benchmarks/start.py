@@ -1,12 +1,15 @@
-"""Time from the start of the process to its first reply."""
+"""Time from the start of the process to its first reply, and of `import iiwa_sim`."""
 
+import subprocess
+import sys
 from statistics import median
 from time import perf_counter
 
-from benchmarks.figures import Figure
+from benchmarks.figures import Figure, Kind
 from benchmarks.peers import ECHO, IIWA_SIM, Line, listening
 
 STARTS = 15
+_IMPORT = "from time import perf_counter; s = perf_counter(); import iiwa_sim; print(perf_counter() - s)"
 
 
 def measure() -> list[Figure]:
@@ -21,4 +24,8 @@ def measure() -> list[Figure]:
                 line.ask(b"hello\r\n")
                 if turn:
                     taken.append(perf_counter() - start)
-    return [Figure("start to first reply", median(of_sim), "s", median(of_echo))]
+    imports = [float(subprocess.check_output([sys.executable, "-c", _IMPORT])) for _ in range(STARTS)]
+    return [
+        Figure("start to first reply", median(of_sim), "s", median(of_echo)),
+        Figure("import iiwa_sim", 1e3 * median(imports), "ms", at_most=20.0, kind=Kind.WALL),
+    ]

@@ -1,8 +1,8 @@
 """Which tests show which requirement to hold, and whether they did when they last ran.
 
 `make requirements` prints all requirements, with the commands that serve each, the tests that are marked with
-it and how these last went, and writes `docs/requirements.md`, which is not checked in; with `--run` it runs
-these tests first. `make lint` calls it with `--check`: it prints only what is wrong and writes nothing.
+it and how these last went; with `--run` it runs these tests first. `make lint` calls it with `--check`: it
+prints only what is wrong. With `--page` it prints a page of the site, for `make docs`.
 
 Exit code 1 if a requirement has no test, or one that failed or was skipped when it last ran. A test that has
 not run yet is told and is no fault, since a fresh checkout is to pass `make lint`; with `--all-ran`, which
@@ -27,14 +27,13 @@ from iiwa_sim.dialect.wire.table import load_table
 from tests.last_results import FAILED, PASSED, SKIPPED, last_results
 
 LIST = Path(__file__).with_name("requirements.toml")
-PAGE = Path(__file__).parent.parent / "docs" / "requirements.md"
 NOT_YET = "not there yet"
 NOT_RUN = "not run"
 HEAD = """# Requirements
 
 Every requirement on the controller, in our own words, the commands of the main port and the KRC4 messages
-that serve it, and the files whose tests show it to hold. Written by `make requirements`, which also names
-these tests and says how they went.
+that serve it, and the files whose tests show it to hold. `make requirements` names these tests and says how
+they went.
 
 | | requirement | commands | shown by |
 |---|---|---|---|
@@ -126,7 +125,7 @@ def not_run(tests: dict[str, list[str]], results: dict[str, str]) -> list[str]:
 
 
 def page(tests: dict[str, list[str]]) -> str:
-    """docs/requirements.md"""
+    """The page of the site, as if it lay in docs/."""
     rows = []
     for name, requirement in REQUIREMENTS.items():
         commands = ", ".join(f"`{each}`" for each in commands_of(name))
@@ -141,6 +140,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="make requirements", description=__doc__.partition("\n")[0])
     parser.add_argument("--run", action="store_true", help="run the tests first")
     parser.add_argument("--check", action="store_true", help="only say what is wrong")
+    parser.add_argument("--page", action="store_true", help="only print the page of the site")
     parser.add_argument("--all-ran", action="store_true", help="a test that has not run is a fault, too")
     options = parser.parse_args()
 
@@ -155,8 +155,10 @@ def main() -> int:
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
         return int(code)
 
+    if options.page:
+        print(page(tests.of), end="")
+        return 0
     if not options.check:
-        PAGE.write_text(page(tests.of))
         _print(tests)
     faults = gaps(tests.of) + failures(tests.of, tests.results)
     if missing := not_run(tests.of, tests.results):

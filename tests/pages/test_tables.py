@@ -1,0 +1,58 @@
+"""Pages that are written from tables: nothing of the tables is left out."""
+
+from __future__ import annotations
+
+import iiwa_sim
+from iiwa_sim.cli.names import SUBCOMMANDS
+from iiwa_sim.cli.server_options import server_parser
+from iiwa_sim.dialect.wire.error_codes import load_error_codes
+from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.remembered import Exchange
+from tools.pages import commands, dialogues, tables
+from tools.pages.dialogues import Turn
+
+
+def test_the_page_of_errors_has_them_all() -> None:
+    page = tables.errors()
+    for code, row in load_error_codes().items():
+        assert f"\n## {code}\n" in page
+        assert row.remedy in page
+
+
+def test_the_page_of_options_has_them_all_with_their_variables() -> None:
+    page = tables.options()
+    for action in server_parser().options:
+        for spelling in action.option_strings:
+            assert f"<code>{spelling}" in page or spelling in ("-h", "--help")
+    assert "<code>IIWA_SIM_SERVO_TIMEOUT</code>" in page
+    assert "\\|" not in page
+    for name in SUBCOMMANDS:
+        assert f"\n## iiwa-sim {name}\n" in page
+
+
+def test_the_page_of_python_has_all_that_is_offered() -> None:
+    listed = [name for names in tables.API.values() for name in names]
+    assert sorted(listed) == sorted(iiwa_sim.__all__)
+
+
+def test_a_command_has_its_usage_dialogue_refusals_and_requirements() -> None:
+    said = [
+        Exchange("driver", "hello", "hello", "hello"),
+        Exchange("driver", "get input", "get input : 17", "error"),
+        Exchange("driver", "get error", "get error", "1 no input 17: there are inputs 1 to 16"),
+        Exchange("driver", "get input", "get input : 1", "0"),
+        Exchange("driver", "get input", "get input : 1", "0"),
+    ]
+    page = commands._command(load_table("iiwa").commands["get input"], [dialogues.turns(said)])
+    assert "```\nget input : n\n```" in page
+    assert "An extension" in page
+    assert "> get input : 1\n< 0    (2 times)" in page
+    assert "| `get input : 17` | [1](../errors.md#1) no input 17: there are inputs 1 to 16 |" in page
+    assert "- FRC023: " in page
+
+
+def test_a_dialogue_begins_with_what_was_said_before() -> None:
+    said = [Turn("hello", "hello", "hello"), Turn("stop", "stop", "error"), Turn("stop", "stop", "done")]
+    assert dialogues.example([said], "stop") == said[1:]
+    assert dialogues.example([said[:2]], "stop") == said[:2]
+    assert dialogues.text(said[:1]) == "> hello\n< hello"
