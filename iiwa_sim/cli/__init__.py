@@ -1,4 +1,4 @@
-"""`iiwa-sim`, plot, check-cell, replay, check, bridge, health, ros-package-path: options, exit codes.
+"""`iiwa-sim` and its subcommands, which `names.py` lists: options, exit codes.
 
 Exit code 0 after SIGTERM or SIGINT, after a bye that ends the run, and for a subcommand that succeeds; 1
 where a check fails; 2, with one line on stderr, for options, a cell, a robot, an address, a stdout or a file
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from iiwa_sim.cli.early import end_while_loading
-from iiwa_sim.cli.names import BRIDGE, SERVE, SUBCOMMANDS
+from iiwa_sim.cli.names import BRIDGE, SERVE, SUBCOMMANDS, module_of
 from iiwa_sim.wording import Unusable
 
 WITHOUT_WHEELS = {
@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         end_while_loading()
     try:
         # Only the subcommand is imported: others may need an extra, and importing all takes time.
-        code: int = import_module(f"iiwa_sim.cli.{name.replace('-', '_')}").run(given)
+        code: int = import_module(module_of(name)).run(given)
         return code
     except Unusable as fault:
         print(f"iiwa-sim: {fault}", file=sys.stderr)

@@ -64,7 +64,7 @@ def _parser() -> Parser:
         prog=f"iiwa-sim {BRIDGE}",
         description="Puts a robot on ROS: be the driver of a server of the iiwa's text protocol, emulated or "
         "real, and give it the topics and services of drag&bot, by rosbridge or as a node of ROS 1.",
-        allow_abbrev=False,
+        examples={"172.31.1.147:30000": "puts a robot on ROS, by rosbridge on port 9090"},
     )
     add_server(parser)
     add_robot(parser)

@@ -35,7 +35,7 @@ def _parser() -> Parser:
         "nothing. The robot has to be at rest.",
         epilog="Exit code 0 if nothing deviates, 1 if something does, 2 without a server, or with a robot "
         "that moves.",
-        allow_abbrev=False,
+        examples={"172.31.1.147:30000": "asks a robot, and moves nothing"},
     )
     add_server(parser)
     parser.add_argument(

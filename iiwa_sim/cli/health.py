@@ -70,7 +70,7 @@ def _fault(process: int) -> str:
 
 def _robots(given: Sequence[str], environment: dict[str, str]) -> Iterator[tuple[str, argparse.Namespace]]:
     """Names and options of the robots to ask: a single one, or the first and the last."""
-    parser = Parser(prog="iiwa-sim", allow_abbrev=False)
+    parser = Parser(prog="iiwa-sim")
     add_addresses(parser)
     options, _ = parser.parse_known_args(given, read_environment(parser, environment))
     if options.fleet is None:
@@ -114,7 +114,7 @@ def _parser() -> Parser:
         prog=f"iiwa-sim {HEALTH}",
         description="Tells by its exit code whether an iiwa-sim on this machine answers all its dialects, on "
         "the ports that its command line and environment name; for health checks of containers.",
-        allow_abbrev=False,
+        examples={"": "asks process 1, as the health check of a container does"},
     )
     parser.add_argument(
         "process",

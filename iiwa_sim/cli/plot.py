@@ -55,7 +55,10 @@ def _parser() -> Parser:
         "the forces at the TCP with the thresholds of force moves, where there are any.",
         epilog="In the file: one command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; "
         "what follows a # is a comment. Below the line 'dialect krc4' they are KRC4 messages, as Cmd I1=100.",
-        allow_abbrev=False,
+        examples={
+            "examples/blending.txt -o blending.svg": "a chain of moves that blend",
+            "examples/probing.txt --cell examples/table.toml -o probing.svg": "moves that feel for a table",
+        },
     )
     parser.add_argument("commands", metavar="COMMANDS", help="the file")
     parser.add_argument(

@@ -29,7 +29,7 @@ def _parser() -> Parser:
         prog=f"iiwa-sim {REPLAY}",
         description="Plays a transcript against a server and tells which lines are answered otherwise.",
         epilog="Exit code 0 if there are none, 1 if there are some, 2 if it cannot be played.",
-        allow_abbrev=False,
+        examples={"session.txt 127.0.0.1:30000": "what was recorded with --transcript, said again"},
     )
     parser.add_argument("transcript", type=Path, metavar="FILE", help="as --transcript records it")
     add_servers(parser)

@@ -19,5 +19,5 @@ def _parser() -> Parser:
         prog=f"iiwa-sim {ROS_PACKAGE_PATH}",
         description="Prints the folder with the ROS packages of the node's types, for rostopic, rosservice "
         f"and rosmsg: export ROS_PACKAGE_PATH=$ROS_PACKAGE_PATH:$(iiwa-sim {ROS_PACKAGE_PATH})",
-        allow_abbrev=False,
+        examples={"": "the folder, to be put into ROS_PACKAGE_PATH"},
     )

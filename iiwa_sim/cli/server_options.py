@@ -7,7 +7,7 @@ from pathlib import Path
 from iiwa_sim.backdoor.token import LOOPBACK, Token, check_reach
 from iiwa_sim.cli.addresses import add_addresses, settle_ports
 from iiwa_sim.cli.environment import RULE, read_environment
-from iiwa_sim.cli.names import REPLAY, SUBCOMMANDS
+from iiwa_sim.cli.names import REPLAY, summaries
 from iiwa_sim.cli.options import (
     add_log,
     add_rate,
@@ -26,6 +26,20 @@ from iiwa_sim.dialect.wire.decimals import parse_decimal
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.turns import LONGEST_PAUSE_S
 from iiwa_sim.wording import shortened
+
+SECTIONS = {
+    "what moves": "cell robot count fleet",
+    "what is spoken, and to whom": "dialect host port strict exclusive reconnect_pause bye_shuts_down",
+    "time": "clock rate servo_timeout",
+    "what it tells": "status view transcript record log",
+    "a test bench": "backdoor",
+    "ROS": "rosbridge ros",
+}
+EXAMPLES = {
+    "": "an LBR iiwa 7 on port 30000 of this machine",
+    "examples/table.toml --clock fast": "one that stands before a table and does not keep anybody waiting",
+    "--robot kr_6_r900_sixx --dialect krc4": "a KR 6 that is spoken to in KRC4 messages",
+}
 
 
 def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Namespace:
@@ -87,11 +101,13 @@ def server_parser() -> Parser:
     # Subcommands have parsers of their own, chosen by the first argument.
     parser = Parser(
         prog="iiwa-sim",
+        usage="iiwa-sim [CELL.toml] [OPTION ...]\n       iiwa-sim COMMAND ... (see iiwa-sim COMMAND --help)",
         description="A robot controller in software that speaks the text protocol of the KUKA LBR iiwa, "
-        "and the messages of a KUKA KRC4. "
-        f"Other things it does, each with a --help: iiwa-sim {', '.join(SUBCOMMANDS)}",
+        "and the messages of a KUKA KRC4.",
+        sections=SECTIONS,
+        commands=summaries,
+        examples=EXAMPLES,
         epilog=f"{RULE} To talk to it: telnet HOST PORT, then help",
-        allow_abbrev=False,
     )
     parser.add_argument(
         "cell",

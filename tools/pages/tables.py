@@ -79,25 +79,23 @@ def options() -> str:
     for name in SUBCOMMANDS:
         parsers[f"iiwa-sim {name}"] = import_module(f"iiwa_sim.cli.{name.replace('-', '_')}")._parser()
     for name, parser in parsers.items():
-        told = [parser.description or "", *_groups(parser), parser.epilog or ""]
+        shown = "\n".join(f"{line}  # {what}" for line, what in parser.examples.items())
+        told = [parser.description or "", *_groups(parser), f"```sh\n{shown}\n```", parser.epilog or ""]
         text += f"\n## {name}\n\n" + "\n\n".join(each.strip() for each in told if each) + "\n"
     return text
 
 
 def _groups(parser: Parser) -> Iterable[str]:
     """A table for each group of options, with the variables of those that can come as one."""
-    for group in parser._action_groups:
-        actions = [each for each in group._group_actions if each.dest != "help"]
+    for title, all_actions in parser.sections():
+        actions = [each for each in all_actions if each.dest != "help"]
         if actions and parser.prog == "iiwa-sim":
             rows = [f"| {_spelling(a)} | {_variable(a)} | {_told(a, parser)} |" for a in actions]
-            yield "\n".join([f"### {_title(group)}\n", "| | variable | |", "|---|---|---|", *rows])
+            heading = f"### {title[0].upper()}{title[1:]}\n"
+            yield "\n".join([heading, "| | variable | |", "|---|---|---|", *rows])
         elif actions:
             rows = [f"| {_spelling(each)} | {_told(each, parser)} |" for each in actions]
             yield "\n".join(["| | |", "|---|---|", *rows])
-
-
-def _title(group: argparse._ArgumentGroup) -> str:
-    return (group.title or "").capitalize()
 
 
 def _spelling(action: argparse.Action) -> str:
