@@ -31,7 +31,7 @@ def run(given: Sequence[str]) -> int:
     return 0
 
 
-def _all_commands(file: dict[str, str]) -> argparse.ArgumentParser:
+def _all_commands(file: object) -> argparse.ArgumentParser:
     """One parser for all commands, as shtab wants it; values that are files are completed by `file`."""
     from iiwa_sim.cli.server_options import server_parser
 
@@ -45,7 +45,7 @@ def _all_commands(file: dict[str, str]) -> argparse.ArgumentParser:
     return whole
 
 
-def _take(whole: argparse.ArgumentParser, parser: Parser, file: dict[str, str]) -> None:
+def _take(whole: argparse.ArgumentParser, parser: Parser, file: object) -> None:
     """Give `whole` the options of a parser, and its positional arguments but for what a command replaces."""
     for action in parser.options:
         if not action.option_strings and parser.prog == "iiwa-sim":
