@@ -6,6 +6,7 @@ import contextlib
 import re
 import socket
 import threading
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -28,6 +29,8 @@ class Original:
     def __init__(self) -> None:
         self.heard: list[str] = []
         """Every line of every client."""
+        self.taken: Counter[int] = Counter()
+        """Bytes that have been read and answered, or not answered for good, by the client's port."""
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port: int = self._listener.getsockname()[1]
         self._ended = False
@@ -61,6 +64,7 @@ class Original:
             for line in lines:
                 if not self.answer(connection, line):
                     return
+            self.taken[connection.getpeername()[1]] += len(data)
         if rest and self.answers_a_rest:
             self.answer(connection, rest)
 
@@ -91,9 +95,6 @@ class Original:
 
 class Deviating(Original):
     """Serves all clients at once."""
-
-    silent = False
-    """Whether it leaves something unanswered, for which a check then waits."""
 
     def __init__(self) -> None:
         self._clients: list[threading.Thread] = []
@@ -141,8 +142,6 @@ class TwoEnds(Deviating):
 class OnlyNewlines(Deviating):
     r"""Waits for \n."""
 
-    silent = True
-
     def split(self, data: bytes) -> list[bytes]:
         return [line.strip(b"\r") for line in data.split(b"\n")]
 
@@ -155,8 +154,6 @@ class ForgetsTheRest(Deviating):
 
 class SaysNothingToNothing(Deviating):
     """Skips empty lines, as line-oriented code often does."""
-
-    silent = True
 
     def answer(self, connection: socket.socket, line: bytes) -> bool:
         return True if not line.strip() else super().answer(connection, line)
@@ -186,8 +183,6 @@ class NoIdleParameters(Deviating):
 class Hasty(Deviating):
     """Reads one command per packet and forgets what came with it."""
 
-    silent = True
-
     def split(self, data: bytes) -> list[bytes]:
         lines = super().split(data)
         return [lines[0], lines[-1]] if len(lines) > 1 else lines
@@ -209,8 +204,6 @@ class Whole(Deviating):
 
 class Stubborn(Deviating):
     """Lets a client that said bye talk on."""
-
-    silent = True
 
     def answer(self, connection: socket.socket, line: bytes) -> bool:
         return super().answer(connection, line) or True
