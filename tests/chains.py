@@ -165,6 +165,13 @@ class Recorder:
             )
         return accepted
 
+    def send_move(self, move: ChainMove, least_speed: float = 0.0) -> bool:
+        """Sends a move of a random chain; whether it was accepted."""
+        moves = self.runs[-1].moves
+        last = (moves[-1].start, moves[-1].corner) if moves else (self.end, self.end)
+        speeds = tuple(max(speed, least_speed) for speed in move.speeds)
+        return self.send(move.kind, *aimed(move, self.robot, self.end, last), speeds, move.blending_mm)
+
     def lin(self, x_mm: float, y_mm: float, z_mm: float, blending_mm: float, speed_rel: float = 1.0) -> None:
         """A LIN by so much from where the chain ends, that has to be accepted."""
         frame = self.scout.controller.tool_frame()
@@ -280,10 +287,7 @@ class Recorder:
         """Sends a chain at its ticks, and waits for the end."""
         for item in chain:
             if isinstance(item, ChainMove):
-                moves = self.runs[-1].moves
-                last = (moves[-1].start, moves[-1].corner) if moves else (self.end, self.end)
-                target = aimed(item, self.robot, self.end, last)
-                self.send(item.kind, *target, item.speeds, item.blending_mm)
+                self.send_move(item)
             elif item.what == "override":
                 self.override(item.value)
                 if item.value == 0.0:

@@ -47,9 +47,7 @@ def sent(name: str, chain: list[Any]) -> Recorder:
     """A robot with a place to start from, to which a chain was sent."""
     recorder = Recorder(replace(load_robot(name), home=HOMES[name]))
     for move in chain:
-        least = 0.3 if move.place == "far" else 0.05
-        speeds = tuple(max(speed, least) for speed in move.speeds_rel)
-        recorder.send(move.kind, *recorder._target(move), speeds, move.blending_mm)
+        recorder.send_move(move, 0.05)
     return recorder
 
 

@@ -115,8 +115,7 @@ def test_a_thousand_moves_of_all_kinds_are_queued_and_blended(name: str) -> None
     while len(recorder.runs[-1].moves) < LONG_CHAIN:
         move = next(moves)
         if move.place != "far":  # these would take most of the time
-            speeds = tuple(max(speed, LONG_CHAIN_SPEED) for speed in move.speeds_rel)
-            recorder.send(move.kind, *recorder._target(move), speeds, move.blending_mm)
+            recorder.send_move(move, LONG_CHAIN_SPEED)
     recorder.finish()
     assert_within_limits(recorder.robot)
     (run,) = recorder.runs

@@ -82,7 +82,7 @@ def digest(name: str, seed: int) -> str:
     """Of all ticks of a random chain."""
     recorder = Recorder(load_robot(name))
     for move in random_chain(seed, len(recorder.end)):
-        recorder.send(move.kind, *recorder._target(move), move.speeds_rel, move.blending_mm)
+        recorder.send_move(move)
         recorder.wait(7)
     recorder.finish()
     return hashlib.sha256(np.array(recorder.robot.joints).tobytes()).hexdigest()
