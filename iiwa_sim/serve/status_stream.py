@@ -4,19 +4,25 @@ import asyncio
 import contextlib
 import logging
 import socket
+from collections import deque
 from collections.abc import Callable
+from math import ceil
 
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.far_end import FarEnds, far_end
 from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
 from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
 
 RECEIVE_BYTES = 1024
 """Bytes read from a reader at once: small, so that a reader that floods is handled between ticks."""
 
+UNREAD_MS = 60
+"""A reader on this machine is sent no more while it has lines of this time unread: three at the usual rate.
+The ten ticks at most that are made up for after a stall all reach it at 200 Hz and more."""
 SEND_BYTES = 4096
 """Size of the system's send buffer at the usual rate. A small buffer keeps lines recent for a slow reader;
-Linux then holds about three lines. The reader's own receive buffer is out of our hands."""
+Linux then holds about three lines. The receive buffer of a reader on another machine is out of our hands."""
 MOST_SEND_BYTES = 16_384
 """Size of that buffer at high rates, where lines in flight count too and may be acknowledged 40 ms late."""
 
@@ -33,9 +39,9 @@ class StatusStream:
     Sending times are counted in ticks (`tick_rate_hz` per second), so lines show the same instants however
     the machine stalls. Where the rates are no multiples, intervals differ by one tick.
 
-    One line is formatted for all readers. A reader that has not taken the last line skips this one: the
-    process holds the rest of one line per connection at most. A reader that has closed its sending side still
-    gets lines.
+    One line is formatted for all readers. A reader that has not taken the last line skips this one, and so
+    does a reader with `UNREAD_MS` of lines unread, as far as the system tells: the process holds the rest of
+    one line per connection at most. A reader that has closed its sending side still gets lines.
     """
 
     def __init__(
@@ -62,6 +68,9 @@ class StatusStream:
         self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared by all readers: read and emptied at once
         self.newest = b""
         self.readers: set[Reader] = set()
+        self.far_ends = FarEnds()
+        self.most_unread = ceil(rate_hz * UNREAD_MS / 1000)
+        """Lines."""
         self._line = line
         self._rate_hz = rate_hz
         self._tick_rate_hz = tick_rate_hz
@@ -73,6 +82,7 @@ class StatusStream:
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
         self._acceptor = await listen(lambda: Reader(self), *self._asked)
+        self.far_ends.open()
 
     @property
     def listening(self) -> bool:
@@ -98,6 +108,7 @@ class StatusStream:
             return
         self._acceptor.close()
         self._acceptor = None
+        self.far_ends.close()
         gone = [reader.gone for reader in self.readers]
         for reader in list(self.readers):
             reader.close()
@@ -105,7 +116,7 @@ class StatusStream:
             await asyncio.wait(gone)
 
     def _broadcast(self) -> None:
-        ready = [reader for reader in self.readers if reader.ready]
+        ready = [reader for reader in self.readers if reader.ready and not reader.lags()]
         if ready:
             self.newest = self._line()
             for reader in ready:
@@ -128,6 +139,8 @@ class Reader(asyncio.BufferedProtocol):
         self._told_end = False  # the session has been told of the end
         self._offered = False  # a line waits to be sent
         self._before_line = b""
+        self._sent_bytes = 0
+        self._ends = deque[int]()  # of lines that may be unread still, in bytes sent
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
@@ -138,6 +151,7 @@ class Reader(asyncio.BufferedProtocol):
         with contextlib.suppress(OSError):  # already gone
             connection = transport.get_extra_info("socket")
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._stream.send_bytes)
+        self._far_end = far_end(transport.get_extra_info("socket"))  # None where it cannot be asked about
         self._session = self._stream.open_session(self._name)
         self._stream.readers.add(self)
         logger.info("%s connected", self._name, extra=self._mark)
@@ -175,6 +189,19 @@ class Reader(asyncio.BufferedProtocol):
         """Whether the system has taken all that was sent."""
         return not (self._transport.get_write_buffer_size() or self._transport.is_closing())
 
+    def lags(self) -> bool:
+        """Whether as many lines as may be are unread. The system is asked only where that is possible."""
+        if self._far_end is None or len(self._ends) < self._stream.most_unread:
+            return False
+        read_bytes = self._stream.far_ends.has_read(self._far_end)
+        if read_bytes is None:
+            self._far_end = None
+            self._ends.clear()
+            return False
+        while self._ends and self._ends[0] <= read_bytes:
+            self._ends.popleft()
+        return len(self._ends) >= self._stream.most_unread
+
     def close(self) -> None:
         """Close at once: by FIN, or by a reset if a line has been sent in part."""
         if self.ready:
@@ -200,11 +227,17 @@ class Reader(asyncio.BufferedProtocol):
             return False
         if self._offered and self.ready:
             self._offered = False
-            self._transport.write(self._before_line + self._stream.newest)
+            self._send(self._before_line + self._stream.newest)
             self._before_line = b""
         if not self._sent_end:
             self._transport.resume_reading()
         return False
+
+    def _send(self, line: bytes) -> None:
+        self._transport.write(line)
+        self._sent_bytes += len(line)
+        if self._far_end is not None:
+            self._ends.append(self._sent_bytes)
 
     def _hand_on(self) -> None:
         """Pass the received bytes on to the session."""
