@@ -3,6 +3,9 @@
 For each row, a number of connections send the same message without pause and discard the replies. A bare echo
 server gets the same bytes in the same run, and the same client asks there. Slow readers send nothing; their
 rows show ticks. Everything stays on this machine and ends after some seconds.
+
+On a busy machine the robot's thread may be ready to run and get no processor. Rows of their own tell for how
+long, as Linux counts it: what a goal is missed by beyond that time is the robot's own.
 """
 
 import contextlib
@@ -10,12 +13,14 @@ import json
 import socket
 import time
 from collections.abc import Iterator
+from math import isnan, nan
+from pathlib import Path
 from statistics import median
 
 from benchmarks import flooders_ros1
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.flooders import Address, Flood, bare, flooding, frame, readers_of_all_states, says, websockets
-from benchmarks.peers import ECHO, IIWA_SIM, Line, listening
+from benchmarks.peers import ECHO, IIWA_SIM, Line, listening, started
 
 QUESTION = b"get joint position\r\n"
 FLOODERS = (10, 50, 200)
@@ -65,16 +70,18 @@ def gate() -> list[Figure]:
 def _flooded(flood: Flood, count: int) -> list[Figure]:
     with listening(ECHO) as echo, flooding(echo, flood._replace(connected=bare), count):
         of_echo = _replies_us(echo)
-    with _simulator(ros1=flood.port == "ros1") as ports:
+    with _simulator(ros1=flood.port == "ros1") as (ports, process):
         address = ports["iiwa"]
         with flooding(ports[flood.port], flood, count):
-            begun, simulated_s = time.perf_counter(), _simulated_s(ports["status"])
+            simulated_s = _simulated_s(ports["status"])
+            begun, waited_s = time.perf_counter(), _waited_s(process)
             of_sim = _replies_us(address)
             passed_s = _simulated_s(ports["status"]) - simulated_s
-            share = passed_s / (time.perf_counter() - begun)
-            stopped_ms = max(_stop_ms(address) for _ in range(STOPS))
+            took_s = time.perf_counter() - begun
+            waited_s = _waited_s(process) - waited_s
+            stopped_ms, stop_waited_ms = max(_stop_ms(address, process) for _ in range(STOPS))
     name = f"{count} x {flood.what} at {flood.port}"
-    return [
+    found = [
         Figure(f"{name}: another's reply, p50", median(of_sim), "us", median(of_echo)),
         Figure(
             f"{name}: another's reply, p99",
@@ -85,14 +92,17 @@ def _flooded(flood: Flood, count: int) -> list[Figure]:
             kind=Kind.RATIO,
             margin=4.0,  # a percentile of some hundred samples, on two cores shared with the load generators
         ),
-        Figure(f"{name}: simulated time over real", share, "", at_least=0.98, kind=Kind.WALL),
+        Figure(f"{name}: simulated time over real", passed_s / took_s, "", at_least=0.98, kind=Kind.WALL),
+        Figure(f"{name}: real time without a processor", waited_s / took_s, ""),
         Figure(f"{name}: stop to rest, longest", stopped_ms, "ms", at_most=150.0, kind=Kind.WALL),
+        Figure(f"{name}: of that without a processor", stop_waited_ms, "ms"),
     ]
+    return [figure for figure in found if not isnan(figure.value)]
 
 
 @contextlib.contextmanager
-def _simulator(*, ros1: bool) -> Iterator[dict[str, Address]]:
-    """A simulator; yields the addresses of its ports by name, "ros1" for the master."""
+def _simulator(*, ros1: bool) -> Iterator[tuple[dict[str, Address], int]]:
+    """A simulator; yields the addresses of its ports by name, "ros1" for the master, and its process number."""
     ports = {}
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
@@ -105,8 +115,8 @@ def _simulator(*, ros1: bool) -> Iterator[dict[str, Address]]:
         if ros1:
             found["ros1"] = open_ones.enter_context(flooders_ros1.master())
             options.append("--ros")
-        found["iiwa"] = open_ones.enter_context(listening([*IIWA_SIM[:-2], *options]))
-        yield found
+        found["iiwa"], process = open_ones.enter_context(started([*IIWA_SIM[:-2], *options]))
+        yield found, process
 
 
 def _replies_us(address: Address) -> list[float]:
@@ -125,14 +135,22 @@ def _simulated_s(address: Address) -> float:
     return time_s
 
 
-def _stop_ms(address: Address) -> float:
-    """Time from the stop command to a state at rest."""
+def _waited_s(process: int) -> float:
+    """Time that its first thread, which makes the ticks, was ready without a processor; nan where untold."""
+    try:
+        return 1e-9 * int(Path(f"/proc/{process}/schedstat").read_text().split()[1])
+    except OSError:
+        return nan
+
+
+def _stop_ms(address: Address, process: int) -> tuple[float, float]:
+    """Time from the stop command to a state at rest, and how much of it the robot had no processor."""
     with Line(*address) as line:
         for target in (-1.5, 1.5):
             line.ask(MOVE.format(target).replace("0.1 ", "1 ").encode())
         time.sleep(0.3)
-        begun = time.perf_counter()
+        begun, waited_s = time.perf_counter(), _waited_s(process)
         line.ask(b"stop\r\n")
         while line.ask(b"get status\r\n") == b"moving\r\n":
             time.sleep(PAUSE_S)
-        return 1e3 * (time.perf_counter() - begun)
+        return 1e3 * (time.perf_counter() - begun), 1e3 * (_waited_s(process) - waited_s)
