@@ -8,7 +8,7 @@ import numpy as np
 
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, EXECUTION, Refused
-from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest, Shift
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
@@ -82,7 +82,13 @@ class Planner:
 
     def plan(self, request: MoveRequest, start: Joints, tool_in_flange: Transform) -> Plan:
         """PTP or LIN as it is asked for, from joint positions (rad), with the TCP there in the flange."""
-        return self.with_acceleration(self._uncapped(request, start, tool_in_flange), request.acceleration)
+        try:
+            plan = self._uncapped(request, start, tool_in_flange)
+        except Refused as refused:
+            if request.shift is None or refused.code != OUT_OF_REACH:
+                raise
+            raise Refused(OUT_OF_REACH, f"{refused.reason}; asked for {_in_words(request.shift)}") from None
+        return self.with_acceleration(plan, request.acceleration)
 
     def _uncapped(self, request: MoveRequest, start: Joints, tool: Transform) -> Plan:
         target, speed, blending = request.target, request.speed, request.blending
@@ -331,6 +337,11 @@ class Planner:
                 f"{d.joints[found.joint]} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg) "
                 f"after {found.s:.1%} of the line",
             )
+
+
+def _in_words(shift: Shift) -> str:
+    way = " ".join(f"{mm:.1f}" for mm in shift.way[:3])
+    return f"as a way of {way} mm in the axes of the {'tool' if shift.in_tool else 'base'}"
 
 
 def _flange_of(

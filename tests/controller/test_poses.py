@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.poses import from_quaternion, shifted
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
@@ -124,6 +125,21 @@ def refusal(command: Callable[[], object]) -> tuple[int, str] | None:
     except Refused as refused:
         return refused.code, refused.reason
     return None
+
+
+@pytest.mark.requirement("FRC007")
+@pytest.mark.parametrize("move", [lin_relative_move, ptp_relative_move])
+@pytest.mark.parametrize(("in_tool", "axes"), [(False, "base"), (True, "tool")])
+def test_a_relative_move_out_of_reach_is_told_in_the_words_of_who_asked(
+    move: Callable[..., MoveRequest], in_tool: bool, axes: str
+) -> None:
+    controller = SteppedRobot().controller
+    for way in (Frame(1500.0, 0.0, -20.0, 0.0, 0.0, 0.0), Frame(0.0, 2e6, 0.0, 0.0, 0.0, 0.0)):
+        refused = refusal(lambda way=way: controller.move(move(way, 0.5, 0.0, in_tool=in_tool)))
+        assert refused is not None
+        asked = " ".join(f"{mm:.1f}" for mm in way[:3])
+        assert refused[0] == OUT_OF_REACH
+        assert refused[1].endswith(f"; asked for as a way of {asked} mm in the axes of the {axes}")
 
 
 def state(controller: Controller) -> tuple[object, ...]:
