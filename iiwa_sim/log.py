@@ -83,6 +83,15 @@ class SessionLog:
             extra={"fields": {"session": session, "command": command, "beyond": beyond}},
         )
 
+    def odd(self, session: str, command: str, remark: str) -> None:
+        logger.warning(
+            "%s '%s' is carried out, but %s; not told again",
+            session,
+            command,
+            remark,
+            extra={"fields": {"session": session, "command": command, "remark": remark}},
+        )
+
     def stopped(self, session: str, vanished: bool) -> None:
         logger.log(
             logging.WARNING if vanished else logging.INFO,

@@ -12,6 +12,7 @@ class Journal:
         self.said: list[tuple[str, str, str]] = []
         self.refusals: list[tuple[str, str, int, str]] = []
         self.extras: list[tuple[str, str, int]] = []
+        self.remarks: list[tuple[str, str, str]] = []
         self.stops: list[tuple[str, bool]] = []
         self.faults: list[tuple[str, str, Exception]] = []
         self._fails = fails
@@ -25,6 +26,9 @@ class Journal:
     def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
         assert takes.endswith(("value", "values"))
         self.extras.append((session, command, beyond))
+
+    def odd(self, session: str, command: str, remark: str) -> None:
+        self.remarks.append((session, command, remark))
 
     def stopped(self, session: str, vanished: bool) -> None:
         self.stops.append((session, vanished))

@@ -152,6 +152,9 @@ class _Refusal:
     def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
         pass
 
+    def odd(self, session: str, command: str, remark: str) -> None:
+        pass
+
     def stopped(self, session: str, vanished: bool) -> None:
         pass
 

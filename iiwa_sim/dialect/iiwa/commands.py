@@ -13,7 +13,7 @@ from iiwa_sim.controller.poses import from_quaternion
 from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, Kind, MoveRequest, Shift
 from iiwa_sim.dialect.wire.help import helped
 from iiwa_sim.dialect.wire.line_session import written
-from iiwa_sim.dialect.wire.table import Request, in_degrees
+from iiwa_sim.dialect.wire.table import Request, with_hint
 from iiwa_sim.frames import Frame
 from iiwa_sim.wording import harmless, shortened
 
@@ -93,7 +93,7 @@ def _checks(kind: Kind) -> Handler:
         try:
             session.controller.check(MoveRequest(kind, Frame(*place), redundancy=redundancy))
         except Refused as refused:
-            return _prose(f"unreachable {refused.code} {refused.reason}{in_degrees(request)}")
+            return _prose(f"unreachable {refused.code} {with_hint(refused.reason, request)}")
         return written("reachable")
 
     return handler

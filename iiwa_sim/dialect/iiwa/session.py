@@ -16,7 +16,7 @@ from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, LineSession, shown, written
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import ERROR, Refusal, Request, in_degrees, load_table
+from iiwa_sim.dialect.wire.table import ERROR, Refusal, Request, in_degrees, load_table, with_hint
 
 CANNED = "the reply to the next line is canned, nothing is carried out"
 """What the dialogue is told."""
@@ -38,8 +38,8 @@ class IiwaSession(LineSession):
         given.
 
         Values after the last parameter of a command are ignored, as by the original controller, and logged
-        once for each command; with `strict` they are refused. Lines with a `canned` reply get that reply and
-        are not carried out.
+        once for each command; with `strict` they are refused. Angles of more than a turn are logged once for
+        each command, too. Lines with a `canned` reply get that reply and are not carried out.
         """
         dialogue = dialogue or Dialogue(lambda: controller.tick)
         super().__init__(log, name, dialogue)
@@ -50,6 +50,7 @@ class IiwaSession(LineSession):
         self._canned = canned or CannedReplies()
         self._logs_commands = False
         self._beyond_told: set[str] = set()  # commands that came with values after their last parameter
+        self._degrees_told: set[str] = set()  # commands that came with angles that may be in degrees
         self.owns = self._moves.add
         """Called with the number of each move accepted for this session."""
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
@@ -105,11 +106,13 @@ class IiwaSession(LineSession):
         try:
             reply = COMMANDS[request.command.name](self, request)
         except Refused as refused:
-            return self._refuse(line, Refusal(ERROR, refused.code, refused.reason + in_degrees(request)))
+            return self._refuse(line, Refusal(ERROR, refused.code, with_hint(refused.reason, request)))
         except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
             self.controller.record_error(EXECUTION, f"internal fault at '{shown(line)}', told in the log")
             return written(ERROR)
+        if request.values and (hint := in_degrees(request)):
+            self._remark(request.command.name, hint)
         if self._logs_commands:
             self.log.command(self.name, shown(line), reply[:-2].decode())
         return reply
@@ -121,6 +124,12 @@ class IiwaSession(LineSession):
             self._beyond_told.add(name)
             self.log.ignored(self.name, name, request.command.takes(), request.beyond)
         return not self._strict
+
+    def _remark(self, command: str, remark: str) -> None:
+        """Angles that are carried out in rad may have been meant in degrees: told once for each command."""
+        if command not in self._degrees_told:
+            self._degrees_told.add(command)
+            self.log.odd(self.name, command, remark)
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
         self.log.refused(self.name, shown(line), refusal.code, refusal.reason)

@@ -19,6 +19,9 @@ class DialectLog(Protocol):
     def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
         """A session sent `beyond` more values than a command takes, for the first time: they are ignored."""
 
+    def odd(self, session: str, command: str, remark: str) -> None:
+        """What a session asks for, for the first time, is carried out, and perhaps is not what it means."""
+
     def stopped(self, session: str, vanished: bool) -> None:
         """The moving robot stops because its client has vanished, or has said bye."""
 

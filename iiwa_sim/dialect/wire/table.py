@@ -249,12 +249,18 @@ def _words(text: bytes) -> list[str]:
 
 
 def in_degrees(request: Request) -> str:
-    """A hint for angles of more than a turn, which may be meant in degrees."""
+    """A hint for angles of more than a turn, which may be meant in degrees; empty without one."""
     quantities = request.command.parameters + request.command.optional
     for quantity, value in zip(quantities, request.values, strict=False):
         if quantity.unit == "rad" and abs(value) > tau:
-            return f"; {quantity.name} = {value:.7g} is more than a turn: angles are in rad, not in degrees"
+            return f"{quantity.name} = {value:.7g} is more than a turn: angles are in rad, not in degrees"
     return ""
+
+
+def with_hint(reason: str, request: Request) -> str:
+    """Why a request is refused, and what to say of its angles."""
+    hint = in_degrees(request)
+    return f"{reason}; {hint}" if hint else reason
 
 
 def _commas(text: bytes) -> str:
