@@ -1,6 +1,7 @@
 """Numbers at the edges: the least and largest that there are, targets at limits, ways of almost nothing.
 
-`python -m tests.controller.test_extremes 20000` runs so many sequences instead of a sample.
+`python -m tests.controller.test_extremes 20000` runs so many sequences instead of a sample; a second number
+says which is the first of them.
 """
 
 from __future__ import annotations
@@ -181,12 +182,16 @@ def test_a_joint_without_a_way_slows_no_other(robot: str) -> None:
     assert slow.runs_until_stopped() == fast.runs_until_stopped()
 
 
-def hunt(sequences: int) -> int:
-    """Runs so many, and stops at the first that raises."""
-    for seed in range(sequences):
-        Extremes(ROBOTS[seed % len(ROBOTS)], seed).run(12)
-    return sequences
+def hunt(sequences: int, first: int = 0) -> int:
+    """Runs so many, from this one on, and stops at the first that raises; gives the one behind the last."""
+    for seed in range(first, first + sequences):
+        try:
+            Extremes(ROBOTS[seed % len(ROBOTS)], seed).run(12)
+        except BaseException:
+            sys.stdout.write(f"sequence {seed}\n")
+            raise
+    return first + sequences
 
 
 if __name__ == "__main__":
-    sys.stdout.write(f"{hunt(int(sys.argv[1]))} sequences, none raised\n")
+    sys.stdout.write(f"none raised up to sequence {hunt(*map(int, sys.argv[1:]))}\n")
