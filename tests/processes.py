@@ -20,6 +20,10 @@ class Process:
         self.process = process
         self.port = port
 
+    def line(self) -> str:
+        """What it says next, on stdout; see `next_line`."""
+        return next_line(self.process)
+
     def ends(self, signal_number: int) -> tuple[int, str]:
         """Exit code after a signal, and what it wrote to stderr."""
         self.process.send_signal(signal_number)
@@ -37,18 +41,24 @@ def running(
     )
     with process:
         try:
-            assert process.stdout is not None
-            line = process.stdout.readline()  # or the end of the stream, if it does not come to that
+            line = next_line(process)
             assert line.startswith(("listening on 127.0.0.1:", "krc4 on 127.0.0.1:")), line
             yield Process(process, int(line.rsplit(":", 1)[1]))
         finally:
             process.kill()
 
 
+def next_line(process: subprocess.Popen[str]) -> str:
+    """What it writes next to stdout; "" where it has ended, also since it wrote nothing for DEADLINE_S."""
+    assert process.stdout is not None
+    with killed_unless_done(process):
+        return process.stdout.readline()
+
+
 @contextmanager
-def killed_unless_done(process: Process) -> Iterator[None]:
+def killed_unless_done(process: subprocess.Popen[str]) -> Iterator[None]:
     """A bound for what waits for a process to do or write something, which then sees its end."""
-    timer = threading.Timer(DEADLINE_S, process.process.kill)
+    timer = threading.Timer(DEADLINE_S, process.kill)
     timer.start()
     try:
         yield

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import socket
@@ -18,7 +19,7 @@ from xmlrpc.server import SimpleXMLRPCServer
 from iiwa_sim.ros.rmi.definitions import message_md5, service_md5
 from iiwa_sim.ros.side import SYSTEM_PACKAGES
 from tests.needed import lacks
-from tests.processes import IIWA_SIM
+from tests.processes import IIWA_SIM, killed_unless_done
 from tests.talking import DEADLINE_S
 
 PROGRAMS = ("rosmaster", "rostopic", "rosservice")
@@ -101,8 +102,9 @@ class Terminal:
         """A `rostopic echo` that the robot knows of."""
         with self.starts("rostopic", "echo", *options, topic) as echo:
             try:
-                while not self.nodes_at(topic, subscribers=True):
-                    assert echo.poll() is None, echo.communicate()[0]
+                with killed_unless_done(echo):
+                    while not self.nodes_at(topic, subscribers=True):
+                        assert echo.poll() is None, echo.communicate()[0]
                 yield echo
             finally:
                 echo.kill()
@@ -117,13 +119,12 @@ def master(home: Path, port: int = 0) -> Iterator[Terminal]:
     terminal = Terminal(f"http://127.0.0.1:{port}", home)
     with terminal.starts("rosmaster", "--core", "-p", str(port)) as process:
         try:
-            while True:
-                assert process.poll() is None, process.communicate()[0]
-                try:
-                    terminal.nodes_at("/none")
-                    break
-                except OSError:
-                    continue
+            with killed_unless_done(process):
+                while True:
+                    assert process.poll() is None, process.communicate()[0]
+                    with contextlib.suppress(OSError):
+                        terminal.nodes_at("/none")
+                        break
             yield terminal
         finally:
             process.kill()

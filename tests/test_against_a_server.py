@@ -80,8 +80,7 @@ def test_a_session_in_both_dialects_is_recorded_and_played(tmp_path: Path) -> No
     path = tmp_path / "session.txt"
 
     def ports(process: Process) -> str:
-        assert process.process.stdout is not None
-        return f"{process.port},{int(process.process.stdout.readline().rsplit(':', 1)[1])}"
+        return f"{process.port},{int(process.line().rsplit(':', 1)[1])}"
 
     with running("--dialect", "krc4,iiwa", "--transcript", str(path)) as simulator:
         with Iiwa("127.0.0.1", int(ports(simulator).partition(",")[2])) as robot:

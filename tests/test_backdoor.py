@@ -195,8 +195,7 @@ async def test_there_is_none_unless_it_is_asked_for_and_only_on_this_machine(sim
 
 def test_as_a_process() -> None:
     with running("--backdoor-port", "0") as simulator:
-        assert simulator.process.stdout is not None
-        said, _, port = simulator.process.stdout.readline().rpartition(":")
+        said, _, port = simulator.line().rpartition(":")
         assert said == "backdoor on 127.0.0.1"
         with (
             Iiwa("127.0.0.1", simulator.port) as robot,

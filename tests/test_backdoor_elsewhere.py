@@ -96,8 +96,7 @@ def test_as_a_process_with_the_token_in_a_file(tmp_path: Path) -> None:
     file.write_text(f"{TOKEN}\n")
     options = ("--backdoor-host", "0.0.0.0", "--backdoor-token-file", str(file))
     with running("--backdoor-http-port", "0", "--log-level", "info", *options) as simulator:
-        assert simulator.process.stdout is not None
-        said, _, port = simulator.process.stdout.readline().rpartition(":")
+        said, _, port = simulator.line().rpartition(":")
         assert said == "backdoor by HTTP on 0.0.0.0"
         assert ask(int(port), "POST", "/backdoor/hello", Authorization="Bearer swordfisch")[0] == 401
         answer = ask(int(port), "POST", "/backdoor/hello", Authorization=f"Bearer {TOKEN}")

@@ -264,10 +264,9 @@ async def test_a_pause_before_the_next_client_of_any_dialect(scene: Scene) -> No
 def test_all_of_it_as_a_process_with_six_axes() -> None:
     options = ("--robot", "kr_6_r900_sixx", "--dialect", "krc4", "--clock", "fast", "--exclusive")
     with running(*options, "--status-port", "0", "--backdoor-port", "0") as process:
-        assert process.process.stdout is not None
         ports = {}
         for _ in range(2):
-            said, _, port = process.process.stdout.readline().rpartition(":")
+            said, _, port = process.line().rpartition(":")
             ports[said.split()[0]] = int(port)
         with (
             Krc4Client(process.port) as client,

@@ -14,7 +14,7 @@ import pytest
 
 from iiwa_sim.cli import main, server_options
 from iiwa_sim.cli.fleet import OF_THE_PROCESS, robots_of
-from tests.processes import IIWA_SIM
+from tests.processes import IIWA_SIM, next_line
 from tests.talking import DEADLINE_S, Client
 
 COUNT = 20
@@ -34,11 +34,10 @@ def fleet(*options: str) -> Iterator[tuple[subprocess.Popen[str], dict[str, dict
         [*IIWA_SIM, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
         try:
-            assert process.stdout is not None
             expected = len(robots(*options)) * sum(option.endswith("port") for option in options)
             ports: dict[str, dict[str, int]] = {}
             for _ in range(expected):
-                line = process.stdout.readline()
+                line = next_line(process)
                 found = re.fullmatch(r"(?:(\S+) )?(\w+) on 127\.0\.0\.1:(\d+)\n", line)
                 assert found is not None, line
                 ports.setdefault(found[1] or "", {})[found[2]] = int(found[3])

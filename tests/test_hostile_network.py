@@ -53,10 +53,9 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() 
         "0",
     )
     with running(*options) as simulator:
-        assert simulator.process.stdout is not None
         ports = {"iiwa": simulator.port}
         for name in ("krc4", "status", "rosbridge", "backdoor"):
-            ports[name] = int(simulator.process.stdout.readline().rpartition(":")[2])
+            ports[name] = int(simulator.line().rpartition(":")[2])
         for name, port in ports.items():
             answer = said_to(port, FROM_A_PAGE)
             if name == "rosbridge":

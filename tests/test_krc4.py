@@ -124,8 +124,7 @@ def test_a_client_that_closes_the_connection_stops_its_move(simulator: Process) 
 
 def test_both_dialects_move_one_robot() -> None:
     with running("--dialect", "iiwa,krc4") as process:
-        assert process.process.stdout is not None
-        announced, _, port = process.process.stdout.readline().rpartition(":")
+        announced, _, port = process.line().rpartition(":")
         assert announced == "krc4 on 127.0.0.1"
         with Iiwa("127.0.0.1", process.port) as robot, Krc4Client(int(port)) as krc4:
             krc4.ask("PTA", 5.0, 30.0, 0.0, -60.0, 0.0, 90.0, 10.0)

@@ -19,7 +19,7 @@ from iiwa_sim.ros.conventions import RESULT_TYPES
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
-from tests.processes import IIWA_SIM, Process, killed_unless_done, running
+from tests.processes import IIWA_SIM, Process, killed_unless_done, next_line, running
 from tests.ros1_tools import (
     SYSTEM_PYTHON,
     Terminal,
@@ -63,8 +63,7 @@ def environment(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Terminal
 @pytest.fixture
 def robot(environment: Terminal) -> Iterator[Process]:
     with running("--ros") as process:
-        assert process.process.stdout is not None
-        assert process.process.stdout.readline() == f"ROS node at {environment.master_uri}\n"
+        assert process.line() == f"ROS node at {environment.master_uri}\n"
         yield process
 
 
@@ -163,10 +162,9 @@ def test_results_of_an_older_package_are_heard_by_its_clients(environment: Termi
         environment.starts(SYSTEM_PYTHON, "-c", script) as older,
     ):
         try:
-            assert older.stdout is not None
-            assert older.stdout.readline() == "hears\n"
+            assert next_line(older) == "hears\n"
             environment.says(*command)
-            assert older.stdout.readline() == "7 3000\n"
+            assert next_line(older) == "7 3000\n"
         finally:
             older.kill()
 
@@ -242,6 +240,18 @@ def test_callers_that_vanish_before_their_answers_are_no_fault(terminal: Termina
     assert _stops(robot) == ""
 
 
+def test_those_who_connect_and_say_nothing_keep_no_others_waiting(terminal: Terminal, robot: Process) -> None:
+    """rospy would hear what one wants before it accepts the next."""
+    for at in (terminal.service_at("/get_io"), terminal.node_at()):
+        with socket.create_connection(at, DEADLINE_S) as silent:
+            assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
+            _hear(terminal, "/tool_frame", 20)
+            silent.setblocking(False)
+            with pytest.raises(BlockingIOError):
+                silent.recv(1)
+    assert "Traceback" not in _stops(robot)
+
+
 @pytest.mark.parametrize(
     "knocked_at", ["topics and services", pytest.param("XML-RPC", marks=pytest.mark.slow)]
 )
@@ -253,10 +263,9 @@ def test_without_descriptors_the_node_waits_and_serves_again(environment: Termin
         "runpy.run_module('iiwa_sim', run_name='__main__', alter_sys=True)\n"
     )
     with running("--ros", program=(sys.executable, "-c", with_few)) as robot:
-        assert robot.process.stdout is not None
-        robot.process.stdout.readline()
+        robot.line()
         with Iiwa("127.0.0.1", robot.port) as telnet:
-            with killed_unless_done(robot), ExitStack() as idle:
+            with killed_unless_done(robot.process), ExitStack() as idle:
                 at = environment.node_at() if knocked_at == "XML-RPC" else environment.service_at("/get_io")
                 beyond = 0
                 while beyond < 5:
@@ -282,8 +291,7 @@ def test_without_descriptors_the_node_waits_and_serves_again(environment: Termin
 def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Terminal) -> None:
     """In quick time, so that all buffers are full after some seconds: 2.8 MB."""
     with running("--ros", "--clock", "30x") as robot:
-        assert robot.process.stdout is not None
-        robot.process.stdout.readline()
+        robot.line()
         stuck = deaf_subscriber(environment, "/joint_states", "sensor_msgs/JointState")
         _hear(environment, "/current_speed_scale", 2400)
         assert environment.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
@@ -336,8 +344,7 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
             for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
                 monkeypatch.setenv(name, before.environment[name])
             robot = robots.enter_context(running("--ros"))
-            assert robot.process.stdout is not None
-            assert robot.process.stdout.readline().startswith("ROS node at ")
+            assert robot.line().startswith("ROS node at ")
         with master(tmp_path, int(before.master_uri.rpartition(":")[2])) as anew:
             asked = asked_of_a_publisher(anew, "/command_list", LIST)  # most often before the robot is back
             assert asked[:2] == ("/iiwa_sim", "/command_list")
@@ -358,9 +365,8 @@ def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
         command = [*IIWA_SIM, "bridge", f"127.0.0.1:{server.port}", "--ros", "--rosbridge-port", "0"]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bridge:
             try:
-                assert bridge.stdout is not None
-                assert bridge.stdout.readline().startswith("rosbridge on 127.0.0.1:")
-                assert bridge.stdout.readline() == f"ROS node at {terminal.master_uri}\n"
+                assert next_line(bridge).startswith("rosbridge on 127.0.0.1:")
+                assert next_line(bridge) == f"ROS node at {terminal.master_uri}\n"
                 assert terminal.says("rosservice", "call", "/scale_speed", "value: 0.25") == "\n"
                 with Iiwa("127.0.0.1", server.port) as telnet:
                     assert telnet.get_override() == 0.25
@@ -450,8 +456,7 @@ def _assert_others_are_served_during(flood_script: str, terminal: Terminal, robo
     """The script says when it begins, and goes on for ever, also while the robot ends."""
     with terminal.starts(SYSTEM_PYTHON, "-c", flood_script) as flood:
         try:
-            assert flood.stdout is not None
-            assert flood.stdout.readline() == "begins\n"
+            assert next_line(flood) == "begins\n"
             _hear(terminal, "/tool_frame", 200)
             assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
             assert flood.poll() is None

@@ -77,8 +77,7 @@ async def ros(simulator: Simulator) -> AsyncIterator[Ros]:
 
 
 def port_of(process: Process) -> str:
-    assert process.process.stdout is not None
-    said, _, port = process.process.stdout.readline().strip().rpartition(":")
+    said, _, port = process.line().strip().rpartition(":")
     assert said == "rosbridge on 127.0.0.1"
     return port
 

@@ -23,7 +23,7 @@ from iiwa_sim.ros.bridge.remote import RemoteRobot
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.simulator import Simulator
 from tests.journal import Journal
-from tests.processes import IIWA_SIM, running
+from tests.processes import IIWA_SIM, next_line, running
 from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client, until
 
@@ -350,8 +350,7 @@ def test_as_a_process() -> None:
         )
         with bridge:
             try:
-                assert bridge.stdout is not None
-                said, _, port = bridge.stdout.readline().strip().rpartition(":")
+                said, _, port = next_line(bridge).strip().rpartition(":")
                 assert said == "rosbridge on 127.0.0.1"
                 with connect(f"ws://127.0.0.1:{port}", open_timeout=DEADLINE_S) as ros:
                     ros.send(json.dumps({"op": "subscribe", "topic": "/joint_states"}))
