@@ -102,7 +102,7 @@ def _flooded(flood: Flood, count: int) -> list[Figure]:
 
 @contextlib.contextmanager
 def _simulator(*, ros1: bool) -> Iterator[tuple[dict[str, Address], int]]:
-    """A simulator; yields the addresses of its ports by name, "ros1" for the master, and its process number."""
+    """A simulator; yields the addresses of its ports by name, "ros1" for the master, and its process."""
     ports = {}
     with contextlib.ExitStack() as free:
         for name in ("krc4", "status", "rosbridge", "backdoor"):
