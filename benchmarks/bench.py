@@ -26,6 +26,7 @@ from benchmarks import (
     floods,
     moves,
     replies,
+    rest,
     servo,
     start,
     status,
@@ -57,6 +58,7 @@ PARTS = {
     "servo": Part(servo.measure, gated=False),
     "status": Part(status.measure, gated=True),
     "fleet": Part(fleet.measure, gated=False),
+    "rest": Part(rest.measure, gated=True, of_gate=rest.gate),
     "floods": Part(floods.measure, gated=True, of_gate=floods.gate),
 }
 GATE_RUNS = 3

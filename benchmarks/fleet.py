@@ -1,6 +1,6 @@
 """A hundred robots in one process, each asked 50 times a second; and the duration of a start.
 
-The reference is a hundred bare echo servers in one process.
+All robots rest, or ten of them move. The reference is a hundred bare echo servers in one process.
 """
 
 import asyncio
@@ -12,7 +12,7 @@ from statistics import median
 from time import perf_counter
 
 from benchmarks.echo import Echo
-from benchmarks.figures import Figure, percentile
+from benchmarks.figures import Figure, Kind, percentile
 from iiwa_sim.simulator import Simulator
 
 ROBOTS = 100
@@ -21,15 +21,28 @@ SECONDS = 8.0
 WARM_UP_S = 1.0
 QUESTION = b"get joint position\r\n"
 STARTS = 50
+MOVING = 10
+TARGETS = ("0.8 0.6 0.2 -1.2 0.3 1.4 0.5", "-0.8 0.3 -0.2 -0.9 -0.3 1.7 -0.5")
+MOVES = 12
+"""Of each robot that moves: more than it does in the time."""
 
 
 def measure() -> list[Figure]:
     """Measure replies of both fleets, one after the other, and the start of a simulator in a thread."""
-    of_robots, of_echoes = (_latencies_us(kind) for kind in ("robots", "echoes"))
+    of_robots, of_echoes = (_latencies_us(kind, 0) for kind in ("robots", "echoes"))
+    while_some_move = _latencies_us("robots", MOVING)
     of = f"{ROBOTS} in one process, each asked at {1 / PERIOD_S:g} Hz"
     return [
         Figure(f"{of}, p50", percentile(of_robots, 0.5), "us", percentile(of_echoes, 0.5)),
         Figure(f"{of}, p99", percentile(of_robots, 0.99), "us", percentile(of_echoes, 0.99)),
+        Figure(
+            f"the same while {MOVING} move, p99",
+            percentile(while_some_move, 0.99),
+            "us",
+            percentile(of_echoes, 0.99),
+            ratio_at_most=5,
+            kind=Kind.WALL,
+        ),
         Figure(
             "a simulator in a thread, to readiness, p50", median(_start_ms() for _ in range(STARTS)), "ms"
         ),
@@ -42,9 +55,9 @@ def _start_ms() -> float:
         return 1e3 * (perf_counter() - began)
 
 
-def _latencies_us(kind: str) -> list[float]:
+def _latencies_us(kind: str, moving: int) -> list[float]:
     with _fleet(kind) as ports:
-        return asyncio.run(_ask_all(ports))
+        return asyncio.run(_ask_all(ports, moving))
 
 
 @contextlib.contextmanager
@@ -59,12 +72,25 @@ def _fleet(kind: str) -> Iterator[list[int]]:
             process.terminate()
 
 
-async def _ask_all(ports: list[int]) -> list[float]:
-    """Latencies of all replies, without those of the first second."""
+async def _ask_all(ports: list[int], moving: int) -> list[float]:
+    """Latencies of all replies, without those of the first second; the first `moving` robots move."""
     taken: list[float] = []
+    drivers = [await _set_going(port) for port in ports[:moving]]
     asking = [_ask(port, PERIOD_S * k / len(ports), taken) for k, port in enumerate(ports)]
     await asyncio.gather(*asking)
+    for driver in drivers:
+        driver.close()
     return taken
+
+
+async def _set_going(port: int) -> asyncio.StreamWriter:
+    """Send moves there and back; returns the connection, without which the robot would stop."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    for turn in range(MOVES):
+        writer.write(f"joint move : {TARGETS[turn % 2]} {' '.join(['0.15'] * 7)}\r\n".encode())
+        if await reader.readline() != b"done\r\n":
+            raise RuntimeError("a move was refused")
+    return writer
 
 
 async def _ask(port: int, delay_s: float, taken: list[float]) -> None:

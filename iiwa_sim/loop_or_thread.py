@@ -36,6 +36,10 @@ class LoopOrThread(ABC):
         """Whether the context is entered, in either way."""
 
     @abstractmethod
+    def _catch_up(self) -> None:
+        """Something is about to be called: what is in the loop has to be as of now."""
+
+    @abstractmethod
     def _heed(self) -> None:
         """Called after a function has run in the loop, which may have changed something there."""
 
@@ -76,6 +80,7 @@ class LoopOrThread(ABC):
         return self._thread.wait_for(coroutine)
 
     def _called(self, function: Callable[[], T]) -> T:
+        self._catch_up()
         try:
             return function()
         finally:

@@ -145,7 +145,7 @@ class Simulator(LoopOrThread):
         for line in differing_limits(self.cell.description):
             logger.warning("%s", line)
         self.clock = Clock(rate_hz, clock if isinstance(clock, Pace) else pace(clock))
-        self.controller = Controller(
+        self._controller = Controller(
             self.cell.description,
             self.clock.tick_s,
             start=self.cell.start,
@@ -157,8 +157,8 @@ class Simulator(LoopOrThread):
             on_fault=self._robot_fault,
             on_contact=self._robot_contact,
         )
-        self.controller.endings.on_discarded = moves_discarded
-        self.dialogue = RememberedDialogue(lambda: self.controller.tick)
+        self._controller.endings.on_discarded = moves_discarded
+        self.dialogue = RememberedDialogue(self._tick)
         """What is said in all dialects; `dialogue.listeners.append(listener)` hears it, and from
         `dialogue.remember()` on it can be asked for."""
         self._log = SessionLog()
@@ -185,7 +185,7 @@ class Simulator(LoopOrThread):
         self._recorder: Recorder | None = None
         self._accepted = 0  # moves the clock knows of
         entrances = Entrances(list(self._servers.values()))
-        self.backdoor = Backdoor(self.controller, faults, entrances, self.clock, self.call)
+        self.backdoor = Backdoor(self._controller, faults, entrances, self.clock, self.call)
         self._backdoor_ports = BackdoorPorts(
             self.backdoor,
             self.dialogue,
@@ -206,6 +206,7 @@ class Simulator(LoopOrThread):
                 status_port,
                 rate_hz=status_rate_hz,
                 tick_rate_hz=rate_hz,
+                on_reader=self.clock.look,
                 budget=budget,
             )
         self._ros: RosSide | None = None
@@ -214,7 +215,7 @@ class Simulator(LoopOrThread):
             from iiwa_sim.ros.rmi.local import LocalRobot
 
             self._ros = side.RosSide(
-                LocalRobot(self.controller),
+                LocalRobot(self._controller),
                 rate_hz,
                 self._log,
                 host=host,
@@ -226,6 +227,14 @@ class Simulator(LoopOrThread):
                 budget=budget,
                 access=WebAccess(rosbridge_origins, rosbridge_hosts),
             )
+
+    @property
+    def controller(self) -> Controller:
+        """The robot's controller, as of now.
+
+        To be had anew whenever something is asked of it or begun: a robot at rest does not tick until then.
+        """
+        return self.call(self._in_hand)
 
     @property
     def host(self) -> str:
@@ -295,7 +304,7 @@ class Simulator(LoopOrThread):
     async def __aexit__(
         self, kind: type[BaseException] | None, fault: BaseException | None, where: TracebackType | None
     ) -> None:
-        self.controller.stop()  # or the log would say that the clients have vanished
+        self._controller.stop()  # or the log would say that the clients have vanished
         try:
             for server in reversed(self._listeners):
                 await server.close()
@@ -348,35 +357,44 @@ class Simulator(LoopOrThread):
     @property
     def joints(self) -> Joints:
         """Joint positions (rad)."""
-        return self.call(lambda: self.controller.joints)
+        return self.call(lambda: self._controller.joints)
 
     def state(self) -> Snapshot:
         """The whole state of the robot, of one tick; the last one after the context has ended."""
-        return self.call(lambda: snapshot(self.controller))
+        return self.call(lambda: snapshot(self._controller))
 
     def _watched(self) -> Stepped:
         """The robot for the clock; with nobody else in between where nobody watches."""
-        status, ros = self._status, self._ros
-        ticked = [*([] if status is None else [status.tick]), *([] if ros is None else [ros.step])]
-        if not ticked:
-            return self.controller
-        return Watched(self.controller, ticked, lambda: ros is not None and ros.has_commands)
+        watchers = [each for each in (self._status, self._ros) if each is not None]
+        return Watched(self._controller, watchers) if watchers else self._controller
 
     @property
     def _runs(self) -> bool:
         return any(server.listening for server in self._servers.values())
 
+    def _in_hand(self) -> Controller:
+        self.clock.look()
+        return self._controller
+
+    def _catch_up(self) -> None:
+        self.clock.catch_up()
+
+    def _tick(self) -> int:
+        """How many there have been by now."""
+        self.clock.catch_up()
+        return self._controller.tick
+
     def _heed(self) -> None:
         """Commands may have been carried out."""
-        accepted = self.controller.accepted
+        accepted = self._controller.accepted
         self.clock.heed(moved=accepted != self._accepted)
         self._accepted = accepted
 
     def _status_line(self) -> bytes:
-        return status_line(self.controller)
+        return status_line(self._controller)
 
     def _open_status_session(self, name: str) -> StatusSession:
-        return StatusSession(self.controller, self._log, name)
+        return StatusSession(self._controller, self._log, name)
 
     @property
     def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorPorts]":
@@ -386,7 +404,7 @@ class Simulator(LoopOrThread):
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
         return lambda name: dialect.open_session(
-            self.controller, self._log, name, self.dialogue, self._strict, self._canned
+            self._controller, self._log, name, self.dialogue, self._strict, self._canned
         )
 
     def _recording(self, path: Path) -> Recorder:

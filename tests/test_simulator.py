@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from iiwa_sim.cell.settings import CellFault
+from iiwa_sim.clock.clock import CATCH_UP_WAKES
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.serve.http import HttpServer
@@ -92,6 +93,32 @@ async def test_a_move_runs_while_the_client_goes_on_asking(simulator: Simulator,
     assert await client.until_stopped() > 0, "done means accepted, not arrived"
     assert await client.ask("get joint position") == "0.01 0.52 0.0 -1.04 0.0 1.57 0.0"
     assert simulator.controller.tick > 0
+
+
+async def test_a_robot_at_rest_does_not_tick_and_its_time_passes_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    simulator = Simulator(clock="100x")
+    controller, ticks = simulator.controller, [0]
+    step = controller.step
+
+    def counted() -> None:
+        ticks[0] += 1
+        step()
+
+    monkeypatch.setattr(controller, "step", counted)
+    async with simulator:
+        client = await Client.connect(simulator.port)
+        await until(lambda: simulator.controller.tick > 20_000)
+        assert ticks[0] <= CATCH_UP_WAKES * 50, "those of the first wake-up"
+        before = simulator.controller.tick
+        assert await client.ask(NEAR) == "done"
+        await client.until_stopped()
+        assert await client.ask("get joint position") == "0.01 0.52 0.0 -1.04 0.0 1.57 0.0"
+        moved = ticks[0]
+        await until(lambda: simulator.controller.tick > before + 40_000)
+        assert ticks[0] <= moved + CATCH_UP_WAKES * 50
+        await client.leaves()
 
 
 @pytest.mark.requirement("FRA006", "FRA101")

@@ -18,7 +18,7 @@ from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.dialect.wire.dialogue import DialogueLine
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
-from tests.asked import joint_move
+from tests.asked import gravity_hold, joint_move
 from tests.drivers import SCENES
 from tests.krc4_talking import Krc4Client
 from tests.talking import DEADLINE_S
@@ -186,6 +186,8 @@ def test_whoever_waits_for_time_learns_that_the_robot_has_gone() -> None:
             told.append(str(fault))
 
     with Simulator(clock="stepped") as simulator:
+        # Not at rest, a day of which would be over at once.
+        simulator.call(lambda: simulator.controller.move(gravity_hold(1000.0)))
         thread = threading.Thread(target=wait, args=(simulator,))
         thread.start()
         while simulator.state().tick == 0:

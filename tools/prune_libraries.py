@@ -35,7 +35,7 @@ def load_all() -> None:
     for name in ("numpy.random", "numpy.linalg", "numpy.fft"):
         importlib.import_module(name)
     noise = importlib.import_module("iiwa_sim.contact.noise")
-    noise.Noise(noise.NoiseLevels(1, 1.0, 1.0, 1.0), 7)
+    noise.Noise(noise.NoiseLevels(1, 1.0, 1.0, 1.0), 7).wrench  # noqa: B018  it is drawn when it is asked for
     simulator = importlib.import_module("iiwa_sim.simulator")
     client = importlib.import_module("iiwa_sim.client")
     options = {"clock": "stepped", "backdoor_http_port": 0, "rosbridge_port": 0}

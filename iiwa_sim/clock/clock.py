@@ -63,6 +63,13 @@ class Stepped(Protocol):
     def under_way(self) -> bool:
         """Whether it moves, and not so that only a command can end that."""
 
+    @property
+    def resting(self) -> bool:
+        """Whether ticks change nothing that `skip` does not, and nobody sees them."""
+
+    def skip(self, ticks: int) -> None:
+        """So many ticks at once, while it is `resting`."""
+
 
 class StillMoving(TimeoutError):
     """The robot has not stopped within the limit."""
@@ -89,6 +96,9 @@ class Clock:
       loop's turn in between, and in real time while it rests: so whatever a driver waits for with a sleep has
       happened when it wakes. For `HOLD_NS` after a move was accepted time stands still.
     - `STEPPED`, or a clock that is paused, makes none by itself.
+    - While the robot is `resting` no timer is set, at any pace: so it costs nothing. The ticks that are due
+      are made up for all at once when somebody asks, none is dropped. Who is about to ask, or to begin
+      something, says so by `catch_up` before and `heed` after it, or by `look`.
 
     `advance` and `run_until_stopped` make ticks as fast as they can at any pace, in the order in which they
     are called; meanwhile none are made besides. A fault in a tick is logged, and the clock goes on. All
@@ -121,6 +131,7 @@ class Clock:
         self._errands: deque[_Errand] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = 0
+        self._idles = False  # no timer is set, since the robot is resting
         self._faults = Throttle[Place](1, _failed_more)
         self._take(pace)
 
@@ -128,16 +139,17 @@ class Clock:
         """Make ticks from now on; at a pace the first one period from now. Must be called inside the loop."""
         self._robot = robot
         self._timer = self._open_timer(self._wake)
-        self._asked_ns = 0
+        self._asked_ns, self._idles = 0, False
         self._count_anew()
         self._sleep()
 
     def stop(self) -> None:
         """Make no more ticks; who waits for some gets RuntimeError. Does nothing if the clock is stopped."""
+        self._make_up_for_rest()
         if self._timer is not None:
             self._timer.close()
             self._timer = None
-            self._asked_ns = 0
+            self._asked_ns, self._idles = 0, False
         while self._errands:
             errand = self._errands.popleft()
             if not errand.done.done():
@@ -154,13 +166,15 @@ class Clock:
 
     def set_pace(self, pace: Pace) -> None:
         """Let time pass otherwise from now on. A pause goes on."""
+        self._make_up_for_rest()
         self._take(pace)
         self._count_anew()
         self._sleep()
 
     def pause(self) -> None:
         """Make ticks only when told, until `resume`."""
-        self._paused = True
+        self._make_up_for_rest()
+        self._paused, self._idles = True, False
 
     def resume(self) -> None:
         """Go on at the pace. Time that has passed since `pause` is not made up for."""
@@ -170,19 +184,38 @@ class Clock:
             self._sleep()
 
     def heed(self, *, moved: bool) -> None:
-        """Commands have been carried out, and moves accepted among them or not. In haste this is news."""
-        if self._pace.ticks_in_haste and self._timer is not None:
+        """Commands have been carried out, and moves accepted among them or not.
+
+        That is news in haste, and where the robot was resting.
+        """
+        if self._timer is None:
+            return
+        if self._pace.ticks_in_haste:
             if moved:
                 now_ns = self._now_ns()
                 if self._held_since_ns is None:
                     self._held_since_ns = now_ns
                 self._held_until_ns = min(now_ns + HOLD_NS, self._held_since_ns + LONGEST_HOLD_NS)
             self._sleep()
+        elif self._idles:
+            self._sleep()
 
     def catch_up(self) -> None:
         """Make the ticks that are due by now: for whoever is about to do something else."""
-        if 1 < self._asked_ns <= self._now_ns():  # below, nothing is asked for, or what is in haste
+        if self._idles:
+            self._make_up_for_rest()
+        elif 1 < self._asked_ns <= self._now_ns():  # below, nothing is asked for, or what is in haste
             self._wake()
+
+    def look(self) -> None:
+        """Catch up, and make the next tick when it is due, whether the robot is resting or not.
+
+        For whoever has the robot in hand, and may begin what the clock is not told of.
+        """
+        if self._idles:
+            self._make_up_for_rest()
+            self._idles = False
+            self._set_timer(self._deadline_ns)
 
     async def advance(self, seconds: float) -> None:
         """Make as many ticks as `seconds` (0 to a day, simulated) need, the last one begun counted whole.
@@ -210,6 +243,7 @@ class Clock:
     async def _run(self, errand: _Errand) -> bool:
         if self._timer is None:
             raise RuntimeError("the clock does not run")
+        self._make_up_for_rest()
         self._errands.append(errand)
         self._sleep()
         return await errand.done
@@ -234,15 +268,22 @@ class Clock:
         """Set the timer to when there is something to do."""
         if self._timer is None:
             return
+        self._idles = False
         if self._errands:
             instant_ns = 1  # at once, after the loop's turn
         elif self._hastens:
             instant_ns = 1 if self._held_since_ns is None else self._held_until_ns
         elif self._paused or not self._pace.speed:
             return  # a wake-up asked for before finds nothing to do
+        elif self._robot.resting:
+            self._idles = True
+            return
         else:
             instant_ns = self._deadline_ns + (self._ticks_per_wake - 1) * self._period_ns
-        if instant_ns != self._asked_ns:
+        self._set_timer(instant_ns)
+
+    def _set_timer(self, instant_ns: int) -> None:
+        if self._timer is not None and instant_ns != self._asked_ns:
             self._asked_ns = instant_ns
             self._timer.wake_at(instant_ns)
 
@@ -266,6 +307,9 @@ class Clock:
         step, robot = self._step, self._robot
         end_ns = now_ns + SLICE_NS
         while not errand.done.done():  # or whoever asked has been cancelled
+            if not errand.until_stopped and robot.resting:
+                robot.skip(errand.ticks - errand.made)
+                errand.made = errand.ticks
             if errand.made >= errand.ticks or (errand.until_stopped and not robot.moving):
                 errand.done.set_result(not robot.moving)
                 break
@@ -282,10 +326,20 @@ class Clock:
         while robot.under_way and self._now_ns() < end_ns:
             step()
 
+    def _make_up_for_rest(self) -> None:
+        """The ticks that no timer has made."""
+        if self._idles:
+            self._make_due(self._now_ns())
+
     def _make_due(self, now_ns: int) -> None:
         """The ticks that are due at the pace."""
-        due = max(0, (now_ns - self._deadline_ns) // self._period_ns + 1)
+        due = (now_ns - self._deadline_ns) // self._period_ns + 1
+        if due <= 0:
+            return
         self._deadline_ns += due * self._period_ns
+        if self._robot.resting:
+            self._robot.skip(due)
+            return
         most = CATCH_UP_WAKES * self._ticks_per_wake
         for _ in range(min(due, most)):
             self._step()

@@ -1,32 +1,60 @@
 """A robot whose ticks others see, and which may get commands in them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from typing import Protocol
 
 from iiwa_sim.clock.clock import Stepped
+
+
+class Watcher(Protocol):
+    """Sees the ticks of a robot."""
+
+    def tick(self) -> None:
+        """One has been made."""
+
+    def skip(self, ticks: int) -> None:
+        """So many have been made at once, of a robot at rest, while this one was not `watching`."""
+
+    @property
+    def watching(self) -> bool:
+        """Whether it has to see each tick, also of a robot at rest."""
+
+    @property
+    def has_commands(self) -> bool:
+        """Whether it will make the robot move in the next ticks."""
 
 
 class Watched:
     """What a clock drives in place of the robot itself."""
 
-    def __init__(
-        self, robot: Stepped, ticked: Sequence[Callable[[], None]], has_commands: Callable[[], bool]
-    ) -> None:
-        """`ticked` are called after every tick; `has_commands` says whether that will make the robot move."""
+    def __init__(self, robot: Stepped, watchers: Sequence[Watcher]) -> None:
         self._robot = robot
-        self._ticked = ticked
-        self._has_commands = has_commands
+        self._watchers = watchers
 
     def step(self) -> None:
         try:
             self._robot.step()
         finally:  # a robot that fails is still seen
-            for ticked in self._ticked:
-                ticked()
+            for watcher in self._watchers:
+                watcher.tick()
+
+    def skip(self, ticks: int) -> None:
+        self._robot.skip(ticks)
+        for watcher in self._watchers:
+            watcher.skip(ticks)
 
     @property
     def moving(self) -> bool:
-        return self._robot.moving or self._has_commands()
+        return self._robot.moving or self._has_commands
 
     @property
     def under_way(self) -> bool:
-        return self._robot.under_way or self._has_commands()
+        return self._robot.under_way or self._has_commands
+
+    @property
+    def resting(self) -> bool:
+        return self._robot.resting and not any(watcher.watching for watcher in self._watchers)
+
+    @property
+    def _has_commands(self) -> bool:
+        return any(watcher.has_commands for watcher in self._watchers)

@@ -14,6 +14,10 @@ Felt = tuple[Transform, tuple[Vector, Vector] | None]
 (N) and torque (Nm); None where they have yet to be felt."""
 
 
+NEVER = -1
+"""Stands for a number of changes of the world that no world has."""
+
+
 class ExternalLoad:
     """The external load, tick by tick; exactly 0 in free space.
 
@@ -39,6 +43,8 @@ class ExternalLoad:
         """The surfaces; changes are felt from the next tick on."""
         self._noise = noise
         self._place: Vector | None = None  # position of the TCP at the last evaluation of the surfaces
+        self._joints: Sequence[float] = ()  # at the last tick
+        self._settled = NEVER  # the number of changes of the world when a tick left all contacts unchanged
         self._feel(self._tcp.pose(joints), 0.0)
 
     @property
@@ -72,8 +78,20 @@ class ExternalLoad:
         """Whether a tick may change a reading: it cannot without noise far from surfaces."""
         return self._noise is not None or self._place is not None or not self.world.empty
 
+    @property
+    def settled(self) -> bool:
+        """Whether ticks change only the noise as long as the robot stays where it is."""
+        if self.world.empty:
+            return self._place is None
+        return self._settled == self.world.changes
+
+    def skip(self, ticks: int) -> None:
+        """Count ticks that change only the noise."""
+        if self._noise is not None:
+            self._noise.next(ticks)
+
     def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
-        """A tick has moved the robot to `joints` (rad): evaluate the surfaces there, and draw new noise.
+        """A tick has moved the robot to `joints` (rad): evaluate the surfaces there, and take new noise.
 
         If a motion has evaluated them in this tick, its result `felt` is used: they are evaluated once per
         tick.
@@ -82,19 +100,28 @@ class ExternalLoad:
             self._noise.next()
         if self.world.empty:
             self._touch, self._place = NO_WRENCH, None
+            return
+        stands = felt is None and joints == self._joints
+        if stands and self._settled == self.world.changes:
+            return
+        self._joints = joints
+        tcp, touch = (self._tcp.pose(joints), None) if felt is None else felt
+        if touch is not None:
+            self._place, self._settled = tcp.translation, NEVER
+            self._touch = seen_from(tcp.rotation, touch)
+        elif stands and tcp.translation == self._place:
+            before = self.world.memory()
+            self._feel(tcp, tick_s)
+            self._settled = self.world.changes if self.world.memory() == before else NEVER
         else:
-            tcp, touch = (self._tcp.pose(joints), None) if felt is None else felt
-            if touch is None:
-                self._feel(tcp, tick_s)
-            else:
-                self._place = tcp.translation
-                self._touch = seen_from(tcp.rotation, touch)
+            self._settled = NEVER
+            self._feel(tcp, tick_s)
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
         self._tcp = self._model.tcp(tool_in_flange)
         self.world.forget()
-        self._place = None
+        self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
 
     def seed(self, seed: int) -> None:

@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iiwa_sim.contact.wrench import NO_WRENCH, Wrench
+from iiwa_sim.contact.wrench import Wrench
 
 AHEAD = 256
 """Ticks for which noise is drawn at once, at a tenth of the cost of single draws."""
+BLOCK_BITS = 64
+"""Bits of the generator's counter that each such block has for itself: far more than it uses."""
 
 
 class NoiseLevels(NamedTuple):
@@ -24,11 +26,14 @@ class NoiseLevels(NamedTuple):
 
 
 class Noise:
-    """The noise on the readings in a tick. The same seed gives the same noise in every run."""
+    """The noise on the readings in a tick. The same seed gives the same noise in every run.
+
+    The noise depends only on the seed and on the number of ticks since the seed was set. So a robot at rest
+    can skip ticks and still gets the noise of the right tick: the generator, Philox, gives any part of its
+    stream without the parts before it.
+    """
 
     def __init__(self, levels: NoiseLevels, joint_count: int) -> None:
-        self.wrench: Wrench = NO_WRENCH
-        self.joint_torques: tuple[float, ...] = (0.0,) * joint_count
         self._levels = np.repeat(
             [levels.force_n, levels.torque_nm, levels.joint_torque_nm], [3, 3, joint_count]
         )
@@ -36,16 +41,34 @@ class Noise:
 
     def seed(self, seed: int) -> None:
         """Restart with this seed (0 to 2**32 - 1)."""
-        # The stream of RandomState is frozen: it is the same with every numpy.
-        self._random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(seed)))
-        self._ahead: list[list[float]] = []
-        self.next()
+        self._seed = seed
+        self._tick = 0  # since the seed was set
+        self._block = -1  # number of the block of ticks that the rows belong to
+        self._rows: list[list[float]] = []
 
-    def next(self) -> None:
-        """Draw the noise for a tick."""
-        if not self._ahead:
-            drawn = self._random.standard_normal((AHEAD, len(self._levels)))
-            self._ahead = (drawn * self._levels)[::-1].tolist()
-        fx, fy, fz, tx, ty, tz, *joint_torques = self._ahead.pop()
-        self.wrench = (fx, fy, fz, tx, ty, tz)
-        self.joint_torques = tuple(joint_torques)
+    def next(self, ticks: int = 1) -> None:
+        """Advance by this number of ticks."""
+        self._tick += ticks
+
+    @property
+    def wrench(self) -> Wrench:
+        """Noise of the wrench at the TCP (N, Nm)."""
+        fx, fy, fz, tx, ty, tz = self._row()[:6]
+        return (fx, fy, fz, tx, ty, tz)
+
+    @property
+    def joint_torques(self) -> tuple[float, ...]:
+        """Noise of the torque on each joint (Nm)."""
+        return tuple(self._row()[6:])
+
+    def _row(self) -> list[float]:
+        block, place = divmod(self._tick, AHEAD)
+        if block != self._block:
+            self._block, self._rows = block, self._drawn(block)
+        return self._rows[place]
+
+    def _drawn(self, block: int) -> list[list[float]]:
+        # The stream of RandomState is frozen: it is the same with every numpy.
+        random = np.random.RandomState(np.random.Philox(key=self._seed, counter=block << BLOCK_BITS))
+        rows: list[list[float]] = (random.standard_normal((AHEAD, len(self._levels))) * self._levels).tolist()
+        return rows

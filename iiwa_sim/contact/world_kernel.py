@@ -108,8 +108,14 @@ class Contact:
         self._nx, self._ny, self._nz = self._r2, self._r5, self._r8
         self._height = self._nx * self._ox + self._ny * self._oy + self._nz * self._oz + self._radius
         self._anchored = False
+        self._ax = self._ay = self._az = 0.0
         self._was = None
         self._face = None
+
+    def memory(self) -> Any:
+        """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so
+        does the next one."""
+        return (self._anchored, self._ax, self._ay, self._az, self._was, self._face)
 
     @cython.cfunc
     @cython.exceptval(check=True)
@@ -236,12 +242,15 @@ class World:
     """
 
     radius_m: float = cython.declare(cython.double, visibility="readonly")
+    changes: int = cython.declare(cython.int, visibility="readonly")
+    """How many times a surface has been put or taken away."""
     _contacts: dict[str, Contact]
     _all: list[Contact]
 
     def __init__(self, surfaces: Iterable[Surface], radius_m: float) -> None:
         """`radius_m` is that of the sphere; 0 makes it a point. Each surface has a name of its own."""
         self.radius_m = radius_m
+        self.changes = 0
         self._contacts = {}
         self._all = []
         for surface in surfaces:
@@ -256,16 +265,22 @@ class World:
         """Add a surface, or have it take the place of the one of its name, as one not touched before."""
         self._contacts[surface.name] = Contact(surface, self.radius_m)
         self._all = list(self._contacts.values())
+        self.changes += 1
 
     def remove(self, name: str) -> None:
         """Take a surface away, which must be there."""
         del self._contacts[name]
         self._all = list(self._contacts.values())
+        self.changes += 1
 
     def forget(self) -> None:
         """No surface has been touched before."""
         for surface in self.surfaces.values():
             self.put(surface)
+
+    def memory(self) -> Any:
+        """What all surfaces remember of the TCP, to be compared."""
+        return [contact.memory() for contact in self._all]
 
     @property
     def empty(self) -> bool:

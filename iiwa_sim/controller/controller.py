@@ -82,6 +82,13 @@ class Controller:
         """Tells its listeners how each move ended."""
         self.step = self._core.step
         """One tick."""
+        self.skip = self._core.skip
+        """So many ticks at once, while `resting`: what they would have made of the robot, bit for bit."""
+
+    @property
+    def resting(self) -> bool:
+        """Whether ticks change nothing but their number and the noise, until something is asked for."""
+        return self._core.resting
 
     def move(self, request: MoveRequest) -> int:
         """Take a move; gives its number. Raises `Refused`. How each kind is taken is said in `Moves.take`."""

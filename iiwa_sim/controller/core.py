@@ -94,6 +94,25 @@ class Core:
         if self.guards.pending:
             self._watch_forces()
 
+    @property
+    def resting(self) -> bool:
+        """Whether ticks change nothing but their number and the noise, until something is asked for.
+
+        That is not so while a timeout of a servo runs, in a pause, while the robot yields, nor in the tick
+        after a motion, whose velocity is still to be seen to end.
+        """
+        return not (
+            self.joints_before != self.motions.joints
+            or self.endings.pending
+            or self.guards.pending
+            or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
+        ) and (self.motions.settled and self.load.settled)
+
+    def skip(self, ticks: int) -> None:
+        """So many ticks at once, while `resting`: what they would have made of the robot, bit for bit."""
+        self.tick += ticks
+        self.load.skip(ticks)
+
     def is_pending(self, move: int) -> bool:
         """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
         return self.motions.is_pending(move)

@@ -58,6 +58,11 @@ class Motions:
         return self._drive.moving or self._servo.moving or self._impedance.moving
 
     @property
+    def settled(self) -> bool:
+        """Whether ticks change nothing until something is asked for: a robot that yields is never sure."""
+        return not self.moving and self._override.settled and not self._impedance.yielding
+
+    @property
     def override(self) -> float:
         """The rate that was asked for, 0..1."""
         return self._override.value

@@ -84,6 +84,11 @@ class Impedance:
         return self._yielding and not self._at_rest
 
     @property
+    def yielding(self) -> bool:
+        """Whether the robot gives way to forces, and is not stiff: also at rest, until it is stopped."""
+        return self._yielding
+
+    @property
     def holding(self) -> bool:
         """Whether a gravity hold is on, or begins when the robot is at rest."""
         return self._hold is not None

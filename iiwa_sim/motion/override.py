@@ -63,6 +63,11 @@ class Override:
         return self._begins or self._on_plan is not None or self._change is not None
 
     @property
+    def settled(self) -> bool:
+        """Whether a tick in which nothing moves at this rate leaves all as it is."""
+        return self.even and not self.changing and self.advance_s == self.tick_s * self.rate
+
+    @property
     def pausing(self) -> bool:
         """Whether planned time stands still."""
         return self.rate == 0.0 and not self.changing

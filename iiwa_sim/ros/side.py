@@ -58,8 +58,10 @@ class RosSide:
         """
         budget = budget or Budget()
         self._node = Node(robot, time.time_ns, tick_rate_hz, log, conventions)
-        self.step = self._node.step
+        self.tick = self._node.step
         """To be called after every tick."""
+        self.skip = self._node.skip
+        """So many ticks have been made at once, while this was not `watching`."""
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None
         if rosbridge_port is not None:
@@ -90,6 +92,11 @@ class RosSide:
             await self._ros1.close()
         if self._rosbridge is not None:
             await self._rosbridge.close()
+
+    @property
+    def watching(self) -> bool:
+        """Whether somebody hears a topic, or a command waits: each tick is wanted then."""
+        return self._node.watching
 
     @property
     def has_commands(self) -> bool:

@@ -53,9 +53,10 @@ class StatusStream:
         *,
         rate_hz: int = DEFAULT_RATE_HZ,
         tick_rate_hz: int,
+        on_reader: Callable[[], None] = lambda: None,
         budget: Budget | None = None,
     ) -> None:
-        """`budget` may be shared with other servers of the loop.
+        """`on_reader` is called before a reader is added. `budget` may be shared with other servers.
 
         Raises ValueError for a rate outside 1 to 500 Hz or above the tick rate.
         """
@@ -64,6 +65,7 @@ class StatusStream:
             ticks = f", one line per tick at {tick_rate_hz} Hz" if most_hz == tick_rate_hz else ""
             raise ValueError(f"status_rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {most_hz}{ticks}")
         self.open_session = open_session
+        self.on_reader = on_reader
         self.budget = budget or Budget()
         self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared by all readers: read and emptied at once
         self.newest = b""
@@ -101,6 +103,20 @@ class StatusStream:
         if self._due >= self._tick_rate_hz:
             self._due -= self._tick_rate_hz
             self._broadcast()
+
+    def skip(self, ticks: int) -> None:
+        """So many ticks have been made while there was no reader."""
+        self._due = (self._due + ticks * self._rate_hz) % self._tick_rate_hz
+
+    @property
+    def watching(self) -> bool:
+        """Whether there are readers, who are sent lines in time."""
+        return bool(self.readers)
+
+    @property
+    def has_commands(self) -> bool:
+        """Nothing that is sent here makes the robot move."""
+        return False
 
     async def close(self) -> None:
         """Stop listening and close every connection."""
@@ -153,6 +169,7 @@ class Reader(asyncio.BufferedProtocol):
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._stream.send_bytes)
         self._far_end = far_end(transport.get_extra_info("socket"))  # None where it cannot be asked about
         self._session = self._stream.open_session(self._name)
+        self._stream.on_reader()
         self._stream.readers.add(self)
         logger.info("%s connected", self._name, extra=self._mark)
         if not self._stream.listening:  # accepted while the stream closed

@@ -53,6 +53,10 @@ class CountedRobot:
         """Ticks until it has stopped."""
         self.waits = False
         """Whether only a command can end its motion."""
+        self.rests = False
+        """Whether ticks may be left out."""
+        self.skipped = 0
+        """Ticks that were."""
         self._time = time
         self._tick_takes_ns = tick_takes_ns
 
@@ -73,3 +77,11 @@ class CountedRobot:
     @property
     def under_way(self) -> bool:
         return self.moving and not self.waits
+
+    @property
+    def resting(self) -> bool:
+        return self.rests and not self.moving
+
+    def skip(self, ticks: int) -> None:
+        assert self.resting
+        self.skipped += ticks

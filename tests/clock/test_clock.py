@@ -293,6 +293,117 @@ class TestErrands:
             await clock.run_until_stopped(seconds)
 
 
+def resting(time: HandTime, pace: Pace = REAL) -> tuple[CountedRobot, Clock]:
+    robot = CountedRobot(time)
+    robot.rests = True
+    return robot, started(robot, time, pace=pace)
+
+
+class TestRest:
+    """Ticks of a robot that is resting are left out, and made up for when somebody asks."""
+
+    @given(pace=paces, rest_ns=st.lists(st.integers(0, 10 * SECOND_NS), min_size=1, max_size=20))
+    def test_all_ticks_of_a_rest_are_there_when_somebody_asks_and_none_is_dropped(
+        self, pace: Pace, rest_ns: list[int]
+    ) -> None:
+        time = HandTime()
+        start_ns = time.now_ns
+        robot, clock = resting(time, pace)
+        period_ns = round(SECOND_NS / (500 * pace.speed))
+        for rest in rest_ns:
+            time.pass_until(time.now_ns + rest)
+            clock.catch_up()
+            assert robot.skipped == (time.now_ns - start_ns) // period_ns
+        assert (robot.ticks, clock.dropped_ticks) == (0, 0)
+
+    @pytest.mark.parametrize("pace", [REAL, FAST, multiple(10)])
+    def test_no_timer_is_set(self, pace: Pace) -> None:
+        time = HandTime()
+        _, clock = resting(time, pace)
+        clock.heed(moved=False)
+        assert time.asked_ns is None
+
+    @pytest.mark.parametrize("pace", [REAL, multiple(10)])
+    def test_what_begins_after_a_rest_begins_at_the_next_tick_of_the_pace(self, pace: Pace) -> None:
+        time = HandTime()
+        start_ns = time.now_ns
+        robot, clock = resting(time, pace)
+        time.now_ns += 3600 * SECOND_NS + 100_000
+        clock.catch_up()
+        robot.left = 5
+        clock.heed(moved=True)
+        period_ns = round(SECOND_NS / (500 * pace.speed))
+        begun_ns = time.now_ns
+        while time.asked_ns is not None:
+            time.pass_until_woken()
+        assert robot.ticks == 5
+        assert robot.skipped * period_ns >= begun_ns - start_ns - period_ns
+        assert time.now_ns <= begun_ns + 5 * period_ns + MS_NS
+        time.now_ns += SECOND_NS
+        clock.catch_up()
+        assert 5 + robot.skipped == (time.now_ns - start_ns) // period_ns
+
+    def test_in_haste_what_begins_after_a_rest_begins_when_the_driver_has_sent_all(self) -> None:
+        time = HandTime()
+        robot, clock = resting(time, FAST)
+        time.now_ns += 3600 * SECOND_NS
+        clock.catch_up()
+        robot.left = 100
+        clock.heed(moved=True)
+        assert time.asked_ns == time.now_ns + HOLD_NS
+        time.pass_until_woken()
+        assert (robot.ticks, robot.skipped, time.asked_ns) == (100, 3600 * 500, None)
+
+    def test_who_has_the_robot_in_hand_need_not_say_what_he_begins(self) -> None:
+        time = HandTime()
+        robot, clock = resting(time)
+        time.now_ns += 10 * SECOND_NS + 300_000
+        clock.look()
+        assert robot.skipped == 5000
+        robot.left = 3
+        time.pass_until(time.now_ns + SECOND_NS)
+        assert (robot.ticks, time.asked_ns) == (3, None)
+
+    def test_a_rest_that_begins_between_two_wake_ups(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time)
+        time.pass_until(time.now_ns + SECOND_NS)
+        robot.rests = True
+        time.pass_until(time.now_ns + SECOND_NS)
+        assert time.asked_ns is None
+        clock.catch_up()
+        assert (robot.ticks, robot.skipped) == (500, 500)
+
+    @pytest.mark.parametrize("pace", [REAL, FAST, STEPPED])
+    async def test_a_day_of_rest_is_advanced_at_once(self, pace: Pace) -> None:
+        time = HandTime()
+        robot, clock = resting(time, pace)
+        advanced = asyncio.ensure_future(clock.advance(86_400.0))
+        await asyncio.sleep(0)
+        time.pass_until_woken()
+        await advanced
+        assert (robot.ticks, robot.skipped) == (0, 86_400 * 500)
+
+    async def test_an_advance_has_the_motion_first_and_leaves_out_the_rest(self) -> None:
+        time = HandTime()
+        robot, clock = resting(time, STEPPED)
+        robot.left = 70
+        advanced = asyncio.ensure_future(clock.advance(100.0))
+        await asyncio.sleep(0)
+        time.pass_until_woken()
+        await advanced
+        assert (robot.ticks, robot.skipped) == (70, 49_930)
+
+    def test_a_rest_before_a_pause_counts_and_one_within_does_not(self) -> None:
+        time = HandTime()
+        robot, clock = resting(time)
+        for act in (clock.pause, clock.resume, lambda: clock.set_pace(multiple(10)), clock.stop):
+            time.now_ns += SECOND_NS
+            act()
+        assert robot.skipped == 500 + 500 + 5000
+
+
 @pytest.mark.parametrize("pace", [REAL, FAST, multiple(10)])
 def test_a_paused_clock_makes_no_ticks_and_resumes_without_making_up(pace: Pace) -> None:
     time = HandTime()

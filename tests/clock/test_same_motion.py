@@ -44,6 +44,13 @@ class ProgrammedRobot:
     def under_way(self) -> bool:
         return self.robot.controller.under_way
 
+    @property
+    def resting(self) -> bool:
+        return not self._program and self.robot.controller.resting
+
+    def skip(self, ticks: int) -> None:
+        self.robot.controller.skip(ticks)
+
 
 def paced(program: list[Any], pace: Pace, late_ns: list[int]) -> ProgrammedRobot:
     robot, time = ProgrammedRobot(program), HandTime()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from iiwa_sim.contact.noise import Noise, NoiseLevels
@@ -46,3 +48,25 @@ def test_a_level_of_zero_is_none_and_changes_no_other() -> None:
     only_force = drawn(NoiseLevels(5, 1.0, 0.0, 0.0), 300)
     assert np.array_equal(all_of_it[:, :3], only_force[:, :3])
     assert not only_force[:, 3:].any()
+
+
+@given(st.lists(st.integers(0, 100_000), min_size=1, max_size=8))
+def test_ticks_may_be_left_out(gaps: list[int]) -> None:
+    levels = NoiseLevels(5, 1.0, 0.1, 1.0)
+    skipping = Noise(levels, 7)
+    for gap in gaps:
+        skipping.next(gap)
+    ticking = Noise(levels, 7)
+    ticking.next(max(sum(gaps) - 2, 0))
+    for _ in range(min(sum(gaps), 2)):
+        ticking.next()
+    assert (skipping.wrench, skipping.joint_torques) == (ticking.wrench, ticking.joint_torques)
+
+
+def test_a_seed_begins_anew() -> None:
+    noise = Noise(NoiseLevels(5, 1.0, 1.0, 1.0), 7)
+    first = noise.wrench
+    noise.next(12_345)
+    assert noise.wrench != first
+    noise.seed(5)
+    assert noise.wrench == first

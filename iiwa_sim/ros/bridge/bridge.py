@@ -111,7 +111,7 @@ class Bridge:
                 await self._reconnect(fault)
                 logger.warning("there is a connection to the robot again")
             if loop.time() >= due_s:
-                self._ros.step()
+                self._ros.tick()
                 due_s = max(due_s + 1.0 / RATE_HZ, loop.time())
             self._wake.clear()
             with contextlib.suppress(TimeoutError):
@@ -125,7 +125,7 @@ class Bridge:
         connecting, due_s = asyncio.create_task(self._connect()), loop.time()
         try:
             while not connecting.done():
-                self._ros.step()
+                self._ros.tick()
                 due_s = max(due_s + 1.0 / RATE_HZ, loop.time())
                 await asyncio.wait([connecting], timeout=due_s - loop.time())
         finally:

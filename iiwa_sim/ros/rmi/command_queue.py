@@ -102,6 +102,11 @@ class CommandQueue:
             return self._begun[0].result is not None or self._failed
         return bool(self._waiting) and self._robot.ready
 
+    @property
+    def empty(self) -> bool:
+        """Whether every command has its result, and no tick has anything to do."""
+        return not (self._begun or self._waiting or self._failed)
+
     def step(self) -> None:
         """Notice a tick: send commands whose time has come, and publish results."""
         if self._failed:

@@ -70,6 +70,11 @@ class Node:
         """Whether the next ticks will send a command to the robot or publish a result."""
         return self._queue.is_active
 
+    @property
+    def watching(self) -> bool:
+        """Whether a tick may do anything: a topic is heard, or a command has no result yet."""
+        return not self._queue.empty or any(self._listeners.values())
+
     def definition(self, name: str) -> Definition:
         """The definition of the message package/Type that this node uses. Raises KeyError for others."""
         return result_message(self._result_type) if name == RESULT else message(name)
@@ -118,6 +123,11 @@ class Node:
                 content = None if state is None else self._content(topic, state)
             if content is not None:
                 self._publish(topic, content)
+
+    def skip(self, ticks: int) -> None:
+        """So many ticks have been made while this was not `watching`."""
+        for topic, (_, rate_hz) in PUBLISHED.items():
+            self._due[topic] = (self._due[topic] + ticks * rate_hz) % self._tick_rate_hz
 
     def _publish(self, topic: str, content: Message) -> None:
         for listener in list(self._listeners[topic]):
