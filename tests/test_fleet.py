@@ -25,6 +25,7 @@ ROUND = [
     "lin move : 450 -100 520 0.2 -1.4 0.1 0.3 0",
 ]
 SAMPLES = 12
+HOUR_S = 3600.0
 
 
 @contextlib.contextmanager
@@ -51,11 +52,18 @@ def robots(*options: str) -> list[str]:
     return [robot.name for robot in robots_of(parser, server_options.parsed(options, {}))]
 
 
-async def driven(ports: dict[str, int], rounds: int) -> list[object]:
-    """What one robot shows of a program: its states at rest, and on the way at fixed ticks of each move."""
+async def driven(ports: dict[str, int], rounds: int, override: float) -> list[object]:
+    """What one robot shows of a program: its states at rest, and on the way at fixed ticks of each move.
+
+    Between the rounds it rests, for an hour altogether.
+    """
     driver, bench = await Client.connect(ports["listening"]), await Client.connect(ports["backdoor"])
     seen: list[object] = []
-    for line in ROUND * rounds:
+    assert await driver.ask(f"set override : {override}") == "done"
+    for number, line in enumerate(ROUND * rounds):
+        if number % len(ROUND) == 0:
+            assert await bench.ask(f"advance : {HOUR_S / rounds}") == "done"
+            seen.append(await state(bench))
         assert await bench.ask("pause") == "done"
         assert await driver.ask(line) == "done"
         for _ in range(SAMPLES):
@@ -77,20 +85,25 @@ async def state(bench: Client) -> object:
     return seen
 
 
-@pytest.mark.parametrize("rounds", [1, pytest.param(12, marks=pytest.mark.slow)])
-def test_twenty_robots_driven_at_once_move_as_one_alone_bit_for_bit(rounds: int) -> None:
-    options = ("--port", "0", "--backdoor-port", "0", "--clock", "fast")
+@pytest.mark.parametrize(
+    ("rounds", "override", "rate_hz"), [(1, 1.0, 500), pytest.param(6, 0.1, 100, marks=pytest.mark.slow)]
+)
+def test_twenty_robots_driven_at_once_move_as_one_alone_bit_for_bit(
+    rounds: int, override: float, rate_hz: int
+) -> None:
+    """For more than a simulated hour, of which the rest takes no time."""
+    options = ("--port", "0", "--backdoor-port", "0", "--clock", "fast", "--rate", str(rate_hz))
 
     async def all_driven(ports: list[dict[str, int]]) -> list[list[object]]:
-        return await asyncio.gather(*(driven(each, rounds) for each in ports))
+        return await asyncio.gather(*(driven(each, rounds, override) for each in ports))
 
     with fleet(*options) as (_, ports):
         (alone,) = asyncio.run(all_driven([ports[""]]))
     with fleet("--count", str(COUNT), *options) as (_, ports):
         assert list(ports) == [f"robot-{index}" for index in range(COUNT)]
         together = asyncio.run(all_driven(list(ports.values())))
-    assert len(alone) == rounds * len(ROUND) * (SAMPLES + 1)
-    assert alone[0] != alone[1] != alone[SAMPLES]
+    assert len(alone) == rounds * (len(ROUND) * (SAMPLES + 1) + 1)
+    assert alone[0] != alone[1] != alone[2] != alone[SAMPLES]
     assert all(each == alone for each in together)
 
 
