@@ -7,6 +7,8 @@ from iiwa_sim.dialect.ports import DEFAULT_DIALECT, DEFAULT_PORTS, MAX_PORT
 from iiwa_sim.wording import shortened
 
 MOST_ROBOTS = 10_000
+ROSBRIDGE_PORT = 9090
+"""The usual one, and that of a bridge."""
 
 
 def add_host(parser: Parser) -> None:

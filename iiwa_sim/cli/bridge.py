@@ -6,11 +6,10 @@ import sys
 from collections.abc import Sequence
 
 from iiwa_sim import log
-from iiwa_sim.cli.addresses import add_host
+from iiwa_sim.cli.addresses import ROSBRIDGE_PORT, add_host
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.names import BRIDGE
 from iiwa_sim.cli.options import (
-    ROSBRIDGE_PORT,
     add_log,
     add_robot,
     add_ros,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from iiwa_sim import log
+from iiwa_sim.cli.addresses import ROSBRIDGE_PORT
 from iiwa_sim.cli.names import ROS_PACKAGE_PATH
 from iiwa_sim.cli.parsing import Error, Parser, whole
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
@@ -14,8 +15,6 @@ from iiwa_sim.ros.conventions import RESULT_TYPES, Conventions, Reference
 from iiwa_sim.serve.listening import why
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
-
-ROSBRIDGE_PORT = 9090
 
 
 def check_robot(error: Error, options: argparse.Namespace) -> None:
