@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -52,15 +53,20 @@ class Finder:
             print("signalled", flush=True)
             os.kill(os.getpid(), signal.SIGTERM)
 sys.meta_path.insert(0, Finder)
-sys.argv[1:] = ["--port", "0"]
+sys.argv[1:] = ["--port", "0", *sys.argv[1:]]
 sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("module", ["iiwa_sim.cli.serve", "asyncio", "pinocchio", "ruckig"])
-def test_a_signal_while_it_loads_ends_it(module: str) -> None:
-    """As process 1 of a container would otherwise ignore it, or crash in the midst of loading Pinocchio."""
-    command = [sys.executable, "-c", SIGNALLED_WHILE_LOADING, module]
+@pytest.mark.parametrize("module", ["iiwa_sim.cli.serve", "asyncio", "numpy", "pinocchio", "ruckig"])
+def test_a_signal_while_it_loads_ends_it(module: str, tmp_path: Path) -> None:
+    """As process 1 of a container would otherwise ignore it, or crash in the midst of loading Pinocchio.
+
+    That is loaded for a robot whose URDF nobody has read before.
+    """
+    for name in ("robot.toml", "robot.urdf"):
+        (tmp_path / name).write_text((files("iiwa_sim.robots") / "lbr_iiwa_7_r800" / name).read_text())
+    command = [sys.executable, "-c", SIGNALLED_WHILE_LOADING, module, "--robot", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
     assert (done.stdout, done.returncode, done.stderr) == ("signalled\n", 0, "")
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 
-from iiwa_sim.cli.early import end_while_loading
+from iiwa_sim.cli.early import end_while_loading, one_thread
 from iiwa_sim.cli.names import BRIDGE, SERVE, SUBCOMMANDS, module_of
 from iiwa_sim.wording import Unusable
 
@@ -28,8 +28,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = list(sys.argv[1:] if arguments is None else arguments)
     name = given.pop(0) if given and given[0] in SUBCOMMANDS else SERVE
-    if arguments is None and name in (SERVE, BRIDGE):
-        end_while_loading()
+    if arguments is None:
+        one_thread()
+        if name in (SERVE, BRIDGE):
+            end_while_loading()
     try:
         # Only the subcommand is imported: others may need an extra, and importing all takes time.
         code: int = import_module(module_of(name)).run(given)

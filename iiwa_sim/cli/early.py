@@ -1,4 +1,4 @@
-"""Signals while the program is loading."""
+"""What is set before the program loads libraries: signals, and the number of threads."""
 
 import os
 import signal
@@ -13,6 +13,14 @@ def end_while_loading() -> None:
     """
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _leave)
+
+
+def one_thread() -> None:
+    """OpenBLAS, a part of numpy, starts no threads unless OPENBLAS_NUM_THREADS asks for them.
+
+    Arrays are small here, and a thread for each core takes time to start.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _leave(*_: object) -> NoReturn:

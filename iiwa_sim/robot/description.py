@@ -10,6 +10,7 @@ from pathlib import Path
 
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.robot.found_poses import FoundPoses, read_found_poses
 from iiwa_sim.robot.settings import read_settings
 from iiwa_sim.settings import Reader
 
@@ -56,6 +57,8 @@ class RobotDescription:
     """Path of the URDF, for messages."""
     urdf: str
     """Text of the URDF."""
+    found_poses: FoundPoses | None = None
+    """What was found in a URDF before, if it is kept in the robot's folder."""
 
     @property
     def stop_acceleration(self) -> tuple[float, ...]:
@@ -124,6 +127,7 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
         settings_path=settings_path,
         urdf_path=urdf_path,
         urdf=_text(folder, URDF_FILE, name_or_folder),
+        found_poses=read_found_poses(folder),
     )
 
 

@@ -1,0 +1,21 @@
+"""Write `fixed_poses.toml` of the robots that come along: `python -m tools.fixed_poses`, with Pinocchio."""
+
+from pathlib import Path
+
+from iiwa_sim.robot.description import built_in_robots, load_robot
+from iiwa_sim.robot.found_poses import POSES_FILE, FoundPoses, geometry_checksum, written
+from iiwa_sim.robot.reading import read_fixed_poses
+
+ROBOTS = Path(__file__).parent.parent / "robots"
+
+
+def text_for(name: str) -> str:
+    """What belongs into the file of this robot."""
+    robot = load_robot(name)
+    of = geometry_checksum(robot.urdf, robot.joints, robot.flange)
+    return written(FoundPoses(of, read_fixed_poses(robot)))
+
+
+if __name__ == "__main__":
+    for robot_name in built_in_robots():
+        (ROBOTS / robot_name / POSES_FILE).write_text(text_for(robot_name))
