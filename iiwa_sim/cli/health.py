@@ -79,7 +79,7 @@ def _fault(process: int) -> str:
 
 def _fault_of_bridge(process: int, given: Sequence[str]) -> str:
     """What is wrong with rosbridge, as its clients would find it; a node of ROS 1 cannot be asked."""
-    parser = Parser(prog="iiwa-sim", allow_abbrev=False)
+    parser = Parser(prog="iiwa-sim")
     add_host(parser)
     parser.add_argument("--rosbridge-port", type=int, default=ROSBRIDGE_PORT)
     options, _ = parser.parse_known_args(given)
