@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from ruckig import InputParameter, Ruckig, Synchronization, Trajectory
+from ruckig import InputParameter, Ruckig, Trajectory
 
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.robot.description import RobotDescription
@@ -115,13 +115,18 @@ def _shape(path: Polynomial) -> tuple[Array, Array, Array]:
 
 
 def ruckig_s(start: Sequence[float], end: Sequence[float], description: RobotDescription) -> float:
-    """Duration of the straight joint line (rad) by Ruckig, all joints phase-synchronised."""
-    task = InputParameter(len(start))
-    task.current_position, task.target_position = list(start), list(end)
-    task.max_velocity = list(description.velocity)
-    task.max_acceleration, task.max_jerk = list(description.acceleration), list(description.jerk)
-    task.synchronization = Synchronization.Phase
-    trajectory = Trajectory(len(start))
-    Ruckig(len(start)).calculate(task, trajectory)
+    """Duration of the straight joint line (rad) by Ruckig, as one joint with what all of them allow.
+
+    Joint by joint, phase-synchronised, Ruckig leaves the line where different joints bound velocity and jerk.
+    """
+    ways = np.maximum(np.abs(np.subtract(end, start)), 1e-12)
+    limits = description.velocity, description.acceleration, description.jerk
+    task = InputParameter(1)
+    task.target_position = [1.0]
+    task.max_velocity, task.max_acceleration, task.max_jerk = (
+        [float((np.array(limit) / ways).min())] for limit in limits
+    )
+    trajectory = Trajectory(1)
+    Ruckig(1).calculate(task, trajectory)
     duration: float = trajectory.duration
     return duration

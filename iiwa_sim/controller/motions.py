@@ -205,7 +205,7 @@ class Motions:
 
     def step(self) -> None:
         """One tick. Where the active motion fails, what waits is forgotten, and what it raised is raised."""
-        self._override.step(self._drive.running if self._active is self._drive else None)
+        self._override.step(self._drive if self._active is self._drive else None)
         if not self._active.moving:
             self._hand_over()
         try:

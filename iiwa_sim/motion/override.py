@@ -13,6 +13,7 @@ much of the jerk; planners keep 0.99 of the limits.
 """
 
 from math import atanh, sqrt, tanh
+from typing import Protocol
 
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
@@ -25,6 +26,14 @@ SPEED_KEPT = 1.0 - 1e-11
 """Were u a hair faster than its limit, Ruckig might take a way that is seconds longer."""
 JERK_SHARES = (1.0, 1.0 - 1e-6)
 """Where Ruckig finds nothing, some phase has no length; with a little less jerk it has one."""
+
+
+class Runs(Protocol):
+    """A motion that may run at the rate."""
+
+    @property
+    def running(self) -> Running | None:
+        """What runs, None where nothing does or where it cannot be looked at."""
 
 
 class Override:
@@ -52,6 +61,7 @@ class Override:
         self._task.max_velocity = [min(f, fastest)]
         self._task.max_acceleration = [f * g / 2.0]
         self._task.max_jerk = [f * g / 2.0 * g]
+        self._level = False  # and is so in each tick till another value is asked for
         self._begins = False  # another value has been asked for since the last tick
         self._on_plan: RateChange | None = None
         self._change: Trajectory | None = None
@@ -77,6 +87,7 @@ class Override:
         self.value = self.rate = value
         self.slope_per_s, self.even = 0.0, True
         self._begins, self._on_plan, self._change = False, None, None
+        self._level = False
 
     @property
     def part_to_keep(self) -> float:
@@ -93,10 +104,13 @@ class Override:
     def go_to(self, value: float) -> None:
         """Take another rate (0..1) from now on, as fast as the limits allow."""
         if value != self.value:
-            self.value, self.even, self._begins = value, False, True
+            self.value, self.even, self._begins, self._level = value, False, True, False
 
-    def step(self, running: Running | None = None) -> None:
-        """One tick; `running` is what runs at this rate, None where that cannot be looked at."""
+    def step(self, motion: "Runs | None" = None) -> None:
+        """One tick; what runs at this rate is that of a motion, None where that cannot be looked at."""
+        if self._level:
+            return
+        running = motion.running if motion is not None else None
         if self._begins:
             self._begin(running)
         elif self._on_plan is not None and running is None:
@@ -108,6 +122,7 @@ class Override:
             self._step_anywhere(self._change)
         else:
             self.advance_s = self.tick_s * self.rate
+            self._level = self.even
 
     def _begin(self, running: Running | None) -> None:
         self._begins = False

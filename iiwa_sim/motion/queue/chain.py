@@ -74,7 +74,13 @@ class Chain:
     `rest_s`."""
 
     def __init__(
-        self, course: Course, controls: Array, clock: Array, times: Array, rows: Rows, rough: bool = False
+        self,
+        course: Course,
+        controls: Array,
+        clock: Array,
+        times: Array,
+        rows: Rows | None,
+        rough: bool = False,
     ) -> None:
         """`times` (k + 1,) of the first knots are given, and what bounds the clock over the cells of the last
         knots."""
@@ -164,12 +170,13 @@ class Chain:
             len(self.times) - 2,
         )
         last = max(last, k)
-        known = len(self.times) - 1 - self._rows.cells
+        rows = self._rows
+        known = len(self.times) - 1 - rows.cells if rows else last
         return Front(
             self.controls[first : last + 3],
             self.clock[first : last + 2],
             self.times[first : last + 1],
             k - first,
             np.diff(self.times[last : last + 3]),
-            self._rows.part(k - known, last - known) if k >= known and last > k else None,
+            rows.part(k - known, last - known) if rows and last > k >= known else None,
         )

@@ -13,7 +13,7 @@ from iiwa_sim.motion.queue.chain import Chain, Front
 from iiwa_sim.motion.queue.corner import Corner, Setting, corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import CELL_S, FREE_S, begun, planned, planned_on
+from iiwa_sim.motion.queue.planning import FREE_S, begun, planned, planned_on
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.slices import Slices
 
@@ -47,6 +47,7 @@ SLICES = 8
 """What is planned anew takes about so many slices; what is before then is not changed."""
 LEAST_MARGIN_S = 0.01
 CHANGING_S = 0.15
+CELL_S = 0.01
 CELLS_OF_MOVE = 10
 """Of a short move, about; and so many cells are"""
 CELLS_IN_SLICE = 25.0

@@ -39,7 +39,7 @@ OVERDONE = 2.2
 """What is too much between knots counts so many times for them;"""
 MORE_EACH = 0.3
 """where a clock is kept that it is to be like, only so much more in each repair."""
-ROOM = 0.998
+ROOM = 0.9998
 """Of limits, which that clock keeps also in the end."""
 STUCK = 0.02
 """Of what is beside it: a coefficient below is where nearly nothing moves any more."""
@@ -56,13 +56,16 @@ def steady(rows: Rows, widths: Array) -> Array:
     return scaled
 
 
-def quick(rows: Rows, c: Array) -> bool:
-    """Bring a steady clock (N + 2,) that starts from rest nearer to the fastest one, in place, in half a
-    slice. Whether there is little left to gain."""
-    cells = len(rows.cap) - 1
+def quick(rows: Rows, c: Array, most_steps: int = 0, mu_end: float = MU_END) -> bool:
+    """Bring a steady clock (N + 2,) that starts from rest nearer to the fastest one, in place, in so many
+    Newton steps, or half a slice. Whether there is little left to gain."""
+    cells = rows.cells
     vectors, band, loads = np.empty((3, cells + 2)), np.empty((cells + 2, 3)), np.empty((cells, 3))
+    bounds = rows.like_rows()
+    tightened(*rows[:7], rows.tight, *bounds)
     c *= QUICK_START
-    _, _, over = newton(*rows[:7], c, vectors, band, MU_WARM, MU_END, CUT, 0, max(CELL_STEPS // cells, 1))
+    steps = most_steps or max(CELL_STEPS // cells, 1)
+    _, _, over = newton(*bounds, rows.counts, c, vectors, band, MU_WARM, mu_end, CUT, 0, steps)
     inner_loads(*rows.inside, c, loads)
     largest = _too_fast(loads)
     if largest > 1.0:

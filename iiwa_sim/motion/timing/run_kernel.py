@@ -39,6 +39,70 @@ def root(x: cython.double) -> cython.double:
     return scale * y
 
 
+def rest_to_rest(
+    way: cython.double,
+    velocity: cython.double,
+    acceleration: cython.double,
+    jerk: cython.double,
+    times: cython.double[::1],
+    jerks: cython.double[::1],
+) -> float:
+    """Write how long its phases last (7,), and with which jerks (7,), of the fastest motion over a way within
+    limits of all three; gives how long all of it lasts."""
+    building: cython.double = acceleration / jerk
+    even: cython.double
+    rest: cython.double = 0.0
+    k: cython.Py_ssize_t
+    total: cython.double = 0.0
+    if velocity < acceleration * building:
+        building = sqrt(velocity / jerk)
+    even = max(velocity / (building * jerk) - building, 0.0)
+    if velocity * (2.0 * building + even) <= way:
+        rest = way / velocity - (2.0 * building + even)
+    else:
+        # It does not come to its velocity: what it comes to with full acceleration, or not even that.
+        building = acceleration / jerk
+        even = 0.5 * (sqrt(building * building + 4.0 * way / acceleration) - 3.0 * building)
+        if even < 0.0:
+            even = 0.0
+            building = root(0.5 * way / jerk)
+    for k in range(7):
+        times[k] = rest if k == 3 else even if k % 4 == 1 else building
+        jerks[k] = jerk if k == 0 or k == 6 else -jerk if k == 2 or k == 4 else 0.0
+        total += times[k]
+    return float(total)
+
+
+def phases(
+    times: cython.double[::1],
+    jerks: cython.double[::1],
+    at: cython.double[::1],
+    motion: cython.double[:, ::1],
+) -> None:
+    """Write a motion from rest at 0 through phases that last so long (7,) at constant jerks (7,): where it is
+    at rising times `at` (p,), and its first two derivatives (p, 3)."""
+    p: cython.Py_ssize_t
+    k: cython.Py_ssize_t = 0
+    begins: cython.double = 0.0
+    t: cython.double
+    x: cython.double = 0.0
+    v: cython.double = 0.0
+    a: cython.double = 0.0
+    j: cython.double
+    for p in range(at.shape[0]):
+        while k < times.shape[0] - 1 and begins + times[k] <= at[p]:
+            t, j = times[k], jerks[k]
+            x += t * (v + t * (0.5 * a + t * j / 6.0))
+            v += t * (a + 0.5 * t * j)
+            a += t * j
+            begins += t
+            k += 1
+        t, j = at[p] - begins, jerks[k]
+        motion[p, 0] = x + t * (v + t * (0.5 * a + t * j / 6.0))
+        motion[p, 1] = v + t * (a + 0.5 * t * j)
+        motion[p, 2] = a + t * j
+
+
 def caps(
     derivatives: cython.double[:, :, ::1],
     velocity: cython.double[:, ::1],
