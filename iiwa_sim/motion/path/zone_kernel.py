@@ -94,22 +94,37 @@ def part_inside(
     """
     inside: cython.double = 0.0
     outside: cython.double = 0.0
+    left: cython.double = radius  # of it at the one inside,
+    beyond: cython.double = 0.0  # and how far the other is outside
+    beyond_there: cython.double
     part: cython.double
     k: cython.int
+    last: cython.int = 0  # which of both was found last
     for k in range(1, _PLACES + 1):
         part = most * k / _PLACES
-        if _distance(fixed, centre, borders, offsets, coefficients, at_end, part, room) > radius:
+        beyond = _distance(fixed, centre, borders, offsets, coefficients, at_end, part, room) - radius
+        if beyond > 0.0:
             outside = part
             break
-        inside = part
+        inside, left = part, -beyond
     if outside == 0.0:
         return most
-    while outside - inside > _CLOSE:
-        part = 0.5 * (inside + outside)
-        if _distance(fixed, centre, borders, offsets, coefficients, at_end, part, room) > radius:
-            outside = part
+    while outside - inside > _CLOSE and left > _CLOSE * radius:
+        # False position; where one side stays, it counts half.
+        part = inside + (outside - inside) * left / (left + beyond)
+        if not inside < part < outside:
+            part = 0.5 * (inside + outside)
+        beyond_there = _distance(fixed, centre, borders, offsets, coefficients, at_end, part, room) - radius
+        if beyond_there > 0.0:
+            outside, beyond = part, beyond_there
+            if last == 1:
+                left *= 0.5
+            last = 1
         else:
-            inside = part
+            inside, left = part, -beyond_there
+            if last == -1:
+                beyond *= 0.5
+            last = -1
     return inside
 
 

@@ -11,6 +11,8 @@ one move.
 
 from __future__ import annotations
 
+from typing import Any
+
 import cython
 import numpy as np
 from cython.cimports.libc.math import fabs
@@ -20,6 +22,12 @@ if cython.compiled:
 else:
     from iiwa_sim.motion.path.polynomial_kernel import evaluate
 
+OWN = cython.declare(cython.double, 0.004)  # x between samples: some milliseconds at full speed
+LEAST_OWN = cython.declare(cython.Py_ssize_t, 24)
+MOST_OWN = cython.declare(cython.Py_ssize_t, 96)
+IN_CORNER = cython.declare(cython.Py_ssize_t, 16)
+IN_PIECE = cython.declare(cython.Py_ssize_t, 8)
+APART = cython.declare(cython.double, 1e-9)
 PLACES = cython.declare(cython.double, 1e-15)
 
 
@@ -281,6 +289,42 @@ class Way:
                 y3 + other[3, 0, i] * b1 * b1 * b1 + 3.0 * other[2, 0, i] * b1 * b2 + other[1, 0, i] * b3
             )
         return c
+
+    def samples(self, start: cython.double) -> Any:
+        """Values of x from `start` to the end, as many as the fastest run needs: in corners, outside of them
+        about every OWN of x, and more where a path is made of short pieces: there it bends much within
+        little."""
+        k: cython.Py_ssize_t
+        p: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        count: cython.Py_ssize_t
+        length: cython.double
+        first: cython.double
+        last: cython.double
+        s: cython.double
+        found: list[float] = [start]
+        for k in range(self.targets.shape[0] - 1):
+            length = self.targets[k + 1] - self.targets[k]
+            first = self.targets[k] + self.after[k] * length
+            last = self.targets[k + 1] - self.before[k + 1] * length
+            own: list[float] = []
+            if last > start:
+                count = min(max(int((last - first) / OWN), LEAST_OWN), MOST_OWN)
+                own = [first + (last - first) * p / count for p in range(count)]
+                if self.pieces[k + 1] - self.pieces[k] > 2:
+                    for p in range(self.pieces[k], self.pieces[k + 1] - 1):
+                        for i in range(IN_PIECE):
+                            s = self.borders[p] + (self.borders[p + 1] - self.borders[p]) * i / IN_PIECE
+                            s = self.targets[k] + length * s
+                            if first < s < last:
+                                own.append(s)
+                    own.sort()
+            if k > 0 and self.after[k] > 0.0:
+                last = self.targets[k] - self.before[k] * (self.targets[k] - self.targets[k - 1])
+                own = [last + (first - last) * p / IN_CORNER for p in range(IN_CORNER)] + own
+            found += [s for s in own if s > start + APART]
+        found.append(self.end_x)
+        return np.array(found)
 
     def derivatives(
         self,

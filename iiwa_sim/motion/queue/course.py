@@ -9,13 +9,6 @@ from iiwa_sim.motion.queue.chain_kernel import Way
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.move import Move
 
-OWN_SAMPLES_S = 0.004
-"""x between samples of a move outside corners, about: some milliseconds at its full speed."""
-LEAST_OWN, MOST_OWN = 24, 96
-CORNER_PARTS = np.arange(16) / 16.0
-PIECE_PARTS = np.arange(8) / 8.0
-
-
 NO_CORNER = Corner(0.0, 0.0, 1.0)
 
 
@@ -101,26 +94,3 @@ class Course:
             self.targets[round_them] - before[round_them] * lengths[round_them - 1],
             self.targets[round_them] + after[round_them] * lengths[round_them],
         )
-
-    def samples(self, start: float) -> Array:
-        """Values of x from `start` to the end, as many as the fastest run needs."""
-        targets, before, after = self.targets, self.before, self.after
-        parts = []
-        for k, move in enumerate(self.moves):
-            length = move.length_s
-            first = targets[k] + after[k] * length
-            last = targets[k + 1] - before[k + 1] * length
-            if k and after[k]:
-                begins = targets[k] - before[k] * self.moves[k - 1].length_s
-                parts.append(begins + (first - begins) * CORNER_PARTS)
-            count = min(max(int((last - first) / OWN_SAMPLES_S), LEAST_OWN), MOST_OWN)
-            own = first + (last - first) / count * np.arange(count)
-            borders = move.path.borders
-            if len(borders) > 2:
-                # Where a path is made of short pieces, it bends much within little.
-                s = borders[:-1, None] + np.diff(borders)[:, None] * PIECE_PARTS
-                inner = targets[k] + length * s.ravel()
-                own = np.union1d(own, inner[(inner > first) & (inner < last)])
-            parts.append(own)
-        x = np.concatenate([*parts, [self.end_x]])
-        return np.append(start, x[x > start + 1e-9])

@@ -122,7 +122,7 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
             return None
     else:
         x, speed, earlier = course.first_x, 0.0, (course.first_x, 0.0)
-    samples = course.samples(x)
+    samples: Array = course.way.samples(x)
     yield
     found, limits = course.at(samples)
     yield
