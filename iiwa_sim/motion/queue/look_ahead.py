@@ -43,7 +43,7 @@ SLICE_S = 0.0025
 """A tick has a slice for each of these that it has begun,"""
 MOST_SLICES = 2
 """but no more."""
-SLICES = 8
+SLICES = 10
 """What is planned anew takes about so many slices; what is before then is not changed."""
 LEAST_MARGIN_S = 0.01
 CHANGING_S = 0.15
@@ -237,7 +237,7 @@ class LookAhead:
                 break
             corners.append(found)
             ahead_s += other.length_s / pace
-            if len(corners) % 4 == 0:
+            if len(corners) % 2 == 0:
                 yield
         return corners
 

@@ -33,6 +33,7 @@ SHORTEST_S = 1e-4
 
 def planned(course: Course, front: Front) -> Slices[Chain | None]:
     """A chain along a course that goes on from a front; None where none was found that keeps the limits."""
+    yield
     nominal = yield from _nominal(course, front)
     if nominal is None:
         return None

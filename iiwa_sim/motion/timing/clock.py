@@ -111,6 +111,7 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
         most[:kept] = np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0)
         np.minimum(tight, most, out=tight)
     tightened(*rows[:7], tight, *bounds)
+    yield
     for repair in range(REPAIRS + 1):
         last = 1e30
         for k in range(ROUNDS):

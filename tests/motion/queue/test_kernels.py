@@ -1,0 +1,170 @@
+"""The kernels of chains and of timing compiled and as Python runs their text: the same to the last bit."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.queue import chain_kernel, motion_kernel, rows_kernel
+from iiwa_sim.motion.timing import clock_kernel, guess_kernel, loads_kernel, run_kernel, widths_kernel
+from iiwa_sim.motion.timing.rows import Rows
+from tests.interpreted import interpreted
+
+COMPILED = SimpleNamespace(
+    chain=chain_kernel,
+    motion=motion_kernel,
+    rows=rows_kernel,
+    clock=clock_kernel,
+    guess=guess_kernel,
+    loads=loads_kernel,
+    run=run_kernel,
+    widths=widths_kernel,
+)
+PLAIN = SimpleNamespace(
+    chain=interpreted("iiwa_sim.motion.queue.chain_kernel"),
+    motion=interpreted("iiwa_sim.motion.queue.motion_kernel"),
+    rows=interpreted("iiwa_sim.motion.queue.rows_kernel"),
+    clock=interpreted("iiwa_sim.motion.timing.clock_kernel"),
+    guess=interpreted("iiwa_sim.motion.timing.guess_kernel"),
+    loads=interpreted("iiwa_sim.motion.timing.loads_kernel"),
+    run=interpreted("iiwa_sim.motion.timing.run_kernel"),
+    widths=interpreted("iiwa_sim.motion.timing.widths_kernel"),
+)
+JOINTS = 3
+UNIT_S = 0.01
+WINDOW_S = 0.04
+
+
+def way_of(kernels: SimpleNamespace, seed: int) -> Any:
+    """Three moves round two corners: a straight one, one of one piece, and one of two."""
+    rng = np.random.default_rng(seed)
+    rows = [2, 9, 6, 6]
+    coefficients = (
+        rng.normal(size=(sum(rows), JOINTS)) * 0.3 ** np.concatenate([np.arange(n) for n in rows])[:, None]
+    )
+    limits = rng.uniform(1.0, 2.0, (3, 3, JOINTS)) * np.array([2.0, 10.0, 250.0])[:, None]
+    return kernels.chain.Way(
+        np.array([0.1, 0.4, 0.9, 1.2]),
+        np.array([0.0, *rng.uniform(0.05, 0.49, 2), 0.0]),
+        np.array([0.0, *rng.uniform(0.05, 0.49, 2), 0.0]),
+        np.array([1.0, *rng.uniform(0.1, 1.0, 2), 1.0]),
+        np.array([0, 2, 4, 7]),
+        np.array([0.0, 1.0, 0.0, 1.0, 0.0, 0.4, 1.0]),
+        np.array([0, 2, 2, 11, 11, 17, 23]),
+        coefficients,
+        limits,
+    )
+
+
+def run_along(kernels: SimpleNamespace, way: Any) -> tuple[Array, Array, Array, Array]:
+    """Its samples and the fastest run, and the widths and the mean of that."""
+    samples = way.samples(way.first_x)
+    samples = np.append(samples[:-1:3], samples[-1])  # enough of them
+    found, limits = np.empty((len(samples), 4, JOINTS)), np.empty((len(samples), 3, JOINTS))
+    way.derivatives(samples, found, limits)
+    velocity, acceleration, jerk = (np.ascontiguousarray(limits[:, i]) for i in range(3))
+    squares, speeds, times = (np.empty(len(samples)) for _ in range(3))
+    kernels.run.caps(found, velocity, acceleration, jerk, squares)
+    kernels.run.run(samples, found, acceleration, squares, 0.0, 0.0, speeds, times)
+    begins, ends = (np.interp(way.edges[i::4], samples, times) for i in (0, 3))
+    events = kernels.widths.switches(times, speeds)
+    widths = kernels.widths.widths(times[-1] + WINDOW_S, begins, ends, events, np.array([0.008, 0.009]))
+    mean = np.empty((len(widths) + 1, 3))
+    kernels.run.moving_average(
+        np.append(way.first_x, samples), np.append(0.0, speeds), np.append(-WINDOW_S, times),
+        np.empty(len(samples) + 1), WINDOW_S, np.append(0.0, np.cumsum(widths)), mean,
+    )  # fmt: skip
+    return samples, found, widths, mean[:40]
+
+
+def rows_of(kernels: SimpleNamespace, way: Any, controls: Array) -> Rows:
+    cells = len(controls) - 3
+    starts = np.zeros(cells + 1, dtype=np.intp)
+    kernels.rows.layout(way, way.edges, controls, 0, starts)
+    rows = Rows.begun_with(None, starts, JOINTS)
+    kernels.rows.write(
+        way, way.edges, controls, 0, cells, UNIT_S, starts, np.empty((15, JOINTS)), *rows[:8], rows.parts,
+        rows.per_limit,
+    )  # fmt: skip
+    return rows
+
+
+def clock_of(kernels: SimpleNamespace, rows: Rows, widths: Array) -> list[Array]:
+    """Some steps to a clock over these cells, and all that is found on the way."""
+    cells = rows.cells
+    c = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
+    c *= 0.3 / max(kernels.guess.steady_loads(*rows[:7], c))
+    c[2:] *= 1.5  # which breaks something
+    bounds, wide = (tuple(map(np.zeros_like, rows[:6])) for _ in range(2))
+    kernels.loads.tightened(*rows[:7], rows.tight, *bounds)
+    kernels.loads.widened(*bounds, rows.counts, c, *wide)
+    vectors, band = np.empty((3, cells + 2)), np.empty((cells + 2, 3))
+    told = kernels.clock.newton(*wide, rows.counts, c, vectors, band, 1.0, 0.1, 0.3, 2, 3)
+    loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
+    kernels.loads.inner_loads(*rows.inside, c, loads)
+    allowed, most = 0.5 * loads.max(axis=0) * np.ones((cells, 1)), np.full((cells + 1, 4), 1.5)
+    was = loads.copy()
+    place = np.empty(2, dtype=np.intp)
+    kernels.loads.put_worst(*rows.inside, c, loads, allowed, cells // 2, place, *rows[:2], *rows[3:7])
+    kernels.loads.knot_loads(*rows[:7], c, ends)
+    kernels.loads.tighten(loads, ends, allowed, cells // 2, 2.2, 1.3, rows.tight, most)
+    guess = c[2:].copy()
+    kernels.guess.going_on(
+        rows.a2, rows.cap, rows.j3, rows.counts, rows.inner, rows.starts, rows.per_limit, widths[2:],
+        np.empty((2, cells - 2)), guess,
+    )  # fmt: skip
+    return [np.array(told), c, was, loads, ends, guess, *wide, *rows]
+
+
+def motion_of(kernels: SimpleNamespace, way: Any, controls: Array, clock: Array) -> list[Array]:
+    later = np.zeros(len(clock) - 1)
+    kernels.motion.add_times(clock, later)
+    times = UNIT_S * later
+    motion = kernels.motion.Motion(way, controls, clock, times, UNIT_S)
+    at = times[-1] * np.array([-0.1, 0.0, 0.1, 0.11, 0.5, 0.3, 0.99, 1.0, 1.1])
+    joints, found = np.empty((len(at), JOINTS)), np.empty((len(at), 4, JOINTS))
+    limits = np.empty((len(at), 3, JOINTS))
+    motion.joints_along(at, joints)
+    motion.along(at, found, limits)
+    return [times, joints, found, limits, np.array([motion.move_at(t) for t in at])]
+
+
+def all_of(kernels: SimpleNamespace, seed: int) -> list[Array]:
+    way = way_of(kernels, seed)
+    samples, derivatives, widths, mean = run_along(kernels, way)
+    # Some cells of all of it are enough.
+    widths = widths[:12].copy()
+    steps = np.concatenate([[0.0] * 2, np.sin(np.linspace(0.2, 3.0, len(widths))) ** 2, [0.0] * 1])
+    controls = way.first_x + (way.end_x - way.first_x) * np.cumsum(steps) / steps.sum()
+    rows = rows_of(kernels, way, controls)
+    clock = clock_of(kernels, rows, widths / UNIT_S)
+    return [samples, derivatives, widths, mean, *clock, *motion_of(kernels, way, controls, clock[1])]
+
+
+@settings(max_examples=2, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_chain_and_its_clock(seed: int) -> None:
+    for one, other in zip(all_of(COMPILED, seed), all_of(PLAIN, seed), strict=True):
+        assert np.array_equal(one, other)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    way=st.floats(1e-6, 10.0), velocity=st.floats(0.01, 10.0), acceleration=st.floats(0.1, 100.0),
+    jerk=st.floats(1.0, 1e4),
+)  # fmt: skip
+def test_the_fastest_motion_over_a_way(way: float, velocity: float, acceleration: float, jerk: float) -> None:
+    found = []
+    for kernels in (COMPILED, PLAIN):
+        times, jerks, motion = np.empty(7), np.empty(7), np.empty((3, 3))
+        end_s = kernels.run.rest_to_rest(way, velocity, acceleration, jerk, times, jerks)
+        kernels.run.phases(times, jerks, np.array([0.0, 0.4 * end_s, end_s]), motion)
+        found.append(np.concatenate([[end_s], times, jerks, motion.ravel()]))
+    assert np.array_equal(*found)
+    end = found[0][-3:]
+    assert np.allclose(end, [way, 0.0, 0.0], rtol=1e-9, atol=1e-9 * np.array([way, velocity, acceleration]))
