@@ -21,6 +21,7 @@ PER_CELL = cython.declare(cython.double, 0.2)  # places where that is found
 SWITCH = cython.declare(cython.double, 0.1)  # of the largest acceleration: it changes by so much at once
 FADE = cython.declare(cython.double, 0.8187307530779818)  # exp(-1/5): widths before are left in five cells
 GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
+LONGEST_S = cython.declare(cython.double, 1e7)
 LEAST_PART = cython.declare(cython.double, 0.2)
 ALMOST = cython.declare(cython.double, 1e-9)
 
@@ -87,6 +88,8 @@ def widths(
     fade: cython.double
     off: cython.double = 0.0
     grow: cython.double = 0.0
+    if not 0.0 < end_s < LONGEST_S:
+        raise ArithmeticError(f"a motion that takes {end_s} s")
     grid_array = np.empty((4, room))
     grid: cython.double[:, ::1] = grid_array
     behind = _next_event(0.0, end_s, begins, ends, events)
