@@ -1,6 +1,6 @@
 # For kernels that follow a way: `find`, `at`, then what lies in `here`; and a place within a cell.
 cdef class Way:
-    cdef readonly object edges         # x where third derivatives jump, rising
+    cdef readonly object edges         # x where third derivatives over x jump, or may change fast, rising
     cdef double[::1] targets
     cdef double[::1] before
     cdef double[::1] after
@@ -21,6 +21,7 @@ cdef class Way:
     cdef Py_ssize_t corner_at(self, double x, Py_ssize_t k) noexcept
     cdef bint is_straight(self, Py_ssize_t k) noexcept
     cdef Py_ssize_t at(self, double x, Py_ssize_t k, int order) noexcept
+    cdef double _place(self, Py_ssize_t c, double v) noexcept
     cdef void _polynomial(self, Py_ssize_t k, double s, int order, double[:, :, ::1] out) noexcept
     cdef double limit(self, Py_ssize_t k, Py_ssize_t c, int order, Py_ssize_t joint) noexcept
 cdef double spline(double[::1] controls, Py_ssize_t cell, double part) noexcept

@@ -28,6 +28,9 @@ MOST_OWN = cython.declare(cython.Py_ssize_t, 96)
 IN_CORNER = cython.declare(cython.Py_ssize_t, 16)
 IN_PIECE = cython.declare(cython.Py_ssize_t, 8)
 APART = cython.declare(cython.double, 1e-9)
+MARKS = cython.declare(cython.Py_ssize_t, 10)  # in a corner: most may happen within little of x,
+BESIDE = cython.declare(cython.Py_ssize_t, 4)  # beside its ends more than elsewhere
+NEAR = cython.declare(cython.double, 1e-5)  # of either side, so near to an edge
 PLACES = cython.declare(cython.double, 1e-15)
 
 
@@ -135,6 +138,8 @@ class Way:
         self.heights = np.empty(count + 1)
         self.starts = np.empty((count, n))
         edges: list[float] = []
+        marks: list[float]
+        found: list[float]
         for k in range(count):
             self._polynomial(k, 0.0, 0, self.here)
             for i in range(n):
@@ -142,15 +147,27 @@ class Way:
             y = rho[k]
             self.heights[k] = 1.0 / (y * (3.0 - 3.0 * y + y * y))
             if k > 0 and before[k] > 0.0:
-                length, next_length = targets[k] - targets[k - 1], targets[k + 1] - targets[k]
-                for v in (0.0, min(y, 1.0 - y), max(y, 1.0 - y), 1.0):
-                    y = rho[k]
-                    edges.append(
-                        targets[k]
-                        - before[k] * length * _shape(1.0 - v, y, self.heights[k], 0)
-                        + after[k] * next_length * _shape(v, y, self.heights[k], 0)
-                    )
+                length = before[k] * (targets[k] - targets[k - 1])
+                next_length = after[k] * (targets[k + 1] - targets[k])
+                y = rho[k]
+                marks = [i / MARKS for i in range(1, MARKS)]
+                marks += [v for i in range(1, BESIDE + 1) for v in (0.2 / MARKS * i, 1.0 - 0.2 / MARKS * i)]
+                found = [self._place(k, v) for v in marks]
+                for v in (0.0, y, 1.0 - y, 1.0):
+                    # There third derivatives jump.
+                    found += [self._place(k, v) - NEAR * length, self._place(k, v) + NEAR * next_length]
+                edges += sorted(found)
         self.edges = np.array(edges)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _place(self, c: cython.Py_ssize_t, v: cython.double) -> cython.double:
+        """x at v in the corner c."""
+        first_x: cython.double = self.before[c] * (self.targets[c] - self.targets[c - 1])
+        second_x: cython.double = self.after[c] * (self.targets[c + 1] - self.targets[c])
+        height: cython.double = self.heights[c]
+        done: cython.double = second_x * _shape(v, self.rho[c], height, 0)
+        return self.targets[c] + done - first_x * _shape(1.0 - v, self.rho[c], height, 0)
 
     @cython.cfunc
     @cython.exceptval(check=False)

@@ -1,4 +1,4 @@
-"""Joint positions of a chain over time; compiled by Cython.
+"""Joint positions of a chain over time, in loops; compiled by Cython.
 
 x is a cubic B-spline over theta, which counts cells, and theta goes with time as b(theta) =
 (dtheta/dt)^2 says, a quadratic B-spline over the same cells.

@@ -1,7 +1,7 @@
 """What bounds the clock of a chain, cell by cell (see `timing.clock_kernel`); compiled by Cython.
 
 Rows are found at knots and at both ends of each cell; limits are looked at in more places, at parts of
-cells, some more of them in corners, and on both sides of where jerks jump.
+cells, some more of them in corners, and on both sides of where jerks jump there.
 """
 
 # mypy: allow-untyped-decorators
@@ -16,10 +16,9 @@ else:
 
 PEAK = cython.declare(cython.double, 1.1)  # of jerks inside a cell, over those at its ends
 PLAIN = cython.declare(cython.int, 4)  # places in a cell,
-BENT = cython.declare(cython.int, 8)  # or in one that is in a corner
+BENT = cython.declare(cython.int, 6)  # or in one that is in a corner
 LONG = cython.declare(cython.double, 0.005)  # of a cell in x, for one more,
 MOST = cython.declare(cython.int, 24)  # but no more than so many
-BESIDE = cython.declare(cython.double, 1e-4)  # so near to an edge limits are looked at
 SURE = cython.declare(cython.double, 1.5)  # margin of what is left out
 
 
@@ -33,7 +32,7 @@ def layout(
     """Write where in the list of places those of the cells from `first` on begin (N + 1,), and give their
     number.
 
-    `controls` (N + 3,) is x as a cubic B-spline over the cells, `edges` (e,) where third derivatives jump.
+    `controls` (N + 3,) is x as a cubic B-spline over the cells, `edges` (e,) are those of `way`.
     """
     k: cython.Py_ssize_t
     e: cython.Py_ssize_t = 0
@@ -50,7 +49,7 @@ def layout(
         bent = way.corner_at(begins, move) >= 0
         count = 0
         while e < edges.shape[0] and edges[e] < ends:
-            count += 2
+            count += 1
             e += 1
         if bent or count > 0:
             starts[k + 1] = starts[k] + count + BENT
@@ -184,11 +183,9 @@ def write(
         for o in range(even):
             parts[p] = (o + 0.5) / even
             p += 1
-        while e < edges.shape[0] and edges[e] < x and p + 1 < starts[k + 1]:
-            u = _part(controls, k, edges[e])
-            parts[p] = max(u - BESIDE, 0.0)
-            parts[p + 1] = min(u + BESIDE, 1.0)
-            p += 2
+        while e < edges.shape[0] and edges[e] < x and p < starts[k + 1]:
+            parts[p] = _part(controls, k, edges[e])
+            p += 1
             e += 1
         for p in range(starts[k], starts[k + 1] + 1):
             last_one = p == starts[k + 1]

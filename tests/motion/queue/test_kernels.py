@@ -71,7 +71,7 @@ def run_along(kernels: SimpleNamespace, way: Any) -> tuple[Array, Array, Array, 
     squares, speeds, times = (np.empty(len(samples)) for _ in range(3))
     kernels.run.caps(found, velocity, acceleration, jerk, squares)
     kernels.run.run(samples, found, acceleration, squares, 0.0, 0.0, speeds, times)
-    begins, ends = (np.interp(way.edges[i::4], samples, times) for i in (0, 3))
+    begins, ends = (np.interp(way.edges[i::25], samples, times) for i in (0, 24))
     events = kernels.widths.switches(times, speeds)
     widths = kernels.widths.widths(times[-1] + WINDOW_S, begins, ends, events, np.array([0.008, 0.009]))
     mean = np.empty((len(widths) + 1, 3))
