@@ -150,8 +150,8 @@ class Way:
                 length = before[k] * (targets[k] - targets[k - 1])
                 next_length = after[k] * (targets[k + 1] - targets[k])
                 y = rho[k]
-                marks = [i / MARKS for i in range(1, MARKS)]
-                marks += [v for i in range(1, BESIDE + 1) for v in (0.2 / MARKS * i, 1.0 - 0.2 / MARKS * i)]
+                marks = [float(i) / MARKS for i in range(1, MARKS)]
+                marks += [v for i in range(1, BESIDE + 1) for v in (0.2 * i / MARKS, 1.0 - 0.2 * i / MARKS)]
                 found = [self._place(k, v) for v in marks]
                 for v in (0.0, y, 1.0 - y, 1.0):
                     # There third derivatives jump.

@@ -39,7 +39,6 @@ OVERDONE = 2.2
 """What is too much between knots counts so many times for them;"""
 MORE_EACH = 0.3
 """where a clock is kept that it is to be like, only so much more in each repair."""
-STUCK = 0.02
 ROOM = 0.9998
 """Of limits, which that clock keeps also in the end."""
 STUCK = 0.02
