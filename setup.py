@@ -1,7 +1,7 @@
 """What pyproject.toml cannot say: the packages under iiwa_sim and two that lie beside it, and the kernels.
 
 A kernel is a file *_kernel.py of iiwa_sim: Python that Cython compiles. Beside the compiled module lies a
-stamp with the checksum of the text it was made of, by which `iiwa_sim.kernels` knows a stale one.
+stamp with the checksum of what it was made of, by which `iiwa_sim.kernels` knows a stale one.
 """
 
 import runpy
@@ -33,13 +33,13 @@ def in_c(extension: Extension, folder: str) -> Extension:
 
 
 def kernel(text: Path) -> Extension:
-    """The compiled module of a text, by way of C in a folder named after the text's checksum."""
+    """The compiled module of a text, by way of C in a folder named after the stamp."""
     extension = Extension(".".join(text.with_suffix("").parts), [str(text)], extra_compile_args=FLAGS)
     return in_c(extension, f"{cython_version}/{stamp(text)}")
 
 
 class StampedBuild(build_ext):
-    """Compiles what has no stamp of its text, whatever the times of files say, and stamps it."""
+    """Compiles what has no fresh stamp, whatever the times of files say, and stamps it."""
 
     def build_extensions(self) -> None:
         kept = self.extensions

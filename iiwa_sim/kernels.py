@@ -1,14 +1,19 @@
 """Checks that the kernels, the compiled inner loops of the core, are there and fit their texts.
 
-A kernel is a file *_kernel.py that is compiled when the package is installed. Without the compiled file
-Python would run the text, a hundred times slower; with one of an older text the program would not do what the
-text says.
+A kernel is a file *_kernel.py, Python that is compiled when the package is installed. Where that is missing
+Python would run the text instead, a hundred times slower; where the text was edited since, the program would
+not do what it says. A kernel is compiled against declarations, *_kernel.pxd: its own, those of kernels it
+calls, and what these take from others.
 """
 
+import re
 import sys
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from zlib import crc32
+
+TAKEN_FROM = re.compile(r"^\s*from (?:cython\.cimports\.)?iiwa_sim\.([\w.]+_kernel) c?import ", re.MULTILINE)
+"""A line of a text, or of a declaration, that names another kernel."""
 
 
 def check_kernels(folder: Path) -> None:
@@ -20,11 +25,30 @@ def check_kernels(folder: Path) -> None:
         except FileNotFoundError:
             fresh = False
         if not (fresh and compiled.exists()):
-            found = "has been edited since it was compiled" if compiled.exists() else "is not compiled"
+            found = "is not compiled"
+            if compiled.exists():
+                found = "has been edited since it was compiled, or a .pxd that it is compiled against,"
             cure = "`make kernels` or, in an environment of your own, `pip install --editable .`"
             sys.exit(f"iiwa-sim: {text} {found} for this Python: {cure} does that")
 
 
 def stamp(text: Path) -> str:
-    """The contents of the stamp file beside a compiled kernel: the checksum of its text."""
-    return str(crc32(text.read_bytes()))
+    """The contents of the stamp file beside a compiled kernel: a checksum of all that it is made of."""
+    checksum = 0
+    for read in sorted(_read_for(text)):
+        checksum = crc32(read.read_bytes(), checksum)
+    return str(checksum)
+
+
+def _read_for(text: Path) -> set[Path]:
+    """The files that Cython reads for a kernel."""
+    package = next((folder for folder in text.parents if folder.name == "iiwa_sim"), text.parent)
+    found: set[Path] = set()
+    unread = [text, text.with_suffix(".pxd")]
+    while unread:
+        read = unread.pop()
+        if read.exists() and read not in found:
+            found.add(read)
+            names = TAKEN_FROM.findall(read.read_text(encoding="utf-8"))
+            unread += [package.joinpath(*name.split(".")).with_suffix(".pxd") for name in names]
+    return found

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.kernels import stamp
+
 PACKAGE = Path(__file__).parent.parent / "iiwa_sim"
 KERNEL = Path("robot") / "trigonometry_kernel.py"
 
@@ -46,6 +48,40 @@ def test_an_edited_text_is_told_in_one_line(checkout: Path) -> None:
     assert told.count("\n") == 1
     assert f"{checkout / KERNEL} has been edited since it was compiled" in told
     assert "`make kernels`" in told
+
+
+@pytest.mark.parametrize(
+    ("declaration", "kernels"),
+    [
+        ("robot/opw_kernel.pxd", {"robot/opw_kernel.py", "robot/inverse_kernel.py"}),
+        ("motion/shift_kernel.pxd", {"motion/shift_kernel.py", "motion/compliance_kernel.py"}),
+    ],
+)
+def test_an_edited_declaration_makes_the_kernels_stale_that_use_it(
+    checkout: Path, declaration: str, kernels: set[str]
+) -> None:
+    before = {text: stamp(text) for text in checkout.rglob("*_kernel.py")}
+    with (checkout / declaration).open("a") as declared:
+        declared.write("\n")
+    stale = {str(text.relative_to(checkout)) for text, was in before.items() if stamp(text) != was}
+    assert stale == kernels
+
+
+def test_a_declaration_of_a_declaration_counts_too(checkout: Path) -> None:
+    """The TCP is part of the kinematics, which compliance moves by."""
+    text, declared = checkout / "motion/compliance_kernel.py", checkout / "robot/tcp_kernel.pxd"
+    before = stamp(text)
+    declared.write_text(declared.read_text() + "\n")
+    assert stamp(text) != before
+
+
+def test_an_edited_declaration_is_told_in_one_line(checkout: Path) -> None:
+    with (checkout / KERNEL).with_suffix(".pxd").open("a") as declaration:
+        declaration.write("\n")
+    code, told = told_at_import(checkout)
+    assert code == 1
+    assert told.count("\n") == 1
+    assert "_kernel.py has been edited since it was compiled, or a .pxd" in told
 
 
 def test_a_kernel_that_is_not_compiled_is_told_in_one_line(checkout: Path) -> None:

@@ -68,6 +68,9 @@ def test_what_is_in_the_wheel(wheel: Path) -> None:
     }
     assert data
     assert code | data | {"iiwa_sim/py.typed"} <= names
+    declarations = {str(path.relative_to(SOURCE)) for path in (SOURCE / "iiwa_sim").rglob("*.pxd")}
+    assert declarations
+    assert declarations <= names, "a kernel would look stale"
     kernels = {name.removesuffix(".py") for name in code if name.endswith("_kernel.py")}
     assert kernels
     assert {kernel + sysconfig.get_config_var("EXT_SUFFIX") for kernel in kernels} <= names
