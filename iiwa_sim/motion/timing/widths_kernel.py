@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 CELL_S = cython.declare(cython.double, 0.01)
 LEAST_CELLS = cython.declare(cython.Py_ssize_t, 24)  # but a chain has no fewer,
+LEAST_LEFT = cython.declare(cython.Py_ssize_t, 16)  # nor what is left of one: cells are like those before,
 CORNER_CELLS = cython.declare(cython.double, 12.0)  # and a corner has about so many:
 SHORTEST_S = cython.declare(cython.double, 0.0025)  # its accelerations come and go within some of them.
 BESIDE_S = cython.declare(cython.double, 0.08)  # so fast cells may change
@@ -72,7 +73,8 @@ def widths(
 
     `events` (e,), rising, are when anything else happens.
     """
-    cell_s: cython.double = min(CELL_S, end_s / LEAST_CELLS)
+    least: cython.Py_ssize_t = LEAST_CELLS if first.shape[0] == 0 else LEAST_LEFT
+    cell_s: cython.double = min(CELL_S, end_s / least)
     m: cython.Py_ssize_t = 0
     room: cython.Py_ssize_t = 1024
     k: cython.Py_ssize_t
@@ -124,7 +126,7 @@ def widths(
     for k in range(1, m):
         grid[2, k] = grid[2, k - 1] + 0.5 * (grid[1, k] + grid[1, k - 1]) * (grid[0, k] - grid[0, k - 1])
     total = grid[2, m - 1]
-    count = max(4 * int(0.25 * total + 0.5), LEAST_CELLS)
+    count = max(4 * int(0.25 * total + 0.5), least)
     found_array = np.empty((2, count))
     found: cython.double[:, ::1] = found_array
     low = 0
