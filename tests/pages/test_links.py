@@ -9,7 +9,7 @@ import pytest
 from tools.pages.links import page_of, rewritten, root_pages, sources, targets
 
 ROOT = Path(__file__).parent.parent.parent
-PAGES = [*root_pages(), *(f"docs/{page.name}" for page in sorted((ROOT / "docs").glob("*.md")))]
+PAGES = [*root_pages(), *(str(page.relative_to(ROOT)) for page in sorted((ROOT / "docs").rglob("*.md")))]
 
 
 @pytest.mark.parametrize("page", PAGES)

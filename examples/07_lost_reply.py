@@ -1,0 +1,29 @@
+"""7. A network as networks are: a reply that does not come, and a driver that gets over it.
+
+`python examples/07_lost_reply.py`. Other faults: Delay, Split, Garble, CloseBefore, ResetBefore, Silence.
+"""
+
+from iiwa_sim import Drop, Iiwa, Simulator
+
+TRIES = 10
+
+
+def joints_despite_a_lost_reply(robot: Iiwa) -> tuple[float, ...]:
+    """Asks again on another connection: a late reply would be taken for the next one's."""
+    for _ in range(TRIES):
+        try:
+            return robot.get_joint_position()
+        except TimeoutError:
+            print("no reply in time: connecting anew")
+            robot.reconnect()
+    raise TimeoutError(f"no reply in {TRIES} tries")
+
+
+def main() -> None:
+    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port, 0.3) as robot:
+        simulator.backdoor.set_fault(Drop(), replies=1)
+        print("joints", *joints_despite_a_lost_reply(robot))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""The course in examples/, 01 to 10, each run as a reader runs it, and each short enough to be read."""
+
+from __future__ import annotations
+
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.needed import program
+from tests.processes import running
+from tests.talking import DEADLINE_S
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+COURSE = sorted(EXAMPLES.glob("[0-9][0-9]_*"))
+LONGEST = 40
+TOLD = {
+    "02_client.py": ["there  y = 100.0 mm", "turned A7 = 0.67 rad"],
+    "04_blending.py": ["with a stop in each corner "],
+    "05_errors.py": [
+        "refused: 3021 the TCP at 2000.0 0.0 520.0 mm",
+        "stopped: 3030 emergency stop",
+        "y = 200.0 mm",
+    ],
+    "06_table.py": ["the table is at 300.0"],
+    "07_lost_reply.py": ["no reply in time: connecting anew", "joints 0.0 0.52"],
+    "08_pick.py": ["felt at 34", "gripped: True"],
+    "09_two_robots.py": ["handed over at 450 150 520"],
+    "10_recorded_failure.py": [
+        "farther than the arm reaches by ",
+        "lbr_iiwa_7_r800: 0 answered otherwise",
+        "lbr_iiwa_14_r820: 2 answered otherwise",
+    ],
+}
+"""What each says, besides other things."""
+
+
+def test_there_are_ten_and_all_of_them_are_run_here() -> None:
+    assert [path.name[:2] for path in COURSE] == [f"{number:02}" for number in range(1, 11)]
+    assert {path.name for path in COURSE} == {*TOLD, "01_telnet.sh", "03_test_a_driver.py"}
+
+
+@pytest.mark.parametrize("example", COURSE, ids=lambda path: path.name)
+def test_it_is_short(example: Path) -> None:
+    assert len(example.read_text().splitlines()) < LONGEST
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_a_program(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+    told = capsys.readouterr().out
+    for words in TOLD[name]:
+        assert words in told
+
+
+def test_the_protocol_by_hand() -> None:
+    with running("--clock", "fast") as simulator:
+        done = subprocess.run(
+            [program("bash"), EXAMPLES / "01_telnet.sh", "127.0.0.1", str(simulator.port)],
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    assert done.returncode == 0, done.stderr
+    said = done.stdout.splitlines()
+    assert said[:2] == ["> hello", "< hello"]
+    assert said[-4:] == ["> get tool frame", "< 450.0 100.0 520.0 0.0 -1.57079 0.0", "> bye", "< bye"]
+
+
+def test_the_tests_of_a_driver() -> None:
+    alone = ("-p", "no:cacheprovider", "-c", "/dev/null")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", *alone, "03_test_a_driver.py"],
+        cwd=EXAMPLES,
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "3 passed" in done.stdout
