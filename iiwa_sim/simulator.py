@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Self
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.outside import Entrances
 from iiwa_sim.backdoor.ports import BackdoorPorts
+from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import LOOPBACK, Token
 from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock, Stepped
@@ -185,11 +186,11 @@ class Simulator(LoopOrThread):
         self._recorder: Recorder | None = None
         self._accepted = 0  # moves the clock knows of
         entrances = Entrances(list(self._servers.values()))
-        self.backdoor = Backdoor(self._controller, faults, entrances, self.clock, self.call)
+        recent = RecentDialogue(self.dialogue, self.clock.tick_s)
+        self.backdoor = Backdoor(self._controller, faults, entrances, self.clock, recent, self.call)
         self._backdoor_ports = BackdoorPorts(
             self.backdoor,
-            self.dialogue,
-            self.clock.tick_s,
+            recent,
             self._log,
             host=backdoor_host,
             port=backdoor_port,

@@ -29,7 +29,7 @@ ANSWERED = b"hello\r\nunknown\r\n1.0\r\n"
 LATE_S = 0.2
 _TEXT = files("iiwa_sim.protocol").joinpath("transcripts/backdoor/backdoor.txt").read_text()
 DIALOGUE = read("backdoor.txt", _TEXT)
-NOT_IN_IT = {"get state"}  # it tells when that was
+NOT_IN_IT = {"get state", "get dialogue", "get robot", "get cell"}  # they tell when that was, or too much
 PAGE = (Path(__file__).parent.parent / "docs" / "backdoor.md").read_text()
 A_WHILE = 20  # answers to somebody else, as a measure of time
 

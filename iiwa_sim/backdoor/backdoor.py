@@ -6,7 +6,9 @@ from math import isfinite
 
 from iiwa_sim.backdoor import surfaces
 from iiwa_sim.backdoor.core import called
+from iiwa_sim.backdoor.described import DescribedCell, DescribedRobot, described_cell, described_robot
 from iiwa_sim.backdoor.faults import Faults
+from iiwa_sim.backdoor.recent_dialogue import RecentLines
 from iiwa_sim.cell.settings import POSE_RANGES, AnySurface
 from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.clock.pace import pace
@@ -118,6 +120,11 @@ class Backdoor(Faults):
         return list(self._controller.load.world.surfaces)
 
     @called
+    def cell(self) -> DescribedCell:
+        """What is round the robot now: surfaces, the radius of contact, names of inputs and outputs."""
+        return described_cell(self._controller)
+
+    @called
     def set_tool(self, tool_in_flange: Frame) -> None:
         """Set the tool: the pose of the TCP in the flange.
 
@@ -212,6 +219,11 @@ class Backdoor(Faults):
         controller.place(joints)
 
     @called
+    def robot(self) -> DescribedRobot:
+        """The arm: its name, joints, limits and URDF."""
+        return described_robot(self._controller)
+
+    @called
     def state(self) -> Snapshot:
         """The whole state of the robot."""
         return snapshot(self._controller)
@@ -230,6 +242,19 @@ class Backdoor(Faults):
     def states(self) -> list[str]:
         """The names of all saved states."""
         return self._states.names
+
+    # What was said
+
+    @called
+    def dialogue(self, since: int = 0) -> RecentLines:
+        """The newest lines said in all dialects, at most 200, of those from the number `since` on.
+
+        They are kept from the start where the backdoor has a port, otherwise from the first call on.
+        """
+        self._recent.listen()
+        return self._recent.since(since)
+
+    # Random numbers
 
     @called
     def seed(self, seed: int) -> None:

@@ -135,6 +135,7 @@ CALLS: dict[str, Call] = {
     ),
     "remove surface": _does(lambda backdoor, request: backdoor.remove_surface(request.phrase)),
     "get surfaces": lambda backdoor, _: _json(backdoor.surfaces()),
+    "get cell": lambda backdoor, _: _json(backdoor.cell()),
     "set tool": _does(lambda backdoor, request: backdoor.set_tool(Frame(*request.values))),
     "get tool": lambda backdoor, _: _numbers(backdoor.tool()),
     "set input": _does(
@@ -153,7 +154,9 @@ CALLS: dict[str, Call] = {
     "set override": _does(lambda backdoor, request: backdoor.set_override(request.values[0])),
     "get override": lambda backdoor, _: _numbers([backdoor.override()]),
     "place": _does(lambda backdoor, request: backdoor.place(request.values)),
+    "get robot": lambda backdoor, _: _json(backdoor.robot()),
     "get state": lambda backdoor, _: _json(backdoor.state()),
+    "get dialogue": lambda backdoor, request: _json(backdoor.dialogue(int(request.values[0]))),
     "save state": _does(lambda backdoor, request: backdoor.save_state(request.phrase)),
     "restore state": _does(lambda backdoor, request: backdoor.restore_state(request.phrase)),
     "get states": lambda backdoor, _: _json(backdoor.states()),

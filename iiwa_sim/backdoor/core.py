@@ -5,6 +5,7 @@ from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from iiwa_sim.backdoor.outside import Entrance
+from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
@@ -44,6 +45,7 @@ class Core:
         wire: WireFaults,
         entrance: Entrance,
         clock: Clock,
+        recent: RecentDialogue,
         call: Call = _at_once,
     ) -> None:
         self.call = call
@@ -51,6 +53,7 @@ class Core:
         self._wire = wire
         self._entrance = entrance
         self._clock = clock
+        self._recent = recent
         self._states = States(controller)
 
     @property

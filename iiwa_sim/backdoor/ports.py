@@ -6,7 +6,6 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.backdoor.token import Token, check_reach
-from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.tcp import TcpServer
@@ -28,8 +27,7 @@ class BackdoorPorts:
     def __init__(
         self,
         backdoor: Backdoor,
-        dialogue: Dialogue,
-        tick_s: float,
+        recent: RecentDialogue,
         log: DialectLog,
         *,
         host: str,
@@ -44,17 +42,18 @@ class BackdoorPorts:
         without the library for HTTP.
         """
         self._backdoor = backdoor
-        self._dialogue = dialogue
+        self._recent = recent
         self._log = log
         self._token = token
         self._lines: TcpServer | None = None
         self._http: HttpServer | None = None
         if port is not None or http_port is not None:
             check_reach(host, token)
+            recent.listen()
         if port is not None:
             self._lines = TcpServer(self._open_session, host, port, budget=budget)
         if http_port is not None:
-            self._http = self._http_server(host, http_port, tick_s, budget)
+            self._http = self._http_server(host, http_port, budget)
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault, and then nothing is left open."""
@@ -94,7 +93,7 @@ class BackdoorPorts:
     def _open_session(self, name: str) -> BackdoorSession:
         return BackdoorSession(self._backdoor, self._log, f"{name} (backdoor)", self._token)
 
-    def _http_server(self, host: str, port: int, tick_s: float, budget: Budget) -> "HttpServer":
+    def _http_server(self, host: str, port: int, budget: Budget) -> "HttpServer":
         try:
             from iiwa_sim.backdoor.http import BackdoorHttp
             from iiwa_sim.serve.http import HttpServer
@@ -104,8 +103,5 @@ class BackdoorPorts:
             raise HttpFault(
                 f"the backdoor by HTTP needs {HTTP_LIBRARY}: pip install 'iiwa-sim[http]'"
             ) from None
-        recent = RecentDialogue(tick_s)
-        self._dialogue.listeners.append(recent)
-        return HttpServer(
-            BackdoorHttp(self._backdoor, recent, self._log, self._token).answer, host, port, budget=budget
-        )
+        front = BackdoorHttp(self._backdoor, self._recent, self._log, self._token)
+        return HttpServer(front.answer, host, port, budget=budget)

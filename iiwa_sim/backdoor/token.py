@@ -33,11 +33,11 @@ class Token:
         return hmac.compare_digest(self._text, given)
 
 
-def check_reach(host: str, token: Token | None) -> None:
-    """Raises ValueError if other machines can reach the backdoor at `host` and there is no token."""
+def check_reach(host: str, token: Token | None, what: str = "backdoor") -> None:
+    """Raises ValueError if other machines can reach `host` and there is no token; `what` listens there."""
     if token is None and not _is_loopback(host):
         shown = shortened(repr(host), 40)
-        raise ValueError(f"the backdoor at {shown} can be reached from other machines: expected a token")
+        raise ValueError(f"the {what} at {shown} can be reached from other machines: expected a token")
 
 
 def _is_loopback(host: str) -> bool:

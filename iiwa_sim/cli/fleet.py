@@ -32,7 +32,10 @@ from iiwa_sim.settings import LONGEST_NAME, Reader, SettingsFault
 from iiwa_sim.wording import Unusable, shortened
 
 PORTS = ("port", "status_port", "rosbridge_port", "backdoor_port", "backdoor_http_port")
-OF_THE_PROCESS = ("help", "version", "count", "fleet", "log_level", "log_json", "ros", "bye_shuts_down")
+OF_THE_PROCESS = (
+    *("help", "version", "count", "fleet", "log_level", "log_json", "ros", "bye_shuts_down"),
+    *("view_port", "view_host", "view_token", "view_token_file"),
+)
 """Options of the process, which one robot of a fleet cannot have."""
 FILES = ("cell", "robot", "transcript", "rosbridge_secret", "backdoor_token_file")
 _NAME = re.compile(rf"[A-Za-z0-9_.-]{{1,{LONGEST_NAME}}}")

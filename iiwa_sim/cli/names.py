@@ -10,7 +10,8 @@ BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 COMPLETION = "completion"
-SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, CHECK, BRIDGE, HEALTH, ROS_PACKAGE_PATH, COMPLETION)
+VIEW = "view"
+SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH, COMPLETION)
 """The first arguments that select a subcommand."""
 SERVE = "serve"
 """The command without a subcommand."""

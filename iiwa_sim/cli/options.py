@@ -24,7 +24,7 @@ def check_robot(error: Error, options: argparse.Namespace) -> None:
 
 
 def add_server(parser: Parser) -> None:
-    parser.add_argument("server", type=_server, metavar="HOST:PORT", help="where it listens")
+    parser.add_argument("server", type=server_address, metavar="HOST:PORT", help="where it listens")
 
 
 def add_servers(parser: Parser) -> None:
@@ -36,7 +36,8 @@ def add_servers(parser: Parser) -> None:
     )
 
 
-def _server(text: str) -> tuple[str, int]:
+def server_address(text: str) -> tuple[str, int]:
+    """HOST:PORT. Raises ArgumentTypeError."""
     host, ports = _servers(text)
     if len(ports) != 1:
         raise _no_server(text)

@@ -15,17 +15,18 @@ class StdoutFault(Unusable):
     """stdout cannot be written. The message is one line."""
 
 
-def say(text: str) -> None:
-    """Write to stdout at once. Raises `StdoutFault`."""
-    if sys.stdout is None:
+def say(text: str, stream: TextIO | None = None) -> None:
+    """Write to stdout at once, by whatever name it is known. Raises `StdoutFault`."""
+    stdout = stream or sys.stdout
+    if stdout is None:
         return
     try:
-        sys.stdout.write(text)
-        sys.stdout.flush()
+        stdout.write(text)
+        stdout.flush()
     except OSError as fault:
         # Data left in the buffer is flushed again at exit, which would fail a second time.
         nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
+        os.dup2(nowhere, stdout.fileno())
         os.close(nowhere)
         raise StdoutFault(f"cannot write to stdout: {fault.strerror}") from None
 

@@ -20,6 +20,7 @@ from iiwa_sim.cli.environment import unknown_variables
 from iiwa_sim.cli.fleet import Robot, descriptors_of, robots_of
 from iiwa_sim.cli.options import ros_conventions
 from iiwa_sim.cli.output import announce, say
+from iiwa_sim.cli.page import Page
 from iiwa_sim.cli.server_options import parsed, server_parser
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT
 from iiwa_sim.serve import status_stream
@@ -52,13 +53,22 @@ def run(given: Sequence[str]) -> int:
 async def _serve(robots: list[Robot]) -> None:
     ending = Ending()
     cells: dict[tuple[str | None, str | None], Cell] = {}
+    page = None if robots[0].options.view_port is None else Page(robots[0].options)
     try:
         async with AsyncExitStack() as running:
+            if page is not None:
+                await running.enter_async_context(page)
             named = [_Named(robot.name, _simulator(robot, cells, ending)) for robot in robots]
             for each in named:
                 await running.enter_async_context(each)
             ending.watch()
-            announced = [announce("".join(map(_announcement, named)), sys.stdout)]
+            told = "".join(map(_announcement, named))
+            if page is not None:
+                page.places = [_place(each, robot) for each, robot in zip(named, robots, strict=True)]
+                await page.start()
+                running.push_async_callback(page.end)  # before the robots, or it would miss them
+                told += f"page on {page.url}\n"
+            announced = [announce(told, sys.stdout)]
             if sys.stderr is not None and sys.stderr.isatty():
                 announced.append(announce(_banner(named[0].simulator), sys.stderr))
             gc.freeze()  # long-lived objects are not scanned for garbage while the robot moves
@@ -156,6 +166,20 @@ def _announcement(named: _Named) -> str:
         address = host_and_port(simulator.backdoor_host, simulator.backdoor_http_port)
         lines.append(f"backdoor by HTTP on {address}\n")
     return "".join(f"{named.name} {line}" if named.name else line for line in lines)
+
+
+def _place(named: _Named, robot: Robot) -> dict[str, object]:
+    """Where the page reaches a robot."""
+    simulator, options = named.simulator, robot.options
+    here = reached_at(simulator.host)
+    port = simulator.ports.get(DEFAULT_DIALECT)
+    return {
+        "name": named.name,
+        "status": (here, simulator.status_port),
+        "backdoor": (reached_at(simulator.backdoor_host), simulator.backdoor_port),
+        "token": options.backdoor_token or options.backdoor_token_file or "",
+        "driver": None if port is None else (here, port),
+    }
 
 
 def _banner(simulator: "Simulator") -> str:

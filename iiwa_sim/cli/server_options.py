@@ -77,6 +77,7 @@ def check(error: Error, options: argparse.Namespace) -> None:
         if given and options.rosbridge_port is None:
             error(f"argument --rosbridge-{name}: expected --rosbridge-port with it")
     _check_backdoor(error, options)
+    _check_view(error, options)
 
 
 def _check_backdoor(error: Error, options: argparse.Namespace) -> None:
@@ -94,6 +95,28 @@ def _check_backdoor(error: Error, options: argparse.Namespace) -> None:
         check_reach(options.backdoor_host or LOOPBACK, None if text is None else Token(text))
     except ValueError as fault:
         error(f"argument --backdoor-{'host' if text is None else 'token'}: {fault}")
+
+
+def _check_view(error: Error, options: argparse.Namespace) -> None:
+    """Host and token go with a port; and the page has a status port and a backdoor to be one of."""
+    tokens = (options.view_token, options.view_token_file)
+    if options.view_port is None:
+        for name, given in zip(("host", "token", "token-file"), (options.view_host, *tokens), strict=True):
+            if given is not None:
+                error(f"argument --view-{name}: expected --view-port with it")
+        return
+    options.view_host = options.view_host or LOOPBACK
+    if None not in tokens:
+        error("argument --view-token-file: expected no --view-token with it")
+    text = options.view_token if options.view_token is not None else options.view_token_file
+    try:
+        check_reach(options.view_host, None if text is None else Token(text), "page")
+    except ValueError as fault:
+        error(f"argument --view-{'host' if text is None else 'token'}: {fault}")
+    if options.status_port is None:
+        options.status_port = 0
+    if options.backdoor_port is None:
+        options.backdoor_port = 0
 
 
 def server_parser() -> Parser:
@@ -179,6 +202,30 @@ def server_parser() -> Parser:
     )
     parser.add_argument(
         "--backdoor-token-file",
+        type=secret_in,
+        metavar="FILE",
+        help="the same, with the token in this file",
+    )
+    parser.add_argument(
+        "--view-port",
+        type=whole(0, MAX_PORT),
+        metavar="PORT",
+        help="serve a web page there to see the robot, push it and stop it; 0 picks a port. It takes a "
+        "status port and a backdoor, which are picked where none are named (default: no such page)",
+    )
+    parser.add_argument(
+        "--view-host",
+        metavar="HOST",
+        help="address on which the page listens; one that other machines reach, such as 0.0.0.0, takes a "
+        f"token (default: {LOOPBACK})",
+    )
+    parser.add_argument(
+        "--view-token",
+        metavar="TOKEN",
+        help="have browsers ask for it. The command line shows it to others on this machine (default: none)",
+    )
+    parser.add_argument(
+        "--view-token-file",
         type=secret_in,
         metavar="FILE",
         help="the same, with the token in this file",

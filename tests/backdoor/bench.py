@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
+from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from tests.journal import Journal
 from tests.stepped import SteppedRobot
@@ -36,7 +38,9 @@ class Bench:
         self.robot = SteppedRobot(robot)
         self.controller = self.robot.controller
         self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
-        self.backdoor = Backdoor(self.controller, self.wire, self.door, self.clock)
+        self.dialogue = Dialogue(lambda: self.controller.tick)
+        self.recent = RecentDialogue(self.dialogue, self.controller.tick_s)
+        self.backdoor = Backdoor(self.controller, self.wire, self.door, self.clock, self.recent)
         self.journal = Journal()
         self.session = BackdoorSession(self.backdoor, self.journal, "bench")
 

@@ -12,9 +12,8 @@ from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from iiwa_sim.backdoor.http import COMMANDS, OF_A_CONNECTION, BackdoorHttp, path_of
 from iiwa_sim.backdoor.json_lines import fields, reply_in_json
-from iiwa_sim.backdoor.recent_dialogue import MOST, RecentDialogue
+from iiwa_sim.backdoor.recent_dialogue import MOST
 from iiwa_sim.backdoor.token import Token
-from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.table import ERROR, Request, load_table
 from iiwa_sim.serve.http import HttpAnswer, HttpRequest
 from iiwa_sim.transcript.lines import Said, read
@@ -32,10 +31,9 @@ class HttpBench(Bench):
 
     def __init__(self, robot: str = IIWA, token: str | None = None) -> None:
         super().__init__(robot)
-        self.dialogue = Dialogue(lambda: self.controller.tick)
-        recent = RecentDialogue(0.002)
-        self.dialogue.listeners.append(recent)
-        self.http = BackdoorHttp(self.backdoor, recent, self.journal, None if token is None else Token(token))
+        self.recent.listen()
+        known = None if token is None else Token(token)
+        self.http = BackdoorHttp(self.backdoor, self.recent, self.journal, known)
 
     def answer(self, method: str, path: str, body: bytes = b"", *headers: tuple[str, str]) -> HttpAnswer:
         answer = self.http.answer(HttpRequest(method, path, headers or (HERE,), body, "bench"))

@@ -36,6 +36,10 @@ EXAMPLES = {  # of a value other than the default, as text
     "backdoor_host": "::1",
     "backdoor_token": "swordfish",
     "backdoor_token_file": "",
+    "view_port": "31005",
+    "view_host": "::1",
+    "view_token": "swordfish",
+    "view_token_file": "",
     "strict": "true",
     "exclusive": "TRUE",
     "reconnect_pause": "2",
@@ -52,6 +56,9 @@ NEEDED_WITH = {
     "backdoor_host": ("--backdoor-port", "0"),
     "backdoor_token": ("--backdoor-port", "0"),
     "backdoor_token_file": ("--backdoor-port", "0"),
+    "view_host": ("--view-port", "0"),
+    "view_token": ("--view-port", "0"),
+    "view_token_file": ("--view-port", "0"),
 }
 WRONG = {
     "rate": "99",
@@ -72,6 +79,8 @@ WRONG = {
     "backdoor_port": "many",
     "backdoor_http_port": "many",
     "backdoor_token_file": "/no/such/file",
+    "view_port": "http",
+    "view_token_file": "/no/such/file",
     "strict": "2",
     "exclusive": "on",
     "reconnect_pause": "-1",
@@ -79,7 +88,10 @@ WRONG = {
     "log_level": "loud",
     "log_json": "json",
 }
-ANY_TEXT = {"cell", "fleet", "robot", "host", "transcript", "backdoor_host", "backdoor_token"}
+ANY_TEXT = {
+    *("cell", "fleet", "robot", "host", "transcript"),
+    *("backdoor_host", "backdoor_token", "view_host", "view_token"),
+}
 
 
 def options() -> dict[str, argparse.Action]:
@@ -110,7 +122,7 @@ def test_each_option_has_an_example_and_a_wrong_value_here() -> None:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_a_variable_does_what_the_option_does(name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     option, text = options()[name], EXAMPLES[name]
-    if name in ("rosbridge_secret", "backdoor_token_file"):
+    if name in ("rosbridge_secret", "backdoor_token_file", "view_token_file"):
         secret = tmp_path_factory.mktemp("secret") / "secret"
         secret.write_text("swordfish")
         text = str(secret)

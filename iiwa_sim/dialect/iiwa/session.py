@@ -109,7 +109,8 @@ class IiwaSession(LineSession):
             return self._refuse(line, Refusal(ERROR, refused.code, with_hint(refused.reason, request)))
         except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
-            self.controller.record_error(EXECUTION, f"internal fault at '{shown(line)}', told in the log")
+            self.reason = f"internal fault at '{shown(line)}', told in the log"
+            self.controller.record_error(EXECUTION, self.reason)
             return written(ERROR)
         if request.values and (hint := in_degrees(request)):
             self._remark(request.command.name, hint)
@@ -133,5 +134,6 @@ class IiwaSession(LineSession):
 
     def _refuse(self, line: bytes, refusal: Refusal) -> bytes:
         self.log.refused(self.name, shown(line), refusal.code, refusal.reason)
+        self.reason = f"{refusal.code} {refusal.reason}"
         self.controller.record_error(refusal.code, refusal.reason)
         return written(refusal.reply)

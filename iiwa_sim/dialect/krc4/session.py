@@ -142,8 +142,9 @@ class Krc4Session:
             return self._refuse(message, text, refused.code, refused.reason)
         except Exception as fault:  # an internal error must not cost the client its connection
             log.exception(self._name, _in_log(text), fault)
-            self._controller.record_error(EXECUTION, f"internal fault at '{_in_log(text)}', told in the log")
-            return self._refusal(message, text, EXECUTION)
+            told = f"internal fault at '{_in_log(text)}', told in the log"
+            self._controller.record_error(EXECUTION, told)
+            return self._refusal(message, text, EXECUTION, told)
         if log.commands or self._dialogue.listeners:
             shown = short_reply(integers, answer.reals)
             if log.commands:
@@ -155,11 +156,11 @@ class Krc4Session:
         told = harmless(reason)
         self._log.refused(self._name, _in_log(text), code, told)
         self._controller.record_error(code, told)
-        return self._refusal(message, text, code)
+        return self._refusal(message, text, code, told)
 
-    def _refusal(self, message: Message, text: str, code: int) -> bytes:
+    def _refusal(self, message: Message, text: str, code: int, reason: str) -> bytes:
         integers = (message.id, -abs(message.command), code)
-        self._dialogue.exchange(self._name, text, short_reply(integers, ()))
+        self._dialogue.exchange(self._name, text, short_reply(integers, ()), f"{code} {reason}")
         return reply(integers, ())
 
     def _carry_out(self, message: Message) -> _Answer:

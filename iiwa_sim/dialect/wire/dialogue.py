@@ -34,6 +34,8 @@ class DialogueLine(NamedTuple):
     """The robot's tick, of which there are 1 / tick_s in a simulated second."""
     instant_ns: int
     """Real time by `time.monotonic_ns`."""
+    reason: str = ""
+    """Why a line was refused, with the reply to it; empty for all others."""
     dialect: str = ""
     """The dialect of a client that has just connected, one of `iiwa_sim.dialect.ports`."""
 
@@ -52,21 +54,25 @@ class Dialogue:
         self.listeners: list[Listener] = []
         self._tick = tick
 
-    def exchange(self, session: str, line: str, reply: str) -> None:
-        """A client's line and its reply."""
+    def exchange(self, session: str, line: str, reply: str, reason: str = "") -> None:
+        """A client's line and its reply; the `reason` where that is a refusal."""
         self._tell(session, Direction.FROM_CLIENT, line)
-        self._tell(session, Direction.TO_CLIENT, reply)
+        self._tell(session, Direction.TO_CLIENT, reply, reason)
 
     def event(self, session: str, text: str, dialect: str = "") -> None:
         """Something that is no line, such as a client that connects (in `dialect`) or disconnects."""
-        self._tell(session, Direction.EVENT, text, dialect)
+        self._tell(session, Direction.EVENT, text, dialect=dialect)
 
     def on_wire(self, session: str, text: str) -> None:
         """What goes over the wire instead of the reply before."""
         self._tell(session, Direction.ON_WIRE, text)
 
-    def _tell(self, session: str, direction: Direction, text: str, dialect: str = "") -> None:
+    def _tell(
+        self, session: str, direction: Direction, text: str, reason: str = "", dialect: str = ""
+    ) -> None:
         if self.listeners:
-            said = DialogueLine(session, direction, text, self._tick(), time.monotonic_ns(), dialect)
+            said = DialogueLine(
+                session, direction, text, self._tick(), time.monotonic_ns(), reason, dialect
+            )
             for listener in self.listeners:
                 listener(said)

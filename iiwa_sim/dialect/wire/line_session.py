@@ -29,6 +29,8 @@ class LineSession:
         self._lines: deque[bytes] = deque()
         self._closing = False
         self._pauses = False
+        self.reason = ""
+        """Why the last line was refused, for the dialogue; empty where it was not."""
 
     @property
     def waiting(self) -> bool:
@@ -71,10 +73,11 @@ class LineSession:
             if line is TIMING_MARK:
                 replies.append(WONT_TIMING_MARK)
                 continue
+            self.reason = ""
             reply = self._reply(line)
             replies.append(reply)
             if dialogue is not None:
-                dialogue.exchange(self.name, shown(line), reply[:-2].decode())
+                dialogue.exchange(self.name, shown(line), reply[:-2].decode(), self.reason)
             if self._pauses:
                 break
         return b"".join(replies)

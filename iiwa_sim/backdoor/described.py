@@ -1,0 +1,97 @@
+"""What stands there, as data for who looks at it from outside: the arm, and what is round it."""
+
+import msgspec
+
+from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.frames import Frame
+
+
+class DescribedRobot(msgspec.Struct, frozen=True):
+    """The arm. One value per joint, base first."""
+
+    name: str
+    joints: tuple[str, ...]
+    """Names of the joints in the URDF."""
+    flange: str
+    """The link of the URDF that is the flange."""
+    position_min: tuple[float, ...]
+    """rad"""
+    position_max: tuple[float, ...]
+    """rad"""
+    velocity: tuple[float, ...]
+    """Limits, rad/s."""
+    urdf: str
+    """Its text."""
+
+
+class DescribedCell(msgspec.Struct, frozen=True):
+    """What is round the arm, with the keys and units of a cell.toml."""
+
+    contact_radius_mm: float
+    """Of the sphere round the TCP that touches surfaces."""
+    inputs: tuple[str, ...]
+    """Names of the digital inputs, from number 1 on."""
+    outputs: tuple[str, ...]
+    surfaces: tuple[dict[str, object], ...]
+    """As they stand now: `shape` is plane, box, sphere or cylinder."""
+
+
+def described_robot(controller: Controller) -> DescribedRobot:
+    """The arm of a controller."""
+    robot = controller.description
+    return DescribedRobot(
+        name=robot.name,
+        joints=robot.joints,
+        flange=robot.flange,
+        position_min=robot.position_min,
+        position_max=robot.position_max,
+        velocity=robot.velocity,
+        urdf=robot.urdf,
+    )
+
+
+def described_cell(controller: Controller) -> DescribedCell:
+    """What is round it, as it is now."""
+    world, io = controller.load.world, controller.io
+    return DescribedCell(
+        contact_radius_mm=1e3 * world.radius_m,
+        inputs=io.input_names,
+        outputs=io.output_names,
+        surfaces=tuple(
+            {"shape": _KINDS[type(settings)], **msgspec.to_builtins(settings)}
+            for settings in map(settings_of, world.surfaces.values())
+        ),
+    )
+
+
+def settings_of(surface: Surface) -> AnySurface:
+    """The settings of a cell.toml that describe a surface: `iiwa_sim.cell.cell.surface_of` reversed."""
+    frame, shape = Frame.from_transform(surface.pose), surface.shape
+    common = {
+        **frame._asdict(),
+        "stiffness_n_per_m": surface.stiffness,
+        "damping_s_per_m": surface.damping,
+        "friction": surface.friction,
+    }
+    if isinstance(shape, Box):
+        size_mm = (2e3 * shape.half_x, 2e3 * shape.half_y, 2e3 * shape.half_z)
+        return BoxSettings(name=surface.name, size_mm=size_mm, **common)
+    if isinstance(shape, Sphere):
+        return SphereSettings(name=surface.name, radius_mm=1e3 * shape.radius, **common)
+    if isinstance(shape, Cylinder):
+        length_mm = 2e3 * shape.half_z
+        return CylinderSettings(
+            name=surface.name, radius_mm=1e3 * shape.radius, length_mm=length_mm, **common
+        )
+    return PlaneSettings(name=surface.name, **common)
+
+
+_KINDS = {
+    PlaneSettings: "plane",
+    BoxSettings: "box",
+    SphereSettings: "sphere",
+    CylinderSettings: "cylinder",
+}

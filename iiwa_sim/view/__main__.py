@@ -1,0 +1,62 @@
+"""The page as a process that the simulator starts: `python -m iiwa_sim.view`, with what to show on stdin.
+
+The first line of stdin is a `Task` in JSON; the end of stdin is the end of the page, so it does not outlive
+who has started it, whichever way that ends. Exit code 0 then, 2 with one line on stderr for what cannot be
+shown.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+
+import msgspec
+
+from iiwa_sim import log
+from iiwa_sim.backdoor.token import Token
+from iiwa_sim.view.station import Place
+from iiwa_sim.wording import Unusable
+
+
+class Task(msgspec.Struct, frozen=True, kw_only=True):
+    """What the page is to be."""
+
+    listening: int
+    """The descriptor of a socket that listens."""
+    places: list[Place]
+    token: str | None = None
+    """What browsers have to tell."""
+    log_level: str = log.DEFAULT_LEVEL
+    log_json: bool = False
+
+
+def main() -> int:
+    """Serve until stdin ends."""
+    for number in (signal.SIGINT, signal.SIGTERM):  # the terminal's Ctrl-C is for who has started it
+        signal.signal(number, signal.SIG_IGN)
+    task = msgspec.json.decode(sys.stdin.buffer.readline(), type=Task)
+    log.configure(task.log_level, task.log_json, 2)
+    over = threading.Event()
+    threading.Thread(target=_until_end, args=(over,), daemon=True).start()
+    listening = socket.socket(fileno=task.listening)
+    try:
+        from iiwa_sim.view.live import run_page
+
+        run_page(listening, task.places, over, None if task.token is None else Token(task.token))
+    except Unusable as fault:
+        print(f"iiwa-sim: {fault}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _until_end(over: threading.Event) -> None:
+    while os.read(0, 4096):
+        pass
+    over.set()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,66 @@
+"""What the backdoor tells of the arm and of what is round it."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from iiwa_sim.backdoor.described import settings_of
+from iiwa_sim.cell.cell import surface_of
+from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.robot.description import load_robot
+from tests.backdoor.bench import KR_6, Bench
+
+MM = st.floats(-1e3, 1e3)
+SIZE = st.floats(1.0, 1e3)
+COMMON = {
+    "name": st.just("it"),
+    "stiffness_n_per_m": st.floats(1.0, 1e7),
+    "friction": st.floats(0.0, 10.0),
+    "x_mm": MM,
+    "y_mm": MM,
+    "z_mm": MM,
+    "alpha": st.floats(-3.0, 3.0),
+    "beta": st.floats(-1.5, 1.5),
+    "gamma": st.floats(-3.0, 3.0),
+}
+SURFACES = st.one_of(
+    st.builds(PlaneSettings, **COMMON),
+    st.builds(BoxSettings, size_mm=st.tuples(SIZE, SIZE, SIZE), **COMMON),
+    st.builds(SphereSettings, radius_mm=SIZE, **COMMON),
+    st.builds(CylinderSettings, radius_mm=SIZE, length_mm=SIZE, **COMMON),
+)
+
+
+@given(SURFACES)
+def test_settings_of_a_surface_are_those_it_was_made_of(settings: AnySurface) -> None:
+    told = settings_of(surface_of(settings))
+    assert type(told) is type(settings)
+    for key in settings.__struct_fields__:
+        given, found = getattr(settings, key), getattr(told, key)
+        for one, other in zip(*[v if isinstance(v, tuple) else (v,) for v in (given, found)], strict=True):
+            assert one == (other if isinstance(one, str) else pytest.approx(other, rel=1e-9, abs=1e-9)), key
+
+
+def test_the_cell_is_told_as_it_is_now() -> None:
+    bench = Bench()
+    assert bench.tell("add box : block 600 300 50 0 0 0.5 100 200 300 1e5 1 0.3") == "done"
+    cell = json.loads(bench.tell("get cell"))
+    assert cell["inputs"] == [f"input {number}" for number in range(1, 17)]
+    assert cell["contact_radius_mm"] == 0.0
+    (block,) = cell["surfaces"]
+    expected = {"shape": "box", "name": "block", "x_mm": 600, "size_mm": [100, 200, 300]}
+    assert {key: block[key] for key in expected} == expected
+    assert bench.tell("move surface : block 500 300 50 0 0 0.5") == "done"
+    assert json.loads(bench.tell("get cell"))["surfaces"][0]["x_mm"] == 500
+
+
+def test_the_robot_is_told_with_its_urdf() -> None:
+    told, robot = json.loads(Bench(KR_6).tell("get robot")), load_robot(KR_6)
+    assert told["urdf"] == robot.urdf
+    assert told["joints"] == list(robot.joints)
+    assert told["position_max"] == list(robot.position_max)
+    assert told["flange"] == robot.flange

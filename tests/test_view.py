@@ -1,0 +1,85 @@
+"""`iiwa-sim --view-port` and `iiwa-sim view`, as processes."""
+
+from __future__ import annotations
+
+import re
+import signal
+import socket
+import subprocess
+import urllib.request
+from collections.abc import Sequence
+
+import pytest
+
+from tests.processes import IIWA_SIM, running
+from tests.talking import DEADLINE_S
+from tests.view.viewer import viewing
+
+
+def fails(options: Sequence[str]) -> str:
+    done = subprocess.run(
+        [*IIWA_SIM, *options], capture_output=True, text=True, timeout=DEADLINE_S, check=False
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert re.fullmatch(r"iiwa-sim[^\n]*: [^\n]+\n", done.stderr)
+    return done.stderr
+
+
+def page_port(lines: Sequence[str]) -> int:
+    (url,) = [line.removeprefix("page on ") for line in lines if line.startswith("page on ")]
+    return int(url.rstrip("/").rpartition(":")[2])
+
+
+def test_the_page_comes_with_the_robot_and_goes_with_it() -> None:
+    with running("--view-port", "0") as simulator:
+        assert simulator.process.stdout is not None
+        port = page_port([simulator.process.stdout.readline().strip() for _ in range(3)])
+        opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        with opener.open(f"http://127.0.0.1:{port}/", timeout=DEADLINE_S) as page:
+            assert b"<html" in page.read()
+        with viewing(port) as viewer:
+            viewer.labelled("Emergency stop")
+        assert simulator.ends(signal.SIGTERM) == (0, "")
+        with pytest.raises(OSError, match="refused"):
+            socket.create_connection(("127.0.0.1", port), DEADLINE_S)
+
+
+def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
+    with running("--status-port", "0") as simulator:
+        assert simulator.process.stdout is not None
+        status = simulator.process.stdout.readline().split()[-1]
+        command = [*IIWA_SIM, "view", status, "--port", "0"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as page:
+            try:
+                assert page.stdout is not None
+                port = page_port([page.stdout.readline().strip()])
+                with viewing(port) as viewer:
+                    viewer.until(lambda message: "LBR iiwa 7 R800" in str(message.get("updates")))
+                page.send_signal(signal.SIGINT)
+                assert page.communicate(timeout=DEADLINE_S) == ("", "")
+                assert page.returncode == 0
+            finally:
+                page.kill()
+        assert simulator.ends(signal.SIGTERM) == (0, "")
+
+
+@pytest.mark.parametrize("command", [["--port", "0", "--view-port"], ["view", "127.0.0.1:1", "--port"]])
+def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        assert f"cannot listen on 127.0.0.1:{port}: Address already in use" in fails([*command, port])
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--view-host", "::1"], "argument --view-host: expected --view-port with it"),
+        (["--view-port", "0", "--view-host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
+        (["--view-port", "0", "--view-token", "two words"], "the token has 9 characters"),
+        (["view", "127.0.0.1:1", "--host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
+        (["view", "127.0.0.1:1", "--port", "0"], "the status port 127.0.0.1:1: Connection refused"),
+        (["view", "30001"], "'30001' is not HOST:PORT"),
+    ],
+)
+def test_what_cannot_be_served_is_told_in_one_line(options: Sequence[str], told: str) -> None:
+    assert told in fails(options)
