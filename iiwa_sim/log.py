@@ -41,6 +41,8 @@ class SessionLog:
     """
 
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self.on_refused: list[Callable[[str, str, int, str], None]] = []
+        """Told of every refusal, none held back: session, line, code and reason."""
         self._now_ns = now_ns
         self._refusals = Throttle[tuple[str, int]](REFUSALS_TOLD, _refused_more)
 
@@ -58,6 +60,8 @@ class SessionLog:
         )
 
     def refused(self, session: str, line: str, code: int, reason: str) -> None:
+        for listener in self.on_refused:
+            listener(session, line, code, reason)
         last = False
         if not self.commands:
             count = self._refusals.count((session, code), self._now_ns())

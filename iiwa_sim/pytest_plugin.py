@@ -4,7 +4,11 @@ Nothing of the simulator is imported before a test asks for a fixture. Options c
 where there is none from the command line, then from the ini file.
 """
 
+import hashlib
+import importlib.util
 import os
+import re
+import shlex
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
@@ -21,6 +25,15 @@ if TYPE_CHECKING:
 
 DEFAULT_CLOCK = "fast"
 """A driver's tests wait for motion most of their time, and few of them ask how long it takes."""
+
+ARTIFACT_RATE_HZ = 100
+"""States in a simulated second of a recording that is made in case the test fails: with the clock `fast` each
+costs more than a tick. `iiwa.record(FILE)` and the marker's `record` keep every tick."""
+OPEN_WITH = (
+    "to look at it: iiwa-sim plot {path} -o picture.png, or open the file in Foxglove, Lichtblick or "
+    "PlotJuggler; the dialogue and events as tables: iiwa-sim export {path} --csv"
+)
+LONGEST_FILE_NAME = 120
 
 REPORT_S = 10.0
 """So long a report waits for the robot's thread, which a test may block."""
@@ -49,6 +62,8 @@ _OPTIONS = {
     "exclusive": _Option(bool, "True or False"),
     "reconnect_pause_s": _SECONDS,
     "transcript": _FILE,
+    "record": _FILE,
+    "record_rate_hz": _Option(int, "a whole number"),
 }
 _INI = {
     "robot": "name or folder of the robot",
@@ -67,9 +82,12 @@ class _Watched(NamedTuple):
     name: str
     dialogue: Callable[[], str]
     state: "Callable[[], Snapshot]"
+    artifact: Path | None
+    """The recording that is kept if a test fails."""
 
 
 _WATCHED = pytest.StashKey[list[_Watched]]()
+_FAILED = pytest.StashKey[bool]()
 _SESSION = "iiwa_session"
 
 
@@ -78,12 +96,23 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     for name, says in _INI.items():
         group.addoption(f"--iiwa-{name}", metavar=name.upper(), help=says)
         parser.addini(f"iiwa_{name}", says)
+    group.addoption(
+        "--iiwa-artifacts",
+        metavar="DIR",
+        help="keep recordings of the robots of failed tests there, one file for each, as .mcap",
+    )
+    group.addoption("--iiwa-artifacts-all", action="store_true", help="also of tests that pass")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
         "markers", f"iiwa({', '.join(f'{name}=...' for name in _OPTIONS)}): options of the fixture iiwa"
     )
+    folder = config.getoption("--iiwa-artifacts")
+    if folder is not None:
+        _check_artifacts(config.invocation_params.dir / folder)
+    elif config.getoption("--iiwa-artifacts-all"):
+        raise pytest.UsageError("--iiwa-artifacts-all: expected --iiwa-artifacts DIR with it")
 
 
 @pytest.fixture
@@ -93,7 +122,7 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     It has the methods of `iiwa_sim.Simulator`. What the marker `iiwa` gives is handed on to it.
     """
     watched = request.node.stash.setdefault(_WATCHED, [])
-    with _robot("iiwa", _options(request), watched) as robot:
+    with _robot("iiwa", _options(request), watched, _artifact(request, request.node.nodeid)) as robot:
         yield robot
 
 
@@ -114,7 +143,9 @@ def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simu
             options = dict(common)
             _check(given)
             _take(options, given, request.path.parent)
-            return robots.enter_context(_robot(f"iiwa_factory {next(numbers)}", options, watched))
+            name = f"iiwa_factory {next(numbers)}"
+            artifact = _artifact(request, f"{request.node.nodeid} {name}")
+            return robots.enter_context(_robot(name, options, watched, artifact))
 
         yield start
 
@@ -127,7 +158,9 @@ def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     shows what was said in the tests before it, too.
     """
     watched = request.session.stash.setdefault(_WATCHED, [])
-    with _robot(_SESSION, _options(request, marked=False), watched) as robot:
+    worker = os.environ.get("PYTEST_XDIST_WORKER")  # of several processes each has a robot of its own
+    artifact = _artifact(request, f"{_SESSION}_{worker}" if worker else _SESSION)
+    with _robot(_SESSION, _options(request, marked=False), watched, artifact) as robot:
         yield robot
 
 
@@ -144,18 +177,63 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     if report.failed:
         from iiwa_sim.recording import told
 
+        for stash in stashes:
+            stash[_FAILED] = True
         for robot in watched:
             try:
                 report.sections.append((f"{robot.name} dialogue", robot.dialogue()))
                 report.sections.append((f"{robot.name} state", told(robot.state())))
             except TimeoutError as blocked:
                 report.sections.append((robot.name, f"nothing can be told: {blocked}"))
+            if robot.artifact is not None:
+                how = OPEN_WITH.format(path=shlex.quote(str(robot.artifact)))
+                report.sections.append((f"{robot.name} recording", f"{robot.artifact}\n{how}"))
     if call.when == "teardown" and _WATCHED in item.stash:
+        _sweep(item.config, item.stash)
         del item.stash[_WATCHED]
 
 
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """The robot that all tests shared has ended by now."""
+    if _WATCHED in session.stash:
+        _sweep(session.config, session.stash)
+
+
+def _check_artifacts(folder: Path) -> None:
+    if importlib.util.find_spec("mcap") is None:
+        raise pytest.UsageError("--iiwa-artifacts: needs the library mcap: pip install 'iiwa-sim[record]'")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        told = f"--iiwa-artifacts: {folder}: no folder can be there: {fault.strerror}"
+        raise pytest.UsageError(told) from None
+
+
+def _artifact(request: pytest.FixtureRequest, name: str) -> Path | None:
+    """Where a robot is recorded in case a test fails, named as no other; None where that is not asked for."""
+    folder = request.config.getoption("--iiwa-artifacts")
+    if folder is None:
+        return None
+    text = re.sub(r"[^\w.-]+", "_", name, flags=re.ASCII).strip("_")
+    if len(text) > LONGEST_FILE_NAME or text != name.replace("::", "_").replace("/", "_"):
+        text = f"{text[:LONGEST_FILE_NAME]}_{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+    return Path(request.config.invocation_params.dir / folder / f"{text}.mcap")
+
+
+def _sweep(config: pytest.Config, stash: pytest.Stash) -> None:
+    """Keep no recordings of robots whose tests have passed."""
+    if config.getoption("--iiwa-artifacts-all") or stash.get(_FAILED, False):
+        return
+    for robot in stash[_WATCHED]:
+        if robot.artifact is not None:
+            with suppress(OSError):
+                robot.artifact.unlink()
+
+
 @contextmanager
-def _robot(name: str, options: dict[str, Any], watched: list[_Watched]) -> "Iterator[Simulator]":
+def _robot(
+    name: str, options: dict[str, Any], watched: list[_Watched], artifact: Path | None
+) -> "Iterator[Simulator]":
     """A robot while the context is open, and what a report shows of it from then on."""
     simulator, recording = _started(options)
     place = len(watched)
@@ -164,22 +242,35 @@ def _robot(name: str, options: dict[str, Any], watched: list[_Watched]) -> "Iter
             name,
             lambda: simulator.call(recording.text, REPORT_S),
             lambda: simulator.call(simulator.state, REPORT_S),
+            artifact,
         )
     )
     try:
+        if artifact is not None:
+            _record(simulator, artifact)
         yield simulator
     finally:
         try:
             simulator.__exit__(None, None, None)
         except TimeoutError as blocked:
-            watched[place] = _Watched(name, recording.text, simulator.state)
+            watched[place] = _Watched(name, recording.text, simulator.state, artifact)
             raise _fault(f"the robot could not be ended: {blocked}") from None
         end = simulator.state()  # pytest keeps what is watched: the robot need not stay
-        watched[place] = _Watched(name, recording.text, lambda: end)
+        watched[place] = _Watched(name, recording.text, lambda: end, artifact)
+
+
+def _record(simulator: "Simulator", path: Path) -> None:
+    from iiwa_sim.recordings.fault import RecordingFault
+
+    try:
+        simulator.record(path, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
+    except RecordingFault as fault:
+        raise _fault(str(fault)) from None
 
 
 def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
     from iiwa_sim.recording import Recording
+    from iiwa_sim.recordings.fault import RecordingFault
     from iiwa_sim.serve.listening import ListenFault
     from iiwa_sim.settings import SettingsFault
     from iiwa_sim.simulator import Simulator
@@ -192,7 +283,7 @@ def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
         simulator.dialogue.listeners.append(recording)
         simulator.dialogue.remember()
         return simulator.__enter__(), recording
-    except (ValueError, SettingsFault, ListenFault, TranscriptFault) as fault:
+    except (ValueError, SettingsFault, ListenFault, TranscriptFault, RecordingFault) as fault:
         raise _fault(str(fault)) from None
 
 
@@ -234,8 +325,9 @@ def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
         with suppress(OSError):  # no name of a folder, to be told by who loads it
             if (folder / given["robot"]).is_dir():
                 given["robot"] = folder / given["robot"]
-    if "transcript" in given:
-        given["transcript"] = folder / given["transcript"]
+    for name in ("transcript", "record"):
+        if name in given:
+            given[name] = folder / given[name]
     if isinstance(given.get("dialects"), str):
         given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
     if isinstance(given.get("strict"), str):

@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cli import main, server_options
-from iiwa_sim.cli.fleet import OF_THE_PROCESS, robots_of
+from iiwa_sim.cli.fleet import OF_THE_PROCESS, descriptors_of, robots_of
+from iiwa_sim.recordings.read import Recorded
 from tests.processes import IIWA_SIM, next_line
 from tests.talking import DEADLINE_S, Client
 
@@ -129,13 +130,35 @@ def test_one_log_tells_which_robot() -> None:
 
 def test_ports_are_counted_up_from_those_that_are_named() -> None:
     options = ["--count", "3", "--dialect", "iiwa,krc4", "--port", "31000,32000", "--status-port", "33000"]
-    options += ["--backdoor-port", "0", "--transcript", "said.txt"]
+    options += ["--backdoor-port", "0", "--transcript", "said.txt", "--record", "runs/run.mcap"]
     parser = server_options.server_parser()
     found = [robot.options for robot in robots_of(parser, server_options.parsed(options, {}))]
     assert [each.port for each in found] == [[31000, 32000], [31001, 32001], [31002, 32002]]
     assert [each.status_port for each in found] == [33000, 33001, 33002]
     assert {each.backdoor_port for each in found} == {0}
     assert [str(each.transcript) for each in found] == [f"said-robot-{index}.txt" for index in range(3)]
+    assert [str(each.record) for each in found] == [f"runs/run-robot-{index}.mcap" for index in range(3)]
+    assert descriptors_of(robots_of(parser, server_options.parsed(options, {}))) == 3 * (1 + 4 + 2)
+
+
+def test_each_robot_has_a_recording_of_its_own(tmp_path: Path) -> None:
+    options = ("--count", "2", "--port", "0", "--clock", "fast", "--record", str(tmp_path / "run.mcap"))
+    with fleet(*options) as (process, ports):
+
+        async def said() -> None:
+            for name in ports:
+                client = await Client.connect(ports[name]["listening"])
+                assert await client.ask(f"nonsense {name}") == "unknown command"
+                await client.leaves()
+
+        asyncio.run(said())
+        process.terminate()
+        process.communicate(timeout=DEADLINE_S)
+    for name in ("robot-0", "robot-1"):
+        recorded = Recorded(tmp_path / f"run-{name}.mcap")
+        texts = [spoken.text for spoken in recorded.dialogue()]
+        assert texts[:3] == ["connected", f"nonsense {name}", "unknown command"]
+        assert not recorded.cut
 
 
 def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
@@ -156,10 +179,12 @@ def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
         dialect = ["iiwa", "krc4"]
         port = [31000, 31001]
         servo_timeout = 1.5
+        record = "both.mcap"
         """
     )
     parser = server_options.server_parser()
-    given = server_options.parsed(["--fleet", str(file), "--clock", "fast", "--exclusive"], {})
+    options = ["--fleet", str(file), "--clock", "fast", "--exclusive", "--record", "run.mcap"]
+    given = server_options.parsed(options, {})
     welder, painter, both = robots_of(parser, given)
     assert [welder.name, painter.name, both.name] == ["welder", "painter", "both"]
     assert (welder.options.cell, welder.options.port) == (str(tmp_path / "cells/welder.toml"), [30000])
@@ -168,6 +193,8 @@ def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
     assert [each.options.strict for each in (welder, painter, both)] == [False, True, False]
     assert all(each.options.exclusive for each in (welder, painter, both))
     assert (both.options.port, both.options.servo_timeout) == ([31000, 31001], 1.5)
+    assert [str(each.options.record) for each in (welder, painter)] == ["run-welder.mcap", "run-painter.mcap"]
+    assert both.options.record == tmp_path / "both.mcap"
 
 
 def test_the_example_serves_as_it_says() -> None:

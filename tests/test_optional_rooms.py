@@ -10,7 +10,7 @@ import sys
 import iiwa_sim.cli.serve
 from iiwa_sim.simulator import Simulator
 Simulator(**{options})
-print(*(name for name in sys.modules if name.startswith("iiwa_sim.ros")))
+print(*(name for name in sys.modules if name.startswith(("iiwa_sim.ros", "iiwa_sim.recordings", "mcap"))))
 """
 
 
@@ -21,5 +21,11 @@ def rooms_loaded(options: dict[str, object]) -> set[str]:
 
 
 def test_the_ros_room_is_loaded_only_for_a_robot_on_ros() -> None:
-    assert rooms_loaded({}) == {"iiwa_sim.ros", "iiwa_sim.ros.conventions"}  # what the options are told from
+    loaded = {name for name in rooms_loaded({}) if name.startswith("iiwa_sim.ros")}
+    assert loaded == {"iiwa_sim.ros", "iiwa_sim.ros.conventions"}  # what the options are told from
     assert "iiwa_sim.ros.rosbridge.server" in rooms_loaded({"rosbridge_port": 0})
+
+
+def test_the_room_of_recordings_and_its_library_are_loaded_only_for_a_robot_that_is_recorded() -> None:
+    loaded = {name for name in rooms_loaded({}) if not name.startswith("iiwa_sim.ros")}
+    assert loaded == {"iiwa_sim.recordings", "iiwa_sim.recordings.fault"}  # where a missing mcap is told

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from math import isfinite
 
 from iiwa_sim.backdoor import surfaces
-from iiwa_sim.backdoor.core import called
+from iiwa_sim.backdoor.core import acts, called
 from iiwa_sim.backdoor.described import DescribedCell, DescribedRobot, described_cell, described_robot
 from iiwa_sim.backdoor.faults import Faults
 from iiwa_sim.backdoor.recent_dialogue import RecentLines
@@ -50,17 +50,17 @@ class Backdoor(Faults):
         except (ValueError, StillMoving) as fault:
             raise Refused(EXECUTION, str(fault)) from None
 
-    @called
+    @acts
     def pause(self) -> None:
         """Suspend simulated time, except for `advance` and `run_until_stopped`."""
         self._clock.pause()
 
-    @called
+    @acts
     def resume(self) -> None:
         """Resume simulated time."""
         self._clock.resume()
 
-    @called
+    @acts
     def set_clock(self, name: str) -> None:
         """Set the pace of time: real, 10x or another multiple, fast, stepped. A pause goes on."""
         try:
@@ -71,17 +71,17 @@ class Backdoor(Faults):
     @called
     def get_clock(self) -> str:
         """The pace of time, followed by `paused` if it is paused."""
-        return f"{self._clock.pace.name}{' paused' if self._clock.paused else ''}"
+        return self._clock.told
 
     # Pushes and surfaces
 
-    @called
+    @acts
     def push(self, wrench: Wrench) -> None:
         """Apply a wrench at the TCP, along its axes (N, Nm); it replaces the one before."""
         _check_finite(wrench)
         self._controller.load.wrench = wrench if any(wrench) else NO_WRENCH
 
-    @called
+    @acts
     def push_joints(self, torques: Sequence[float]) -> None:
         """Apply a torque (Nm) to each joint; it replaces the one before."""
         _check_finite(torques)
@@ -89,13 +89,13 @@ class Backdoor(Faults):
             raise Refused(EXECUTION, f"{self.joint_count} torques are needed")
         self._controller.load.joint_push = tuple(torques)
 
-    @called
+    @acts
     def release(self) -> None:
         """Remove both wrench and joint torques."""
         self._controller.load.wrench = NO_WRENCH
         self._controller.load.joint_push = (0.0,) * self.joint_count
 
-    @called
+    @acts
     def add_surface(self, settings: AnySurface) -> None:
         """Add a surface, with the settings of cell.toml. It is felt from the next tick on.
 
@@ -103,13 +103,13 @@ class Backdoor(Faults):
         """
         surfaces.add(self._controller, settings)
 
-    @called
+    @acts
     def move_surface(self, name: str, pose: Frame) -> None:
         """Move a surface to a pose in the base. Refused if the TCP would be within it."""
         _check_pose(pose)
         surfaces.move(self._controller, name, pose)
 
-    @called
+    @acts
     def remove_surface(self, name: str) -> None:
         """Remove a surface."""
         surfaces.remove(self._controller, name)
@@ -124,7 +124,7 @@ class Backdoor(Faults):
         """What is round the robot now: surfaces, the radius of contact, names of inputs and outputs."""
         return described_cell(self._controller)
 
-    @called
+    @acts
     def set_tool(self, tool_in_flange: Frame) -> None:
         """Set the tool: the pose of the TCP in the flange.
 
@@ -143,7 +143,7 @@ class Backdoor(Faults):
 
     # Inputs and outputs
 
-    @called
+    @acts
     def set_input(self, number: int, on: bool) -> None:
         """Switch a digital input, numbered from 1."""
         self._controller.io.wire(number, on)
@@ -170,33 +170,33 @@ class Backdoor(Faults):
 
     # The robot
 
-    @called
+    @acts
     def emergency_stop(self) -> None:
         """Press the emergency stop."""
         self._controller.emergency_stop()
 
-    @called
+    @acts
     def release_emergency_stop(self) -> None:
         """Release the emergency stop; the error has to be reset as well."""
         self._controller.release_emergency_stop()
 
-    @called
+    @acts
     def protective_stop(self) -> None:
         """Stop the robot with an error that has to be reset."""
         self._controller.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
 
-    @called
+    @acts
     def switch_drives(self, on: bool) -> None:
         """Switch the drives. Switching off stops the robot with an error, which can be reset when they are
         on again."""
         self._controller.switch_drives(on)
 
-    @called
+    @acts
     def reset_error(self) -> None:
         """End the error state. Refused while the emergency stop is pressed or the drives are off."""
         self._controller.reset_error()
 
-    @called
+    @acts
     def set_override(self, override: float) -> None:
         """Set the override, 0 to 1, at once, also for a running move."""
         self._controller.set_override(override)
@@ -206,7 +206,7 @@ class Backdoor(Faults):
         """The override, 0 to 1."""
         return self._controller.override
 
-    @called
+    @acts
     def place(self, joints: Sequence[float]) -> None:
         """Set the joint positions (rad) without a motion.
 
@@ -228,12 +228,12 @@ class Backdoor(Faults):
         """The whole state of the robot."""
         return snapshot(self._controller)
 
-    @called
+    @acts
     def save_state(self, name: str) -> None:
         """Save the state of the cell under a name. Refused while the robot moves."""
         self._states.save(name)
 
-    @called
+    @acts
     def restore_state(self, name: str) -> None:
         """Restore a saved state of the cell; `start` is the initial one. Refused while the robot moves."""
         self._states.restore(name)
@@ -256,7 +256,7 @@ class Backdoor(Faults):
 
     # Random numbers
 
-    @called
+    @acts
     def seed(self, seed: int) -> None:
         """Restart all random numbers, those of noise and of garbled replies, from a seed of 0 to 2**32 -
         1."""

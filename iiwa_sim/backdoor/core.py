@@ -10,6 +10,10 @@ from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
+from iiwa_sim.wording import harmless, shortened
+
+LONGEST_TOLD = 200
+"""Characters of a call, as listeners are told it."""
 
 C = TypeVar("C", bound="Core")
 P = ParamSpec("P")
@@ -36,6 +40,22 @@ def called(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P]
     return call
 
 
+def acts(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
+    """As `called`, of a method that changes something: listeners are told when it has."""
+
+    @wraps(method)
+    def act(self: C, /, *args: P.args, **kwargs: P.kwargs) -> T:
+        done = method(self, *args, **kwargs)
+        if self.listeners:
+            given = [*map(repr, args), *(f"{name}={value!r}" for name, value in kwargs.items())]
+            text = harmless(shortened(f"{method.__name__}({', '.join(given)})", LONGEST_TOLD))
+            for listener in self.listeners:
+                listener(text)
+        return done
+
+    return called(act)
+
+
 class Core:
     """What the backdoor manipulates."""
 
@@ -49,6 +69,8 @@ class Core:
         call: Call = _at_once,
     ) -> None:
         self.call = call
+        self.listeners: list[Callable[[str], None]] = []
+        """Told of each call that has changed something, as text."""
         self._controller = controller
         self._wire = wire
         self._entrance = entrance

@@ -1,7 +1,7 @@
 """Faults that a test bench injects into the robot and the wire. The rest of the backdoor is in
 `backdoor.py`."""
 
-from iiwa_sim.backdoor.core import Core, called
+from iiwa_sim.backdoor.core import Core, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
 from iiwa_sim.dialect.wire.wire_faults import (
@@ -27,24 +27,24 @@ class Faults(Core):
 
     # Robot faults
 
-    @called
+    @acts
     def refuse_next_move(self, code: int) -> None:
         """Refuse the next move that comes outside the error state, whatever it asks for."""
         self._controller.refuse_next_move(ErrorRecord(_checked(code), ON_PURPOSE))
 
-    @called
+    @acts
     def fail_move(self, code: int) -> None:
         """Make the running move fail: the robot stops on its path with an error. Refused if nothing moves."""
         if not self._controller.moving:
             raise Refused(EXECUTION, "nothing moves that could fail")
         self._controller.fail(_checked(code), ON_PURPOSE)
 
-    @called
+    @acts
     def time_out_servo(self) -> None:
         """End smart or direct mode as a servo timeout does. Refused in other modes."""
         self._controller.time_out_servo()
 
-    @called
+    @acts
     def following_error(self, joint: int) -> None:
         """Stop the robot as if a joint (numbered from 1) had a following error."""
         names = self._controller.description.joints
@@ -59,7 +59,7 @@ class Faults(Core):
         """The connections to the main port, by number."""
         return self._wire.connections()
 
-    @called
+    @acts
     def set_fault(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault of `iiwa_sim.dialect.wire.wire_faults` to replies, after faults set before."""
         if type(fault) not in FAULTS:
@@ -74,36 +74,36 @@ class Faults(Core):
                 raise Refused(EXECUTION, f"{key} {value:g}: expected {low:g} to {high:g}")
         self._wire.set(fault, connection, replies)
 
-    @called
+    @acts
     def stop_answering(self, connection: int = EVERY) -> None:
         """Neither answer lines nor carry them out until `clear_faults`."""
         self._wire.set(Silence(), connection)
 
-    @called
+    @acts
     def close_connections(self, connection: int = EVERY) -> None:
         """Close one connection, or all."""
         self._wire.end(Close(), connection)
         if connection == EVERY:
             self._entrance.drop_arriving(reset=False)
 
-    @called
+    @acts
     def reset_connections(self, connection: int = EVERY) -> None:
         """Reset one connection, or all."""
         self._wire.end(Reset(), connection)
         if connection == EVERY:
             self._entrance.drop_arriving(reset=True)
 
-    @called
+    @acts
     def refuse_connections(self) -> None:
         """Refuse new connections on the ports of all dialects. Present connections are served."""
         self._entrance.refuse()
 
-    @called
+    @acts
     def accept_connections(self) -> None:
         """Accept new connections again."""
         self._entrance.accept()
 
-    @called
+    @acts
     def clear_faults(self) -> None:
         """Remove all faults of the wire and of the next move, and canned replies; accept connections."""
         self._controller.refuse_next_move(None)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import degrees, radians
 from pathlib import Path
 
@@ -32,6 +32,8 @@ class Cell:
     noise_levels: NoiseLevels | None = None
     input_names: tuple[str, ...] = DEFAULT_INPUTS
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
+    path: Path | None = field(default=None, compare=False)
+    """The file it was read from, if it was."""
 
     def world(self) -> World:
         """A new world with the surfaces, none of them touched yet."""
@@ -77,6 +79,7 @@ def load_cell(path: str | Path) -> Cell:
         else NoiseLevels(noise.seed, noise.force_n, noise.torque_nm, noise.joint_torque_nm),
         input_names=settings.io.input_names(),
         output_names=settings.io.output_names(),
+        path=file,
     )
     _check_start(reader, settings, cell)
     return cell

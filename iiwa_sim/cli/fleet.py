@@ -37,7 +37,8 @@ OF_THE_PROCESS = (
     *("view_port", "view_host", "view_token", "view_token_file"),
 )
 """Options of the process, which one robot of a fleet cannot have."""
-FILES = ("cell", "robot", "transcript", "rosbridge_secret", "backdoor_token_file")
+WRITTEN = ("transcript", "record")
+FILES = ("cell", "robot", *WRITTEN, "rosbridge_secret", "backdoor_token_file")
 _NAME = re.compile(rf"[A-Za-z0-9_.-]{{1,{LONGEST_NAME}}}")
 _EVERYWHERE = ("0.0.0.0", "::")
 
@@ -76,8 +77,13 @@ def robots_of(parser: Parser, options: argparse.Namespace) -> list[Robot]:
 
 
 def descriptors_of(robots: list[Robot]) -> int:
-    """Descriptors needed by the robots: one for each port and one for the clock."""
-    return sum(1 + sum(1 for _ in _ports(robot.options)) for robot in robots)
+    """Descriptors needed by the robots: one for each port, each file that is written, and each clock."""
+    return sum(
+        1
+        + sum(1 for _ in _ports(robot.options))
+        + sum(getattr(robot.options, kind) is not None for kind in WRITTEN)
+        for robot in robots
+    )
 
 
 def _equal(error: Error, options: argparse.Namespace) -> list[Robot]:
@@ -86,9 +92,16 @@ def _equal(error: Error, options: argparse.Namespace) -> list[Robot]:
         own = copy.copy(options)
         _move_ports(error, own, index, set())
         robots.append(Robot(f"robot-{index}", own))
-        if options.transcript is not None:
-            own.transcript = options.transcript.with_stem(f"{options.transcript.stem}-robot-{index}")
+        _name_files(own, f"robot-{index}", set())
     return robots
+
+
+def _name_files(options: argparse.Namespace, name: str, named: set[str]) -> None:
+    """Give the robot files of its own, where it does not name them itself."""
+    for kind in WRITTEN:
+        path = getattr(options, kind)
+        if path is not None and kind not in named:
+            setattr(options, kind, path.with_stem(f"{path.stem}-{name}"))
 
 
 def _named(parser: Parser, options: argparse.Namespace) -> list[Robot]:
@@ -111,6 +124,7 @@ def _named(parser: Parser, options: argparse.Namespace) -> list[Robot]:
         own.fleet = own.count = None
         check(error, own)
         _move_ports(error, own, index, set(table))
+        _name_files(own, name, set(table))
         robots.append(Robot(name, own))
     return robots
 

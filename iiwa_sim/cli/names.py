@@ -5,13 +5,14 @@ from importlib import import_module
 PLOT = "plot"
 CHECK_CELL = "check-cell"
 REPLAY = "replay"
+EXPORT = "export"
 CHECK = "check"
 BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 COMPLETION = "completion"
 VIEW = "view"
-SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH, COMPLETION)
+SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, EXPORT, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH, COMPLETION)
 """The first arguments that select a subcommand."""
 SERVE = "serve"
 """The command without a subcommand."""

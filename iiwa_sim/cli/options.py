@@ -146,13 +146,13 @@ def ros_conventions(options: argparse.Namespace) -> Conventions:
     return Conventions(RESULT_TYPES[options.ros_result], Reference(options.ros_reference))
 
 
-def add_rate(parser: Parser) -> None:
+def add_rate(parser: Parser, default: int | None = DEFAULT_RATE_HZ) -> None:
     parser.add_argument(
         "--rate",
         type=whole(MIN_RATE_HZ, MAX_RATE_HZ),
-        default=DEFAULT_RATE_HZ,
+        default=default,
         metavar="HZ",
-        help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: %(default)s)",
+        help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: {DEFAULT_RATE_HZ})",
     )
 
 

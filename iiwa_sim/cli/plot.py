@@ -3,13 +3,19 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from iiwa_sim.cli.names import PLOT
 from iiwa_sim.cli.options import add_rate, add_robot, check_robot
 from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.recordings import is_recording, opened, tell_cut
+from iiwa_sim.clock.clock import DEFAULT_RATE_HZ
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.wording import shortened
+
+if TYPE_CHECKING:
+    from iiwa_sim.plot.record import Recording
 
 PICTURES = (".png", ".svg")
 
@@ -22,16 +28,9 @@ def run(given: Sequence[str]) -> int:
         if not (fault.name or "").startswith("matplotlib"):
             raise
         raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'") from None
-    from iiwa_sim.cell.cell import load_cell, robot_alone
-    from iiwa_sim.plot.record import record
-    from iiwa_sim.plot.script import read_script
-
     output: Path = options.output
-    if options.cell is None:
-        cell = robot_alone(DEFAULT_ROBOT if options.robot is None else options.robot)
-    else:
-        cell = load_cell(options.cell)
-    recording = record(read_script(options.commands), cell, options.rate)
+    commands = Path(options.commands)
+    recording = _recorded(commands) if is_recording(commands) else _run(options)
     drawn = picture(recording, output.suffix[1:].lower())
     try:
         output.write_bytes(drawn)
@@ -40,10 +39,36 @@ def run(given: Sequence[str]) -> int:
     return 0
 
 
+def _run(options: argparse.Namespace) -> "Recording":
+    from iiwa_sim.cell.cell import load_cell, robot_alone
+    from iiwa_sim.plot.record import record
+    from iiwa_sim.plot.script import read_script
+
+    if options.cell is None:
+        cell = robot_alone(DEFAULT_ROBOT if options.robot is None else options.robot)
+    else:
+        cell = load_cell(options.cell)
+    rate_hz = DEFAULT_RATE_HZ if options.rate is None else options.rate
+    return record(read_script(options.commands), cell, rate_hz)
+
+
+def _recorded(path: Path) -> "Recording":
+    recorded = opened(path)
+    from iiwa_sim.plot.recorded import drawn_from
+
+    recording = drawn_from(recorded)
+    tell_cut(recorded)
+    return recording
+
+
 def _options(given: Sequence[str]) -> argparse.Namespace:
     parser = _parser()
     options = parser.parse_args(given)
     check_robot(parser.error, options)
+    if is_recording(Path(options.commands)):
+        for name in ("cell", "robot", "rate"):
+            if getattr(options, name) is not None:
+                parser.error(f"argument --{name}: expected none with a recording, which names its own")
     return options
 
 
@@ -58,9 +83,12 @@ def _parser() -> Parser:
         examples={
             "examples/blending.txt -o blending.svg": "a chain of moves that blend",
             "examples/probing.txt --cell examples/table.toml -o probing.svg": "moves that feel for a table",
+            "run.mcap -o run.png": "what was recorded with --record",
         },
     )
-    parser.add_argument("commands", metavar="COMMANDS", help="the file")
+    parser.add_argument(
+        "commands", metavar="COMMANDS|FILE.mcap", help="the file, or a recording of --record, which is drawn"
+    )
     parser.add_argument(
         "-o", "--output", type=_picture, required=True, metavar="PICTURE", help="where to, as .png or .svg"
     )
@@ -70,7 +98,7 @@ def _parser() -> Parser:
         help="robot, start pose, tool and what stands round it (default: a robot alone)",
     )
     add_robot(parser)
-    add_rate(parser)
+    add_rate(parser, default=None)
     return parser
 
 

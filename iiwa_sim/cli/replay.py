@@ -2,20 +2,24 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from iiwa_sim.cli.names import REPLAY
 from iiwa_sim.cli.options import add_servers
 from iiwa_sim.cli.output import say
 from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.recordings import is_recording, opened, tell_cut
 from iiwa_sim.wording import harmless
+
+if TYPE_CHECKING:
+    from iiwa_sim.transcript.lines import Transcript
 
 
 def run(given: Sequence[str]) -> int:
     options = _parser().parse_args(given)
-    from iiwa_sim.transcript.lines import read_file
     from iiwa_sim.transcript.replay import replay
 
-    transcript = read_file(options.transcript)
+    transcript = _transcript(options.transcript)
     deviations = 0
     for deviation in replay(transcript, *options.server):
         deviations += 1
@@ -24,13 +28,30 @@ def run(given: Sequence[str]) -> int:
     return 1 if deviations else 0
 
 
+def _transcript(path: Path) -> "Transcript":
+    if not is_recording(path):
+        from iiwa_sim.transcript.lines import read_file
+
+        return read_file(path)
+    recorded = opened(path)
+    from iiwa_sim.recordings.dialogue import transcript_of
+
+    transcript = transcript_of(recorded)
+    tell_cut(recorded)
+    return transcript
+
+
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {REPLAY}",
-        description="Plays a transcript against a server and tells which lines are answered otherwise.",
+        description="Plays a transcript, or the dialogue of a recording FILE.mcap, against a server and "
+        "tells which lines are answered otherwise.",
         epilog="Exit code 0 if there are none, 1 if there are some, 2 if it cannot be played.",
-        examples={"session.txt 127.0.0.1:30000": "what was recorded with --transcript, said again"},
+        examples={
+            "session.txt 127.0.0.1:30000": "what was recorded with --transcript, said again",
+            "run.mcap 127.0.0.1:30000": "the same of a recording of --record",
+        },
     )
-    parser.add_argument("transcript", type=Path, metavar="FILE", help="as --transcript records it")
+    parser.add_argument("transcript", type=Path, metavar="FILE", help="as --transcript or --record writes it")
     add_servers(parser)
     return parser

@@ -138,6 +138,8 @@ def _simulator(
             backdoor_host=options.backdoor_host or LOOPBACK,
             backdoor_token=options.backdoor_token or options.backdoor_token_file,
             transcript=options.transcript,
+            record=options.record,
+            record_rate_hz=options.record_rate,
             on_bye=ending.asked.set if options.bye_shuts_down else None,
         )
     finally:

@@ -19,6 +19,7 @@ from iiwa_sim.cli.options import (
     secret_in,
 )
 from iiwa_sim.cli.parsing import Error, Parser, whole
+from iiwa_sim.clock.clock import MAX_RATE_HZ
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.ports import MAX_PORT
@@ -71,6 +72,12 @@ def check(error: Error, options: argparse.Namespace) -> None:
         if options.status_rate > options.rate:
             limit = f"the {options.rate} ticks per second of --rate"
             error(f"argument --status-rate: {options.status_rate} is above {limit}")
+    if options.record_rate is not None:
+        if options.record is None:
+            error("argument --record-rate: expected --record with it")
+        if options.record_rate > options.rate:
+            limit = f"the {options.rate} ticks per second of --rate"
+            error(f"argument --record-rate: {options.record_rate} is above {limit}")
     if options.rosbridge_secret is not None and options.rosbridge_port is None:
         error("argument --rosbridge-secret: expected --rosbridge-port with it")
     for name, given in (("origin", options.rosbridge_origin), ("host", options.rosbridge_host)):
@@ -254,6 +261,19 @@ def server_parser() -> Parser:
         type=Path,
         metavar="FILE",
         help=f"write down there what is said in all dialects; iiwa-sim {REPLAY} plays it",
+    )
+    parser.add_argument(
+        "--record",
+        type=Path,
+        metavar="FILE.mcap",
+        help="record the whole run there, for Foxglove, PlotJuggler and iiwa-sim plot, export, replay; needs "
+        "the extra record",
+    )
+    parser.add_argument(
+        "--record-rate",
+        type=whole(1, MAX_RATE_HZ),
+        metavar="HZ",
+        help="states per second in it, not above the --rate (default: one at every tick)",
     )
     parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
     add_log(parser)

@@ -121,7 +121,7 @@ class Clock:
             raise ValueError(f"rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {MAX_RATE_HZ}")
         self.tick_s = 1.0 / rate_hz
         self.dropped_ticks = 0
-        self._rate_hz = rate_hz
+        self.rate_hz = rate_hz
         self._now_ns = now_ns
         self._open_timer = timer
         self._timer: Timer | None = None
@@ -155,6 +155,17 @@ class Clock:
             if not errand.done.done():
                 errand.done.set_exception(RuntimeError("the clock was stopped"))
 
+    def drive(self, robot: Stepped) -> None:
+        """Step this from the next tick on, in place of what `start` was given."""
+        self._make_up_for_rest()
+        self._robot = robot
+        self._sleep()  # it may be resting where the other was not
+
+    @property
+    def in_haste(self) -> bool:
+        """Whether the ticks that are made follow no real time: nobody sees that one of them takes longer."""
+        return bool(self._errands) or self._pace.ticks_in_haste or not self._pace.speed
+
     @property
     def pace(self) -> Pace:
         """How time passes, unless it is paused."""
@@ -163,6 +174,11 @@ class Clock:
     @property
     def paused(self) -> bool:
         return self._paused
+
+    @property
+    def told(self) -> str:
+        """How time passes, with `paused` behind it where it is."""
+        return f"{self._pace.name} paused" if self._paused else self._pace.name
 
     def set_pace(self, pace: Pace) -> None:
         """Let time pass otherwise from now on. A pause goes on."""
@@ -237,7 +253,7 @@ class Clock:
     def _errand(self, seconds: float, *, until_stopped: bool) -> _Errand:
         if not 0.0 <= seconds <= LONGEST_ADVANCE_S:
             raise ValueError(f"{seconds:g} s of simulated time: expected 0 to {LONGEST_ADVANCE_S:g}")
-        ticks = ceil(seconds * self._rate_hz - 1e-6)  # 0.07 * 100 is more than 7
+        ticks = ceil(seconds * self.rate_hz - 1e-6)  # 0.07 * 100 is more than 7
         return _Errand(ticks, until_stopped, asyncio.get_running_loop().create_future())
 
     async def _run(self, errand: _Errand) -> bool:
@@ -251,7 +267,7 @@ class Clock:
     def _take(self, pace: Pace) -> None:
         self._pace = pace
         if pace.speed > 0.0:
-            self._period_ns = round(_SECOND_NS / (self._rate_hz * pace.speed))
+            self._period_ns = round(_SECOND_NS / (self.rate_hz * pace.speed))
             sleep_ns = REST_SLEEP_NS if pace.ticks_in_haste else SHORTEST_SLEEP_NS
             self._ticks_per_wake = max(1, ceil(sleep_ns / self._period_ns))
 

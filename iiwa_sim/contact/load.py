@@ -79,6 +79,11 @@ class ExternalLoad:
         return self._noise is not None or self._place is not None or not self.world.empty
 
     @property
+    def touching(self) -> bool:
+        """Whether surfaces have done anything to the robot in the last tick."""
+        return self._touch is not NO_WRENCH
+
+    @property
     def settled(self) -> bool:
         """Whether ticks change only the noise as long as the robot stays where it is."""
         if self.world.empty:

@@ -9,16 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from iiwa_sim.dialect.krc4.short import NO_MESSAGE
-from iiwa_sim.dialect.ports import DEFAULT_DIALECT, KRC4
-from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.ports import DEFAULT_DIALECT
+from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine
 from iiwa_sim.never_waiting import NeverWaiting
 from iiwa_sim.transcript.fault import TranscriptFault
-from iiwa_sim.transcript.krc4 import answers_reals
-
-UNSPEAKABLE = ("(too long)", NO_MESSAGE)
-"""Texts in the dialogue for lines whose contents are not known, so that they cannot be replayed."""
+from iiwa_sim.transcript.written import Lines
 
 logger = logging.getLogger(__name__)
 
@@ -26,10 +21,8 @@ logger = logging.getLogger(__name__)
 class Recorder:
     """Writes a dialogue into a file, line by line; it listens while its context is open.
 
-    Clients are called client1, client2, ... in the order in which they connect. Replies of numbers are
-    recorded as numbers, others verbatim. If the file cannot be written, as on a full disk, the recording ends
-    with a line in the log. A FIFO or a terminal is never waited for: lines that it does not take are dropped,
-    and a comment tells how many.
+    If the file cannot be written, as on a full disk, the recording ends with a line in the log. A FIFO or a
+    terminal is never waited for: lines that it does not take are dropped, and a comment tells how many.
     """
 
     def __init__(
@@ -48,17 +41,9 @@ class Recorder:
         self._dialogue = dialogue
         self._tick_s = tick_s
         self._path = path
-        self._began_ns = time.monotonic_ns()
-        self._names: dict[str, str] = {}
-        self._usual_dialect = dialects[0]
-        self._dialects: dict[str, str] = {}  # of connected clients
-        self._clients = 0
-        self._last_said = ""
+        self._lines = Lines(dialects, time.monotonic_ns())
         self._broken = False
-        self._table = load_table("iiwa")
-        header = f"# {title}\n# [simulated real] time in s\n"
-        if tuple(dialects) != (DEFAULT_DIALECT,):
-            header += f"dialect {','.join(dialects)}\n"
+        header = self._lines.header(title)
         try:
             self._descriptor = _opened(path)
             self._out = NeverWaiting(self._descriptor, _lost)
@@ -94,54 +79,14 @@ class Recorder:
     def _hear(self, said: DialogueLine) -> None:
         if self._broken:
             return
-        real_s = (said.instant_ns - self._began_ns) * 1e-9
-        times = f"[{said.tick * self._tick_s:.3f} {real_s:.6f}]"
         if self._out.fault is None:
-            self._out.put(_bytes(self._line(said, times) + "\n"))
+            self._out.put(_bytes(self._lines.line(said, said.tick * self._tick_s) + "\n"))
         else:
             self._break(self._out.fault)
 
     def _break(self, fault: OSError) -> None:
         logger.error("%s: the transcript ends here: %s", self._path, fault.strerror)
         self._broken = True
-
-    def _line(self, said: DialogueLine, times: str) -> str:
-        if said.direction is Direction.EVENT:
-            return self._event(said, times)
-        name = self._name(said.session)
-        if said.direction is Direction.ON_WIRE:
-            return f"# {times} {name}: on the wire: {said.text}"
-        text = said.text.replace("{", "\\x7b")
-        if said.direction is Direction.FROM_CLIENT:
-            self._last_said = said.text  # its reply comes next
-        hidden = "# " if self._last_said in UNSPEAKABLE else ""
-        mark = ">" if said.direction is Direction.FROM_CLIENT else self._mark(said.session, said.text)
-        return f"{hidden}{times} {name}{mark} {text}"
-
-    def _event(self, said: DialogueLine, times: str) -> str:
-        if said.text == "connected":
-            self._dialects[said.session] = said.dialect
-            dialect = "" if said.dialect == self._usual_dialect else f" in {said.dialect}"
-            return f"{times} {self._name(said.session)} connects{dialect}"
-        if said.text == "disconnected":
-            name = self._name(said.session)
-            del self._names[said.session]
-            self._dialects.pop(said.session, None)
-            return f"{times} {name} leaves"
-        return f"# {times} {said.session}: {said.text}"
-
-    def _mark(self, session: str, reply: str) -> str:
-        if self._dialects.get(session, self._usual_dialect) == KRC4:
-            return "<~" if answers_reals(reply) else "<"
-        command = self._table.find(self._last_said.partition(":")[0].encode())
-        of_numbers = command is not None and command.reply_values and not command.reply_values[0].integer
-        return "<~" if of_numbers and reply != "error" else "<"
-
-    def _name(self, session: str) -> str:
-        if session not in self._names:
-            self._clients += 1
-            self._names[session] = f"client{self._clients}"
-        return self._names[session]
 
 
 def _opened(path: Path) -> int:

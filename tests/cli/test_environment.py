@@ -44,12 +44,15 @@ EXAMPLES = {  # of a value other than the default, as text
     "exclusive": "TRUE",
     "reconnect_pause": "2",
     "transcript": "said.txt",
+    "record": "run.mcap",
+    "record_rate": "50",
     "bye_shuts_down": "1",
     "log_level": "debug",
     "log_json": "1",
 }
 NEEDED_WITH = {
     "status_rate": ("--status-port", "0"),
+    "record_rate": ("--record", "run.mcap"),
     "rosbridge_secret": ("--rosbridge-port", "0"),
     "rosbridge_origin": ("--rosbridge-port", "0"),
     "rosbridge_host": ("--rosbridge-port", "0"),
@@ -69,6 +72,7 @@ WRONG = {
     "servo_timeout": "0",
     "status_port": "-1",
     "status_rate": "501",
+    "record_rate": "0",
     "rosbridge_port": "65536",
     "rosbridge_secret": "/no/such/file",
     "rosbridge_origin": "https://a.example,b",
@@ -89,7 +93,7 @@ WRONG = {
     "log_json": "json",
 }
 ANY_TEXT = {
-    *("cell", "fleet", "robot", "host", "transcript"),
+    *("cell", "fleet", "robot", "host", "transcript", "record"),
     *("backdoor_host", "backdoor_token", "view_host", "view_token"),
 }
 

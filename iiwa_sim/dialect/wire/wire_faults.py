@@ -215,6 +215,10 @@ class WireFaults:
             for number, (_, name, dialect) in self._peers.items()
         }
 
+    def peers(self) -> list[tuple[str, str]]:
+        """Who is connected: names, and the dialect of each where there are several."""
+        return [(name, dialect) for _, name, dialect in self._peers.values()]
+
     def set(self, fault: Fault, connection: int = EVERY, replies: int = UNTIL_CLEARED) -> None:
         """Apply a fault to the next `replies` replies of a connection, or of all.
 

@@ -1,0 +1,143 @@
+"""What a recording costs at 500 Hz while the robot moves: computing, bytes, and how much later ticks come."""
+
+import gc
+import random
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from benchmarks.figures import Figure, Kind, percentile
+from iiwa_sim.cell.cell import robot_alone
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.requests import Kind as How
+from iiwa_sim.controller.requests import MoveRequest
+from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.recordings.recorder import Recorder
+from iiwa_sim.recordings.writer import THREAD_NAME
+
+SEED = 5
+RATE_HZ = 500
+PERIOD_NS = 1_000_000_000 // RATE_HZ
+BLOCK_S = 5
+BLOCKS = 4
+"""Of each kind, in turn: recorded and not."""
+LINES_HZ = 50
+"""A driver that asks for the joints so often."""
+MINUTE_S = 60.0
+
+
+class Block(NamedTuple):
+    """What so many seconds of a robot at the pace of real time have shown."""
+
+    computing_s: float
+    """By the recording: in ticks, in lines, and in its thread."""
+    late_ms: list[float]
+    """How much after it was due each tick was done."""
+    size: int
+    """Bytes of the file."""
+
+
+def measure() -> list[Figure]:
+    """Blocks that are recorded alternate with some that are not."""
+    recorded: list[Block] = []
+    bare: list[Block] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for number in range(BLOCKS):
+            recorded.append(_block(Path(folder, f"{number}.mcap"), number))
+            bare.append(_block(None, number))
+    seconds = BLOCKS * BLOCK_S
+    late, late_bare = ([each for block in blocks for each in block.late_ms] for blocks in (recorded, bare))
+    return [
+        Figure(
+            "a recording at 500 Hz: computing, of a core",
+            1e2 * min(block.computing_s for block in recorded) / BLOCK_S,
+            "%",
+            at_most=3,
+            kind=Kind.CPU,
+            margin=3,
+        ),
+        Figure(
+            "a recording at 500 Hz: a minute of motion",
+            1e-6 * sum(block.size for block in recorded) * MINUTE_S / seconds,
+            "MB",
+            at_most=8,
+            kind=Kind.SIMULATED,
+        ),
+        Figure(
+            "ticks of a robot that is recorded: done after they are due, p99",
+            percentile(late, 0.99),
+            "ms",
+            percentile(late_bare, 0.99),
+        ),
+        Figure(
+            "ticks of a robot that is recorded: done after they are due, at most",
+            max(late),
+            "ms",
+            max(late_bare),
+            at_most=1,
+            kind=Kind.WALL,
+        ),
+    ]
+
+
+def _block(path: Path | None, seed: int) -> Block:
+    """The same motion for the same seed, recorded or not."""
+    cell = robot_alone()
+    controller = Controller(cell.description, 1.0 / RATE_HZ)
+    dialogue = Dialogue(lambda: controller.tick)
+    if path is None:
+        return Block(0.0, _paced(controller, dialogue, seed, _nothing)[0], 0)
+    recorder = Recorder(
+        path, controller, dialogue, cell=cell, tick_rate_hz=RATE_HZ, clock=lambda: "real",
+        said_of_it={"dialects": "iiwa"},
+    )  # fmt: skip
+    recorder.start()
+    late_ms, computing_s = _paced(controller, dialogue, seed, recorder.tick)
+    computing_s += _writing_s()
+    recorder.stop()
+    if not recorder.finish() or recorder.lost:
+        raise RuntimeError("the recording is not whole")
+    return Block(computing_s, late_ms, path.stat().st_size)
+
+
+def _paced(
+    controller: Controller, dialogue: Dialogue, seed: int, tick: Callable[[], None]
+) -> tuple[list[float], float]:
+    """Lateness of each tick (ms), and the seconds of computing in `tick` and in what the dialogue tells."""
+    chance = random.Random(SEED + seed)
+    home = controller.joints
+    late_ms: list[float] = []
+    computing_s = 0.0
+    gc.collect()
+    due_ns = time.monotonic_ns() + PERIOD_NS
+    for number in range(BLOCK_S * RATE_HZ):
+        if controller.queue < 2:  # planned while one waits, as by a driver that keeps ahead
+            target = [q + chance.uniform(-0.4, 0.4) for q in home]
+            controller.move(MoveRequest(How.PTP, target, speeds=[0.5] * len(home)))
+            due_ns = max(due_ns, time.monotonic_ns() + PERIOD_NS)  # planning is not what is asked here
+        time.sleep(max(0, due_ns - time.monotonic_ns()) * 1e-9)
+        began_s = time.thread_time()
+        if number % (RATE_HZ // LINES_HZ) == 0:
+            dialogue.exchange("127.0.0.1:50000", "get joint position", f"{controller.joints}")
+        between_s = time.thread_time()
+        controller.step()
+        stepped_s = time.thread_time()
+        tick()
+        computing_s += time.thread_time() - stepped_s + between_s - began_s
+        late_ms.append(1e-6 * (time.monotonic_ns() - due_ns))
+        due_ns += PERIOD_NS
+    return late_ms, computing_s
+
+
+def _writing_s() -> float:
+    """What the thread that writes has computed."""
+    (ident,) = (each.ident for each in threading.enumerate() if each.name == THREAD_NAME)
+    assert ident is not None
+    return time.clock_gettime(time.pthread_getcpuclockid(ident))
+
+
+def _nothing() -> None:
+    """For a robot that is not recorded."""

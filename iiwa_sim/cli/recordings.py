@@ -1,0 +1,34 @@
+"""What the subcommands that take a recording have in common."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from iiwa_sim.recordings.fault import needs_mcap
+from iiwa_sim.wording import harmless
+
+if TYPE_CHECKING:
+    from iiwa_sim.recordings.read import Recorded
+
+SUFFIX = ".mcap"
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file is to be taken for a recording: its name says so."""
+    return path.suffix.lower() == SUFFIX
+
+
+def opened(path: Path) -> "Recorded":
+    """The recording of that name. Raises RecordingFault."""
+    with needs_mcap():
+        from iiwa_sim.recordings.read import Recorded
+    return Recorded(path)
+
+
+def tell_cut(recorded: "Recorded") -> None:
+    """Say so where a recording that has been read has lost its end."""
+    if recorded.cut:
+        print(
+            harmless(f"iiwa-sim: {recorded.path}: its end is missing or damaged: read up to there"),
+            file=sys.stderr,
+        )

@@ -1,0 +1,73 @@
+"""A recording in MCAP, as what is drawn."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from iiwa_sim.plot.fault import PlotFault
+from iiwa_sim.plot.record import Array, Recording, Target
+from iiwa_sim.plot.script import Script
+from iiwa_sim.recordings import watch
+from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
+
+MOST_SAMPLES = 60_000
+"""Of a picture, two minutes at 500 Hz; of a longer recording fewer are drawn for each second."""
+
+
+def drawn_from(recorded: Recorded) -> Recording:
+    """The joints, the TCP and the forces at even times, with the moves that began and how they ended.
+
+    Where states are missing, straight lines are drawn. Thresholds of force moves are not in a recording.
+    Raises PlotFault where there is nothing to draw, RecordingFault and RobotFault.
+    """
+    ticks: list[int] = []
+    rows: list[tuple[float, ...]] = []
+    for state in recorded.states():
+        if ticks and state.tick <= ticks[-1]:
+            continue
+        ticks.append(state.tick)
+        rows.append((*state.joint_position, *state.tool_frame[:3], *state.cartesian_force[:3]))
+    if len(ticks) < 2:
+        raise PlotFault(f"{recorded.path}: expected two states at least, to draw a picture of")
+    found = np.array(ticks)
+    step = max(int(np.diff(found).min()), -(-int(found[-1] - found[0]) // MOST_SAMPLES))
+    wanted = np.arange(found[0], found[-1] + step, step)
+    values = np.array(rows)
+    even: Array = np.column_stack([np.interp(wanted, found, column) for column in values.T])
+    count = len(recorded.head.joints)
+    return Recording(
+        script=Script(str(recorded.path), ()),
+        description=_description(recorded),
+        tick_s=step / recorded.head.tick_rate_hz,
+        joints=even[:, :count],
+        tcp_mm=even[:, count : count + 3],
+        force_n=even[:, count + 3 :],
+        targets=_targets(recorded, int(found[0]), step, len(wanted)),
+        watches=(),
+    )
+
+
+def _targets(recorded: Recorded, first: int, step: int, count: int) -> tuple[Target, ...]:
+    begun: dict[int, Target] = {}
+    for event in recorded.events():
+        if event.kind == watch.BEGINS and len(event.goal_frame) == 6:
+            x, y, z = event.goal_frame[:3]
+            begun[event.move] = Target(0, (x, y, z), 0.0, event.text)
+        elif event.kind == watch.ENDS and event.code == 0 and event.move in begun:
+            place = min(max(round((event.tick - first) / step), 0), count - 1)
+            target = begun[event.move]
+            begun[event.move] = Target(0, target.tcp_mm, 0.0, target.mode, place)
+    return tuple(begun.values())
+
+
+def _description(recorded: Recorded) -> RobotDescription:
+    """Of the robot whose files are in the recording."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in (SETTINGS_FILE, URDF_FILE):
+            content = recorded.head.attachments.get(name)
+            if content is None:
+                raise PlotFault(f"{recorded.path}: there is no {name} in it, by which to draw the robot")
+            Path(folder, name).write_bytes(content)
+        return load_robot(folder)

@@ -1,0 +1,29 @@
+"""Why a recording cannot be written, read or used."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from iiwa_sim.wording import Unusable, harmless, shortened
+
+LONGEST_MESSAGE = 400
+"""Characters of a message, which may cite paths."""
+
+EXTRA = "a recording needs the library mcap: pip install 'iiwa-sim[record]'"
+
+
+class RecordingFault(Unusable):
+    """The message is one line that names the file and what is wrong."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(shortened(harmless(message), LONGEST_MESSAGE))
+
+
+@contextmanager
+def needs_mcap() -> Iterator[None]:
+    """To import within it what needs the extra; raises RecordingFault where that is not installed."""
+    try:
+        yield
+    except ModuleNotFoundError as fault:
+        if (fault.name or "").partition(".")[0] not in ("mcap", "zstandard", "lz4"):
+            raise
+        raise RecordingFault(EXTRA) from None

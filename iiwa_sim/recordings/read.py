@@ -1,0 +1,162 @@
+"""Recordings read: whole ones, and those that were cut off, up to the last whole chunk."""
+
+import struct
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+import msgspec
+from mcap.exceptions import McapError
+from mcap.records import Attachment, Channel, DataEnd, Footer, Header, McapRecord, Metadata
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader
+from zstandard import ZstdError
+
+from iiwa_sim.controller.snapshot import Snapshot
+from iiwa_sim.recordings.fault import RecordingFault
+from iiwa_sim.recordings.mcap_file import METADATA
+from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, STATE
+
+LARGEST_RECORD = 64 * 1024 * 1024
+"""Bytes; ours have some 100 kB. What says that it is larger is damaged."""
+
+EXPECTED = "expected a recording of iiwa-sim, in MCAP"
+DAMAGED = (McapError, ZstdError, ValueError, struct.error, MemoryError, KeyError, IndexError, RuntimeError)
+"""What the library raises where a file is damaged: that of what it reads by, too."""
+
+
+class Head(NamedTuple):
+    """What a recording says of itself."""
+
+    metadata: dict[str, str]
+    attachments: dict[str, bytes]
+    """By their names: robot.urdf, robot.toml, and cell.toml where there was one."""
+
+    @property
+    def tick_rate_hz(self) -> int:
+        """Ticks per second of the robot."""
+        return int(self.metadata["rate_hz"])
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the robot's joints, base first."""
+        return self.metadata.get("joints", "").split()
+
+
+class Read(NamedTuple):
+    """A message."""
+
+    topic: str
+    log_ns: int
+    """Simulated, told from the instant at which the recording began, since 1970."""
+    publish_ns: int
+    """Real, since 1970."""
+    number: int
+    """Among all, in the order in which they were recorded."""
+    data: bytes
+    """JSON."""
+
+
+class Spoken(msgspec.Struct):
+    """A line of the dialogue, as `iiwa_sim.dialect.wire.dialogue` tells it."""
+
+    time_s: float
+    tick: int
+    real_s: float
+    session: str
+    direction: str
+    text: str
+    dialect: str
+
+
+class Happened(msgspec.Struct):
+    """An event, as `iiwa_sim.recordings.watch` tells it."""
+
+    time_s: float
+    tick: int
+    real_s: float
+    kind: str
+    move: int
+    code: int
+    text: str
+    goal_frame: tuple[float, ...]
+
+
+T = TypeVar("T")
+
+
+class Recorded:
+    """A file that `iiwa-sim` has recorded."""
+
+    def __init__(self, path: Path) -> None:
+        """Reads its head. Raises RecordingFault for a file that is no recording of ours, or not there."""
+        self.path = path
+        self.cut = False
+        """Whether its end was missing or damaged when `messages` came to it."""
+        metadata: dict[str, str] = {}
+        attachments: dict[str, bytes] = {}
+        for record in self._records():
+            if isinstance(record, Metadata) and record.name == METADATA:
+                metadata = record.metadata
+            elif isinstance(record, Attachment):
+                attachments[record.name] = record.data
+            elif not isinstance(record, Header):
+                break
+        self.head = Head(metadata, attachments)
+        if not metadata.get("rate_hz", "").isdigit() or int(metadata["rate_hz"]) == 0:
+            raise RecordingFault(f"{path}: {EXPECTED}")
+
+    def messages(self, topics: Collection[str] = (STATE, DIALOGUE, EVENTS)) -> Iterator[Read]:
+        """All messages of these topics, as they were recorded."""
+        names: dict[int, str] = {}
+        for record in self._records():
+            if isinstance(record, McapMessage):
+                topic = names.get(record.channel_id, "")
+                if topic in topics:
+                    yield Read(topic, record.log_time, record.publish_time, record.sequence, record.data)
+            elif isinstance(record, Channel):
+                names[record.id] = record.topic
+            elif isinstance(record, DataEnd):
+                return
+
+    def states(self) -> Iterator[Snapshot]:
+        """Of the robot, in the order of time. Raises RecordingFault for a message that is none."""
+        for state in self._decoded(STATE, Snapshot):
+            if len(state.joint_position) != len(self.head.joints):
+                raise RecordingFault(f"{self.path}: {STATE}: expected {len(self.head.joints)} joints")
+            yield state
+
+    def dialogue(self) -> Iterator[Spoken]:
+        """What was said. Raises RecordingFault for a message that is no line of a dialogue."""
+        return self._decoded(DIALOGUE, Spoken)
+
+    def events(self) -> Iterator[Happened]:
+        """What happened. Raises RecordingFault for a message that is no event."""
+        return self._decoded(EVENTS, Happened)
+
+    def _decoded(self, topic: str, kind: type[T]) -> Iterator[T]:
+        decode = msgspec.json.Decoder(kind).decode
+        for message in self.messages((topic,)):
+            try:
+                yield decode(message.data)
+            except (msgspec.DecodeError, UnicodeDecodeError) as fault:
+                told = f"{self.path}: {topic}: expected messages as iiwa-sim writes them: {fault}"
+                raise RecordingFault(told) from None
+
+    def _records(self) -> Iterator[McapRecord]:
+        """Up to the end, or to what is damaged. Raises RecordingFault where that is the beginning."""
+        found = False
+        try:
+            with self.path.open("rb") as stream:
+                reader = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD)
+                for record in reader.records:
+                    found = True
+                    yield record
+                    if isinstance(record, Footer):
+                        return
+        except OSError as fault:
+            raise RecordingFault(f"{self.path}: cannot be read: {fault.strerror}") from None
+        except DAMAGED:
+            if not found:
+                raise RecordingFault(f"{self.path}: {EXPECTED}") from None
+            self.cut = True

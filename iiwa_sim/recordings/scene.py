@@ -1,0 +1,217 @@
+"""What a viewer needs to show the arm and its cell: frames and shapes, in Foxglove's messages."""
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import (
+    IDENTITY,
+    Frame,
+    Transform,
+    Vector,
+    compose,
+    quaternion_from_rotation,
+    rotation_about,
+    transform_from_euler,
+)
+
+DIGITS = 7
+"""Behind the point, of lengths (m) and quaternions: 0.1 um. More would only make files larger."""
+TCP = "tcp"
+GOAL = "goal"
+DELETES_ALL = 1
+"""The type of a foxglove.SceneEntityDeletion."""
+
+_PLANE_M = (3.0, 3.0, 0.002)  # of the slab that a plane, which has no end, is drawn as
+_GREY = (0.8, 0.8, 0.8, 1.0)
+_SURFACE = (0.35, 0.55, 0.75, 0.55)
+_TIP = (0.9, 0.3, 0.1, 0.8)
+
+Message = dict[str, Any]
+
+
+class _Joint(NamedTuple):
+    parent: str
+    child: str
+    origin: Transform
+    axis: Vector
+    place: int | None
+    """Among the robot's joints; None for a fixed one."""
+
+
+def stamp(ns: int) -> Message:
+    """A time of Foxglove's, from nanoseconds."""
+    sec, nsec = divmod(ns, 1_000_000_000)
+    return {"sec": sec, "nsec": nsec}
+
+
+class Arm:
+    """The links of a URDF, which has been checked (`iiwa_sim.robot.urdf`)."""
+
+    def __init__(self, urdf: str, joints: Sequence[str]) -> None:
+        """`joints` are the names of the robot's joints, base first."""
+        robot = ET.fromstring(urdf)
+        self._joints = [_joint(joint, joints) for joint in robot.findall("joint")]
+        children = {joint.child for joint in self._joints}
+        self._colors = {
+            material.get("name", ""): _color(material) for material in robot.findall("material")
+        }
+        self._links = robot.findall("link")
+        self.base = next(name for link in self._links if (name := link.get("name", "")) not in children)
+        """The frame of the base, in which the robot's own frames are told."""
+
+    def frames(self, ns: int, q: Sequence[float], tcp: Frame, goal: Frame) -> Message:
+        """A foxglove.FrameTransforms: all links at joint positions (rad), TCP and goal in the base."""
+        time = stamp(ns)
+        transforms = []
+        for joint in self._joints:
+            pose = joint.origin
+            if joint.place is not None:
+                turn = Transform(rotation_about(joint.axis, q[joint.place]), IDENTITY.translation)
+                pose = compose(pose, turn)
+            transforms.append(_transform(time, joint.parent, joint.child, pose))
+        for name, frame in ((TCP, tcp), (GOAL, goal)):
+            transforms.append(_transform(time, self.base, name, frame.to_transform()))
+        return {"transforms": transforms}
+
+    def scene(self, ns: int, surfaces: Iterable[Surface], contact_radius_m: float) -> Message:
+        """A foxglove.SceneUpdate in place of all before it: arm, surfaces, sphere round the TCP."""
+        entities = [self._link(ns, link) for link in self._links if link.find("visual") is not None]
+        entities += [_surface(ns, self.base, surface) for surface in surfaces]
+        if contact_radius_m > 0.0:
+            tip = _entity(ns, TCP, TCP)
+            _add(tip, Sphere(contact_radius_m), IDENTITY, _TIP)
+            entities.append(tip)
+        return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
+
+    def _link(self, ns: int, link: ET.Element) -> Message:
+        """What is a box, a cylinder or a sphere of a link; meshes are left out."""
+        name = link.get("name", "")
+        entity = _entity(ns, name, name)
+        for visual in link.findall("visual"):
+            shape = _shape(visual.find("geometry"))
+            if shape is not None:
+                _add(entity, shape, _origin(visual), self._color_of(visual))
+        return entity
+
+    def _color_of(self, visual: ET.Element) -> tuple[float, ...]:
+        material = visual.find("material")
+        if material is None:
+            return _GREY
+        return _color(material) if material.find("color") is not None else self._colors.get(
+            material.get("name", ""), _GREY
+        )
+
+
+def _joint(joint: ET.Element, names: Sequence[str]) -> _Joint:
+    def link(which: str) -> str:
+        found = joint.find(which)
+        return "" if found is None else found.get("link", "")
+
+    axis = joint.find("axis")
+    x, y, z = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))  # as URDF has it
+    length = (x * x + y * y + z * z) ** 0.5
+    name = joint.get("name", "")
+    place = names.index(name) if name in names else None
+    return _Joint(
+        link("parent"), link("child"), _origin(joint), (x / length, y / length, z / length), place
+    )
+
+
+def _origin(parent: ET.Element) -> Transform:
+    origin = parent.find("origin")
+    if origin is None:
+        return IDENTITY
+    x, y, z = _numbers(origin.get("xyz", "0 0 0"))
+    roll, pitch, yaw = _numbers(origin.get("rpy", "0 0 0"))
+    return transform_from_euler(x, y, z, yaw, pitch, roll)  # fixed x-y-z is intrinsic z-y-x
+
+
+def _numbers(text: str) -> list[float]:
+    return [float(word) for word in text.split()]
+
+
+def _color(material: ET.Element) -> tuple[float, ...]:
+    color = material.find("color")
+    found = [] if color is None else _numbers(color.get("rgba", ""))
+    return tuple(found) if len(found) == len(_GREY) else _GREY
+
+
+def _shape(geometry: ET.Element | None) -> Box | Cylinder | Sphere | None:
+    for shape in [] if geometry is None else geometry:
+        match shape.tag:
+            case "box":
+                x, y, z = _numbers(shape.get("size", "0 0 0"))
+                return Box(0.5 * x, 0.5 * y, 0.5 * z)
+            case "cylinder":
+                return Cylinder(float(shape.get("radius", "0")), 0.5 * float(shape.get("length", "0")))
+            case "sphere":
+                return Sphere(float(shape.get("radius", "0")))
+    return None
+
+
+def _surface(ns: int, base: str, surface: Surface) -> Message:
+    entity = _entity(ns, base, f"surface {surface.name}")
+    shape, pose = surface.shape, surface.pose
+    if isinstance(shape, Plane):
+        x, y, z = _PLANE_M
+        shape = Box(0.5 * x, 0.5 * y, 0.5 * z)
+        pose = compose(pose, Transform(IDENTITY.rotation, (0.0, 0.0, -0.5 * z)))
+    _add(entity, shape, pose, _SURFACE)
+    return entity
+
+
+def _entity(ns: int, frame: str, name: str) -> Message:
+    empty: dict[str, list[Message]] = {
+        kind: []
+        for kind in (
+            "metadata", "arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models"
+        )
+    }  # fmt: skip
+    return {
+        "timestamp": stamp(ns),
+        "frame_id": frame,
+        "id": name,
+        "lifetime": {"sec": 0, "nsec": 0},  # for ever
+        "frame_locked": True,  # it goes where its frame goes
+        **empty,
+    }
+
+
+def _add(
+    entity: Message, shape: Box | Cylinder | Sphere, pose: Transform, color: Sequence[float]
+) -> None:
+    common = {"pose": _pose(pose), "color": dict(zip("rgba", color, strict=True))}
+    match shape:
+        case Box(x, y, z):
+            entity["cubes"].append({**common, "size": _vector((2.0 * x, 2.0 * y, 2.0 * z))})
+        case Sphere(r):
+            entity["spheres"].append({**common, "size": _vector((2.0 * r, 2.0 * r, 2.0 * r))})
+        case Cylinder(r, z):
+            size = _vector((2.0 * r, 2.0 * r, 2.0 * z))
+            entity["cylinders"].append({**common, "size": size, "bottom_scale": 1.0, "top_scale": 1.0})
+
+
+def _transform(time: Message, parent: str, child: str, pose: Transform) -> Message:
+    return {
+        "timestamp": time,
+        "parent_frame_id": parent,
+        "child_frame_id": child,
+        "translation": _vector([round(value, DIGITS) for value in pose.translation]),
+        "rotation": _quaternion(pose),
+    }
+
+
+def _pose(pose: Transform) -> Message:
+    return {"position": _vector(pose.translation), "orientation": _quaternion(pose)}
+
+
+def _vector(values: Sequence[float]) -> Message:
+    return dict(zip("xyz", values, strict=True))
+
+
+def _quaternion(pose: Transform) -> Message:
+    numbers = [round(value, DIGITS) for value in quaternion_from_rotation(pose.rotation)]
+    return dict(zip("xyzw", numbers, strict=True))

@@ -1,0 +1,97 @@
+"""A recording as tables: states, dialogue and events, as CSV."""
+
+import csv
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from iiwa_sim.controller.snapshot import Snapshot
+from iiwa_sim.controller.status import RobotStatus
+from iiwa_sim.recordings.fault import RecordingFault
+from iiwa_sim.recordings.read import Happened, Recorded, Spoken
+
+_FRAME = ("x_mm", "y_mm", "z_mm", "alpha_rad", "beta_rad", "gamma_rad")
+_WRENCH = ("force_x_n", "force_y_n", "force_z_n", "torque_x_nm", "torque_y_nm", "torque_z_nm")
+_JOINTS = {
+    "joint_position": "rad",
+    "joint_velocity": "rad_per_s",
+    "joint_torque": "nm",
+    "goal_joint_position": "rad",
+}
+_FRAMES = ("flange", "tool", "goal")
+
+Row = Sequence[object]
+
+
+def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
+    """Write a file each for states, dialogue and events, named after the recording; gives their paths.
+
+    The columns of states carry their units. Files that are there are overwritten. Raises RecordingFault.
+    """
+    joints = recorded.head.joints
+    tables: dict[str, tuple[Row, Iterator[Row]]] = {
+        "state": (_state_columns(joints), map(_state_row, recorded.states())),
+        "dialogue": (Spoken.__struct_fields__, map(_fields, recorded.dialogue())),
+        "events": (Happened.__struct_fields__, map(_fields, recorded.events())),
+    }
+    written = []
+    for name, (columns, rows) in tables.items():
+        path = folder / f"{recorded.path.stem}.{name}.csv"
+        try:
+            _write(path, columns, rows)
+        except OSError as fault:
+            raise RecordingFault(f"{path}: cannot be written: {fault.strerror}") from None
+        written.append(path)
+    return written
+
+
+def _write(path: Path, columns: Row, rows: Iterable[Row]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(rows)
+
+
+def _state_columns(joints: Sequence[str]) -> list[str]:
+    return [
+        "time_s",
+        "tick",
+        "mode",
+        "status",
+        *(f"{name}_{joint}_{unit}" for name, unit in _JOINTS.items() for joint in joints),
+        *(f"{name}_{part}" for name in _FRAMES for part in _FRAME),
+        *_WRENCH,
+        "override",
+        *(f"robot_status_{name}" for name in RobotStatus._fields),
+        "inputs",
+        "outputs",
+        "error_code",
+        "error_reason",
+    ]
+
+
+def _state_row(state: Snapshot) -> list[object]:
+    return [
+        state.time_s,
+        state.tick,
+        state.mode,
+        state.status,
+        *(value for name in _JOINTS for value in getattr(state, name)),
+        *(value for name in _FRAMES for value in getattr(state, f"{name}_frame")),
+        *state.cartesian_force,
+        state.override,
+        *state.robot_status,
+        _bits(state.inputs),
+        _bits(state.outputs),
+        state.error.code,
+        state.error.reason,
+    ]
+
+
+def _bits(states: Sequence[bool]) -> str:
+    """`0 1 0`, from number 1 on."""
+    return " ".join(str(int(state)) for state in states)
+
+
+def _fields(found: Spoken | Happened) -> list[object]:
+    values = [getattr(found, name) for name in found.__struct_fields__]
+    return [" ".join(map(str, value)) if isinstance(value, tuple) else value for value in values]

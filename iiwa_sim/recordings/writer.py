@@ -1,0 +1,168 @@
+"""A recording written in a thread of its own: whoever puts a message into it waits for nothing."""
+
+import contextlib
+import contextvars
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+from iiwa_sim.recordings.mcap_file import McapFile
+
+MOST_BYTES = 8 * 1024 * 1024
+"""That wait to be written, some 15 s of a robot at 500 Hz; beyond, messages are lost."""
+FLUSH_S = 0.4
+"""What was put before is in the file then: so whatever ends the process costs less than a second."""
+PERIOD_S = 0.05
+"""Between two looks for messages: once in 25 ticks costs less than a thread that wakes in each."""
+PATIENCE_S = 1.0
+"""So long a file may take nothing, before who can wait, and the end of the recording, wait no longer."""
+THREAD_NAME = "iiwa-sim-recording"
+_AT_ONCE = 8  # messages, some 0.2 ms: then the other threads get their turn
+_TURN_S = 5e-5
+
+logger = logging.getLogger(__name__)
+
+
+class Message(NamedTuple):
+    """What waits to be written."""
+
+    topic: str
+    data: bytes
+    log_ns: int
+    publish_ns: int
+
+
+class Writer:
+    """Writes messages into a file, which it owns; the thread is a daemon.
+
+    Messages that find no room are lost and counted, which the log tells once, and the end of the file. A file
+    that takes no more, such as on a full disk, ends the recording with one line in the log.
+    """
+
+    def __init__(
+        self, path: Path, file: McapFile, expand: Callable[[Message], list[Message]] = lambda _: []
+    ) -> None:
+        """`expand` makes what follows from a message, in the thread; `path` names the file in the log."""
+        self.lost = 0
+        """Messages, so far."""
+        self._path = path
+        self._file = file
+        self._expand = expand
+        self._changed = threading.Condition()
+        self._waiting: deque[Message] = deque()
+        self._waiting_bytes = 0  # in them, and in what is being written
+        self._closed = False
+        self._broken = False
+        self._number = 0
+        self._stuck = False  # the file has taken nothing for PATIENCE_S
+        context = contextvars.copy_context()  # in which the log knows whose recording it is
+        self._thread = threading.Thread(
+            target=context.run, args=(self._run,), name=THREAD_NAME, daemon=True
+        )
+        self._thread.start()
+
+    def put(self, message: Message, *, can_wait: bool = False) -> None:
+        """Have a message written. Where there is no room it waits, if it `can_wait`, or is lost."""
+        size = len(message.data)
+        if self._waiting_bytes + size > MOST_BYTES and can_wait:
+            self._wait_for_room(size)
+        with self._changed:
+            if self._broken or self._closed:
+                return
+            if self._waiting_bytes and self._waiting_bytes + size > MOST_BYTES:
+                self.lost += 1
+                if self.lost > 1:
+                    return
+            else:
+                self._waiting.append(message)
+                self._waiting_bytes += size
+                if self._waiting_bytes > MOST_BYTES // 4:
+                    self._changed.notify_all()
+                return
+        logger.warning("%s: the recording loses messages: the file takes them too slowly", self._path)
+
+    def close(self) -> bool:
+        """Write what waits, and the end of the file; whether that was done, for a file that takes nothing."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        while self._thread.is_alive():
+            before = self._progress()
+            self._thread.join(PATIENCE_S)
+            if self._thread.is_alive() and self._progress() == before:
+                logger.error("%s: the recording is cut off: the file takes nothing", self._path)
+                return False
+        if self.lost:
+            logger.warning("%s: the recording has lost %d messages", self._path, self.lost)
+        return True
+
+    def _progress(self) -> tuple[int, int]:
+        return self._number, self._waiting_bytes
+
+    def _wait_for_room(self, size: int) -> None:
+        with self._changed:
+            while not self._stuck and not self._broken and self._waiting_bytes + size > MOST_BYTES:
+                before = self._progress()
+                self._changed.notify_all()
+                self._changed.wait(PATIENCE_S)
+                self._stuck = self._progress() == before
+
+    def _run(self) -> None:
+        try:
+            self._write()
+            self._file.finish(self.lost)
+        except OSError as fault:
+            logger.error("%s: the recording ends here: %s", self._path, fault.strerror)
+            self._break()
+        except Exception:  # a fault of ours must not leave who waits without an end
+            logger.exception("%s: the recording ends here: internal fault", self._path)
+            self._break()
+
+    def _write(self) -> None:
+        flushed_s, dirty = time.monotonic(), False
+        while True:
+            with self._changed:
+                if not self._waiting and not self._closed:
+                    self._changed.wait(PERIOD_S)
+                taken = list(self._waiting)
+                self._waiting.clear()
+                closed = self._closed
+            for count, message in enumerate(taken, 1):
+                self._add(message)
+                for more in self._expand(message):
+                    self._add(more)
+                if count % _AT_ONCE == 0:
+                    self._taken(sum(len(each.data) for each in taken[count - _AT_ONCE : count]))
+                    if not closed:
+                        time.sleep(_TURN_S)
+            rest = len(taken) % _AT_ONCE
+            self._taken(sum(len(each.data) for each in taken[len(taken) - rest :]))
+            dirty = dirty or bool(taken)
+            if dirty and time.monotonic() - flushed_s > FLUSH_S:
+                self._file.flush()
+                flushed_s, dirty = time.monotonic(), False
+            if closed and not taken:
+                return
+
+    def _add(self, message: Message) -> None:
+        self._number += 1
+        self._file.add(message.topic, message.data, message.log_ns, message.publish_ns, self._number)
+
+    def _taken(self, size: int) -> None:
+        with self._changed:
+            self._waiting_bytes -= size
+            self._stuck = False
+            self._changed.notify_all()
+
+    def _break(self) -> None:
+        with self._changed:
+            self._broken = True
+            self._waiting.clear()
+            self._waiting_bytes = 0
+            self._changed.notify_all()
+        with contextlib.suppress(Exception):
+            self._file.abandon()

@@ -1,0 +1,91 @@
+"""Robots that are recorded, and their files read back by the library's own reader."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mcap.reader import make_reader
+
+from iiwa_sim.cell.cell import Cell, robot_alone
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.recordings.recorder import Recorder
+
+RATE_HZ = 500
+FAR = (1, 1, 1, -1.5, 1, 1, 1)
+
+
+class Found(NamedTuple):
+    topic: str
+    schema_name: str
+    schema: bytes
+    log_ns: int
+    content: dict[str, Any]
+
+
+def found_in(path: Path, *topics: str) -> list[Found]:
+    """All messages of a whole file, or those of some topics, in the order of time."""
+    with path.open("rb") as file:
+        messages = make_reader(file, validate_crcs=True).iter_messages(topics or None)
+        return [
+            Found(channel.topic, schema.name, schema.data, message.log_time, json.loads(message.data))
+            for schema, channel, message in messages
+            if schema is not None
+        ]
+
+
+def contents(path: Path, topic: str) -> list[dict[str, Any]]:
+    return [found.content for found in found_in(path, topic)]
+
+
+class Robot:
+    """A controller, stepped by hand, and recorded."""
+
+    def __init__(
+        self,
+        path: Path,
+        cell: Cell | None = None,
+        rate_hz: int | None = None,
+        controller: Controller | None = None,
+    ) -> None:
+        self.cell = robot_alone() if cell is None else cell
+        self.controller = controller or Controller(
+            self.cell.description, 1.0 / RATE_HZ, world=self.cell.world(), noise=self.cell.noise()
+        )
+        self.dialogue = Dialogue(lambda: self.controller.tick)
+        self.recorder = Recorder(
+            path,
+            self.controller,
+            self.dialogue,
+            cell=self.cell,
+            tick_rate_hz=RATE_HZ,
+            rate_hz=rate_hz,
+            clock=lambda: "stepped",
+            in_haste=lambda: True,
+            said_of_it={"dialects": "iiwa"},
+        )
+        self.recorder.start()
+        self.joints = {self.controller.tick: self.controller.joints}
+
+    def goes_to(self, *joints: float, speed: float = 0.3) -> None:
+        self.controller.move(MoveRequest(Kind.PTP, joints, speeds=(speed,) * len(joints)))
+
+    def step(self, ticks: int = 1) -> None:
+        for _ in range(ticks):
+            self.controller.step()
+            self.ticked()
+
+    def ticked(self) -> None:
+        self.joints[self.controller.tick] = self.controller.joints
+        self.recorder.tick()
+
+    def until_stopped(self) -> None:
+        while self.controller.moving:
+            self.step()
+
+    def end(self) -> None:
+        self.recorder.stop()
+        assert self.recorder.finish()

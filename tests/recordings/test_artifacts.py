@@ -1,0 +1,119 @@
+"""`--iiwa-artifacts`: recordings of the robots of failed tests, in the projects of users."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import pytest
+
+from tests.recordings.recorded import contents
+
+TESTS = """
+import socket
+import pytest
+
+def ask(iiwa, line):
+    with socket.create_connection((iiwa.host, iiwa.port), timeout=60) as connection:
+        connection.sendall(line.encode() + b"\\r\\n")
+        return connection.makefile().readline().strip()
+
+def test_passes(iiwa):
+    assert ask(iiwa, "hello") == "hello"
+
+@pytest.mark.parametrize("word", ["hello", "a/b c"])
+def test_fails(iiwa, word):
+    assert ask(iiwa, "get status") == word
+
+def test_without_a_robot():
+    assert False
+
+@pytest.fixture
+def breaks(iiwa):
+    yield
+    assert ask(iiwa, "get status") == "moving"
+
+def test_fails_at_its_end(breaks):
+    pass
+"""
+
+
+@pytest.fixture
+def project(pytester: pytest.Pytester) -> pytest.Pytester:
+    pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function\n")
+    return pytester
+
+
+def run(project: pytest.Pytester, code: str, *options: str) -> pytest.RunResult:
+    project.makepyfile(textwrap.dedent(code))
+    return project.runpytest_subprocess("-W", "error", "-p", "no:cacheprovider", *options, timeout=240)
+
+
+def test_recordings_of_failed_tests_are_kept_and_named(project: pytest.Pytester) -> None:
+    result = run(project, TESTS, "--iiwa-artifacts", "kept/here")
+    result.assert_outcomes(passed=2, failed=3, errors=1)
+    folder = project.path / "kept" / "here"
+    kept = sorted(folder.iterdir())
+    assert len(kept) == 3
+    report = result.stdout.str()
+    assert report.count("- iiwa recording -") == 3
+    for path in kept:
+        assert path.name.startswith("test_recordings_of_failed_tests_are_kept_and_named.py_test_fails")
+        assert f"\n{path}\nto look at it: iiwa-sim plot {path} -o picture.png, or open the file in" in report
+        said = [each["text"] for each in contents(path, "/dialogue")]
+        assert said == ["connected", "get status", "stopped", "disconnected"]
+        assert contents(path, "/state")[-1]["status"] == "stopped"
+
+
+def test_all_of_them_are_kept_where_that_is_asked_for(project: pytest.Pytester) -> None:
+    code = "def test_one(iiwa): iiwa.advance(0.1)\ndef test_two(): pass\n"
+    run(project, code, "--iiwa-artifacts", ".", "--iiwa-artifacts-all").assert_outcomes(passed=2)
+    (kept,) = project.path.glob("*.mcap")
+    ticks = [state["tick"] for state in contents(kept, "/state")]
+    assert ticks[:11] == list(range(ticks[0], ticks[0] + 51, 5)), "a hundred states in a second"
+
+
+def test_a_test_that_records_itself(project: pytest.Pytester) -> None:
+    code = """
+    import pytest
+
+    @pytest.mark.iiwa(record="marked.mcap", record_rate_hz=250, clock="stepped")
+    def test_marked(iiwa):
+        iiwa.advance(0.1)
+
+    @pytest.mark.iiwa(clock="stepped")
+    def test_within(iiwa):
+        with iiwa.record("within.mcap"):
+            iiwa.advance(0.1)
+        iiwa.advance(0.1)
+    """
+    run(project, code).assert_outcomes(passed=2)
+    assert len(contents(project.path / "marked.mcap", "/state")) == 26
+    assert len(contents(project.path / "within.mcap", "/state")) == 51
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--iiwa-artifacts-all",), "--iiwa-artifacts-all: expected --iiwa-artifacts DIR with it"),
+        (("--iiwa-artifacts", "file"), "--iiwa-artifacts: *file: no folder can be there: File exists"),
+    ],
+)
+def test_wrong_options_are_told(project: pytest.Pytester, options: tuple[str, ...], told: str) -> None:
+    Path(project.path, "file").touch()
+    result = run(project, "def test_one(iiwa): pass", *options)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*ERROR: {told}"])
+
+
+def test_a_recording_that_cannot_be_written_fails_its_test(project: pytest.Pytester) -> None:
+    code = """
+    import pytest
+
+    @pytest.mark.iiwa(record="missing/a.mcap")
+    def test_one(iiwa):
+        pass
+    """
+    result = run(project, code)
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*fixture iiwa: *a.mcap: cannot be written: No such file or directory"])

@@ -1,0 +1,240 @@
+"""`iiwa-sim plot`, `export` and `replay` with recordings."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.cli import main
+from iiwa_sim.client import CommandError, Iiwa, Krc4
+from iiwa_sim.plot.recorded import drawn_from
+from iiwa_sim.recordings.dialogue import transcript_of
+from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.transcript.lines import Answered, Compare, Connects, Leaves, Said
+from iiwa_sim.transcript.replay import replay
+from tests.recordings.recorded import FAR, Robot, contents
+from tests.talking import DEADLINE_S
+
+SPEEDS = [0.3] * 7
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of two moves, and of a line that is refused."""
+    path = tmp_path_factory.mktemp("recorded") / "run.mcap"
+    with (
+        Simulator(clock="stepped", record=path) as simulator,
+        Iiwa(simulator.host, simulator.port) as driver,
+    ):
+        driver.hello()
+        driver.joint_move(FAR, SPEEDS)
+        driver.joint_move([0, 0.5, 0, -1, 0, 1.5, 0.2], SPEEDS)
+        simulator.run_until_stopped()
+        driver.get_joint_position()
+        with pytest.raises(CommandError):
+            driver.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
+    return path
+
+
+def cut(run: Path, folder: Path) -> Path:
+    path = folder / "cut.mcap"
+    path.write_bytes(run.read_bytes()[: run.stat().st_size * 2 // 3])
+    return path
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def said(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> tuple[int, str, str]:
+    code = main([str(each) for each in arguments])
+    out, err = capsys.readouterr()
+    return code, out, err
+
+
+def test_export_writes_what_is_in_it(run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = said(capsys, "export", run, "--csv", "-o", tmp_path)
+    names = ["run.state.csv", "run.dialogue.csv", "run.events.csv"]
+    assert (code, err) == (0, "")
+    assert out.splitlines() == [str(tmp_path / name) for name in names]
+    state, dialogue, events = (rows_of(tmp_path / name) for name in names)
+    wanted = contents(run, "/state")
+    assert len(state) == len(wanted)
+    for row, content in zip(state, wanted, strict=True):
+        joints = [float(row[f"joint_position_A{axis}_rad"]) for axis in range(1, 8)]
+        assert joints == content["joint_position"]
+        assert float(row["tool_x_mm"]) == content["tool_frame"][0]
+        assert int(row["tick"]) == content["tick"]
+    assert [row["text"] for row in dialogue] == [each["text"] for each in contents(run, "/dialogue")]
+    assert [row["kind"] for row in events] == [each["kind"] for each in contents(run, "/events")]
+
+
+def test_export_writes_beside_the_recording(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "other.mcap"
+    path.write_bytes(run.read_bytes())
+    assert said(capsys, "export", path, "--csv")[0] == 0
+    assert (tmp_path / "other.state.csv").exists()
+
+
+def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = cut(run, tmp_path)
+    code, _, err = said(capsys, "export", path, "--csv")
+    assert (code, err) == (0, f"iiwa-sim: {path}: its end is missing or damaged: read up to there\n")
+    rows = rows_of(tmp_path / "cut.state.csv")
+    assert 100 < len(rows) < len(contents(run, "/state"))
+
+
+def test_plot_draws_the_joints_of_every_tick(run: Path, tmp_path: Path) -> None:
+    recording = drawn_from(Recorded(run))
+    states = contents(run, "/state")
+    assert recording.joints.tolist() == [state["joint_position"] for state in states]
+    assert recording.tcp_mm.tolist() == [state["tool_frame"][:3] for state in states]
+    assert recording.tick_s == 0.002
+    assert recording.description.name == "LBR iiwa 7 R800"
+    assert [target.mode for target in recording.targets] == ["normal", "normal"]
+    ends = [event["tick"] for event in contents(run, "/events") if event["kind"] == "move ends"]
+    assert [target.done_tick for target in recording.targets] == ends
+    assert recording.targets[1].tcp_mm == pytest.approx(tuple(recording.tcp_mm[-1]), abs=1e-3)
+    picture = tmp_path / "run.png"
+    assert main(["plot", str(run), "-o", str(picture)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_plot_draws_states_of_any_rate_and_in_any_number(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("iiwa_sim.plot.recorded.MOST_SAMPLES", 50)
+    path = tmp_path / "a.mcap"
+    robot = Robot(path, rate_hz=300)  # 500 are no multiple
+    robot.goes_to(*FAR)
+    robot.step(777)
+    robot.end()
+    recording = drawn_from(Recorded(path))
+    assert len(recording.joints) <= 52
+    for row, joints in enumerate(recording.joints.tolist()[:-1]):
+        tick = round(row * recording.tick_s * 500)
+        assert joints == pytest.approx(robot.joints[tick], abs=1e-4), "between two states, a straight line"
+
+
+def test_replay_plays_the_dialogue(run: Path) -> None:
+    transcript = transcript_of(Recorded(run))
+    assert [type(step) for step in transcript.steps] == [Connects, *[Said, Answered] * 5, Leaves]
+    compared = [step.compare for step in transcript.steps if isinstance(step, Answered)]
+    assert compared == [Compare.EXACT] * 3 + [Compare.NUMBERS, Compare.EXACT]
+    with Simulator(clock="100x") as another:
+        assert not list(replay(transcript, another.host, another.port))
+
+
+def test_replay_as_a_command_tells_what_is_answered_otherwise(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Simulator(clock="100x") as another:
+        another.backdoor.emergency_stop()
+        code, out, _ = said(capsys, "replay", run, f"{another.host}:{another.port}")
+    assert code == 1
+    assert "expected 'done', got 'error'" in out
+
+
+def test_replay_leaves_out_what_lost_its_reply(run: Path, tmp_path: Path) -> None:
+    transcript = transcript_of(Recorded(cut(run, tmp_path)))
+    kinds = [type(step) for step in transcript.steps]
+    assert kinds.count(Said) == kinds.count(Answered) == 3
+
+
+def test_a_dialogue_that_began_before_is_played_in_its_dialect(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with (
+        Simulator(dialects=["iiwa", "krc4"]) as simulator,
+        Krc4(simulator.host, simulator.ports["krc4"], axes=7) as plc,
+    ):
+        plc.fin()
+        with simulator.record(path):
+            plc.fin()
+    transcript = transcript_of(Recorded(path))
+    assert [step.step.dialect for step in transcript.steps] == ["krc4"] * 3
+
+
+@pytest.mark.parametrize(
+    "command", [("plot", "{}", "-o", "a.png"), ("export", "{}", "--csv"), ("replay", "{}", "127.0.0.1:1")]
+)
+@pytest.mark.parametrize("content", [b"", b"rubbish", bytes([0x89]) + b"MCAP0\r\n" + b"\xff" * 100, None])
+def test_rubbish_ends_in_one_line(
+    command: tuple[str, ...], content: bytes | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.mcap"
+    if content is not None:
+        path.write_bytes(content)
+    code, out, err = said(capsys, *(word.format(path) for word in command))
+    assert (code, out) == (2, "")
+    assert err.startswith(f"iiwa-sim: {path}: ")
+    assert err.count("\n") == 1
+
+
+def test_nothing_to_draw_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.mcap"
+    Robot(path).end()
+    code, _, err = said(capsys, "plot", path, "-o", tmp_path / "a.png")
+    assert code == 2
+    assert err == f"iiwa-sim: {path}: expected two states at least, to draw a picture of\n"
+
+
+@pytest.mark.parametrize("option", [("--robot", "lbr_iiwa_14_r820"), ("--rate", "500"), ("--cell", "a.toml")])
+def test_a_recording_names_its_own_robot(
+    option: tuple[str, str], run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["plot", str(run), "-o", str(tmp_path / "a.png"), *option])
+    assert left.value.code == 2
+    assert "expected none with a recording" in capsys.readouterr().err
+
+
+WITHOUT = """
+import sys
+sys.modules["mcap"] = None
+from iiwa_sim.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [("--port", "0", "--record", "a.mcap"), ("export", "a.mcap", "--csv"), ("plot", "a.mcap", "-o", "a.png")],
+)
+def test_without_the_library_one_line_tells_how_to_get_it(command: tuple[str, ...], tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT, *command],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 2
+    assert done.stderr == "iiwa-sim: a recording needs the library mcap: pip install 'iiwa-sim[record]'\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--record-rate", "10"), "argument --record-rate: expected --record with it"),
+        (("--record", "a", "--rate", "100", "--record-rate", "101"), "101 is above the 100 ticks per second"),
+        (("--record", "a", "--record-rate", "0"), "not a whole number from 1 to 1000"),
+    ],
+)
+def test_options_that_make_no_sense_are_told(
+    options: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(list(options))
+    assert left.value.code == 2
+    assert told in capsys.readouterr().err

@@ -1,0 +1,319 @@
+"""What a recording holds."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+from mcap.reader import make_reader
+
+from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.cell.settings import BoxSettings
+from iiwa_sim.client import CommandError, Iiwa
+from iiwa_sim.dialect.status import status_line
+from iiwa_sim.dialect.wire.wire_faults import Drop
+from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
+from iiwa_sim.recordings.fault import RecordingFault
+from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, FRAMES, JOINTS, LOG, SCENE, STATE, WRENCH, channels
+from iiwa_sim.recordings.views import VIEW_RATE_HZ
+from iiwa_sim.recordings.watch import KINDS
+from iiwa_sim.simulator import Simulator
+from tests.recordings.recorded import FAR, RATE_HZ, Robot, contents, found_in
+from tests.talking import Client, until
+
+ROOT = Path(__file__).parents[2]
+SPEEDS = (0.3,) * 7
+ROUNDED = {"joint_velocity": 1e-7, "cartesian_force": 1e-4, "joint_torque": 1e-4}
+FRAMES_OF_A_STATE = ("flange_frame", "tool_frame", "goal_frame")
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording in which everything happens."""
+    path = tmp_path_factory.mktemp("recorded") / "session.mcap"
+    cell = ROOT / "examples" / "table.toml"
+    with Simulator(cell=cell, clock="fast", record=path) as simulator:
+        backdoor = simulator.backdoor
+        with Iiwa(simulator.host, simulator.port) as driver:
+            driver.hello()
+            driver.joint_move(FAR, SPEEDS)
+            driver.wait_until_stopped(60)
+            driver.joint_move([0, 0.5, 0, -1, 0, 1.5, 0], SPEEDS)
+            driver.lin_move((600, 0, 350, 3.14159265359, 0, 3.14159265359), 0.5, 0)
+            driver.wait_until_stopped(60)
+            driver.linforcez_move((600, 0, 290, 3.14159265359, 0, 3.14159265359), 0.1, 0, 10)
+            driver.wait_until_stopped(60)
+            driver.lin_move((600, 0, 350, 3.14159265359, 0, 3.14159265359), 0.5, 0)
+            driver.wait_until_stopped(60)
+            with pytest.raises(CommandError):
+                driver.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
+            driver.smart_joint_move([0, 0.4, 0, -1, 0, 1.5, 0], SPEEDS)
+            driver.wait_until_stopped(60)
+            backdoor.push((0, 0, 5, 0, 0, 0))
+            box = BoxSettings(name="box", stiffness_n_per_m=1e4, x_mm=-900, size_mm=(10, 20, 30))
+            backdoor.add_surface(box)
+            backdoor.set_clock("stepped")
+            driver.joint_move(FAR, SPEEDS)
+            simulator.advance(0.1)
+            backdoor.emergency_stop()
+            simulator.advance(0.3)
+            backdoor.release_emergency_stop()
+            driver.reset_error()
+        simulator.advance(0.1)
+    return path
+
+
+def test_every_channel_has_messages_that_fit_the_schema_in_the_file(session: Path) -> None:
+    counts: Counter[str] = Counter()
+    validators: dict[str, Draft202012Validator] = {}
+    for found in found_in(session):
+        counts[found.topic] += 1
+        if found.topic not in validators:
+            validators[found.topic] = Draft202012Validator(json.loads(found.schema))
+        validators[found.topic].validate(found.content)
+    assert set(counts) == {channel.topic for channel in channels()}
+    assert counts[STATE] > counts[FRAMES] == counts[JOINTS] == counts[WRENCH] > 0
+    assert counts[EVENTS] == counts[LOG]
+
+
+def test_there_is_a_state_for_every_tick(session: Path) -> None:
+    ticks = [state["tick"] for state in contents(session, STATE)]
+    assert ticks == list(range(ticks[-1] + 1))
+    assert ticks[-1] > RATE_HZ
+
+
+def test_times_are_those_of_the_robot(session: Path) -> None:
+    """So that what a fast clock does within milliseconds can be watched."""
+    states = found_in(session, STATE)
+    for first, state in pairwise(states):
+        assert state.log_ns - first.log_ns == 1_000_000_000 // RATE_HZ
+    views = [found.log_ns for found in found_in(session, FRAMES)]
+    periods = {after - before for before, after in pairwise(views)}
+    assert periods == {1_000_000_000 // VIEW_RATE_HZ}
+
+
+def test_events_tell_what_happens(session: Path) -> None:
+    events = contents(session, EVENTS)
+    assert {event["kind"] for event in events} <= set(KINDS)
+    told = [(event["kind"], event["move"], event["code"], event["text"]) for event in events]
+    assert ("mode", 0, 0, "unknown -> normal") in told
+    assert ("mode", 0, 0, "normal -> smart") in told
+    assert ("move accepted", 1, 0, "normal") in told
+    assert ("move begins", 1, 0, "normal") in told
+    assert ("move ends", 1, 0, "at its target") in told
+    contact = next(event for event in events if event["kind"] == "contact")
+    assert contact["move"] == 4
+    assert "along z of the TCP" in contact["text"]
+    assert ("move ends", 4, 0, contact["text"]) in told
+    touches = [text for kind, *_, text in told if kind == "touch"]
+    assert touches == ["begins", "ends"] * (len(touches) // 2) != []
+    refused = next(event for event in events if event["kind"] == "refused")
+    assert refused["code"] == 3021
+    assert "'lin move : 2000" in refused["text"]
+    assert ("fault", 0, 3030, "emergency stop") in told
+    assert ("move ends", 7, 3030, "emergency stop") in told
+    assert ("reset", 0, 0, "no error any more") in told
+    assert ("clock", 0, 0, "stepped") in told
+    calls = [text for kind, *_, text in told if kind == "backdoor"]
+    assert calls[0] == "push((0, 0, 5, 0, 0, 0))"
+    assert calls[1].startswith("add_surface(BoxSettings(name='box'")
+    assert calls[2:] == ["set_clock('stepped')", "emergency_stop()", "release_emergency_stop()"]
+
+
+def test_a_move_that_begins_tells_where_it_ends(session: Path) -> None:
+    begins = next(event for event in contents(session, EVENTS) if event["kind"] == "move begins")
+    ends = next(event for event in contents(session, EVENTS) if event["kind"] == "move ends")
+    state = contents(session, STATE)[ends["tick"]]
+    assert begins["goal_frame"] == pytest.approx(state["tool_frame"], abs=1e-4)
+    assert state["joint_position"] == pytest.approx(FAR)
+
+
+def test_the_dialogue_has_each_line_with_its_reply(session: Path) -> None:
+    said = contents(session, DIALOGUE)
+    assert said[0]["text"] == "connected"
+    assert said[0]["dialect"] == "iiwa"
+    assert [(each["direction"], each["text"]) for each in said[1:3]] == [(">", "hello"), ("<", "hello")]
+    assert said[-1]["text"] == "disconnected"
+
+
+def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:
+    """The chain of frames from the base to the flange, multiplied, is the flange frame of that tick."""
+    states = {found.log_ns: found.content for found in found_in(session, STATE)}
+    for found in found_in(session, FRAMES)[::20]:
+        state = states[found.log_ns]
+        chain = {each["child_frame_id"]: each for each in found.content["transforms"]}
+
+        def pose_of(frame: str, chain: dict = chain) -> Transform:
+            if frame not in chain:
+                return IDENTITY
+            each = chain[frame]
+            rotation = rotation_from_quaternion(tuple(each["rotation"][key] for key in "xyzw"))
+            own = Transform(rotation, tuple(each["translation"][key] for key in "xyz"))
+            return compose(pose_of(each["parent_frame_id"]), own)
+
+        frames = {"flange_media_126": "flange_frame", "tcp": "tool_frame", "goal": "goal_frame"}
+        for name, frame in frames.items():
+            wanted = Frame(*state[frame]).to_transform()
+            assert pose_of(name).translation == pytest.approx(wanted.translation, abs=1e-6)
+            assert pose_of(name).rotation == pytest.approx(wanted.rotation, abs=1e-6)
+
+
+def test_joint_states_and_wrench_are_those_of_the_state(session: Path) -> None:
+    states = {found.log_ns: found.content for found in found_in(session, STATE)}
+    for found in found_in(session, JOINTS):
+        state = states[found.log_ns]
+        assert [joint["position"] for joint in found.content["joints"]] == state["joint_position"]
+        assert [joint["effort"] for joint in found.content["joints"]] == state["joint_torque"]
+    for found in found_in(session, WRENCH):
+        wrench = [found.content[part][axis] for part in ("force", "torque") for axis in "xyz"]
+        assert wrench == states[found.log_ns]["cartesian_force"]
+
+
+def test_the_scene_has_the_arm_and_the_cell_and_follows_surfaces(session: Path) -> None:
+    first, second = contents(session, SCENE)
+    names = {entity["id"] for entity in first["entities"]}
+    assert {"iiwa_link_0", "iiwa_link_7", "surface table", "tcp"} <= names
+    assert {entity["id"] for entity in second["entities"]} == names | {"surface box"}
+    box = next(entity for entity in second["entities"] if entity["id"] == "surface box")
+    assert list(box["cubes"][0]["size"].values()) == pytest.approx([0.01, 0.02, 0.03])
+    assert second["deletions"][0]["type"] == 1, "a viewer may see only the last message: it is all there is"
+    link = next(entity for entity in first["entities"] if entity["id"] == "iiwa_link_2")
+    assert len(link["cylinders"]) == 2
+    assert len(link["spheres"]) == 1
+
+
+def test_urdf_and_cell_are_attached_and_the_run_is_described(session: Path) -> None:
+    with session.open("rb") as file:
+        reader = make_reader(file)
+        attached = {each.name: each.data for each in reader.iter_attachments()}
+        said = {each.name: each.metadata for each in reader.iter_metadata()}
+    assert attached["cell.toml"] == (ROOT / "examples" / "table.toml").read_bytes()
+    assert attached["robot.urdf"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.urdf").read_bytes()
+    assert attached["robot.toml"] == (ROOT / "robots" / "lbr_iiwa_7_r800" / "robot.toml").read_bytes()
+    head = said["iiwa_sim"]
+    assert (head["robot"], head["clock"], head["rate_hz"], head["dialects"]) == (
+        "LBR iiwa 7 R800", "fast", "500", "iiwa",
+    )  # fmt: skip
+    assert head["seed"] == "none"
+    assert head["version"]
+    assert said["iiwa_sim_end"] == {"lost_messages": "0"}
+
+
+def test_a_state_is_a_line_of_the_status_port_rounded_but_for_the_joints(tmp_path: Path) -> None:
+    robot = Robot(tmp_path / "a.mcap")
+    robot.goes_to(*FAR)
+    robot.controller.load.wrench = (1 / 3, -2 / 3, 3.0, 0.1, 0.0, 0.0)
+    robot.step(100)
+    line = json.loads(status_line(robot.controller))
+    robot.end()
+    state = contents(tmp_path / "a.mcap", STATE)[-1]
+    steps = {key: [step] * len(line[key]) for key, step in ROUNDED.items()}
+    steps |= {key: [1e-4] * 3 + [1e-7] * 3 for key in FRAMES_OF_A_STATE}
+    for key, each in steps.items():
+        for value, wanted, step in zip(state.pop(key), line.pop(key), each, strict=True):
+            assert value == pytest.approx(wanted, abs=0.51 * step, rel=0.0)
+            assert len(f"{value}".partition(".")[2]) <= 7, "so it is short"
+    assert state == line, "bit for bit"
+
+
+@pytest.mark.parametrize(("rate_hz", "every"), [(100, 5), (1, 500), (500, 1)])
+def test_the_record_rate_is_that_of_the_states(tmp_path: Path, rate_hz: int, every: int) -> None:
+    path = tmp_path / "a.mcap"
+    robot = Robot(path, rate_hz=rate_hz)
+    robot.goes_to(*FAR)
+    robot.step(1250)
+    robot.end()
+    ticks = [state["tick"] for state in contents(path, STATE)]
+    assert ticks[0] == 0
+    assert ticks[-1] == 1250, "the last one in any case"
+    assert set(range(every, 1250, every)) <= set(ticks)
+    assert len(ticks) <= 1250 // every + 2
+    assert [event["kind"] for event in contents(path, EVENTS)][:3] == ["mode", "move accepted", "move begins"]
+
+
+@pytest.mark.parametrize("rate_hz", [0, 501, -1])
+def test_a_rate_out_of_range_is_refused(tmp_path: Path, rate_hz: int) -> None:
+    with pytest.raises(ValueError, match=f"record_rate_hz is {rate_hz}, expected 1 to 500"):
+        Robot(tmp_path / "a.mcap", rate_hz=rate_hz)
+
+
+@pytest.mark.parametrize("name", [".", "missing/a.mcap", "\0", "fifo"])
+def test_a_file_that_cannot_be_written_is_told(tmp_path: Path, name: str) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(RecordingFault) as told:
+        Robot(tmp_path / name)
+    assert "\n" not in str(told.value)
+    assert str(tmp_path) in str(told.value)
+
+
+def test_recording_begins_and_ends_while_the_robot_moves(tmp_path: Path) -> None:
+    first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
+    with Simulator(clock="stepped") as simulator, Iiwa(simulator.host, simulator.port) as driver:
+        driver.joint_move(FAR, SPEEDS)
+        simulator.advance(0.1)
+        with simulator.record(first):
+            simulator.advance(0.1)
+            recording = simulator.record(second, 100)
+            simulator.advance(0.1)
+        driver.get_status()
+        simulator.advance(0.1)
+        recording.close()
+        recording.close()
+        simulator.advance(0.1)
+        left = simulator.record(tmp_path / "third.mcap")
+    assert [state["tick"] for state in contents(first, STATE)] == list(range(50, 151))
+    ticks = [state["tick"] for state in contents(second, STATE)]
+    assert ticks == list(range(100, 201, 5))
+    said = contents(second, DIALOGUE)
+    assert [each["text"] for each in said] == ["connected", "get status", "moving"], "who is there is told"
+    assert contents(tmp_path / "third.mcap", STATE)[-1]["status"] in ("moving", "stopped")
+    left.close()
+
+
+async def test_faults_on_the_wire_are_in_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    async with Simulator(record=path) as simulator:
+        simulator.backdoor.set_fault(Drop(), replies=1)
+        client = await Client.connect(simulator.port)
+        client.send(b"hello\r\n")
+        assert await client.ask("get status") == "stopped"
+        await client.leaves()
+        await until(lambda: not simulator.backdoor.connections())
+    said = [(each["direction"], each["text"]) for each in contents(path, DIALOGUE)]
+    assert ("~", "nothing") in said
+    assert "set_fault(Drop(), replies=1)" in [event["text"] for event in contents(path, EVENTS)]
+
+
+def test_what_only_asks_is_no_event(tmp_path: Path) -> None:
+    with Simulator(record=tmp_path / "a.mcap") as simulator:
+        backdoor: Backdoor = simulator.backdoor
+        asked = (backdoor.get_clock, backdoor.surfaces, backdoor.tool, backdoor.inputs, backdoor.outputs)
+        for ask in (*asked, backdoor.override, backdoor.state, backdoor.states, backdoor.connections):
+            ask()
+    assert not contents(tmp_path / "a.mcap", EVENTS)
+
+
+def test_a_robot_without_the_iiwa_is_recorded_too(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with Simulator("kr_6_r900_sixx", dialects=["krc4"], clock="fast", record=path) as simulator:
+        simulator.advance(0.1)
+    state = found_in(path, STATE)[-1]
+    Draft202012Validator(json.loads(state.schema)).validate(state.content)
+    assert len(contents(path, JOINTS)[0]["joints"]) == 6
+
+
+def test_nothing_of_a_recorder_stays(tmp_path: Path) -> None:
+    with Simulator(clock="stepped") as simulator:
+        before = simulator.controller.endings.listeners.copy()
+        recording = simulator.record(tmp_path / "a.mcap")
+        assert simulator.controller.endings.listeners != before
+        recording.close()
+        assert simulator.controller.endings.listeners == before
+        assert not simulator.dialogue.listeners
+        assert not simulator.backdoor.listeners
+        assert not simulator._log.on_refused

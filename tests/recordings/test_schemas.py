@@ -1,0 +1,142 @@
+"""Schemas and messages as others want them: Foxglove's published schemas, and Lichtblick's rules."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft7Validator
+
+from iiwa_sim.cell.cell import load_cell
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.recordings.schemas import BASE_TYPES, channels, state_schema
+from tests.recordings.foxglove import published
+from tests.recordings.recorded import FAR, Robot, found_in
+
+ROOT = Path(__file__).parents[2]
+
+
+def differences(ours: dict[str, Any], theirs: dict[str, Any], place: str) -> Iterator[str]:
+    """What ours says otherwise; what it leaves out, it leaves out."""
+    for key in ("type", "title", "minimum", "maximum"):
+        if key in ours and ours[key] != theirs.get(key):
+            yield f"{place}: {key} {ours[key]} is {theirs.get(key)} there"
+    if "oneOf" in ours:
+        values = [{key: each[key] for key in ("title", "const")} for each in theirs["oneOf"]]
+        if ours["oneOf"] != values:
+            yield f"{place}: {ours['oneOf']} is {values} there"
+    if "items" in ours:
+        yield from differences(ours["items"], theirs["items"], f"{place}[]")
+    for name, each in ours.get("properties", {}).items():
+        if name not in theirs["properties"]:
+            yield f"{place}.{name} is not there"
+        else:
+            yield from differences(each, theirs["properties"][name], f"{place}.{name}")
+    if "properties" in ours:
+        missing = set(theirs.get("required", [])) - set(ours["properties"])
+        if missing:
+            yield f"{place}: {missing} is required there"
+
+
+def test_schemas_with_foxgloves_names_are_foxgloves() -> None:
+    theirs = published()
+    compared = [each for each in channels() if each.schema_name.startswith("foxglove.")]
+    assert len(compared) == 4
+    for channel in compared:
+        found = list(differences(channel.schema, theirs[channel.schema_name], channel.schema_name))
+        assert not found
+
+
+def test_messages_with_foxgloves_names_fit_the_published_schemas(tmp_path: Path) -> None:
+    schemas = published()
+    path = tmp_path / "a.mcap"
+    robot = Robot(path, load_cell(ROOT / "examples" / "table.toml"))
+    robot.goes_to(*FAR)
+    robot.step(50)
+    robot.controller.stop()
+    robot.until_stopped()
+    robot.end()
+    seen = set()
+    for found in found_in(path):
+        if found.schema_name.startswith("foxglove."):
+            seen.add(found.schema_name)
+            Draft7Validator(schemas[found.schema_name]).validate(found.content)
+    names = ("FrameTransforms", "JointStates", "Log", "SceneUpdate")
+    assert seen == {f"foxglove.{name}" for name in names}
+
+
+def broken_rules(schema: dict[str, Any], place: str) -> Iterator[str]:
+    """Of packages/mcap-support/src/parseJsonSchema.ts of Lichtblick-Suite/lichtblick, which skips a topic
+    whose schema breaks one."""
+    if "$ref" in schema:
+        yield f"{place}: a $ref"
+    elif "oneOf" in schema:
+        if not all(isinstance(each.get("const"), int) for each in schema["oneOf"]):
+            yield f"{place}: oneOf of others than numbers"
+    elif schema.get("type") not in BASE_TYPES:
+        yield f"{place}: type {schema.get('type')}"
+    elif schema["type"] == "array":
+        if schema["items"].get("type") == "array":
+            yield f"{place}: an array of arrays"
+        yield from broken_rules(schema["items"], f"{place}[]")
+    for name, each in schema.get("properties", {}).items():
+        yield from broken_rules(each, f"{place}.{name}")
+
+
+@pytest.mark.parametrize("channel", channels(), ids=lambda channel: channel.topic)
+def test_schemas_keep_the_rules_of_the_strictest_reader(channel: Any) -> None:
+    assert channel.schema["type"] == "object"
+    assert not list(broken_rules(channel.schema, channel.topic))
+    Draft7Validator.check_schema(channel.schema)
+
+
+def test_the_schema_of_a_state_says_what_that_of_the_status_port_says() -> None:
+    original = json.loads((ROOT / "protocol" / "status.schema.json").read_text())
+    flat = state_schema()
+    assert "$ref" not in json.dumps(flat)
+    assert list(flat["properties"]) == list(original["properties"])
+    assert flat["required"] == original["required"]
+    assert flat["properties"]["mode"]["enum"] == [mode.value for mode in Mode]
+
+
+def paths_in(layout: Any) -> Iterator[str]:
+    """Message paths and topics that a layout names."""
+    if isinstance(layout, dict):
+        for key, each in layout.items():
+            if key in ("value", "topicPath") and isinstance(each, str):
+                yield each
+            elif key == "topics":
+                yield from each
+            yield from paths_in(each)
+    elif isinstance(layout, list):
+        for each in layout:
+            yield from paths_in(each)
+
+
+def test_the_layout_names_what_there_is() -> None:
+    layout = json.loads((ROOT / "examples" / "foxglove_layout.json").read_text())
+    schemas = {channel.topic: channel.schema for channel in channels()}
+    paths = list(paths_in(layout))
+    assert len(paths) > 15
+    for path in paths:
+        topic, *fields = path.split(".")
+        schema = schemas[topic]
+        for field in fields:
+            schema = schema["properties"][field.partition("[")[0]]
+            if "[" in field:
+                schema = schema["items"]
+        if fields:
+            assert schema["type"] in ("number", "string"), path
+    panels = set(layout["configById"])
+    assert panels == set(leaves(layout["layout"]))
+
+
+def leaves(layout: Any) -> Iterator[str]:
+    if isinstance(layout, str):
+        yield layout
+    else:
+        yield from leaves(layout["first"])
+        yield from leaves(layout["second"])
