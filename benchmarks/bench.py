@@ -58,7 +58,7 @@ PARTS = {
     "dense": Part(dense_paths.measure, gated=False),
     "servo": Part(servo.measure, gated=False),
     "status": Part(status.measure, gated=True),
-    "recordings": Part(recordings.measure, gated=True),
+    "recordings": Part(recordings.measure, gated=True, of_gate=recordings.gate),
     "fleet": Part(fleet.measure, gated=False),
     "rest": Part(rest.measure, gated=True, of_gate=rest.gate),
     "floods": Part(floods.measure, gated=True, of_gate=floods.gate),
