@@ -58,7 +58,8 @@ def _figures(blocks: int) -> list[Figure]:
             recorded.append(_block(Path(folder, f"{number}.mcap"), number))
             bare.append(_block(None, number))
     seconds = blocks * BLOCK_S
-    late, late_bare = ([each for block in each_kind for each in block.late_ms] for each_kind in (recorded, bare))
+    late = [each for block in recorded for each in block.late_ms]
+    late_bare = [each for block in bare for each in block.late_ms]
     return [
         Figure(
             "a recording at 500 Hz: computing, of a core",
