@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from iiwa_sim.recordings.mcap_file import Head, McapFile
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import STATE
 from iiwa_sim.recordings.writer import MOST_BYTES, Message, Writer
-from tests.processes import running
+from tests.processes import killed_unless_done, running
 from tests.recordings.recorded import FAR, contents
 from tests.talking import DEADLINE_S
 
@@ -136,7 +137,8 @@ def test_the_robot_goes_on_where_the_disk_is_full(tmp_path: Path) -> None:
         with Iiwa("127.0.0.1", robot.port) as driver:
             driver.joint_move(FAR, [0.2] * 7)
             driver.wait_until_stopped(DEADLINE_S)
-            line = robot.process.stderr.readline()
+            with killed_unless_done(robot.process):
+                line = robot.process.stderr.readline()
             driver.joint_move([0, 0.5, 0, -1, 0, 1.5, 0], [1] * 7)
             driver.wait_until_stopped(DEADLINE_S)
         code, said = robot.ends(signal.SIGTERM)
@@ -166,9 +168,11 @@ def test_what_kills_the_process_costs_less_than_a_second(tmp_path: Path) -> None
     path = tmp_path / "run.mcap"
     with running("--record", str(path)) as robot:
         seen = 0
-        while seen < 600:  # some chunks
-            states = list(Recorded(path).states())
-            seen = states[-1].tick if states else 0
+        with killed_unless_done(robot.process):
+            while seen < 600 and robot.process.poll() is None:  # some chunks
+                states = list(Recorded(path).states())
+                seen = states[-1].tick if states else 0
+        assert seen >= 600
         robot.process.send_signal(signal.SIGKILL)
         robot.process.wait(DEADLINE_S)
     recorded = Recorded(path)
@@ -182,7 +186,9 @@ def test_what_was_recorded_is_in_the_file_soon_without_more(tmp_path: Path) -> N
     """Also where too little is said to fill a chunk."""
     writer = Writer(Path("a.mcap"), McapFile(tmp_path / "a.mcap", HEAD))
     writer.put(message(0))
-    while not list(Recorded(tmp_path / "a.mcap").messages((STATE,))):  # ends by the test's own time limit
+    end_s = time.monotonic() + DEADLINE_S
+    while not list(Recorded(tmp_path / "a.mcap").messages((STATE,))):
+        assert time.monotonic() < end_s
         os.sched_yield()
     assert writer.close()
     assert len(contents(tmp_path / "a.mcap", STATE)) == 1

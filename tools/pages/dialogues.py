@@ -5,7 +5,6 @@ The transcripts are patterns that hold for any pose; what stands in a page was r
 
 from __future__ import annotations
 
-import logging
 import socket
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
@@ -20,8 +19,6 @@ REFUSED = ("error", "unknown command")
 EXTENSIONS = "extensions.txt"
 """Comes last: what else is in it is shown better by others."""
 PATIENCE_S = 60.0
-
-logging.getLogger("iiwa_sim").setLevel(logging.ERROR)  # what the transcripts have refused is no news
 
 ROBOTS = {"krc4": "kr_6_r900_sixx"}
 """What speaks in the transcripts of a folder that name no robot, where it is not the default one."""

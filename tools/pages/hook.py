@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import subprocess
 import sys
@@ -16,6 +17,8 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 from tools.pages import commands, links, tables
+
+logging.getLogger("iiwa_sim").setLevel(logging.ERROR)  # what the transcripts have refused is no news
 
 REQUIREMENTS = "docs/requirements.md"
 ELSEWHERE = re.compile(r"""<(?:script|link|img|iframe)\b[^>]*\b(?:src|href)=["']?(?:https?:)?//""")
