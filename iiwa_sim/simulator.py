@@ -483,13 +483,13 @@ class Simulator(LoopOrThread):
         )
 
     def _start(self, recorder: "McapRecorder") -> None:
-        self.clock.catch_up()
         self._recorders.append(recorder)
         self._log.on_refused.append(recorder.refused)
         self.backdoor.listeners.append(recorder.backdoor)
+        self.clock.drive(self._watched())
+        self.clock.look()  # ticks go on from here, each of them seen
         usual = next(iter(self._servers))
         recorder.start([(name, dialect or usual) for name, dialect in self._wire.peers()])
-        self.clock.drive(self._watched())
 
     def _stop(self, recorder: "McapRecorder") -> None:
         if recorder in self._recorders:

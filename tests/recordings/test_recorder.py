@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
@@ -24,7 +25,7 @@ from iiwa_sim.recordings.views import VIEW_RATE_HZ
 from iiwa_sim.recordings.watch import KINDS
 from iiwa_sim.simulator import Simulator
 from tests.recordings.recorded import FAR, RATE_HZ, Robot, contents, found_in
-from tests.talking import Client, until
+from tests.talking import DEADLINE_S, Client, until
 
 ROOT = Path(__file__).parents[2]
 SPEEDS = (0.3,) * 7
@@ -317,3 +318,18 @@ def test_nothing_of_a_recorder_stays(tmp_path: Path) -> None:
         assert not simulator.dialogue.listeners
         assert not simulator.backdoor.listeners
         assert not simulator._log.on_refused
+
+
+def test_a_robot_at_rest_ticks_while_it_is_recorded(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with Simulator() as simulator:
+        recording = simulator.record(path)
+        began = simulator.state().tick
+        end_s = time.monotonic() + DEADLINE_S
+        while simulator.state().tick < began + 20:
+            assert time.monotonic() < end_s
+        recording.close()
+        assert simulator.clock._robot.resting
+    ticks = [state["tick"] for state in contents(path, STATE)]
+    assert ticks == list(range(ticks[0], ticks[-1] + 1)), "none is left out, from the first one on"
+    assert len(ticks) > 20
