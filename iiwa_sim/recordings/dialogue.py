@@ -30,6 +30,7 @@ def transcript_of(recorded: Recorded) -> Transcript:
             spoken.text,
             spoken.tick,
             round(spoken.real_s * 1e9),
+            spoken.reason,
             spoken.dialect,
         )
         text.append(lines.line(told, max(0.0, spoken.time_s - start_s)) + "\n")

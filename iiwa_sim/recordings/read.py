@@ -66,6 +66,7 @@ class Spoken(msgspec.Struct):
     session: str
     direction: str
     text: str
+    reason: str
     dialect: str
 
 

@@ -103,7 +103,7 @@ class Recorder:
         for session, dialect in there:
             now_ns = time.monotonic_ns()
             tick = self._controller.tick
-            self._hear(DialogueLine(session, Direction.EVENT, "connected", tick, now_ns, dialect))
+            self._hear(DialogueLine(session, Direction.EVENT, "connected", tick, now_ns, dialect=dialect))
 
     def stop(self) -> None:
         """Record no more. Does nothing a second time."""
@@ -195,6 +195,7 @@ class Recorder:
             "session": said.session,
             "direction": said.direction.value,
             "text": said.text,
+            "reason": said.reason,
             "dialect": said.dialect,
         }
         self._put(DIALOGUE, message, said.tick, real_ns)

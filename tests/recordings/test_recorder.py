@@ -140,6 +140,8 @@ def test_the_dialogue_has_each_line_with_its_reply(session: Path) -> None:
     assert said[0]["dialect"] == "iiwa"
     assert [(each["direction"], each["text"]) for each in said[1:3]] == [(">", "hello"), ("<", "hello")]
     assert said[-1]["text"] == "disconnected"
+    refused = [(each["text"], each["reason"][:5]) for each in said if each["reason"]]
+    assert refused == [("error", "3021 ")]
 
 
 def test_frames_put_the_arm_where_the_state_says(session: Path) -> None:
