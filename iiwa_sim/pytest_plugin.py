@@ -158,7 +158,7 @@ def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     shows what was said in the tests before it, too.
     """
     watched = request.session.stash.setdefault(_WATCHED, [])
-    worker = getattr(request.config, "workerinput", {}).get("workerid")  # of xdist: each has a robot of its own
+    worker = getattr(request.config, "workerinput", {}).get("workerid")  # of xdist: one robot each
     artifact = _artifact(request, f"{_SESSION}_{worker}" if worker else _SESSION)
     with _robot(_SESSION, _options(request, marked=False), watched, artifact) as robot:
         yield robot
