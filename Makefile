@@ -14,6 +14,7 @@ test: .venv/kernels
 
 test-slow: .venv/kernels
 	$(BIN)/pytest --numprocesses auto --dist worksteal -m slow $(ARGS)
+	SAMPLES=all $(BIN)/pytest --numprocesses auto --dist worksteal -m 'hypothesis and not slow' $(ARGS)
 
 lint: .venv/kernels
 	$(BIN)/ruff check

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pinocchio as pin
+import pytest
 from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 ROBOTS = built_in_robots()
 ARMS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 """One of each kind of arm: what holds of any robot is tested on both."""
+ALL_ROBOTS = [name if name in ARMS else pytest.param(name, marks=pytest.mark.slow) for name in ROBOTS]
+"""To parametrize tests with: `make test` leaves a second arm of a kind to `make test-slow`."""
 TOLERANCE = 1.01  # of planned acceleration and jerk
 VELOCITY_TOLERANCE = 1.001
 ROUNDING = 1e-9

@@ -20,6 +20,7 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from tests.interpreted import interpreted
+from tests.samples import some
 
 TICK_S = 0.005
 PLAIN_WORLD = interpreted("iiwa_sim.contact.world_kernel")
@@ -30,7 +31,7 @@ PLAIN_COMPLIANCE = interpreted("iiwa_sim.motion.compliance_kernel")
 PLAIN_SPRINGS = interpreted("iiwa_sim.motion.joint_springs_kernel")
 MODELS = [Model(load_robot(name)) for name in ("lbr_iiwa_7_r800", "kr_6_r900_sixx")]
 SHAPES: list[Shape] = [Plane(), Box(0.05, 0.06, 0.02), Sphere(0.05), Cylinder(0.04, 0.03)]
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=some(25), deadline=None)
 part = st.floats(-1.0, 1.0)
 parts = st.lists(part, min_size=6, max_size=6)
 

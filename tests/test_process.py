@@ -79,7 +79,7 @@ def test_a_second_signal_changes_nothing() -> None:
 
 def test_time_may_pass_faster() -> None:
     with running("--clock", "fast") as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
-        robot.joint_move([1, 1, 1, -1.5, 1, 1, 1], [0.001] * 7)  # ten minutes
+        robot.joint_move([1, 1, 1, -1.5, 1, 1, 1], [0.01] * 7)  # a minute
         robot.wait_until_stopped(DEADLINE_S)
         assert robot.get_joint_position()[0] == 1.0
         robot.close()
@@ -115,10 +115,10 @@ def test_a_robot_that_is_not_there() -> None:
     "options",
     [
         ("--host", "a\nb"),
-        ("--host", ""),
-        ("foo\nbar",),
-        ("a.toml", "foo\nbar"),
-        ("--robot", "a\nb"),
+        *(
+            pytest.param(each, marks=pytest.mark.slow)
+            for each in (("--host", ""), ("foo\nbar",), ("a.toml", "foo\nbar"), ("--robot", "a\nb"))
+        ),
         ("--robot", "x" * 300),
     ],
 )

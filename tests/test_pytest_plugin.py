@@ -97,7 +97,7 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
     result.assert_outcomes(passed=44)
 
 
-@pytest.mark.parametrize("mode", ["auto", "strict"])
+@pytest.mark.parametrize("mode", ["auto", pytest.param("strict", marks=pytest.mark.slow)])
 def test_plain_async_and_threaded_tests(project: Project, mode: str) -> None:
     result = project.tests(
         """
@@ -135,6 +135,7 @@ def test_plain_async_and_threaded_tests(project: Project, mode: str) -> None:
     result.assert_outcomes(passed=3)
 
 
+@pytest.mark.slow
 def test_under_xdist(project: Project) -> None:
     result = project.tests(
         """
@@ -148,7 +149,9 @@ def test_under_xdist(project: Project) -> None:
     result.assert_outcomes(passed=40)
 
 
-@pytest.mark.parametrize("options", [(), ("-n", "1")], ids=["plain", "xdist"])
+@pytest.mark.parametrize(
+    "options", [pytest.param((), id="plain"), pytest.param(("-n", "1"), id="xdist", marks=pytest.mark.slow)]
+)
 def test_a_failed_test_shows_the_dialogue_and_the_last_state(
     project: Project, options: tuple[str, ...]
 ) -> None:

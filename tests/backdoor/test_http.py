@@ -69,8 +69,7 @@ def test_each_command_of_the_table_has_a_path_and_a_description() -> None:
         assert bench.answer("POST", path_of(TABLE.commands[name])).status == 404
 
 
-@pytest.mark.parametrize("robot", [IIWA, KR_6])
-@pytest.mark.parametrize("token", [None, "swordfish"])
+@pytest.mark.parametrize(("robot", "token"), [(IIWA, None), (KR_6, "swordfish")])
 def test_the_description_is_openapi(robot: str, token: str | None) -> None:
     bench = HttpBench(robot, token)
     headers = (HERE,) if token is None else (HERE, ("authorization", f"Bearer {token}"))

@@ -67,6 +67,7 @@ def wait_only_for(server: Original, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Wire, "_receive", watching)
 
 
+@pytest.mark.slow  # the robot moves in real time
 async def test_our_own_server_does_otherwise_only_on_purpose(simulator: Simulator) -> None:
     link = Link("127.0.0.1", simulator.port, allow_motion=True, timeout_s=30)
     findings = await asyncio.to_thread(checked, link)

@@ -16,6 +16,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import NOTHING, Touch, World
 from iiwa_sim.frames import Transform, Vector, apply, rotate, transform_from_euler
 from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, at, surface
+from tests.samples import some
 
 Array = NDArray[np.float64]
 
@@ -226,7 +227,7 @@ def test_to_ask_does_not_change_through_which_face_the_tcp_has_come(plate: Shape
             asked.feel(elsewhere, REST, 0.0)
 
 
-@settings(max_examples=40, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(max_examples=some(40), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(
     st.integers(0, 10**6),
     st.sampled_from(SHAPES),
@@ -262,7 +263,7 @@ def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, st
     return energies
 
 
-@settings(max_examples=10, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@settings(max_examples=some(10), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 @given(
     st.floats(0.0, 1.0),
     st.floats(-0.5, 0.5),

@@ -12,6 +12,7 @@ from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, lin_move_at, ptp_move, smart_joint_move
+from tests.samples import some
 from tests.stepped import ARMS, TOLERANCE, SteppedRobot, assert_within_limits
 
 Array = NDArray[np.float64]
@@ -98,7 +99,7 @@ def test_a_cap_above_the_limits_changes_nothing(kind: str, cap: AccelerationCap)
 
 
 @pytest.mark.parametrize("arm", ARMS)
-@settings(max_examples=10)
+@settings(max_examples=some(10))
 @given(limit=st.floats(0.02, 20.0), speed_rel=st.floats(0.05, 1.0))
 def test_m_s2_are_of_the_tcp_along_its_line(arm: str, limit: float, speed_rel: float) -> None:
     robot = Robot(arm)
@@ -115,7 +116,7 @@ def test_a_long_line_comes_near_to_its_acceleration(arm: str) -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS)
-@settings(max_examples=12)
+@settings(max_examples=some(12))
 @given(
     shares=st.tuples(st.floats(0.05, 1.0), st.floats(0.05, 1.0)),
     kinds=st.tuples(st.sampled_from(["ptp", "lin"]), st.sampled_from(["ptp", "lin"])),

@@ -18,6 +18,7 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests import asked
 from tests.asked import joint_move, lin_move, ptp_move
+from tests.samples import some
 from tests.stepped import SteppedRobot
 
 FULL = [1.0] * 7
@@ -135,7 +136,7 @@ def test_it_starts_in_the_tick_after_the_command_and_says_where_it_is() -> None:
     assert controller.tool_frame() == robot.tcp_frame(AWAY)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=some(50), deadline=None)
 @given(values=st.tuples(*[st.floats(allow_nan=True, allow_infinity=True)] * 9))
 def test_whatever_the_numbers_a_move_is_accepted_or_refused(values: tuple[float, ...]) -> None:
     controller = Controller(load_robot(), 0.002)

@@ -20,6 +20,7 @@ from iiwa_sim.controller.errors import (
 )
 from tests.asked import gravity_hold, joint_move, lin_move_at, ptp_force_move, smart_joint_move
 from tests.chains import chains, run
+from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot
 
 HOME = SteppedRobot().controller.joints
@@ -154,7 +155,7 @@ def test_without_listeners_nothing_is_kept(robot: SteppedRobot) -> None:
     assert not robot.controller.endings.pending
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=some(15), deadline=None)
 @given(st.data(), st.sampled_from(ARMS))
 def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> None:
     robot = SteppedRobot(name)

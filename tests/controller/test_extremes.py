@@ -36,7 +36,8 @@ from tests.asked import (
     smart_joint_move,
 )
 from tests.dialect.fake_robot import Conversation
-from tests.stepped import ROBOTS, SteppedRobot
+from tests.samples import some
+from tests.stepped import ALL_ROBOTS, ROBOTS, SteppedRobot
 
 TICKS = (0, 1, 2, 5, 30)
 LEAST = (5e-324, 1e-310, 2.2e-308, 1e-200, 1e-20, 1e-9, nextafter(1e-6, 0.0), 1e-6, nextafter(1e-6, 1.0))
@@ -141,7 +142,7 @@ COMMANDS: tuple[Callable[[Extremes, Controller], object], ...] = (
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(25), deadline=None)
 @given(st.sampled_from(ROBOTS), st.integers(0, 2**32 - 1))
 def test_extreme_numbers_are_refused_or_moved_to_and_raise_nothing(robot: str, seed: int) -> None:
     Extremes(robot, seed).run(12)
@@ -172,7 +173,7 @@ def test_overrides_below_a_millionth_are_refused_but_for_the_pause(override: flo
         assert conversation.ask(f"set override : {legal!r}") == "done"
 
 
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", ALL_ROBOTS)
 def test_a_joint_without_a_way_slows_no_other(robot: str) -> None:
     slow, fast = SteppedRobot(robot), SteppedRobot(robot)
     target = list(fast.controller.joints)

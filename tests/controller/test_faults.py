@@ -25,6 +25,7 @@ from tests.asked import (
     smart_joint_move,
 )
 from tests.dialect.fake_robot import Conversation
+from tests.samples import some
 from tests.stepped import SteppedRobot, assert_within_limits
 
 AWAY = [0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6]
@@ -174,7 +175,7 @@ LINES = st.sampled_from(
 
 
 @pytest.mark.requirement("FRC021", "FRC026")
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=some(60), deadline=None)
 @given(lines=st.lists(LINES, max_size=20))
 def test_errors_resets_and_refused_moves_never_lose_a_reply(lines: list[str]) -> None:
     robot = SteppedRobot(servo_timeout_s=0.05)

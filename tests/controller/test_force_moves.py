@@ -23,6 +23,7 @@ from iiwa_sim.motion.rate import PlannedTime
 from tests import asked
 from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move, ptp_move
 from tests.contact.materials import RADIUS, at, surface
+from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, line_errors
 
 STOP_S = 0.1
@@ -77,7 +78,7 @@ def changed(wall: Wall, axis: int, threshold: float, at_command: Wrench) -> int:
 @pytest.mark.requirement("FRC005", "FRC008", "FRC009")
 @pytest.mark.parametrize("kind", ["lin", "ptp"])
 @pytest.mark.parametrize("way", DEEPER)
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=some(10), deadline=None)
 @given(
     name=st.sampled_from(ARMS),
     speed=st.floats(0.05, 1.0),
@@ -204,7 +205,7 @@ targets = st.tuples(*[st.floats(-80.0, 80.0)] * 3)
 
 
 @pytest.mark.requirement("FRC012", "FRC014", "FRC015")
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(25), deadline=None)
 @given(
     name=st.sampled_from(ARMS),
     moves=st.lists(

@@ -13,6 +13,7 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
 from tests.chains import aimed, chains
+from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot
 
 FULL = [1.0] * 7
@@ -31,7 +32,7 @@ def told(robot: SteppedRobot) -> tuple[float, ...]:
 
 
 @pytest.mark.requirement("FRC019")
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(25), deadline=None)
 @given(data=st.data(), name=st.sampled_from(ARMS))
 def test_in_a_chain_it_is_the_end_of_the_first_move_that_is_not_done(data: st.DataObject, name: str) -> None:
     chain = data.draw(chains(len(load_robot(name).joints), longest=8))

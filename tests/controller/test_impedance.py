@@ -31,6 +31,7 @@ from tests.asked import (
     ptp_stiff_move,
     smart_joint_move,
 )
+from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
@@ -433,7 +434,7 @@ def test_a_stream_is_followed_evenly_with_the_lag_of_the_documents(
     assert_within_limits(robot)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(20), deadline=None)
 @given(
     st.sampled_from(ARMS),
     st.sampled_from([0.001, 0.002, 0.01]),
@@ -638,7 +639,7 @@ def test_what_is_refused_changes_nothing(state: str) -> None:
 ROBOT = load_robot()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(20), deadline=None)
 @given(
     name=st.sampled_from(ARMS),
     sequence=st.lists(

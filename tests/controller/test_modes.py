@@ -31,6 +31,7 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
+from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 FULL = [1.0] * 7
@@ -609,7 +610,7 @@ def sequences(draw: st.DrawFn) -> list[tuple[str, int, int]]:
 
 
 @pytest.mark.requirement("FRA104")
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(25), deadline=None)
 @given(sequence=sequences())
 def test_whatever_comes_the_limits_hold_and_the_mode_is_the_tables(
     sequence: list[tuple[str, int, int]],

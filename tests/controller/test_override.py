@@ -27,7 +27,8 @@ from tests.asked import (
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder
 from tests.dialect.fake_robot import Conversation
-from tests.stepped import ARMS, ROBOTS, SteppedRobot, assert_straight, assert_within_limits
+from tests.samples import some
+from tests.stepped import ALL_ROBOTS, ARMS, SteppedRobot, assert_straight, assert_within_limits
 
 FULL = [1.0] * 7
 START = (0.2, 0.4, 0.0, -1.2, 0.1, 1.0, 0.0)
@@ -49,8 +50,8 @@ LONGEST_CHANGE_S = {ARMS[0]: 0.8, ARMS[1]: 2.7}  # in servo modes, as the docume
 
 
 @pytest.mark.requirement("FRC025")
-@pytest.mark.parametrize("robot_name", ROBOTS)
-@settings(max_examples=20, deadline=None)
+@pytest.mark.parametrize("robot_name", ALL_ROBOTS)
+@settings(max_examples=some(20), deadline=None)
 @given(data=st.data())
 def test_chains_keep_all_their_promises_whenever_the_override_changes(
     robot_name: str, data: st.DataObject
@@ -62,7 +63,7 @@ def test_chains_keep_all_their_promises_whenever_the_override_changes(
 
 
 @pytest.mark.requirement("FRC025")
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=some(25), deadline=None)
 @given(
     names,
     st.sampled_from([0.001, 0.002, 0.01]),
@@ -87,7 +88,7 @@ def test_a_line_stays_a_line_and_ends_at_its_target(
 
 @pytest.mark.requirement("FRC025")
 @pytest.mark.parametrize("direct", [False, True])
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(20), deadline=None)
 @given(names, st.lists(st.tuples(values, st.integers(0, 2), st.integers(0, 150)), min_size=2, max_size=12))
 def test_servo_targets_are_followed_within_the_limits(
     direct: bool, name: str, told: list[tuple[float, int, int]]
@@ -113,7 +114,7 @@ def test_servo_targets_are_followed_within_the_limits(
 
 
 @pytest.mark.requirement("FRC025")
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=some(30), deadline=None)
 @given(names, values, values, st.integers(0, 300), st.integers(0, 300))
 def test_a_stop_at_any_time_takes_100_ms_at_most_and_the_stop_limits(
     name: str, first: float, second: float, ticks: int, more: int
@@ -234,7 +235,7 @@ ORDERS = st.lists(st.tuples(STEPS, st.sampled_from([0, 0, 1, 20, 60, 200])), min
 
 
 @pytest.mark.requirement("FRC025")
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=some(40), deadline=None)
 @given(names, ORDERS)
 @example(
     ARMS[0],

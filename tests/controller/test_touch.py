@@ -22,6 +22,7 @@ from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
 from tests import asked
 from tests.asked import lin_force_move, lin_move
+from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits
 from tests.touching import START_MM, Array, Law, Way, assert_touched, ball, beside, flat, probe
 
@@ -60,7 +61,7 @@ def table(
 
 @pytest.mark.requirement("FRC005", "FRC008", "FRC009")
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=some(15), deadline=None)
 @given(
     name=names,
     speed=speeds,
@@ -96,7 +97,7 @@ def test_into_a_wall_from_the_side(
     assert_touched(robot, way, way.touch(flat(wall, np.array([0.0, -1.0, 0.0]), stiffness), 1, threshold))
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=some(10), deadline=None)
 @given(
     name=names,
     speed=speeds,
@@ -259,7 +260,7 @@ def test_each_force_move_counts_from_the_force_at_its_own_command(name: str) -> 
 
 
 @pytest.mark.requirement("FRC012")
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=some(10), deadline=None)
 @given(
     name=names, speed=st.floats(0.1, 1.0), blending_mm=st.floats(5.0, 30.0), threshold=st.floats(2.0, 30.0)
 )
@@ -298,7 +299,7 @@ def test_a_touch_in_a_chain_of_blends(name: str, speed: float, blending_mm: floa
 shifts = st.tuples(st.floats(-80.0, 80.0), st.floats(-80.0, 80.0), st.floats(-15.0, 80.0))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(20), deadline=None)
 @given(
     name=names,
     moves=st.lists(

@@ -24,6 +24,7 @@ from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
 from tests.chain_checks import assert_keeps_all_promises
 from tests.chains import Recorder, chain_moves
+from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits, line_errors
 
 FULL = [1.0] * 7
@@ -58,7 +59,7 @@ waits = st.tuples(
 
 
 @pytest.mark.requirement("FRC013", "FRC014")
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=some(30), deadline=None)
 @given(data=st.data(), name=names, cancels=st.lists(waits, min_size=1, max_size=4))
 def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
     data: st.DataObject, name: str, cancels: list[tuple[float, int]]
@@ -76,7 +77,7 @@ def test_what_waits_is_reached_from_where_the_robot_came_to_rest(
 
 
 @pytest.mark.requirement("FRC016")
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=some(30), deadline=None)
 @given(
     data=st.data(),
     name=names,
@@ -107,7 +108,7 @@ def lines(name: str, blending_mm: float) -> tuple[Recorder, list[int]]:
 
 
 @pytest.mark.requirement("FRC013")
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(20), deadline=None)
 @given(name=names, after=st.integers(1, 250))
 def test_a_cancelled_line_stays_on_its_line_while_it_brakes(name: str, after: int) -> None:
     robot = SteppedRobot(name)

@@ -23,6 +23,7 @@ from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
 from tests.plane import Plane
+from tests.samples import some
 
 
 class Arm:
@@ -40,7 +41,12 @@ POSE = (0.3, 0.6, -0.2, -1.3, 0.3, 0.9, -0.5)
 POSES = {ARM: POSE, SIX_AXES: (0.3, -1.2, 1.4, 0.2, 0.9, -0.5)}
 both = pytest.mark.parametrize("arm", POSES, ids=lambda arm: arm.description.name)
 NO_FORCE = (0.0,) * 6
-TICKS_S = [0.001, 0.002, 0.005, 0.01]
+TICKS_S = [
+    pytest.param(0.001, marks=pytest.mark.slow),
+    0.002,
+    pytest.param(0.005, marks=pytest.mark.slow),
+    0.01,
+]
 STIFFNESSES = [100.0, 500.0, 2000.0, 5000.0]
 
 
@@ -248,7 +254,7 @@ def pushed(draw: st.DrawFn) -> list[tuple[tuple[float, ...], tuple[float, ...]]]
 
 
 @pytest.mark.parametrize("arm", [ARM, SIX_AXES], ids=lambda arm: arm.description.name)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(20), deadline=None)
 @given(
     pushes=pushed(),
     stiffness=st.sampled_from([0.0, 100.0, 5000.0]),

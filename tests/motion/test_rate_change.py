@@ -14,6 +14,7 @@ from iiwa_sim.motion.rate_change import ALLOWED, RateChange, Running
 from iiwa_sim.motion.rate_kernel import Ahead
 from iiwa_sim.robot.description import load_robot
 from tests.interpreted import interpreted
+from tests.samples import some
 from tests.stepped import ARMS, Array
 
 PLAIN = interpreted("iiwa_sim.motion.rate_kernel")
@@ -95,7 +96,7 @@ class Ridden:
 
 
 @pytest.mark.requirement("FRC025")
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=some(60), deadline=None)
 @given(st.sampled_from(ARMS), st.integers(0, 2**32 - 1), ticks_s, changes)
 def test_limits_are_kept_at_every_tick_and_a_stop_is_never_long(
     name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
@@ -128,7 +129,7 @@ def stop_s(rate: float, slope_per_s: float) -> float:
 
 
 @pytest.mark.requirement("FRC025")
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=some(40), deadline=None)
 @given(st.sampled_from(ARMS), st.integers(0, 2**32 - 1), ticks_s, changes)
 def test_the_rate_comes_to_what_was_asked_for_last_exactly(
     name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
@@ -158,7 +159,7 @@ def test_a_limit_of_a_plan_that_is_looked_at_wrongly_is_passed() -> None:
     assert max(ridden.loads()) > 1.1
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=some(20), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_compiled_and_interpreted_kernels_give_the_same_bits(seed: int) -> None:
     rng = np.random.default_rng(seed)

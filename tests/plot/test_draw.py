@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.text import Annotation
 
-from iiwa_sim.plot.draw import FORMATS, draw, picture
+from iiwa_sim.plot.draw import draw, picture
 from iiwa_sim.plot.marks import MOST_NUMBERS, together
 from iiwa_sim.plot.record import Recording, Target
 from tests.plot.scripts import JOINT, LIN, recorded
@@ -158,7 +158,7 @@ def test_numbers_at_one_place_share_it() -> None:
     assert together([((0.0,), str(each)) for each in range(9)], 1.0) == [((0.0,), "0, 1, 2, ..., 8")]
 
 
-@pytest.mark.parametrize("file_format", FORMATS)
+@pytest.mark.parametrize("file_format", ["svg", pytest.param("png", marks=pytest.mark.slow)])
 def test_the_same_recording_gives_the_same_picture(recording: Recording, file_format: str) -> None:
     first = picture(recording, file_format)
     assert first == picture(recording, file_format)

@@ -139,8 +139,14 @@ def test_a_force_move_that_never_began_has_no_band() -> None:
     assert bands(force_panel(draw(recording))) == []
 
 
-@pytest.mark.parametrize("threshold", ["1e-300", "1e300", "1.7e308"])
-@pytest.mark.parametrize("cell", [robot_alone(), load_cell(TABLE)], ids=["alone", "table"])
+@pytest.mark.parametrize("threshold", ["1e-300", pytest.param("1e300", marks=pytest.mark.slow), "1.7e308"])
+@pytest.mark.parametrize(
+    "cell",
+    [
+        pytest.param(robot_alone(), id="alone", marks=pytest.mark.slow),
+        pytest.param(load_cell(TABLE), id="table"),
+    ],
+)
 def test_any_threshold_can_be_drawn(threshold: str, cell: object) -> None:
     assert isinstance(cell, type(robot_alone()))
     text = f"{UP if cell.surfaces else LIN}\n{PROBE.replace('10 20', f'{threshold} {threshold}')}"

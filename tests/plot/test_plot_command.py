@@ -57,6 +57,7 @@ def test_a_picture_in_process(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert output.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_the_example_in_its_cell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output, without = tmp_path / "picture.svg", tmp_path / "without.svg"
     probing = str(EXAMPLES / "probing.txt")
@@ -135,7 +136,7 @@ def test_help_tells_of_plot(capsys: pytest.CaptureFixture[str], monkeypatch: pyt
     monkeypatch.setenv("COLUMNS", "1000")
     with pytest.raises(SystemExit):
         main(["--help"])
-    assert "iiwa-sim plot" in capsys.readouterr().out
+    assert "  plot  " in capsys.readouterr().out
     with pytest.raises(SystemExit) as caught:
         main(["plot", "--help"])
     assert caught.value.code == 0

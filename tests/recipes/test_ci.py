@@ -111,6 +111,7 @@ def test_the_action_tells_why_there_is_no_robot(tmp_path: Path) -> None:
         pass
 
 
+@pytest.mark.slow
 def test_the_action_installs_what_it_is_told(tmp_path: Path) -> None:
     (tmp_path / "tiny" / "tiny").mkdir(parents=True)
     (tmp_path / "tiny" / "pyproject.toml").write_text(
@@ -145,7 +146,7 @@ def project(folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("job", ["fixture", "action", "service"])
+@pytest.mark.parametrize("job", [pytest.param("fixture", marks=pytest.mark.slow), "action", "service"])
 def test_the_jobs_of_github_pass(job: str, tmp_path: Path) -> None:
     folder, steps = project(tmp_path), read(RECIPES / "github.yml")["jobs"][job]["steps"]
     (script,) = (step["run"] for step in steps if step.get("name") == "test")
@@ -174,7 +175,7 @@ def test_the_job_of_github_with_uvx_passes(tmp_path: Path) -> None:
     assert "get status -> " in said
 
 
-@pytest.mark.parametrize("job", ["fixture", "service"])
+@pytest.mark.parametrize("job", [pytest.param("fixture", marks=pytest.mark.slow), "service"])
 def test_the_jobs_of_gitlab_pass(job: str, tmp_path: Path) -> None:
     recipe = read(RECIPES / "gitlab.yml")[job]
     with running("--clock", "fast") as robot:

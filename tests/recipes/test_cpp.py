@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.needed import program
 
 FOLDER = Path(__file__).parent.parent.parent / "examples" / "cpp"
@@ -22,6 +24,7 @@ def run(*words: str | Path, **environment: str) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_ctest_starts_robots_and_passes(tmp_path: Path) -> None:
     cmake, ctest = program("cmake"), program("ctest")
     run(cmake, "-S", FOLDER, "-B", tmp_path, f"-DCMAKE_CXX_FLAGS={STRICT}")

@@ -17,6 +17,7 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.opw import Opw
 from tests.robot.arms import SIX_AXES, Arm, arm_named, copy_of_robot, distance, edit, use
+from tests.samples import some
 
 CLOSED = 1e-9  # m and rad
 STRETCHED = math.atan2(35.0, 420.0)  # A3 where the wrist is farthest from A2
@@ -68,7 +69,7 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
     rng = np.random.default_rng(20)
     inverse, model = arm.inverse, arm.model
     wanted, reached = [], []
-    for q in arm.anywhere(rng, 20_000).tolist():
+    for q in arm.anywhere(rng, some(20_000)).tolist():
         flange = model.flange(q)
         branches = dict(inverse.branches(flange, 0.0, q))
         assert same_but_for_turns(branches[inverse.status(q)], q, 1e-6)
@@ -79,7 +80,7 @@ def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
             wanted.append(flange)
             reached.append(model.flange(joints))
     assert distance(reached, wanted) <= CLOSED
-    assert len(reached) > 140_000
+    assert len(reached) > 7 * some(20_000)
 
 
 @pytest.mark.requirement("FRC005", "FRC006")

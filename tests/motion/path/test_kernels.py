@@ -12,6 +12,7 @@ from iiwa_sim.motion.path import line_kernel, polynomial_kernel, zone_kernel
 from iiwa_sim.motion.tcp_line import TcpLine
 from tests.interpreted import interpreted
 from tests.robot.arms import BUILT_IN, arm_named
+from tests.samples import some
 
 PLAIN_POLYNOMIAL = interpreted("iiwa_sim.motion.path.polynomial_kernel")
 PLAIN_LINE = interpreted("iiwa_sim.motion.path.line_kernel")
@@ -19,7 +20,7 @@ PLAIN_ZONE = interpreted("iiwa_sim.motion.path.zone_kernel")
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=some(30), deadline=None)
 @given(seed=SEEDS, rows=st.lists(st.integers(1, 20), min_size=1, max_size=3), orders=st.integers(0, 3))
 def test_polynomials(seed: int, rows: list[int], orders: int) -> None:
     rng = np.random.default_rng(seed)
@@ -57,7 +58,7 @@ def test_fits_of_lines(name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("of_tcp", [True, False])
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=some(10), deadline=None)
 @given(seed=SEEDS, radius=st.floats(0.01, 1.0), at_end=st.booleans())
 def test_zones(of_tcp: bool, seed: int, radius: float, at_end: bool) -> None:
     arm = arm_named(BUILT_IN[0])

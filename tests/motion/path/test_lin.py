@@ -19,6 +19,7 @@ from iiwa_sim.motion.path.line_joints import LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.tcp_line import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
+from tests.samples import some
 
 S = np.linspace(0.0, 1.0, 301)
 NO_TOOL = IDENTITY
@@ -96,7 +97,7 @@ def assert_continuous(path: Polynomial, tolerances: tuple[float, ...]) -> None:
             assert np.abs(one - other).max() <= allowed * max(1.0, float(np.abs(one).max()))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=some(100), deadline=None)
 @given(line=lines())
 def test_a_line_is_straight(line: Line) -> None:
     path = line.answer()
@@ -114,7 +115,7 @@ WRIST = {"srs": 5, "opw": 4}
 """The joint that is 0 where the wrist is stretched."""
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=some(100), deadline=None)
 @given(
     name=st.sampled_from(BUILT_IN),
     seed=st.integers(0, 2**32 - 1),
@@ -136,7 +137,7 @@ def test_a_line_to_or_from_a_nearly_stretched_wrist_is_straight(
     assert_straight_where_done(between(arm, *(ends if towards else ends[::-1]), NO_TOOL))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=some(60), deadline=None)
 @given(
     name=st.sampled_from(BUILT_IN),
     seed=st.integers(0, 2**32 - 1),

@@ -10,13 +10,13 @@ from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.asked import lin_joint_move, lin_move, ptp_move
-from tests.stepped import ARMS, ROBOTS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
+from tests.stepped import ALL_ROBOTS, ARMS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
 
 
 @pytest.mark.requirement("FRC009")
-@pytest.mark.parametrize("robot", ROBOTS)
+@pytest.mark.parametrize("robot", ALL_ROBOTS)
 @pytest.mark.parametrize("speed_rel", [1.0, 0.3])
 def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
     description = load_robot(robot)

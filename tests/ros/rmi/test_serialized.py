@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from iiwa_sim.ros.rmi.definitions import Definition, Field, message, type_of
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized, serialized
 from tests.ros_messages import MESSAGES, VALUES, Rosbags, contents
+from tests.samples import some
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +22,7 @@ def rosbags() -> Rosbags:
 
 
 @pytest.mark.parametrize("name", MESSAGES)
-@settings(max_examples=20)
+@settings(max_examples=some(20))
 @given(data=st.data())
 def test_rosbags_reads_what_we_write(rosbags: Rosbags, name: str, data: st.DataObject) -> None:
     content = data.draw(contents(message(name)))
@@ -41,7 +42,7 @@ def read(name: str, data: bytes) -> tuple[dict[str, Any], int]:
 
 
 @pytest.mark.parametrize("name", MESSAGES)
-@settings(max_examples=20)
+@settings(max_examples=some(20))
 @given(data=st.data())
 def test_there_and_back(name: str, data: st.DataObject) -> None:
     content = data.draw(contents(message(name)))

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from iiwa_sim.ros.rmi.definitions import message, message_md5, service
 from tests.ros1_tools import needs_ros, see_system_packages
 from tests.ros_messages import MESSAGES, Rosbags, contents
+from tests.samples import some
 
 if TYPE_CHECKING:
     from iiwa_sim.ros.ros1.types import Types
@@ -41,7 +42,7 @@ def rosbags() -> Rosbags:
 
 @pytest.mark.requirement("FRA002")
 @pytest.mark.parametrize("name", MESSAGES)
-@settings(max_examples=20)
+@settings(max_examples=some(20))
 @given(data=st.data())
 def test_rosbags_reads_what_we_serialise(
     types: Types, rosbags: Rosbags, name: str, data: st.DataObject
