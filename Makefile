@@ -13,7 +13,7 @@ test: .venv/kernels
 	$(BIN)/pytest --numprocesses auto --dist worksteal -m 'not slow' $(ARGS)
 
 test-slow: .venv/kernels
-	$(BIN)/pytest --numprocesses auto --dist worksteal -m slow $(ARGS)
+	SAMPLES=all $(BIN)/pytest --numprocesses auto --dist worksteal -m slow $(ARGS)
 	SAMPLES=all $(BIN)/pytest --numprocesses auto --dist worksteal -m 'hypothesis and not slow' $(ARGS)
 
 lint: .venv/kernels
