@@ -96,7 +96,7 @@ def test_yielding_around_a_motion(
         nominal = tuple(q + 1e-3 * step * tick for q in home)
         assert yielding.step(nominal, manner) == plainly.step(nominal, manner)
         assert yielding.velocity == plainly.velocity
-        assert yielding.felt == plainly.felt
+        assert yielding.tcp_contact == plainly.tcp_contact
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.description.name)

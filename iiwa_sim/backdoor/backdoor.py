@@ -12,10 +12,10 @@ from iiwa_sim.backdoor.recent_dialogue import RecentLines
 from iiwa_sim.cell.settings import POSE_RANGES, AnySurface
 from iiwa_sim.clock.clock import StillMoving
 from iiwa_sim.clock.pace import pace
-from iiwa_sim.contact.wrench import NO_WRENCH, Wrench
 from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, Refused
 from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.frames import Frame, compose
+from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 PROTECTIVE_STOP = "protective stop"
 

@@ -3,13 +3,13 @@
 from typing import NamedTuple
 
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.wrench import Wrench
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.settings import LONGEST_NAME
 from iiwa_sim.wording import harmless
+from iiwa_sim.wrench import Wrench
 
 START = "start"
 """The initial state of the simulator."""

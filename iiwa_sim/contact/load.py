@@ -5,13 +5,9 @@ from math import isfinite
 
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import AT_REST, World, seen_from, velocity_between
-from iiwa_sim.contact.wrench import NO_WRENCH, Wrench, add
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.model import Model
-
-Felt = tuple[Transform, tuple[Vector, Vector] | None]
-"""Where a motion has brought the TCP to, in the base, and what surfaces do to it there, in base axes: force
-(N) and torque (Nm); None where they have yet to be felt."""
+from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add
 
 
 NEVER = -1
@@ -95,10 +91,10 @@ class ExternalLoad:
         if self._noise is not None:
             self._noise.next(ticks)
 
-    def step(self, joints: Sequence[float], tick_s: float, felt: Felt | None = None) -> None:
+    def step(self, joints: Sequence[float], tick_s: float, contact: TcpContact | None = None) -> None:
         """A tick has moved the robot to `joints` (rad): evaluate the surfaces there, and take new noise.
 
-        If a motion has evaluated them in this tick, its result `felt` is used: they are evaluated once per
+        If a motion has evaluated them in this tick, its result `contact` is used: they are evaluated once per
         tick.
         """
         if self._noise is not None:
@@ -106,11 +102,11 @@ class ExternalLoad:
         if self.world.empty:
             self._touch, self._place = NO_WRENCH, None
             return
-        stands = felt is None and joints == self._joints
+        stands = contact is None and joints == self._joints
         if stands and self._settled == self.world.changes:
             return
         self._joints = joints
-        tcp, touch = (self._tcp.pose(joints), None) if felt is None else felt
+        tcp, touch = (self._tcp.pose(joints), None) if contact is None else contact
         if touch is not None:
             self._place, self._settled = tcp.translation, NEVER
             self._touch = seen_from(tcp.rotation, touch)

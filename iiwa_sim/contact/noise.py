@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from iiwa_sim.contact.wrench import Wrench
+from iiwa_sim.wrench import Wrench
 
 AHEAD = 256
 """Ticks for which noise is drawn at once, at a tenth of the cost of single draws."""

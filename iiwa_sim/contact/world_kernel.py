@@ -21,30 +21,22 @@ nothing is gained here either.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import cython
 from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.contact.shapes import Plane, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.wrench import NO_WRENCH, Wrench
 from iiwa_sim.frames import Rotation, Vector
+from iiwa_sim.wrench import NO_TOUCH, NO_WRENCH, Touch, Wrench
 
 # The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
 # move it while the TCP stands still.
 _SLIP_M = cython.declare(cython.double, 1e-12)
 
 
-class Touch(NamedTuple):
-    """What surfaces do to the robot: N, and Nm about the TCP, along the axes of the base."""
-
-    force: Vector
-    torque: Vector
-
-
 AT_REST: Vector = (0.0, 0.0, 0.0)
-NOTHING = Touch(AT_REST, AT_REST)
 _new = tuple.__new__  # calling the class costs twice as much
 
 
@@ -316,7 +308,7 @@ class World:
                 fx, fy, fz = fx + contact.fx, fy + contact.fy, fz + contact.fz
                 tx, ty, tz = tx + contact.tx, ty + contact.ty, tz + contact.tz
         if not touched:
-            return NOTHING
+            return NO_TOUCH
         return _new(Touch, ((fx, fy, fz), (tx, ty, tz)))
 
 

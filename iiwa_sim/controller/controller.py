@@ -6,7 +6,6 @@ from math import dist
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
-from iiwa_sim.contact.wrench import Wrench
 from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.errors import (
     COMPONENT_NOT_READY,
@@ -27,6 +26,7 @@ from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
+from iiwa_sim.wrench import Wrench
 
 LEAST_OVERRIDE = 1e-6
 """Other than 0: less is no motion that anybody could see, and no number to divide by."""

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 from iiwa_sim.contact.load import ExternalLoad
-from iiwa_sim.contact.wrench import Wrench
 from iiwa_sim.controller.assembly import motions_of
 from iiwa_sim.controller.endings import Endings
 from iiwa_sim.controller.errors import (
@@ -27,6 +26,7 @@ from iiwa_sim.controller.targets import Targets
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.model import Model
+from iiwa_sim.wrench import Wrench
 
 REPLACED = "replaced by a newer move, of a servo or in another mode"
 
@@ -90,7 +90,7 @@ class Core:
         if self.endings.pending:
             self.endings.after_tick()
         if load.changes:
-            load.step(motions.joints, self.tick_s, motions.felt)
+            load.step(motions.joints, self.tick_s, motions.tcp_contact)
         if self.guards.pending:
             self._watch_forces()
 

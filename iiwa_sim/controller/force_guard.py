@@ -5,9 +5,9 @@ from collections.abc import Callable
 from math import isfinite
 from typing import NamedTuple
 
-from iiwa_sim.contact.wrench import Wrench
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame
+from iiwa_sim.wrench import Wrench
 
 AXES = ("x", "y", "z")
 

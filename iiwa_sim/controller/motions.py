@@ -10,7 +10,7 @@ from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
-from iiwa_sim.motion.surroundings import Felt
+from iiwa_sim.wrench import TcpContact
 
 
 class Target(NamedTuple):
@@ -46,9 +46,9 @@ class Motions:
         return self._active.joints
 
     @property
-    def felt(self) -> Felt | None:
+    def tcp_contact(self) -> TcpContact | None:
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
-        return self._impedance.felt if self._active is self._impedance else None
+        return self._impedance.tcp_contact if self._active is self._impedance else None
 
     @property
     def moving(self) -> bool:

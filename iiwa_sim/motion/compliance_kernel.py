@@ -34,7 +34,8 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.least_constraint import least_deviation
 from iiwa_sim.motion.shift_kernel import MASS_KG
 from iiwa_sim.motion.spring import Spring, damping
-from iiwa_sim.motion.surroundings import Feel, Felt, Pushes
+from iiwa_sim.motion.surroundings import Feel, Pushes
+from iiwa_sim.wrench import TcpContact
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.shift_kernel import Shift
@@ -82,7 +83,7 @@ class Compliance:
     in base axes, redundancy (rad).
     """
 
-    felt: Any = cython.declare(object, visibility="readonly")
+    tcp_contact: Any = cython.declare(object, visibility="readonly")
     _kinematics: Kinematics
     _bounds: Any
     _pushes: Any
@@ -117,7 +118,7 @@ class Compliance:
         self._bounds = bounds
         self._tick_s = tick_s
         self._pushes = pushes
-        self.felt: Felt | None = None
+        self.tcp_contact: TcpContact | None = None
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
         self._in_contact = False
         self._shift = Shift(tick_s, feel)
@@ -148,7 +149,7 @@ class Compliance:
             for k, v in enumerate((jacobian @ np.array(velocity)).tolist()):
                 self._v[k] = v
         self._shift.start((self._at[9], self._at[10], self._at[11]))
-        self.felt = None
+        self.tcp_contact = None
 
     @property
     def on_plan(self) -> bool:
@@ -167,7 +168,7 @@ class Compliance:
 
     def step(self, nominal: Joints, manner: Manner) -> Joints:
         """A tick, in which the plan has come to `nominal` (rad)."""
-        self.felt = None
+        self.tcp_contact = None
         before = self._nominal
         k: cython.Py_ssize_t
         for k in range(3):
@@ -189,7 +190,7 @@ class Compliance:
         if not self._forced and not self._shift.touches and self._is_home():
             self._x[:] = 0.0
             self._v[:] = 0.0
-            self._joints, self.felt = nominal, None
+            self._joints, self.tcp_contact = nominal, None
         joints: Joints = self._joints
         return joints
 
@@ -304,7 +305,7 @@ class Compliance:
         )
         if joints is not None and self._bounds.allow(self._joints, joints):
             self._joints = joints
-            self.felt = (wanted, self._shift.touch if self._in_contact else None)
+            self.tcp_contact = (wanted, self._shift.touch if self._in_contact else None)
             return None
         self._follow_within_bounds(before, wanted, redundancy)
         self._find_off_plan()

@@ -9,7 +9,7 @@ from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.surroundings import Felt
+from iiwa_sim.wrench import TcpContact
 
 STILL_RAD_PER_S = 2e-4
 """A robot off its plan is at rest when no joint has been faster than this ..."""
@@ -45,7 +45,7 @@ class Impedance:
     ) -> None:
         """At rest, and stiff, at `joints` (rad). `nominal` makes a nominal motion that rests there."""
         self.joints = joints
-        self.felt: Felt | None = None
+        self.tcp_contact: TcpContact | None = None
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
         self._tick_s = tick_s
         self._new_nominal = nominal
@@ -171,7 +171,7 @@ class Impedance:
 
     def step(self) -> None:
         """One tick. Where the nominal motion fails, the robot stops, and what it raised is raised."""
-        self.felt = None
+        self.tcp_contact = None
         if self._stopping:
             self._stop_on()
             return
@@ -218,7 +218,7 @@ class Impedance:
         if self._next_manner is not None and not self._nominal.waits:
             self._manner, self._next_manner = self._next_manner, None
         joints = self._compliance.step(self._nominal.joints, self._manner)
-        self.felt = self._compliance.felt
+        self.tcp_contact = self._compliance.tcp_contact
         return joints
 
     def _go_to(self, joints: Joints) -> None:

@@ -15,8 +15,9 @@ import numpy as np
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.spring import Spring, damping
-from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, NOTHING, Feel, Pushes
+from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Feel, Pushes
 from iiwa_sim.robot.kinematics_kernel import Kinematics
+from iiwa_sim.wrench import NO_TOUCH
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp
@@ -171,7 +172,7 @@ class JointSprings:
         """Whether the TCP touches something at joint positions (rad)."""
         self._tcp.go_to(joints)
         p = self._tcp.place
-        return self._feel((p[0], p[1], p[2]), NOTHING[0], 0.0) != NOTHING
+        return self._feel((p[0], p[1], p[2]), NO_TOUCH[0], 0.0) != NO_TOUCH
 
     @cython.cfunc
     def _touch(

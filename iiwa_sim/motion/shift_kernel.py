@@ -12,7 +12,8 @@ import numpy as np
 
 from iiwa_sim.frames import Vector
 from iiwa_sim.motion.spring import Spring, damping
-from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, NOTHING, Feel
+from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Feel
+from iiwa_sim.wrench import NO_TOUCH
 
 MASS_KG = 5.0
 """Apparent mass of the TCP. Our decision: about what an iiwa's TCP weighs in the middle of its work space."""
@@ -40,14 +41,14 @@ class Shift:
         self._in_contact = np.zeros(6)
         self._acting = np.zeros(6)
         self.torque = np.zeros(3)
-        self.touch: Any = NOTHING
+        self.touch: Any = NO_TOUCH
         self.touches = False
 
     @cython.cfunc
     @cython.exceptval(check=True)
     def start(self, position: Vector) -> cython.void:
         """The TCP is at rest at a position (m)."""
-        self.touch = NOTHING
+        self.touch = NO_TOUCH
         self.touches = False
         if self._feel is not None:
             self._touch(position[0], position[1], position[2], 0.0, 0.0, 0.0, 0.0)
@@ -60,7 +61,7 @@ class Shift:
             return False
         x, y, z = position[0], position[1], position[2]
         vx, vy, vz = moved[0] / self._tick_s, moved[1] / self._tick_s, moved[2] / self._tick_s
-        return self._feel((x, y, z), (vx, vy, vz), 0.0) != NOTHING
+        return self._feel((x, y, z), (vx, vy, vz), 0.0) != NO_TOUCH
 
     @cython.cfunc
     @cython.exceptval(-1)
@@ -96,7 +97,7 @@ class Shift:
             if self._feel is not None:
                 place = (was[0] + moved[0] + ax, was[1] + moved[1] + ay, was[2] + moved[2] + az)
                 velocity = (moved[0] / tick + ux, moved[1] / tick + uy, moved[2] / tick + uz)
-                free = self._feel(place, velocity, 0.0) == NOTHING
+                free = self._feel(place, velocity, 0.0) == NO_TOUCH
             if free:
                 x[0], x[1], x[2] = ax, ay, az
                 v[0], v[1], v[2] = ux, uy, uz

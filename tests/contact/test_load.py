@@ -9,11 +9,11 @@ import pinocchio as pin
 import pytest
 
 from iiwa_sim.contact.noise import Noise, NoiseLevels
-from iiwa_sim.contact.world_kernel import Touch, World
-from iiwa_sim.contact.wrench import NO_WRENCH
+from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame, Transform, Vector, rotate
 from iiwa_sim.robot.description import load_robot
+from iiwa_sim.wrench import NO_WRENCH, Touch
 from tests.asked import joint_move, lin_move, lin_stiff_move
 from tests.contact.materials import PLANE, RADIUS, STIFFNESS, at, surface
 from tests.stepped import ARMS, SteppedRobot

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import NOTHING, Touch, World
+from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.frames import Transform, Vector, apply, rotate, transform_from_euler
+from iiwa_sim.wrench import NO_TOUCH, Touch
 from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, at, surface
 from tests.samples import some
 
@@ -53,7 +54,7 @@ def test_at_rest_the_force_is_stiffness_times_depth_straight_out(
     distance, *direction = placed.nearest(*position)
     touch = World([placed], RADIUS).feel(position, REST, TICK_S)
     if distance >= RADIUS:
-        assert touch is NOTHING
+        assert touch is NO_TOUCH
     else:
         expected = np.multiply(STIFFNESS * (RADIUS - distance), direction)
         assert touch.force == pytest.approx(expected, rel=1e-12, abs=1e-9)
@@ -98,7 +99,7 @@ def test_friction_stays_in_its_cone(seed: int, friction: float, shape: Shape) ->
     for position, touch in zip(
         way := wander(seed, 200, 0.01, (0.0, 0.0, 0.0)), felt(World([placed], RADIUS), way), strict=True
     ):
-        if touch is not NOTHING:
+        if touch is not NO_TOUCH:
             _, *direction = placed.nearest(*position)
             normal = float(np.dot(touch.force, direction))
             along = np.linalg.norm(np.subtract(touch.force, np.multiply(normal, direction)))
@@ -210,9 +211,9 @@ def test_beside_a_plate_it_is_forgotten_how_the_tcp_came_into_it(plate: Shape) -
     world = World([surface(plate)], RADIUS)
     through = line((0.09, 0.0, 0.02), (0.09, 0.0, -0.03))
     assert felt(world, through)[-1].force[2] == pytest.approx(STIFFNESS * (0.001 + 0.03 + RADIUS))
-    assert felt(world, line((0.09, 0.0, -0.03), (0.12, 0.0, -0.03)))[-1] is NOTHING
+    assert felt(world, line((0.09, 0.0, -0.03), (0.12, 0.0, -0.03)))[-1] is NO_TOUCH
     back = felt(world, line((0.12, 0.0, -0.03), (0.09, 0.0, -0.03)))
-    assert back[-1] is NOTHING, "below it, and not through it"
+    assert back[-1] is NO_TOUCH, "below it, and not through it"
     from_below = felt(world, line((0.09, 0.0, -0.03), (0.09, 0.0, -0.003)))[-1]
     assert from_below.force[2] == pytest.approx(-STIFFNESS * (RADIUS - 0.002))
 
@@ -255,7 +256,7 @@ def thrown(placed: Surface, start: Vector, velocity: Vector, weight_n: float, st
     energies: list[float] = []
     for _ in range(steps):
         touch = world.feel((x, y, z), (vx, vy, vz), dt_s)
-        if touch is NOTHING:
+        if touch is NO_TOUCH:
             energies.append(0.5 * mass * (vx * vx + vy * vy + vz * vz) + weight_n * z)
         fx, fy, fz = touch.force
         vx, vy, vz = vx + dt_s * fx / mass, vy + dt_s * fy / mass, vz + dt_s * (fz - weight_n) / mass

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.load import Wrench
 from iiwa_sim.contact.shapes import Plane, Shape, Sphere
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.errors import EXECUTION, Refused
@@ -20,6 +19,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
+from iiwa_sim.wrench import Wrench
 from tests import asked
 from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move, ptp_move
 from tests.contact.materials import RADIUS, at, surface

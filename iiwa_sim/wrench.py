@@ -1,0 +1,30 @@
+"""Wrenches at the TCP, as motion and contact exchange them."""
+
+from typing import NamedTuple
+
+from iiwa_sim.frames import Transform, Vector
+
+Wrench = tuple[float, float, float, float, float, float]
+"""Force (N) and torque (Nm) at the TCP, acting on the robot, along the axes of the TCP unless stated
+otherwise."""
+
+NO_WRENCH: Wrench = (0.0,) * 6
+
+
+class Touch(NamedTuple):
+    """What surfaces do to the robot: N, and Nm about the TCP, along the axes of the base."""
+
+    force: Vector
+    torque: Vector
+
+
+NO_TOUCH = Touch((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+TcpContact = tuple[Transform, Touch | None]
+"""The pose of the TCP in the base at the end of a tick, and what surfaces do to it there, None where that has
+yet to be found. A motion that has found both hands them on, so that nobody finds them again."""
+
+
+def add(a: Wrench, b: Wrench) -> Wrench:
+    """The sum of two wrenches."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
