@@ -7,6 +7,7 @@ from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.core import Core
+from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.errors import (
     COMPONENT_NOT_READY,
     EMERGENCY_STOP,
@@ -90,9 +91,12 @@ class Controller:
         """Whether ticks change nothing but their number and the noise, until something is asked for."""
         return self._core.resting
 
-    def move(self, request: MoveRequest) -> int:
-        """Take a move; gives its number. Raises `Refused`. How each kind is taken is said in `Moves.take`."""
-        return self._moves.take(request)
+    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
+        """Take a move; gives its number. Raises `Refused`. How each kind is taken is said in `Moves.take`.
+
+        `when_ended` is told of its end: in the tick, or in the command, that ends it.
+        """
+        return self._moves.take(request, when_ended)
 
     def check(self, request: MoveRequest) -> None:
         """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
@@ -124,7 +128,6 @@ class Controller:
         """
         with self.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
             self._core.motions.clear()
-        self._core.guards.keep(self.is_pending)
 
     def set_override(self, override: float) -> None:
         """Run all motions at this part of their planned speed, from 0, a pause, to 1.

@@ -12,7 +12,7 @@ from iiwa_sim.controller.errors import (
     SUCCESS,
 )
 from iiwa_sim.controller.faults import Faults
-from iiwa_sim.controller.force_guard import Contact, ForceGuards
+from iiwa_sim.controller.force_guard import Contact, ForceGuard
 from iiwa_sim.controller.modes import (
     SERVO_MODES,
     TRANSITIONS,
@@ -58,7 +58,6 @@ class Core:
         self.joints_before = start  # at the last tick
         self.endings = Endings(self.is_pending)
         self.faults = Faults()
-        self.guards = ForceGuards()
         self.accepted = 0
         """Moves, since the start: the number of the newest one."""
         self.servo_heard = 0
@@ -87,12 +86,13 @@ class Core:
             self.halt(STOP_TRIGGERED, "stopped")
             raise
         # Of what most ticks have nothing of only that is asked: they cost 1.5 us together.
-        if self.endings.pending:
-            self.endings.after_tick()
+        endings = self.endings
+        if endings.pending:
+            endings.after_tick()
         if load.changes:
             load.step(motions.joints, self.tick_s, motions.tcp_contact)
-        if self.guards.pending:
-            self._watch_forces()
+        if endings.pending and (guard := endings.pending[0].guard) is not None:
+            self._watch_forces(guard)
 
     @property
     def resting(self) -> bool:
@@ -145,13 +145,11 @@ class Core:
         self.faults.fail(COMMUNICATION_FAILURE, reason)
         self.tell(COMMUNICATION_FAILURE, reason)
 
-    def _watch_forces(self) -> None:
+    def _watch_forces(self, guard: ForceGuard) -> None:
         """End a force move that has met a force."""
-        if not self.motions.moving:
-            self.guards.forget_all()
+        if guard.move != self.motions.under_way:
             return
-        guard = self.guards.of(self.motions.under_way)
-        contact = guard and guard.contact(self.cartesian_force(), self._tool_frame)
+        contact = guard.contact(self.cartesian_force(), self._tool_frame)
         if contact is not None:
             with self.endings.because(SUCCESS, str(contact)):
                 self.motions.cancel()

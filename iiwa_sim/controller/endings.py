@@ -1,4 +1,4 @@
-"""How each move ended: at its target, or why not."""
+"""The moves that run or wait, and how each ended: at its target, or why not."""
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import NamedTuple
 
 from iiwa_sim.controller.errors import SUCCESS
+from iiwa_sim.controller.force_guard import ForceGuard
 
 
 class Ending(NamedTuple):
@@ -19,30 +20,45 @@ class Ending(NamedTuple):
     """Nothing for a move that came to its target."""
 
 
+WhenEnded = Callable[[Ending], None]
+"""Told of the end of a move, once and never early."""
+
+
+class PendingMove(NamedTuple):
+    """A move whose end has not been told."""
+
+    number: int
+    when_ended: WhenEnded | None
+    """Of whoever asked for it."""
+    guard: ForceGuard | None
+    """What the forces may not do while it is under way."""
+
+
 class Endings:
-    """Tells listeners of the end of every move accepted since there are any, once and never early.
+    """Tells of the end of every move that somebody wants to hear of, once and never early.
 
     Where moves blend into each other one ends where the next begins.
     """
 
     def __init__(self, is_pending: Callable[[int], bool]) -> None:
         """`is_pending` tells of a number whether its move runs or waits."""
-        self.listeners: list[Callable[[Ending], None]] = []
+        self.listeners: list[WhenEnded] = []
+        """Told of the end of every move that has been accepted since they are here."""
         self.on_discarded: Callable[[Sequence[int], str], None] | None = None
         """Told of moves, by their numbers, that a stop or a change of mode has ended, and why."""
         self._is_pending = is_pending
-        self.pending: deque[int] = deque()
-        """Moves whose end has not been told."""
+        self.pending: deque[PendingMove] = deque()
+        """In the order in which they were accepted."""
 
-    def accepted(self, move: int) -> None:
+    def accepted(self, number: int, when_ended: WhenEnded | None, guard: ForceGuard | None) -> None:
         """A move of this number has been accepted."""
-        if self.listeners or self.on_discarded is not None:
-            self.pending.append(move)
+        if self.listeners or when_ended or guard is not None or self.on_discarded is not None:
+            self.pending.append(PendingMove(number, when_ended, guard))
 
     def after_tick(self) -> None:
         """What a tick has ended came to its target; moves end in the order of their numbers."""
-        while self.pending and not self._is_pending(self.pending[0]):
-            self._tell(Ending(self.pending.popleft(), SUCCESS, ""))
+        while self.pending and not self._is_pending(self.pending[0].number):
+            self._tell(self.pending.popleft(), SUCCESS, "")
 
     @contextmanager
     def because(self, code: int, reason: str, *, discards: bool = False) -> Iterator[None]:
@@ -51,20 +67,25 @@ class Endings:
         yield
         if not self.pending:
             return
-        ended = [move for move in self.pending if not self._is_pending(move)]
-        self.pending = deque(move for move in self.pending if self._is_pending(move))
-        if discards and ended and self.on_discarded is not None:
-            self.on_discarded(ended, reason)
+        ended = [move for move in self.pending if not self._is_pending(move.number)]
+        if not ended:
+            return
+        self.pending = deque(move for move in self.pending if self._is_pending(move.number))
+        if discards and self.on_discarded is not None:
+            self.on_discarded([move.number for move in ended], reason)
         for move in ended:
-            self._tell(Ending(move, code, reason))
+            self._tell(move, code, reason)
 
     def lost(self, first: int, code: int, reason: str) -> None:
         """The move of this number and all behind it will not be carried out."""
-        ended = [move for move in self.pending if move >= first]
-        self.pending = deque(move for move in self.pending if move < first)
+        ended = [move for move in self.pending if move.number >= first]
+        self.pending = deque(move for move in self.pending if move.number < first)
         for move in ended:
-            self._tell(Ending(move, code, reason))
+            self._tell(move, code, reason)
 
-    def _tell(self, ending: Ending) -> None:
+    def _tell(self, move: PendingMove, code: int, reason: str) -> None:
+        ending = Ending(move.number, code, reason)
+        if move.when_ended is not None:
+            move.when_ended(ending)
         for listener in self.listeners:
             listener(ending)

@@ -1,6 +1,5 @@
 """Force moves: which forces end them, and what is told when one does."""
 
-from collections import deque
 from collections.abc import Callable
 from math import isfinite
 from typing import NamedTuple
@@ -59,35 +58,8 @@ class ForceGuard(NamedTuple):
         return Contact(self.move, *max(beyond)[1:], tcp()) if beyond else None
 
 
-class ForceGuards:
-    """Those of the force moves that run or wait."""
-
-    def __init__(self) -> None:
-        self.pending: deque[ForceGuard] = deque()
-        """The numbers of their moves rise."""
-
-    def add(self, guard: ForceGuard) -> None:
-        """Guard a move, the newest."""
-        self.pending.append(guard)
-
-    def keep(self, is_pending: Callable[[int], bool]) -> None:
-        """Guard only those of the moves that are pending."""
-        self.pending = deque(guard for guard in self.pending if is_pending(guard.move))
-
-    def forget_all(self) -> None:
-        """There is nothing to guard."""
-        self.pending.clear()
-
-    def of(self, under_way: int) -> ForceGuard | None:
-        """That of the move under way, if it is a force move; those before it are guarded no more."""
-        while self.pending and self.pending[0].move < under_way:
-            self.pending.popleft()
-        return self.pending[0] if self.pending and self.pending[0].move == under_way else None
-
-
-def checked(thresholds: Thresholds) -> Thresholds:
-    """The same, or `Refused` where one is not above 0 and finite."""
+def check_thresholds(thresholds: Thresholds) -> None:
+    """Raises `Refused` where one is not above 0 and finite."""
     for axis, threshold in zip(AXES, thresholds, strict=True):
         if threshold is not None and not (isfinite(threshold) and threshold > 0.0):
             raise Refused(EXECUTION, f"threshold along {axis} {threshold:g} N: expected above 0 and finite")
-    return thresholds

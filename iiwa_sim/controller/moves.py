@@ -2,13 +2,14 @@
 
 from iiwa_sim.controller.acceleration import capped_joints
 from iiwa_sim.controller.core import REPLACED, Core
+from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.errors import (
     COMPONENT_NOT_READY,
     EXECUTION,
     STOP_TRIGGERED,
     Refused,
 )
-from iiwa_sim.controller.force_guard import ForceGuard, checked
+from iiwa_sim.controller.force_guard import ForceGuard, check_thresholds
 from iiwa_sim.controller.modes import (
     TRANSITIONS,
     Event,
@@ -32,7 +33,7 @@ class Moves:
     def __init__(self, core: Core) -> None:
         self._core = core
 
-    def take(self, request: MoveRequest) -> int:
+    def take(self, request: MoveRequest, when_ended: WhenEnded | None) -> int:
         """Take a move; gives its number. Raises `Refused`, and then nothing has changed.
 
         - PTP and LIN queue behind what runs. With thresholds the robot begins to stop on its path in the tick
@@ -42,19 +43,26 @@ class Moves:
           to rest, and ends with a stop, a move with compliance, or another hold; other moves are refused.
         - Servos head for their target at once.
 
-        A shift is resolved now: what becomes of the moves before does not change its target.
+        A shift is resolved now: what becomes of the moves before does not change its target. `when_ended` is
+        told how the move ended.
         """
+        core, guard = self._core, None
         if request.shift is not None:
             way, in_tool = request.shift
-            start = self._core.tcp(self.end_of_queue())
+            start = core.tcp(self.end_of_queue())
             request = request._replace(target=shifted(start, way, in_tool=in_tool))
         if request.kind in SERVO_EVENTS:
-            return self._head_for(request)
-        if request.kind is Kind.HOLD:
-            return self._hold(request.hold_nm_per_rad)
-        if request.compliance is not None:
-            return self._yield(request, request.compliance)
-        return self._queue(request)
+            number = self._head_for(request)
+        elif request.kind is Kind.HOLD:
+            number = self._hold(request.hold_nm_per_rad)
+        elif request.compliance is not None:
+            number = self._yield(request, request.compliance)
+        else:
+            number = self._queue(request)
+            if request.thresholds is not None:
+                guard = ForceGuard(number, request.thresholds, core.cartesian_force())
+        core.endings.accepted(number, when_ended, guard)
+        return number
 
     def check(self, request: MoveRequest) -> None:
         """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
@@ -72,19 +80,16 @@ class Moves:
 
     def _queue(self, request: MoveRequest) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
-        core, thresholds = self._core, request.thresholds
+        core = self._core
         core.faults.check()
         self.check_hold()
         self._check_room()
         start = self.end_of_queue()
         plan = self._planned(request, start)
-        if thresholds is not None:
-            checked(thresholds)
+        if request.thresholds is not None:
+            check_thresholds(request.thresholds)
         number = self._accept(Event.NORMAL_MOVE)
         core.motions.append(self._move(number, request, plan))
-        core.endings.accepted(number)
-        if thresholds is not None:
-            core.guards.add(ForceGuard(number, thresholds, core.cartesian_force()))
         return number
 
     def _yield(self, request: MoveRequest, compliance: Compliance) -> int:
@@ -100,7 +105,6 @@ class Moves:
         number = self._accept(Event.IMPEDANCE_MOVE)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
             core.motions.head_yielding(self._move(number, request, plan), manner)
-        core.endings.accepted(number)
         return number
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
@@ -110,7 +114,6 @@ class Moves:
         number = self._accept(Event.IMPEDANCE_MOVE)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
             core.motions.hold(number, stiffness_nm_per_rad)
-        core.endings.accepted(number)
         return number
 
     def _head_for(self, request: MoveRequest) -> int:
@@ -126,7 +129,6 @@ class Moves:
         number = self._accept(event)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
             motions.head_for(Target(number, joints, limits))
-        core.endings.accepted(number)
         core.servo_heard = core.tick
         return number
 

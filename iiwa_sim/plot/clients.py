@@ -46,7 +46,8 @@ class IiwaClient:
         self._cell = cell
         self._model = Model(cell.description)
         self._refusal = _Refusal()
-        self._session = _IiwaSession(controller, self._refusal, name)
+        self._controller = controller
+        self._session = IiwaSession(controller, self._refusal, name)
 
     def say(self, text: str) -> Asked:
         if self._session.closing:
@@ -56,7 +57,7 @@ class IiwaClient:
         reply = self._session.answer().decode().rstrip()
         if reply in (ERROR, UNKNOWN_COMMAND):
             raise ValueError(f"{reply}: {self._refusal.reason}")
-        move, request = self._session.last_move, load_table(IIWA).parse(line)
+        move, request = self._controller.accepted or None, load_table(IIWA).parse(line)
         if not isinstance(request, Request):
             return Asked(move)
         named = {
@@ -86,6 +87,7 @@ class Krc4Client:
         self._cell = cell
         self._model = Model(cell.description)
         self._refusal = _Refusal()
+        self._controller = controller
         self._session = _Krc4Session(controller, self._refusal, name)
 
     def say(self, text: str) -> Asked:
@@ -99,7 +101,7 @@ class Krc4Client:
             raise ValueError(self._refusal.reason)
         if session.waiting:
             raise ValueError("expected one message")
-        return Asked(session.last_move, self._tcp())
+        return Asked(self._controller.accepted or None, self._tcp())
 
     def _tcp(self) -> Transform | None:
         if self._session.target is None:
@@ -113,22 +115,10 @@ class Krc4Client:
 CLIENTS: dict[str, type[IiwaClient] | type[Krc4Client]] = {IIWA: IiwaClient, KRC4: Krc4Client}
 
 
-class _IiwaSession(IiwaSession):
-    """A session that keeps the number of its last accepted move."""
-
-    @property
-    def last_move(self) -> int | None:
-        return self._moves.last
-
-
 class _Krc4Session(Krc4Session):
-    """A session that keeps the number of its last accepted move, and the target of its last message."""
+    """A session that keeps the target of its last message."""
 
     target: tuple[Command, tuple[float, ...]] | None = None
-
-    @property
-    def last_move(self) -> int | None:
-        return self._moves.last
 
     def _target(self, command: Command, message: Message) -> tuple[float, ...]:
         values = super()._target(command, message)

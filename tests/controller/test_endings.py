@@ -150,7 +150,22 @@ def test_a_fault_in_a_tick_ends_all_moves(
     assert [(ending.move, ending.code) for ending in endings] == [(1, EXECUTION), (2, EXECUTION)]
 
 
-def test_without_listeners_nothing_is_kept(robot: SteppedRobot) -> None:
+def test_who_asked_for_a_move_is_told_of_its_end_and_of_no_other(robot: SteppedRobot) -> None:
+    told: dict[str, list[Ending]] = {"one": [], "other": []}
+    robot.controller.move(joint_move(NEAR, SPEEDS), told["one"].append)
+    robot.controller.move(joint_move(HOME, SPEEDS))
+    robot.controller.move(joint_move(FAR, SPEEDS), told["other"].append)
+    while not told["one"]:
+        assert robot.controller.is_pending(1)
+        robot.step()
+    assert told == {"one": [Ending(1, SUCCESS, "")], "other": []}
+    robot.stop()
+    assert told["one"] == [Ending(1, SUCCESS, "")]
+    assert told["other"] == [Ending(3, STOP_TRIGGERED, "stopped")]
+    assert not robot.controller.endings.pending
+
+
+def test_what_nobody_wants_to_hear_of_is_not_kept(robot: SteppedRobot) -> None:
     robot.controller.move(joint_move(NEAR, SPEEDS))
     assert not robot.controller.endings.pending
 

@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.errors import ErrorRecord, Refused
+from iiwa_sim.controller.endings import Ending, WhenEnded
+from iiwa_sim.controller.errors import SUCCESS, ErrorRecord, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import MoveRequest
@@ -24,7 +25,7 @@ class FakeRobot:
         self.clears = 0
         self.queue = 3
         self.tick = 0
-        self.pending: set[int] = set()
+        self.pending: dict[int, WhenEnded | None] = {}
         self.refuses: Refused | None = None
         self.breaks: Exception | None = None
         self.moving = False
@@ -34,14 +35,21 @@ class FakeRobot:
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
-    def move(self, request: MoveRequest) -> int:
+    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
         if self.refuses is not None:
             raise self.refuses
         if self.breaks is not None:
             raise self.breaks
         self.moves.append(request)
-        self.pending.add(len(self.moves))
+        self.pending[len(self.moves)] = when_ended
         return len(self.moves)
+
+    def end(self, *moves: int) -> None:
+        """Moves of these numbers have ended."""
+        for move in moves:
+            when_ended = self.pending.pop(move)
+            if when_ended is not None:
+                when_ended(Ending(move, SUCCESS, ""))
 
     def check(self, request: MoveRequest) -> None:
         self.asked.append(request)
@@ -62,16 +70,13 @@ class FakeRobot:
 
     def stop(self) -> None:
         self.stops += 1
-        self.pending.clear()
+        self.end(*self.pending)
 
     def cancel_move(self) -> None:
         self.cancels += 1
 
     def clear_queue(self) -> None:
         self.clears += 1
-
-    def is_pending(self, move: int) -> bool:
-        return move in self.pending
 
     def tool_frame(self) -> Frame:
         return Frame(600.0, 0.0, 500.5, 3.0, -0.0, 1e-5)

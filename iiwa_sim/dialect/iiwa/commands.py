@@ -39,7 +39,7 @@ def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
         session.pause()
-        session.owns(session.controller.move(request_of(request.values)))
+        session.move(request_of(request.values))
         return _DONE
 
     return handler

@@ -7,9 +7,10 @@ sockets: a shell hands it bytes and asks for answers while there are lines waiti
 from collections.abc import Sequence
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.dialect.iiwa.commands import COMMANDS
-from iiwa_sim.dialect.own_moves import OwnMoves
 from iiwa_sim.dialect.ports import IIWA
 from iiwa_sim.dialect.wire.canned import CannedReplies
 from iiwa_sim.dialect.wire.decimals import format_decimals
@@ -45,14 +46,12 @@ class IiwaSession(LineSession):
         super().__init__(log, name, dialogue)
         self.table = load_table("iiwa")
         self.controller = controller
-        self._moves = OwnMoves(controller.is_pending)
+        self._moves: set[int] = set()  # of this connection, that have not ended
         self._strict = strict
         self._canned = canned or CannedReplies()
         self._logs_commands = False
         self._beyond_told: set[str] = set()  # commands that came with values after their last parameter
         self._degrees_told: set[str] = set()  # commands that came with angles that may be in degrees
-        self.owns = self._moves.add
-        """Called with the number of each move accepted for this session."""
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
         dialogue.event(name, "connected", IIWA)
 
@@ -69,10 +68,14 @@ class IiwaSession(LineSession):
         super().lost()
         assert self._dialogue is not None
         self._dialogue.event(self.name, "disconnected")
-        if self._moves.any_pending():
+        if self._moves:
             self.controller.stop()
             self.log.stopped(self.name, vanished=True)
         self._moves.clear()
+
+    def move(self, request: MoveRequest) -> None:
+        """Take a move of this connection. Raises `Refused`."""
+        self._moves.add(self.controller.move(request, self._has_ended))
 
     def said_bye(self) -> None:
         """Notice that the client has said bye: stop the robot."""
@@ -92,6 +95,9 @@ class IiwaSession(LineSession):
         reply = format_decimals(values) + b"\r\n"
         self._written[command] = (tuple(values), reply)
         return reply
+
+    def _has_ended(self, ending: Ending) -> None:
+        self._moves.discard(ending.move)
 
     def _reply(self, line: bytes) -> bytes:
         request = self.table.parse(line)

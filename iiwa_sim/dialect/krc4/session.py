@@ -13,13 +13,13 @@ from math import degrees, radians
 from typing import NamedTuple
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.io import NUMBER_OUT_OF_RANGE, Io
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.dialect.krc4.short import short_reply, word_for_word, written
 from iiwa_sim.dialect.krc4.stream import Broken, Element, XmlStream
 from iiwa_sim.dialect.krc4.table import Command, Message, load_krc4_table, reply, understand
-from iiwa_sim.dialect.own_moves import OwnMoves
 from iiwa_sim.dialect.ports import KRC4
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.log import DialectLog
@@ -58,7 +58,7 @@ class Krc4Session:
         self._stream = XmlStream()
         self._next: Element | Broken | None = None
         self._next_wire = b""
-        self._moves = OwnMoves(controller.is_pending)
+        self._moves: set[int] = set()  # of this connection, that have not ended
         self._planned = False  # whether the present answer() has planned a move
         self._closing = False
 
@@ -115,7 +115,7 @@ class Krc4Session:
         self._dialogue.event(self._name, "disconnected")
         self._next = None
         self._closing = True
-        if self._moves.any_pending():
+        if self._moves:
             self._controller.stop()
             self._log.stopped(self._name, vanished=True)
         self._moves.clear()
@@ -172,13 +172,13 @@ class Krc4Session:
         if kind is not None:
             self._planned = True  # a move takes planning time even if it is refused
             target = self._target(command, message)
-            self._moves.add(
-                self._controller.move(
-                    MoveRequest(kind, target if command.joints else Frame(*target), speeds=self._full_speeds)
-                )
-            )
+            move = MoveRequest(kind, target if command.joints else Frame(*target), speeds=self._full_speeds)
+            self._moves.add(self._controller.move(move, self._has_ended))
             return _Answer()
         return _OTHERS[command.tag](self._controller, message)
+
+    def _has_ended(self, ending: Ending) -> None:
+        self._moves.discard(ending.move)
 
     def _target(self, command: Command, message: Message) -> tuple[float, ...]:
         """What a move goes to: mm, and angles in rad."""

@@ -3,7 +3,6 @@
 from math import dist
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.status import RobotStatus
@@ -27,8 +26,6 @@ class LocalRobot:
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
-        self._ended: dict[int, Ended] = {}
-        controller.endings.listeners.append(self._has_ended)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -56,12 +53,10 @@ class LocalRobot:
 
     def move(self, move: Move, ended: Ended) -> None:
         try:
-            number = self._controller.move(self._request(move))
+            self._controller.move(self._request(move), lambda ending: ended(ending.code, ending.reason))
         except Refused as refused:
             self._controller.record_error(refused.code, refused.reason)
             ended(refused.code, refused.reason)
-        else:
-            self._ended[number] = ended
 
     def stop(self, done: Done) -> None:
         self._controller.stop()
@@ -78,11 +73,6 @@ class LocalRobot:
             done(Failure(refused.code, refused.reason))
         else:
             done(None)
-
-    def _has_ended(self, ending: Ending) -> None:
-        ended = self._ended.pop(ending.move, None)
-        if ended is not None:  # moves without an entry belong to other clients
-            ended(ending.code, ending.reason)
 
     def _request(self, move: Move) -> MoveRequest:
         """The move in units of the controller. Raises `Refused`."""

@@ -435,7 +435,7 @@ def test_a_client_that_vanishes_leaves_other_moves_alone():
     robot = FakeRobot()
     early, late = Conversation(robot), Conversation(robot)
     early.ask(LIN)
-    robot.pending.clear()  # it has arrived
+    robot.end(1)
     late.ask(LIN)
     early.session.lost()
     assert robot.stops == 0
@@ -448,7 +448,7 @@ def test_a_client_that_vanishes_stops_what_was_left_of_its_moves():
     talk = Conversation(robot)
     for _ in range(3):
         talk.ask(LIN)
-    robot.pending = {2}  # the first is done, the last was cleared from the queue
+    robot.end(1, 3)  # at its target, and cleared from the queue
     talk.session.lost()
     assert robot.stops == 1
 

@@ -1,47 +1,11 @@
-"""Which moves of a client are still to be done, in no more room than these take."""
+"""Moves that have ended take no room in a session."""
 
 import gc
 import tracemalloc
 
-from hypothesis import given
-from hypothesis import strategies as st
-
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.own_moves import OwnMoves
 from iiwa_sim.robot.description import load_robot
 from tests.dialect.fake_robot import Conversation
-
-
-@given(st.lists(st.tuples(st.booleans(), st.sets(st.integers(0, 300)))))
-def test_any_pending_is_told_whatever_becomes_of_the_others(rounds):
-    """Each round adds a move, or only ends those that are named."""
-    pending: set[int] = set()
-    own = OwnMoves(pending.__contains__)
-    for number, (moves, ended) in enumerate(rounds):
-        pending -= ended
-        if moves:
-            pending.add(number)
-            own.add(number)
-        assert own.any_pending() == bool(pending)
-    own.clear()
-    assert not own.any_pending()
-
-
-def test_moves_that_are_over_are_sought_out_where_the_first_one_is_not():
-    pending = {0}
-    asked = []
-
-    def is_pending(number):
-        asked.append(number)
-        return number in pending
-
-    own = OwnMoves(is_pending)
-    for number in range(10_000):
-        own.add(number)
-    asked.clear()
-    pending.clear()
-    assert not own.any_pending()
-    assert len(asked) < 200
 
 
 def room_bytes(talk: Conversation, rounds: int) -> int:
