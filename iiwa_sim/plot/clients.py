@@ -6,10 +6,10 @@ from typing import NamedTuple, Protocol
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import AXES, Thresholds
+from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.dialect.krc4.session import Krc4Session
 from iiwa_sim.dialect.krc4.short import from_short, is_short, to_xml
-from iiwa_sim.dialect.krc4.table import Command, Message
 from iiwa_sim.dialect.ports import IIWA, KRC4
 from iiwa_sim.dialect.wire.table import ERROR, UNKNOWN_COMMAND, Request, load_table
 from iiwa_sim.frames import Frame, Transform, compose
@@ -92,7 +92,7 @@ class Krc4Client:
 
     def say(self, text: str) -> Asked:
         session = self._session
-        session.target = None
+        session.request = None
         session.receive(to_xml(from_short(text)) if is_short(text) else text.encode())
         if not session.waiting:
             raise ValueError("expected a whole message")
@@ -104,26 +104,25 @@ class Krc4Client:
         return Asked(self._controller.accepted or None, self._tcp())
 
     def _tcp(self) -> Transform | None:
-        if self._session.target is None:
+        request = self._session.request
+        if request is None:
             return None
-        command, values = self._session.target
-        if command.joints:
-            return compose(self._model.flange(values), self._cell.tool_in_flange)
-        return Frame(*values).to_transform()
+        if isinstance(request.target, Frame):
+            return request.target.to_transform()
+        return compose(self._model.flange(request.target), self._cell.tool_in_flange)
 
 
 CLIENTS: dict[str, type[IiwaClient] | type[Krc4Client]] = {IIWA: IiwaClient, KRC4: Krc4Client}
 
 
 class _Krc4Session(Krc4Session):
-    """A session that keeps the target of its last message."""
+    """A session that keeps the request of its last message, if that was a move."""
 
-    target: tuple[Command, tuple[float, ...]] | None = None
+    request: MoveRequest | None = None
 
-    def _target(self, command: Command, message: Message) -> tuple[float, ...]:
-        values = super()._target(command, message)
-        self.target = (command, values)
-        return values
+    def move(self, request: MoveRequest) -> None:
+        self.request = request
+        super().move(request)
 
 
 class _Refusal:
