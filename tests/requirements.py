@@ -23,7 +23,7 @@ import msgspec
 import pytest
 
 from iiwa_sim.dialect.krc4.table import load_krc4_table
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from tests.last_results import FAILED, PASSED, SKIPPED, last_results
 
 LIST = Path(__file__).with_name("requirements.toml")

@@ -15,7 +15,7 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import read

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from tests.last_results import last_results
 from tests.requirements import REQUIREMENTS, commands_of, failures, gaps, ids_of, not_run, page, unknown
 

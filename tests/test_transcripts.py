@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import shipped
 from iiwa_sim.transcript.replay import replay

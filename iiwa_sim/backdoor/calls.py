@@ -24,7 +24,8 @@ from iiwa_sim.frames import Frame
 
 DONE = "done"
 
-Call = Callable[[Backdoor, Request], str]
+Call = Callable[[Backdoor, Request], str | Coroutine[None, None, str]]
+"""Gives the reply, or, where that takes time, what to await for it."""
 
 
 def _does(method: Callable[[Backdoor, Request], None]) -> Call:
@@ -113,16 +114,14 @@ async def _run_until_stopped(backdoor: Backdoor, request: Request) -> str:
     return _numbers([await backdoor.run_until_stopped(request.values[0])])
 
 
-TAKES_TIME: dict[str, Callable[[Backdoor, Request], Coroutine[None, None, str]]] = {
-    "advance": _advance,
-    "run until stopped": _run_until_stopped,
-}
 CALLS: dict[str, Call] = {
     "hello": lambda _backdoor, _request: "hello",
     "pause": _does(lambda backdoor, _: backdoor.pause()),
     "resume": _does(lambda backdoor, _: backdoor.resume()),
     "set clock": _does(lambda backdoor, request: backdoor.set_clock(request.phrase.lower())),
     "get clock": lambda backdoor, _: backdoor.get_clock(),
+    "advance": _advance,
+    "run until stopped": _run_until_stopped,
     "push": _does(_push),
     "push joints": _does(lambda backdoor, request: backdoor.push_joints(request.values)),
     "release": _does(lambda backdoor, _: backdoor.release()),
@@ -181,4 +180,4 @@ CALLS: dict[str, Call] = {
     "accept connections": _does(lambda backdoor, _: backdoor.accept_connections()),
     "clear faults": _does(lambda backdoor, _: backdoor.clear_faults()),
 }
-"""All commands except those that take time or belong to the session."""
+"""All commands except `bye` and `help`, which belong to the connection."""

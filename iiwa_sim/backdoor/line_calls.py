@@ -4,12 +4,13 @@ from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.calls import CALLS, TAKES_TIME
+from iiwa_sim.backdoor.calls import CALLS
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.dialect.wire.help import helped
 from iiwa_sim.dialect.wire.line_session import shown
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import Refusal, Request, Table, load_table
+from iiwa_sim.dialect.wire.table import Refusal, Request, Table
+from iiwa_sim.dialect.wire.table_file import load_table
 
 BYE, HELP = "bye", "help"
 _EXAMPLE = "push"
@@ -50,8 +51,6 @@ class LineCalls:
     def start(self, request: Request) -> str | Coroutine[None, None, str]:
         """The reply, or an awaitable for a command that takes time. Raises Refused."""
         name = request.command.name
-        if name in TAKES_TIME:
-            return TAKES_TIME[name](self._backdoor, request)
         if name == BYE:
             return BYE
         if name == HELP:

@@ -12,7 +12,8 @@ from iiwa_sim.controller.snapshot import snapshot
 from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, LineSession, shown
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import Request, load_table
+from iiwa_sim.dialect.wire.table import Request
+from iiwa_sim.dialect.wire.table_file import load_table
 
 STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"

@@ -11,7 +11,8 @@ from iiwa_sim.dialect.iiwa.session import IiwaSession
 from iiwa_sim.dialect.krc4.session import Krc4Session
 from iiwa_sim.dialect.krc4.short import from_short, is_short, to_xml
 from iiwa_sim.dialect.ports import IIWA, KRC4
-from iiwa_sim.dialect.wire.table import ERROR, UNKNOWN_COMMAND, Request, load_table
+from iiwa_sim.dialect.wire.table import ERROR, UNKNOWN_COMMAND, Request
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.robot.model import Model
 

@@ -24,7 +24,7 @@ from iiwa_sim.client import (
     UnknownCommandError,
 )
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from tests.asked import joint_move, lin_move, lin_relative_move, ptp_move
 from tests.client.peers import Answer, Awaited, Peer
 from tests.dialect.fake_robot import FakeRobot, IiwaSession

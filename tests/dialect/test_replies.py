@@ -11,7 +11,7 @@ from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.io import Io
 from iiwa_sim.dialect.iiwa.commands import LONGEST_REPLY
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.robot.description import load_robot
 from tests.dialect.fake_robot import Conversation, FakeRobot
 

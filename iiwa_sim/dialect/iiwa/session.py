@@ -17,7 +17,8 @@ from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, LineSession, shown, written
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import ERROR, Refusal, Request, in_degrees, load_table, with_hint
+from iiwa_sim.dialect.wire.table import ERROR, Refusal, Request, in_degrees, with_hint
+from iiwa_sim.dialect.wire.table_file import load_table
 
 CANNED = "the reply to the next line is canned, nothing is carried out"
 """What the dialogue is told."""

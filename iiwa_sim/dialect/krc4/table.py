@@ -9,7 +9,7 @@ import msgspec
 
 from iiwa_sim.dialect.krc4.stream import XML_BLANKS, Element
 from iiwa_sim.dialect.wire.decimals import NotANumberError, format_decimals, parse_decimal, quoted
-from iiwa_sim.dialect.wire.table import TableError
+from iiwa_sim.dialect.wire.table_file import TableError
 
 REGISTERS = 10
 """Integers, and as many reals: a robot with more axes has no place in a message."""

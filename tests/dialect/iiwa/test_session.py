@@ -9,7 +9,7 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.dialect.wire.decimals import format_decimals
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from tests.asked import (

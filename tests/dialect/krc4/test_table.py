@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from iiwa_sim.dialect.krc4.table import read_krc4_table, reply
-from iiwa_sim.dialect.wire.table import TableError
+from iiwa_sim.dialect.wire.table_file import TableError
 
 HEAD = 'title = "t"\nsource = "s"\n'
 STO = '[command.STO]\nid = 1\nsummary = "stop"\nrequirements = []\n'

@@ -15,7 +15,7 @@ from websockets.asyncio.client import connect as async_connect
 from websockets.sync.client import connect
 
 from iiwa_sim.client import AsyncIiwa
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.ros.bridge.bridge import RECONNECT_S, Bridge
 from iiwa_sim.ros.bridge.fault import BridgeFault
