@@ -1,13 +1,14 @@
 """The drive: runs moves one after the other, blended where they may be, and stops them on their path."""
 
+from bisect import bisect_left
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Sequence
+from operator import attrgetter
 
 import numpy as np
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.numbers import Numbers
 from iiwa_sim.motion.queue.chain import Chain
 from iiwa_sim.motion.queue.look_ahead import Ahead, LookAhead
 from iiwa_sim.motion.queue.move import Move
@@ -19,6 +20,8 @@ AHEAD = 128
 """Ticks for which joints are found at once: for a line that costs a sixth of what one by one does."""
 SAME_RAD = 1e-10
 """A move planned from so near to where the robot will be need not be planned again."""
+
+_number = attrgetter("number")
 
 
 class Drive:
@@ -41,9 +44,7 @@ class Drive:
         self._version = 0  # of what the chain is planned to do
         self._waiting: deque[Move] = deque()
         self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
-        self._newest = 0
         self._apart = 0  # the first move that has come while the override came down
-        self._forgotten = Numbers()  # of moves, between those of moves that run or wait and the newest
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
@@ -91,16 +92,14 @@ class Drive:
 
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
-        first = self.under_way
-        if not first:
-            waiting = self._waiting or self._again
-            first = waiting[0].number if waiting else self._newest + 1
-        return first <= number <= self._newest and number not in self._forgotten
-
-    def _forget(self, numbers: Iterable[int]) -> None:
-        """Note that moves of these numbers are not pending, though earlier and later ones may be."""
-        self._forgotten.drop_up_to(self.under_way)
-        self._forgotten.update(numbers)
+        under_way = self.under_way
+        if under_way:
+            if number <= under_way:
+                return number == under_way
+            assert self._chain is not None
+            if _among(self._chain.moves, number):
+                return True
+        return _among(self._waiting, number) or _among(self._again, number)
 
     def abandon(self) -> None:
         """Forget what runs and what waits: something else goes on from here."""
@@ -111,7 +110,6 @@ class Drive:
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
-        self._newest = move.number
         if self._time.part_to_keep == 1.0:
             self._apart = 0
         elif not self._apart:
@@ -164,12 +162,10 @@ class Drive:
         """
         chain = self._chain
         kept: list[Move] = []
-        blended: list[Move] = []
         if chain is None:
             kept = [*self._waiting, *self._again][:1]
         elif not self._time.stopping:
-            blended = [move for move in chain.moves if move.number > self.under_way]
-            if blended:
+            if chain.moves[-1].number > self.under_way:
                 now_s = self._time.time_s
                 shorter = ending(chain, now_s, now_s + self._look_ahead.kept_s)
                 if shorter is None:
@@ -178,7 +174,6 @@ class Drive:
                     self._go_along(shorter)
             self._ahead.clear()
             self._look_ahead.forget()
-        self._forget(move.number for move in [*blended, *self._waiting, *self._again][len(kept) :])
         self._waiting.clear()
         self._again.clear()
         self._again.extend(kept)
@@ -308,7 +303,6 @@ class Drive:
                     return
                 move, planned = self._again[0].again(start), True
             if move is None:
-                self._forget(move.number for move in self._again)
                 self._again.clear()
                 self.rest = start
                 return
@@ -327,7 +321,12 @@ class Drive:
     def _forget_all(self) -> None:
         self._waiting.clear()
         self._again.clear()
-        self._forgotten.clear()
+
+
+def _among(moves: Sequence[Move], number: int) -> bool:
+    """Whether one of these moves, in the order of their numbers, has this number."""
+    k = bisect_left(moves, number, key=_number)
+    return k < len(moves) and moves[k].number == number
 
 
 def _same(one: Joints, other: Joints) -> bool:
