@@ -104,7 +104,6 @@ class Core:
         return not (
             self.joints_before != self.motions.joints
             or self.endings.pending
-            or self.guards.pending
             or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
         ) and (self.motions.settled and self.load.settled)
 

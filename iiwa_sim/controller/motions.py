@@ -81,8 +81,8 @@ class Motions:
 
     @property
     def waiting(self) -> int:
-        """Moves that have not begun."""
-        return self._drive.waiting + self._impedance.waiting
+        """Moves in the drive that have not begun."""
+        return self._drive.waiting
 
     @property
     def holding(self) -> bool:
@@ -101,10 +101,13 @@ class Motions:
 
     @property
     def rest(self) -> Joints:
-        """Where the next move begins (rad): where those that wait end; in impedance, where the plan is."""
-        if self._queue.moving:
-            return self._queue.rest
-        return self._active.rest
+        """Where the next move of the drive begins (rad): where all that waits ends, or a stop."""
+        return self._drive.rest if self._drive.moving else self._active.rest
+
+    @property
+    def yielding_from(self) -> Joints:
+        """Where the next move of the impedance begins (rad): where its plan is, or where a stop ends."""
+        return self._impedance.rest if self._impedance.moving else self._active.rest
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
@@ -141,8 +144,8 @@ class Motions:
         self._drive.append(move)
 
     def head_yielding(self, move: Move, manner: Manner) -> None:
-        """Carry out a move that begins at `rest`, in place of the one before. Other motions must have been
-        stopped."""
+        """Carry out a move that begins at `yielding_from`, in place of the one before. Other motions must
+        have been stopped."""
         self._prepare_impedance()
         self._impedance.head_for(move, manner)
 

@@ -10,10 +10,7 @@ from iiwa_sim.controller.errors import (
     Refused,
 )
 from iiwa_sim.controller.force_guard import ForceGuard, check_thresholds
-from iiwa_sim.controller.modes import (
-    TRANSITIONS,
-    Event,
-)
+from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.motions import Target
 from iiwa_sim.controller.planner import Plan
 from iiwa_sim.controller.poses import shifted
@@ -75,7 +72,7 @@ class Moves:
 
     def check_hold(self) -> None:
         """Raises `Refused` while a gravity hold is on, or begins when the robot is at rest."""
-        if self._core.motions.holding:
+        if self._core.mode is Mode.IMPEDANCE and self._core.motions.holding:
             raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
 
     def _queue(self, request: MoveRequest) -> int:
@@ -83,7 +80,8 @@ class Moves:
         core = self._core
         core.faults.check()
         self.check_hold()
-        self._check_room()
+        if core.motions.waiting >= LONGEST_QUEUE:
+            raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
         start = self.end_of_queue()
         plan = self._planned(request, start)
         if request.thresholds is not None:
@@ -98,7 +96,7 @@ class Moves:
         manner = manner_of(compliance.stiffness_n_per_m, compliance.balanced)
         core.faults.check()
         stops = TRANSITIONS[core.mode, Event.IMPEDANCE_MOVE].stops
-        start = core.motions.rest_after_stop() if stops else core.motions.rest
+        start = core.motions.rest_after_stop() if stops else core.motions.yielding_from
         plan = self._planned(request, start)
         if core.motions.moving and not stops:
             core.targets.check_way_back(plan.limits)
@@ -157,7 +155,3 @@ class Moves:
             self._core.endings.lost(number, refused.code, reason)
             return None
         return self._move(number, request, plan)
-
-    def _check_room(self) -> None:
-        if self._core.motions.waiting >= LONGEST_QUEUE:
-            raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
