@@ -9,7 +9,7 @@ from iiwa_sim.dialect.krc4.short import from_short, is_short
 from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.dialect.ports import KRC4
 from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 
 MOST = 100_000
 """Exchanges that are remembered; one that is repeated, as of a driver that polls, counts once."""

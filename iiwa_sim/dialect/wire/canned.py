@@ -7,7 +7,7 @@ were set, each as many as it is for; then the robot answers again.
 from collections import deque
 from dataclasses import dataclass
 
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.wording import harmless, shortened
 
 UNTIL_CLEARED = 0

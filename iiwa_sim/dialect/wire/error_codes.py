@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import msgspec
 
-from iiwa_sim.dialect.wire.table import TableError
+from iiwa_sim.dialect.wire.table_file import TableError
 
 
 class ErrorCode(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

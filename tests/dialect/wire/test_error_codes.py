@@ -8,7 +8,7 @@ from iiwa_sim.controller import errors, io
 from iiwa_sim.controller.errors import SUCCESS, Refused
 from iiwa_sim.dialect.wire.error_codes import load_error_codes, read_error_codes
 from iiwa_sim.dialect.wire.help import helped
-from iiwa_sim.dialect.wire.table import TableError, load_table
+from iiwa_sim.dialect.wire.table_file import TableError, load_table
 from iiwa_sim.robot import nearest
 
 LONGEST_REPLY = 1000
