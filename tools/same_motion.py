@@ -20,6 +20,7 @@ from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.dialects import dialect_for
 from iiwa_sim.dialect.ports import IIWA, KRC4
+from iiwa_sim.dialect.wire.canned import CannedReplies
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.model import Model
@@ -147,7 +148,9 @@ def digest(seed: int) -> str:
     )
     controller.endings.listeners.append(lambda ending: seen.update(repr(tuple(ending)).encode()))
     dialect = dialect_for(program.dialect, cell.description)
-    session = dialect.open_session(controller, Quiet(), "a program", Dialogue(lambda: 0), False)
+    session = dialect.open_session(
+        controller, Quiet(), "a program", Dialogue(lambda: 0), False, CannedReplies()
+    )
 
     def step() -> None:
         controller.step()
