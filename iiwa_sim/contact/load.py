@@ -9,7 +9,6 @@ from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add
 
-
 NEVER = -1
 """Stands for a number of changes of the world that no world has."""
 

@@ -6,7 +6,7 @@ import iiwa_sim
 from iiwa_sim.cli.names import SUBCOMMANDS
 from iiwa_sim.cli.server_options import server_parser
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.remembered import Exchange
 from tools.pages import commands, dialogues, tables
 from tools.pages.dialogues import Turn
