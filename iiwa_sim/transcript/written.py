@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from iiwa_sim.dialect.krc4.short import NO_MESSAGE
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, KRC4
 from iiwa_sim.dialect.wire.dialogue import DialogueLine, Direction
-from iiwa_sim.dialect.wire.table import load_table
+from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.transcript.krc4 import answers_reals
 
 UNSPEAKABLE = ("(too long)", NO_MESSAGE)
