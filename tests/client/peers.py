@@ -67,3 +67,8 @@ class Awaited:
         self.close()
         self._runner.run(asyncio.sleep(0))
         self._runner.close()
+
+
+def be_impatient(client: Any, timeout_s: float = 0.05) -> None:
+    """A client that is connected waits no longer than this for a reply; to connect may have taken longer."""
+    getattr(client, "_client", client)._timeout_s = timeout_s

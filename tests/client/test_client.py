@@ -7,7 +7,6 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -26,49 +25,18 @@ from iiwa_sim.client import (
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.table_file import load_table
 from tests.asked import joint_move, lin_move, lin_relative_move, ptp_move
-from tests.client.peers import Answer, Awaited, Peer
+from tests.client.peers import Answer, be_impatient
 from tests.dialect.fake_robot import FakeRobot, IiwaSession
 from tests.journal import Journal
 from tools.client_source import iiwa as client_source
 from tools.client_source.text import FOLDER
 
 TABLE = load_table("iiwa")
-CLIENTS = pytest.mark.parametrize("kind", [Iiwa, AsyncIiwa])
+KINDS = (Iiwa, AsyncIiwa)
+CLIENTS = pytest.mark.parametrize("kind", KINDS)
 FRAME = (600.0, -0.5, 500.0, 3.0, 0.25, -3.0)
 JOINTS = (0.0, 0.5, -0.25, -1.0, 0.0, 0.0, 1.5)
 SPEEDS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 1.0)
-
-
-@pytest.fixture(params=[Iiwa, AsyncIiwa])
-def open_client(request: pytest.FixtureRequest) -> Iterator[Callable[..., Iiwa]]:
-    """Makes a client of either kind, to be called without await."""
-    opened: list[Awaited] = []
-
-    def open_client(port: int, timeout_s: float = 10.0) -> Iiwa:
-        if request.param is Iiwa:
-            return Iiwa("127.0.0.1", port, timeout_s)
-        opened.append(Awaited(lambda: AsyncIiwa("127.0.0.1", port, timeout_s)))
-        opened[-1].reconnect()
-        return opened[-1]
-
-    yield open_client
-    for client in opened:
-        client.let_go()
-
-
-@pytest.fixture
-def connect(open_client: Callable[..., Iiwa]) -> Iterator[Callable[[Answer], tuple[Iiwa, Peer]]]:
-    opened: list[tuple[Iiwa, Peer]] = []
-
-    def connect(answer: Answer) -> tuple[Iiwa, Peer]:
-        peer = Peer(answer)
-        opened.append((open_client(peer.port), peer))
-        return opened[-1]
-
-    yield connect
-    for client, peer in opened:
-        client.close()
-        peer.close()
 
 
 def speaking_for(robot: FakeRobot) -> Answer:
@@ -333,7 +301,8 @@ def test_a_reply_may_come_in_pieces(open_client):
 
 def test_a_silent_robot_times_out_and_the_connection_ends(open_client):
     with socket.create_server(("127.0.0.1", 0)) as silent:
-        client = open_client(silent.getsockname()[1], 0.05)
+        client = open_client(silent.getsockname()[1])
+        be_impatient(client)
         with pytest.raises(TimeoutError, match=r"no answer to 'hello' within 0\.05 s"):
             client.hello()
         assert_closed(client)
