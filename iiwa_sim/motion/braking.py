@@ -1,4 +1,4 @@
-"""Braking: from whatever velocity joints have to rest, each as fast as the limits of a stop allow."""
+"""Braking of joints from any velocity to rest, each as fast as the limits of a stop allow."""
 
 from collections.abc import Sequence
 
@@ -11,8 +11,8 @@ from iiwa_sim.motion.joints import Joints
 class Braking:
     """Joint positions (rad) over ticks, from a velocity to rest.
 
-    Acceleration begins at 0 and ends at 0, so that the joints brake from constant speed. Those that keep
-    `JointBounds` come to rest within their position limits.
+    Acceleration is 0 at the beginning and at the end, so the joints brake from constant speed. Joints that
+    keep `JointBounds` come to rest within their position limits.
     """
 
     def __init__(
@@ -41,12 +41,13 @@ class Braking:
         return self._trajectory is not None
 
     def rest(self, joints: Joints, velocity: Sequence[float]) -> Joints:
-        """Where joints come to rest that brake now (rad), from a velocity (rad/s), or that are braking."""
+        """Joint positions (rad) at rest, after braking from a velocity (rad/s), or at the end of braking
+        in progress."""
         trajectory = self._trajectory or self._plan(joints, velocity)
         return self._bounds.within(tuple(trajectory.at_time(trajectory.duration)[0]))
 
     def start(self, joints: Joints, velocity: Sequence[float]) -> None:
-        """Brake from here (rad) and this velocity (rad/s)."""
+        """Brake from joint positions (rad) and a velocity (rad/s)."""
         self._trajectory, self._time_s = self._plan(joints, velocity), 0.0
 
     def step(self) -> Joints:

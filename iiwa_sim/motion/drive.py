@@ -17,9 +17,10 @@ from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.rate_change import Running
 
 AHEAD = 128
-"""Ticks for which joints are found at once: for a line that costs a sixth of what one by one does."""
+"""Ticks for which joint positions are computed at once: for a line that costs a sixth of single
+computations."""
 SAME_RAD = 1e-10
-"""A move planned from so near to where the robot will be need not be planned again."""
+"""A waiting move that was planned from within this distance of the robot's position is not planned again."""
 
 _number = attrgetter("number")
 
@@ -27,21 +28,21 @@ _number = attrgetter("number")
 class Drive:
     """Joint positions (rad) over ticks.
 
-    A move starts in the tick after it is appended, or when those before it have ended, also within a tick.
-    What waits when a move is cancelled is planned again from where the robot will come to rest, one move in a
-    tick, as far as that makes a difference. Where one cannot be done from there, it is forgotten with those
-    behind it.
+    A move starts in the tick after it is appended, or when the moves before it have ended, also within a
+    tick. Moves that wait when a move is cancelled are planned again from where the robot will come to rest,
+    one in each tick, as far as their start differs. If one of them is impossible from there, it is dropped
+    together with those behind it.
     """
 
     def __init__(self, joints: Joints, time: PlannedTime, lowest: Array, highest: Array) -> None:
         """At rest at `joints` (rad), with the limits of positions (n,)."""
         self.joints = joints
         self.rest = joints
-        """Where the robot comes to rest when all moves, or the stop under way, are done (rad)."""
+        """Where the robot comes to rest after all moves, or after the stop in progress (rad)."""
         self._time = time
         self._look_ahead = LookAhead(time, lowest, highest)
         self._chain: Chain | None = None
-        self._version = 0  # of what the chain is planned to do
+        self._version = 0  # planned joint positions of the chain
         self._waiting: deque[Move] = deque()
         self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
         self._apart = 0  # the first move that has come while the override came down
@@ -54,7 +55,7 @@ class Drive:
 
     @property
     def waiting(self) -> int:
-        """Moves that have not begun."""
+        """Number of moves that have not begun."""
         waiting = len(self._waiting) + len(self._again)
         if self._chain is None or self._time.stopping:
             return waiting
@@ -62,7 +63,7 @@ class Drive:
 
     @property
     def behind(self) -> int:
-        """Moves behind the one that runs, or begins in the next tick."""
+        """Number of moves behind the one that runs, or begins in the next tick."""
         waiting = self.waiting
         return waiting - 1 if waiting and self._chain is None else waiting
 
@@ -75,14 +76,15 @@ class Drive:
 
     @property
     def running(self) -> Running | None:
-        """What runs at the override, None where nothing does."""
+        """The motion that runs at the override; None if there is none."""
         if self._chain is None or self._time.stopping:
             return None
         return self._time.running(self._chain)
 
     @property
     def goal(self) -> Joints:
-        """Where the move under way, or the first that waits, or a stop ends (rad); at rest where it is."""
+        """End of the running move, of the first waiting move, or of a stop (rad); the present position at
+        rest."""
         if self._chain is None:
             waiting = self._waiting or self._again
             return waiting[0].path.end if waiting else self.joints
@@ -102,7 +104,7 @@ class Drive:
         return _among(self._waiting, number) or _among(self._again, number)
 
     def abandon(self) -> None:
-        """Forget what runs and what waits: something else goes on from here."""
+        """Drop the running and the waiting moves: another motion takes over."""
         self._end_chain()
         self._forget_all()
         self.rest = self.joints
@@ -117,28 +119,29 @@ class Drive:
         (self._again or self._waiting).append(move)
 
     def rest_after_stop(self) -> Joints:
-        """Where the robot would come to rest if it were stopped now (rad)."""
+        """Where the robot would come to rest after a stop now (rad)."""
         if self._chain is None:
             return self.joints
         return self._chain.joints(self._time.rest_s())
 
     def planned_state(self) -> tuple[Joints, Joints, Joints]:
-        """Of a move that runs: positions (rad), and their derivatives by planned time (rad/s, rad/s^2)."""
+        """Positions (rad) of a running move, and their derivatives by planned time (rad/s, rad/s^2)."""
         assert self._chain is not None
         q, velocity, acceleration, _ = self._chain.along(np.array([self._time.time_s]))[0][0].tolist()
         return tuple(q), tuple(velocity), tuple(acceleration)
 
     def stop(self) -> None:
-        """Stop on the path, and forget the moves that wait."""
+        """Stop on the path, and drop the waiting moves."""
         self._forget_all()
         self._time.stop()
         self.rest = self.rest_after_stop()
 
     def cancel(self) -> None:
-        """End the move that runs, or begins in the next tick: stop on the path, and go on with the next.
+        """End the move that runs, or begins in the next tick: stop on its path, and go on with the next move
+        from there.
 
-        The robot goes on from where it has come to rest. Moves that it was blended into are done where it
-        passes their targets while it brakes. While it is being stopped no move runs, and nothing changes.
+        Moves that it was blended into are done if the robot passes their targets while it brakes. During a
+        stop no move runs, and nothing changes.
         """
         chain = self._chain
         if chain is None:
@@ -155,10 +158,10 @@ class Drive:
         self._plan_again()
 
     def clear(self) -> None:
-        """Forget the moves behind the one that runs, or begins in the next tick; it ends at its target.
+        """Drop the moves behind the one that runs, or begins in the next tick, which ends at its target.
 
-        Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
-        robot stops on its path.
+        If it has begun to blend into the next move, or is too fast to rest at its target, the robot stops on
+        its path.
         """
         chain = self._chain
         kept: list[Move] = []
@@ -180,19 +183,16 @@ class Drive:
         self.rest = kept[0].path.end if kept else self._planned_end()
 
     def start_from(self, joints: Joints) -> None:
-        """Be at rest at other joint positions (rad): something else has moved the robot, or will have.
+        """Start from other joint positions (rad), at rest: another motion has moved the robot, or will have.
 
-        What waits begins there: it is planned again.
+        Waiting moves are planned again from there.
         """
         self.joints = joints
         self._plan_again()
 
     def step(self) -> None:
-        """One tick.
-
-        Where a path fails, the robot rests where it is, the moves that wait are forgotten, and what the path
-        raised is raised.
-        """
+        """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
+        the path's exception is raised."""
         if self._ahead and not self._waiting and not self._again and self._time.step_evenly():
             self.joints = self._ahead.pop()
             return
@@ -211,16 +211,16 @@ class Drive:
             if not self._waiting:
                 return
             if self._waiting[0].length_s == 0.0:
-                # One move a tick of those that have no way to go: many might add up to a jump.
+                # One impossible move in each tick: the time of several might add up to a late tick.
                 self.joints = self._waiting.popleft().path.end
                 return
         chain = self._chain
         if chain is None:
-            chain = self._begin(0.0)  # which costs as much as a look ahead: that is for the next tick
+            chain = self._begin(0.0)  # it costs as much as a look ahead, so it waits for the next tick
             if chain is None:
                 return
         elif not self._time.stopping and (self._ahead or self._time.standing or not self._time.even):
-            # The tick that finds joints ahead has enough to do.
+            # A tick that computes joint positions ahead has enough to do.
             chain = self._take(chain, self._look_ahead.step(chain, self._to_look_at))
         self._time.step()
         while self._time.time_s >= chain.rest_s:
@@ -293,7 +293,7 @@ class Drive:
         self.rest = self._again[-1].path.end if self._again else self._planned_end()
 
     def _plan_next_again(self) -> None:
-        """Plan the next of the moves again that would begin elsewhere; those before it stay as they are."""
+        """Plan the next of the moves that would begin elsewhere; the moves before it are unchanged."""
         planned = False
         while self._again:
             start = self._planned_end()
@@ -311,7 +311,7 @@ class Drive:
         self.rest = self._planned_end()
 
     def _planned_end(self) -> Joints:
-        """Where the last move ends that need not be planned again (rad)."""
+        """End of the last move that need not be planned again (rad)."""
         if self._waiting:
             return self._waiting[-1].path.end
         if self._chain is None or self._time.stopping:

@@ -1,4 +1,4 @@
-"""What the joints may do, as the planners want it."""
+"""Limits of the joints' motion for planners."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 STANDSTILL_RAD = 2e-8
-"""Joints that have less to go are there at once: within the limits even if each tick takes them back."""
+"""Joints with less way to go are set to the target at once: that keeps the limits even in a single tick."""
 
 
 class JointLimits(NamedTuple):

@@ -23,9 +23,10 @@ from iiwa_sim.motion.rate_change import RateChange, Running
 MARGIN = 0.005
 STRETCH = sqrt(1.0 + MARGIN)
 SPEED_KEPT = 1.0 - 1e-11
-"""Were u a hair faster than its limit, Ruckig might take a way that is seconds longer."""
+"""Part of its limit for u: if u exceeded the limit by rounding, Ruckig might take seconds longer."""
 JERK_SHARES = (1.0, 1.0 - 1e-6)
-"""Where Ruckig finds nothing, some phase has no length; with a little less jerk it has one."""
+"""Factors of the jerk to try: where Ruckig fails, a phase has length zero; with slightly less jerk it does
+not."""
 
 
 class Runs(Protocol):
@@ -33,26 +34,27 @@ class Runs(Protocol):
 
     @property
     def running(self) -> Running | None:
-        """What runs, None where nothing does or where it cannot be looked at."""
+        """The running motion; None if there is none, or if it cannot be looked at."""
 
 
 class Override:
     """The rate of planned time over ticks; 1 at first."""
 
     def __init__(self, tick_s: float, limits: JointLimits) -> None:
-        """For motions planned within these limits, or within others with more acceleration for the velocity
-        and more jerk for the acceleration, as those of direct mode."""
+        """For motions planned within these limits, or within limits with a larger ratio of acceleration to
+        velocity and of jerk to acceleration, as in direct mode."""
         self.tick_s = tick_s
         self.value = 1.0
-        """What was asked for last: the rate is this, or goes there."""
+        """The requested value, which the rate has or approaches."""
         self.rate = 1.0
-        """At the end of the last tick,"""
+        """Rate at the end of the last tick."""
         self.slope_per_s = 0.0
-        """with this derivative."""
+        """Derivative of the rate at the end of the last tick."""
         self.advance_s = tick_s
-        """By how much planned time has gone on in the last tick."""
+        """Planned time that has passed in the last tick."""
         self.even = True
-        """Whether the rate was the same all through the last tick, and no change has been asked for since."""
+        """Whether the rate was constant throughout the last tick, and no other value has been requested
+        since."""
         f = float((limits.acceleration / limits.velocity).min())
         g = float((limits.jerk / limits.acceleration).min())
         fastest = f * g / 4.0 * (sqrt(9.0 / g**2 + 8.0 / (f * g)) - 3.0 / g)  # here K is 1
@@ -61,20 +63,20 @@ class Override:
         self._task.max_velocity = [min(f, fastest)]
         self._task.max_acceleration = [f * g / 2.0]
         self._task.max_jerk = [f * g / 2.0 * g]
-        self._level = False  # and is so in each tick till another value is asked for
-        self._begins = False  # another value has been asked for since the last tick
+        self._level = False  # kept in each tick until another value is requested
+        self._begins = False  # another value has been requested since the last tick
         self._on_plan: RateChange | None = None
         self._change: Trajectory | None = None
-        self._changed_s = 0.0  # so long ago it has begun
+        self._changed_s = 0.0  # time since the change has begun
 
     @property
     def changing(self) -> bool:
-        """Whether the rate is on its way to what was asked for."""
+        """Whether the rate is changing to the requested value."""
         return self._begins or self._on_plan is not None or self._change is not None
 
     @property
     def settled(self) -> bool:
-        """Whether a tick in which nothing moves at this rate leaves all as it is."""
+        """Whether a tick without motion at this rate would change nothing."""
         return self.even and not self.changing and self.advance_s == self.tick_s * self.rate
 
     @property
@@ -83,7 +85,7 @@ class Override:
         return self.rate == 0.0 and not self.changing
 
     def be(self, value: float) -> None:
-        """Have another rate (0..1) at once: to be called at rest only."""
+        """Set the rate (0..1) at once; only at rest."""
         self.value = self.rate = value
         self.slope_per_s, self.even = 0.0, True
         self._begins, self._on_plan, self._change = False, None, None
@@ -91,30 +93,30 @@ class Override:
 
     @property
     def part_to_keep(self) -> float:
-        """While the rate comes down: what was asked for, as a part of the rate there is; else 1."""
+        """While the rate decreases: requested value divided by the present rate; otherwise 1."""
         if not self.changing or self.value >= self.rate:
             return 1.0
         return self.value / self.rate
 
     def settle(self) -> None:
-        """Be at the rate that was asked for, also in this tick: to be called where nothing moves at it."""
+        """Set the rate to the requested value, also for this tick; only where nothing moves at the rate."""
         self.be(self.value)
         self.advance_s = self.tick_s * self.rate
 
     def go_to(self, value: float) -> None:
-        """Take another rate (0..1) from now on, as fast as the limits allow."""
+        """Change the rate to `value` (0..1), as fast as the limits allow."""
         if value != self.value:
             self.value, self.even, self._begins, self._level = value, False, True, False
 
     def step(self, motion: "Runs | None" = None) -> None:
-        """One tick; what runs at this rate is that of a motion, None where that cannot be looked at."""
+        """Make one tick; `motion` gives what runs at this rate, or is None."""
         if self._level:
             return
         running = motion.running if motion is not None else None
         if self._begins:
             self._begin(running)
         elif self._on_plan is not None and running is None:
-            self.be(self.value)  # what ran has come to rest, or stops: nothing moves at this rate any more
+            self.be(self.value)  # what ran has ended or is being stopped: nothing moves at this rate any more
         self.even = not self.changing
         if self._on_plan is not None and running is not None:
             self._step_on_plan(self._on_plan, running)
@@ -152,7 +154,7 @@ class Override:
             self._change = None
 
     def _at(self, time_s: float) -> tuple[float, float]:
-        """Rate and slope at a time after the change has begun."""
+        """Rate and slope at a time after the beginning of the change."""
         assert self._change is not None
         if time_s >= self._change.duration:
             return self.value, 0.0
@@ -184,5 +186,5 @@ class Override:
 
 
 def _place(rate: float) -> float:
-    """The u of a rate."""
+    """The u for which tanh u is the rate."""
     return atanh(rate / STRETCH)

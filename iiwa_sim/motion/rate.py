@@ -1,8 +1,8 @@
-"""The rate of planned time: that of the override, and 0 at a stop, with a bounded slope between.
+"""The rate of planned time: the override, or 0 after a stop, with bounded derivatives in between.
 
-On a planned motion q(t) with velocity v, acceleration a and jerk j, at the rate r of planned time, joints see
-the velocity r v, the acceleration r^2 a + r' v and the jerk r^3 j + 3 r r' a + r'' v. So bounds on r' and r''
-are stop limits of the joints that hold on any path, and the path itself is never left.
+On a planned motion q(t) with velocity v, acceleration a and jerk j, at the rate r of planned time, joints
+have the velocity r v, the acceleration r^2 a + r' v and the jerk r^3 j + 3 r r' a + r'' v. So bounds on r'
+and r'' are stop limits of the joints that hold on any path, and the path is never left.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from iiwa_sim.motion.rate_change import PlanAhead, Running
 
 
 class PlannedTime:
-    """Planned time over ticks, of one motion. The override is stepped by its owner, before this."""
+    """Planned time of one motion, tick by tick. The owner of the override steps it before this."""
 
     def __init__(self, override: Override, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
         self.tick_s = override.tick_s
@@ -28,15 +28,15 @@ class PlannedTime:
         self.start(0.0)
 
     def start(self, time_s: float) -> None:
-        """Run from this time."""
+        """Run from this planned time."""
         self.time_s = time_s
         self._slowing: Trajectory | None = None
         self._slowing_s = 0.0
 
     def begin(self, since_s: float = 0.0) -> None:
-        """Run from 0 for a motion that sets out from rest: it has the rate of the override from the start.
+        """Run from 0 for a motion from rest, which has the rate of the override at once.
 
-        At the rate there was before, this motion would have come to `since_s` in this tick.
+        At the rate before, the motion would have reached `since_s` in this tick.
         """
         before = self._override.rate
         self._override.settle()
@@ -44,45 +44,45 @@ class PlannedTime:
 
     @property
     def part_to_keep(self) -> float:
-        """While the override comes down: what was asked for, as a part of the rate there is; else 1."""
+        """While the override decreases: requested value divided by the present rate; otherwise 1."""
         return self._override.part_to_keep
 
     def running(self, plan: PlanAhead) -> Running:
-        """What runs at the override: a plan, which has come to this time."""
+        """The running motion for the override: a plan at this planned time."""
         return Running(plan, self.time_s, *self._stop_limits)
 
     @property
     def changing(self) -> bool:
-        """Whether the override is on its way to what was asked for."""
+        """Whether the override is changing."""
         return self._override.changing
 
     @property
     def even(self) -> bool:
-        """Whether the rate is the same all through this tick, and stays so if nothing is asked for."""
+        """Whether the rate is constant throughout this tick, and stays so without another request."""
         return self._slowing is None and self._override.even
 
     @property
     def standing(self) -> bool:
-        """Whether no time has gone by in the last tick, since the override is a pause."""
+        """Whether no planned time has passed in the last tick, because of a pause."""
         return self._slowing is None and self._override.advance_s == 0.0
 
     @property
     def stopping(self) -> bool:
-        """Whether the rate goes, or has come, to 0."""
+        """Whether the rate is decreasing to 0 for a stop, or has reached it."""
         return self._slowing is not None
 
     @property
     def stopped(self) -> bool:
-        """Whether the rate has come to 0."""
+        """Whether the rate has reached 0."""
         return self._slowing is not None and self._slowing_s >= self._slowing.duration
 
     def stop(self) -> None:
-        """Bring the rate to 0 as fast as its bounds allow."""
+        """Reduce the rate to 0 as fast as its bounds allow."""
         if self._slowing is None:
             self._slowing, self._slowing_s = self._stopping_now(), 0.0
 
     def rest_s(self) -> float:
-        """The time at which the rate is 0, or would be after a stop from now."""
+        """Planned time at which the rate reaches 0, or would after a stop now."""
         slowing = self._slowing or self._stopping_now()
         rest: float = slowing.at_time(slowing.duration)[0][0]
         return rest
@@ -100,17 +100,17 @@ class PlannedTime:
         return slowing
 
     def ticks(self, count: int) -> Array:
-        """The times of this tick and those that follow while the rate is even."""
+        """Planned times of this tick and the following ones while the rate is constant."""
         tick_s = self.tick_s * self._override.rate
         return self.time_s + tick_s * np.arange(count, dtype=np.float64)
 
     def ticks_until(self, time_s: float) -> int:
-        """How many ticks come before a time, while the rate is even."""
+        """Number of ticks before a planned time while the rate is constant."""
         tick_s = self._override.advance_s
         return max(int((time_s - self.time_s) / tick_s), 0) if tick_s > 0.0 else 0
 
     def step_evenly(self) -> bool:
-        """One tick, if the rate is the same all through it and not 0; else nothing, and False."""
+        """Make one tick if the rate is constant and not 0 throughout it; otherwise returns False."""
         override = self._override
         if self._slowing is not None or not override.even or override.advance_s == 0.0:
             return False
@@ -118,7 +118,7 @@ class PlannedTime:
         return True
 
     def step(self) -> None:
-        """One tick."""
+        """Make one tick."""
         if self._slowing is None:
             self.time_s += self._override.advance_s
         else:

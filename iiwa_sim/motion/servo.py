@@ -1,4 +1,4 @@
-"""The servo: goes to the newest target from whatever the robot does now. Smart and direct mode use it."""
+"""The servo: moves to the newest target from any state of motion. Smart and direct mode use it."""
 
 from collections.abc import Iterator, Sequence
 from math import sqrt
@@ -11,24 +11,25 @@ from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.rate import PlannedTime
 
 JERK_SHARES = (1.0, 1.0 - 1e-6)
-"""Where Ruckig finds nothing, some phase of the way has no length; with a little less jerk it has one."""
+"""Factors of the jerk to try: where Ruckig fails, a phase has length zero; with slightly less jerk it does
+not."""
 SPEED_KEPT = 1.0 - 1e-11
-"""Part of its speed with which a joint begins a new course. On its way to its velocity limit it will meet
-that exactly; were it a hair faster, Ruckig would take a way that is seconds longer, 2 times in 100."""
+"""Part of its speed with which a joint begins a new course. At the velocity limit, an excess by rounding
+would make Ruckig take seconds longer, in 2 of 100 cases."""
 EXACT_RAD = 1e-10
-"""Ruckig takes what ends 1e-8 rad beside the target for an answer. The step that remained would be a jerk."""
+"""Ruckig accepts courses that end 1e-8 rad beside the target; the step that remains would be a jerk."""
 ROUNDING_RAD = 1e-9
-"""So far beyond a limit a joint may seem to be that stands on it."""
+"""Rounding of a position at a limit."""
 ROUNDING_S = 1e-9
-"""So long after a phase of a course a joint may seem to turn that turns at its end."""
+"""Rounding of the time at which a joint reverses at the end of a phase."""
 
 LEAST_PART = 0.01
-"""Of its speed that a course is planned with while the override comes down; for less, the robot stays on the
-course it is on, which slows down with the override."""
+"""Smallest part of the speed for planning a course while the override decreases; for less, the robot stays
+on its course, which slows down with the override."""
 
 
 class Course(NamedTuple):
-    """The way to a target (rad)."""
+    """A course to a target (rad)."""
 
     trajectory: Trajectory
     target: Joints
@@ -59,7 +60,7 @@ class Servo:
         """At rest at `joints` (rad), with the position limits `position_min` and `position_max` (rad)."""
         self.joints = joints
         self.rest = joints
-        """Where the robot comes to rest when the target is reached, or the stop under way done (rad)."""
+        """Where the robot comes to rest at the target, or after the stop in progress (rad)."""
         self._time = time
         self._limits = limits
         self._position_min = position_min
@@ -73,12 +74,12 @@ class Servo:
 
     @property
     def moving(self) -> bool:
-        """Whether the robot is under way to a target, or is being stopped."""
+        """Whether the robot moves to a target, or is being stopped."""
         return self._course is not None or self._asks_again
 
     @property
     def goal(self) -> Joints:
-        """The target, or where a stop ends (rad); at rest where it is."""
+        """The target, or the end of a stop (rad); the present position at rest."""
         return self.rest
 
     def head_for(self, target: Joints, limits: JointLimits) -> None:
@@ -90,7 +91,7 @@ class Servo:
         if self._course is None and self._taken_over is None:
             self._time.begin()
         part = self._time.part_to_keep
-        # While the override comes down, a course that uses all of the speed would be faster than asked for.
+        # While the override decreases, a course at full speed would be faster than requested.
         held = limits._replace(velocity=part * limits.velocity)
         course = self._find(target, held) if part >= LEAST_PART else None
         if course is not None:
@@ -102,11 +103,11 @@ class Servo:
         self.rest, self._limits = target, limits
 
     def rest_after_stop(self) -> Joints:
-        """Where the robot would come to rest if it were stopped now (rad)."""
+        """Where the robot would come to rest after a stop now (rad)."""
         return self.joints if self._course is None else self._at(self._course, self._time.rest_s())
 
     def stop(self) -> None:
-        """Stop on the course, and forget the target."""
+        """Stop on the course, and drop the target."""
         self._time.stop()
         self._asks_again = False
         self.rest = self.rest_after_stop()
@@ -117,9 +118,9 @@ class Servo:
         velocity: Sequence[float] | None = None,
         acceleration: Sequence[float] | None = None,
     ) -> None:
-        """Be at other joint positions (rad): something else has moved the robot, or will have.
+        """Start from other joint positions (rad): another motion has moved the robot, or will have.
 
-        At rest, or with a velocity and an acceleration of planned time (rad/s, rad/s^2): then a target has to
+        At rest, or with a velocity and an acceleration by planned time (rad/s, rad/s^2): then a target has to
         follow before the next tick.
         """
         self.joints = self.rest = joints
@@ -128,9 +129,9 @@ class Servo:
             self._taken_over = list(velocity), list(acceleration)
 
     def step(self) -> None:
-        """One tick.
+        """Make one tick.
 
-        Where no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
+        If no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
         """
         if self._asks_again and (self._course is None or self._time.part_to_keep == 1.0):
             self._ask_again()
@@ -150,7 +151,7 @@ class Servo:
             raise
 
     def _find(self, target: Joints, limits: JointLimits) -> Course | None:
-        """A course from the present state that keeps the position limits, if one is found."""
+        """A course from the present state that keeps the position limits; None if none is found."""
         position = velocity = acceleration = [0.0] * len(self.joints)
         if self._course is None:
             position = list(self.joints)
@@ -175,7 +176,7 @@ class Servo:
         return None
 
     def _is_good(self, course: Course) -> bool:
-        """Whether it ends at its target and passes no position limit."""
+        """Whether a course ends at its target and passes no position limit."""
         trajectory, target = course
         ends = trajectory.at_time(trajectory.duration)[0]
         return all(
@@ -195,7 +196,8 @@ class Servo:
 
 
 def _turns(profile: Any) -> Iterator[float]:
-    """Positions (rad) at which a joint turns round on Ruckig's profile; its own extrema miss some of them."""
+    """Positions (rad) at which a joint reverses on Ruckig's profile; Ruckig's own extrema miss some of
+    them."""
     brake = profile.brake
     for part in (brake, profile) if brake.duration else (profile,):
         for duration, p, v, a, j in zip(part.t, part.p, part.v, part.a, part.j, strict=False):

@@ -1,6 +1,6 @@
 """Work in slices: a generator that yields where it may be interrupted, and returns its result.
 
-To plan takes milliseconds; in a tick, which commands wait for, there is room for one slice of it.
+Planning takes milliseconds; a tick, which delays commands, has room for one slice of it.
 """
 
 from collections.abc import Generator
@@ -12,7 +12,7 @@ Slices = Generator[None, None, T]
 
 
 def at_once(slices: Slices[T]) -> T:
-    """All that is left of it in one go."""
+    """Run the remaining slices at once."""
     while True:
         try:
             next(slices)
@@ -22,7 +22,7 @@ def at_once(slices: Slices[T]) -> T:
 
 
 def at_most(count: int, slices: Slices[T]) -> Slices[T]:
-    """The same in so many slices, the last of which takes all that is left."""
+    """Run in at most `count` slices, the last of which takes all that is left."""
     for _ in range(count - 1):
         try:
             next(slices)

@@ -106,7 +106,7 @@ async def test_our_server_made_like_the_original(options: dict[str, float]) -> N
 
 def test_the_original_does_as_the_original() -> None:
     with serving(Original) as server:
-        findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=2))
+        findings = checked(Link("127.0.0.1", server.port, allow_motion=False, timeout_s=6))
     assert found(findings, Verdict.DEVIATION) == set()
     assert found(findings, Verdict.OURS) == {NEXT}, "without the pause of a second"
     heard = {command_of(line) for line in server.heard}
