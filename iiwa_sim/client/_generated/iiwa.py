@@ -47,7 +47,8 @@ class Iiwa(Connection[str, str]):
         self.close()
 
     def help(self, command: str = "") -> str:
-        """Names all commands, or tells the usage of the one given."""
+        """Names the commands, or tells the usage of the one given, the extensions, or what an error code
+        means."""
         return self._do(phrase(text, "help", command))
 
     def joint_move(self, joints: Sequence[float], speeds: Sequence[float]) -> None:

@@ -4,16 +4,21 @@ from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.dialect.wire.table import Command, Table
 
+EXTENSIONS = "extensions"
+"""`help : extensions` names the commands that the original does not know."""
+
 
 def helped(table: Table, phrase: str, example: str) -> str:
     """What `help : PHRASE` answers: the usage of that command, or the names that are like the phrase.
 
-    Of an error code it tells meaning, usual cause and what to do. Without a phrase all commands are named;
-    `example` is one that takes parameters. Raises `Refused` where no name is like the phrase, and for a
-    number that is no code.
+    Of an error code it tells meaning, usual cause and what to do. Without a phrase the commands are named,
+    for `extensions` those that are some; `example` is one that takes parameters. Raises `Refused` where no
+    name is like the phrase, and for a number that is no code.
     """
     if not phrase:
         return _overview(table, example)
+    if phrase.lower() == EXTENSIONS:
+        return f"{EXTENSIONS}: {_named(table, extensions=True) or 'none'}"
     if phrase.isdecimal():
         return _error_code(phrase)
     command = table.commands.get(phrase.lower())
@@ -26,12 +31,14 @@ def helped(table: Table, phrase: str, example: str) -> str:
 
 
 def _overview(table: Table, example: str) -> str:
-    """The names of all commands in one line."""
-    names = ", ".join(command.name for command in table.commands.values() if not command.extension)
-    extensions = ", ".join(command.name for command in table.commands.values() if command.extension)
-    if extensions:
-        names = f"commands: {names}; extensions: {extensions}"
-    return f"{names} (help : {example} tells its usage, help : 3021 what a code of get error means)"
+    """The names of the commands in one line, and how to learn more."""
+    more = f", help : {EXTENSIONS} more of them" if _named(table, extensions=True) else ""
+    hint = f"help : {example} tells its usage{more}, help : 3021 what a code of get error means"
+    return f"{_named(table, extensions=False)} ({hint})"
+
+
+def _named(table: Table, *, extensions: bool) -> str:
+    return ", ".join(command.name for command in table.commands.values() if command.extension is extensions)
 
 
 def _error_code(phrase: str) -> str:
