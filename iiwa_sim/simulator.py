@@ -29,7 +29,7 @@ from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault
 from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.recordings.fault import needs_mcap
+from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.remembered import RememberedDialogue
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.urdf import differing_limits
@@ -43,26 +43,11 @@ from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.transcript.record import Recorder
 
 if TYPE_CHECKING:
-    from iiwa_sim.recordings.recorder import Recorder as McapRecorder
     from iiwa_sim.ros.side import RosSide
 
 logger = logging.getLogger(__name__)
 
 CELL_SUFFIX = ".toml"
-
-
-class Recording:
-    """One that `Simulator.record` has begun."""
-
-    def __init__(self, close: Callable[[], None]) -> None:
-        self.close = close
-        """End it; the file is whole then. Does nothing a second time."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
 
 class Simulator(LoopOrThread):
@@ -185,7 +170,6 @@ class Simulator(LoopOrThread):
         self._log = SessionLog()
         self._strict = strict
         faults, turns = WireFaults(self.dialogue.on_wire), Turns(exclusive, reconnect_pause_s)
-        self._wire = faults
         self._canned = faults.canned
         budget = Budget(self.clock.catch_up)
         spoken = [dialect_for(name, self.cell.description) for name in dialects]
@@ -206,11 +190,21 @@ class Simulator(LoopOrThread):
         self._transcript = None if transcript is None else Path(transcript)
         self._recorder: Recorder | None = None
         self._record = None if record is None else (Path(record), record_rate_hz)
-        self._recorders: list[McapRecorder] = []
         self._accepted = 0  # moves the clock knows of
         entrances = Entrances(list(self._servers.values()))
         recent = RecentDialogue(self.dialogue, self.clock.tick_s)
         self.backdoor = Backdoor(self._controller, faults, entrances, self.clock, recent, self.call)
+        self._recordings = Recordings(
+            self._controller,
+            self.cell,
+            self.clock,
+            self.dialogue,
+            faults,
+            self.backdoor,
+            self._log,
+            list(self._servers),
+            on_change=lambda: self.clock.drive(self._watched()),
+        )
         self._backdoor_ports = BackdoorPorts(
             self.backdoor,
             recent,
@@ -318,7 +312,7 @@ class Simulator(LoopOrThread):
             if self._transcript is not None:
                 recorder = listening.enter_context(self._recording(self._transcript))
             if self._record is not None:
-                listening.callback(self._end_recording, self._begin_recording(*self._record))
+                listening.callback(self._recordings.end, self._recordings.begin(*self._record))
             for server in self._listeners:
                 await server.start()
                 listening.push_async_callback(server.close)
@@ -339,8 +333,7 @@ class Simulator(LoopOrThread):
             if self._recorder is not None:
                 self._recorder.close()
                 self._recorder = None
-            for each in list(self._recorders):
-                self._end_recording(each)
+            self._recordings.end_all()
 
     def reply(self, command: str, reply: str, times: int = 1) -> None:
         """Have the next `times` lines of a command answered by `reply`, and not carried out.
@@ -382,7 +375,7 @@ class Simulator(LoopOrThread):
         wanted = clock if isinstance(clock, Pace) else pace(clock)
         self.call(lambda: self.clock.set_pace(wanted))
 
-    def record(self, path: str | Path, rate_hz: int | None = None) -> "Recording":
+    def record(self, path: str | Path, rate_hz: int | None = None) -> Recording:
         """Write a recording into a file from now on, as docs/recordings.md has it; one that is there is lost.
 
         The state is written at every tick, or `rate_hz` times in a simulated second. It goes on until the
@@ -390,11 +383,12 @@ class Simulator(LoopOrThread):
         where the file cannot be written or the library mcap is not installed, and ValueError for a rate
         outside 1 to that of the ticks.
         """
-        recorder = self._new_recorder(Path(path), rate_hz)  # reads and writes: not in the robot's thread
-        self.call(lambda: self._start(recorder))
+        recordings = self._recordings
+        recorder = recordings.new(Path(path), rate_hz)  # reads and writes: not in the robot's thread
+        self.call(lambda: recordings.start(recorder))
 
         def close() -> None:
-            self.call(lambda: self._stop(recorder))
+            self.call(lambda: recordings.stop(recorder))
             recorder.finish()
 
         return Recording(close)
@@ -411,7 +405,7 @@ class Simulator(LoopOrThread):
     def _watched(self) -> Stepped:
         """The robot for the clock; with nobody else in between where nobody watches."""
         others = [each for each in (self._status, self._ros) if each is not None]
-        watchers = [*self._recorders, *others]
+        watchers = [*self._recordings.recorders, *others]
         return Watched(self._controller, watchers) if watchers else self._controller
 
     @property
@@ -457,56 +451,12 @@ class Simulator(LoopOrThread):
         title = f"{self.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
         return Recorder(path, self.dialogue, self.clock.tick_s, title, list(self._servers))
 
-    def _begin_recording(self, path: Path, rate_hz: int | None) -> "McapRecorder":
-        recorder = self._new_recorder(path, rate_hz)
-        self._start(recorder)
-        return recorder
-
-    def _end_recording(self, recorder: "McapRecorder") -> None:
-        self._stop(recorder)
-        recorder.finish()
-
-    def _new_recorder(self, path: Path, rate_hz: int | None) -> "McapRecorder":
-        with needs_mcap():
-            from iiwa_sim.recordings.recorder import Recorder as McapRecorder
-
-        return McapRecorder(
-            path,
-            self._controller,
-            self.dialogue,
-            cell=self.cell,
-            tick_rate_hz=self.clock.rate_hz,
-            rate_hz=rate_hz,
-            clock=lambda: self.clock.told,
-            in_haste=lambda: self.clock.in_haste,
-            said_of_it={"dialects": " ".join(self._servers)},
-        )
-
-    def _start(self, recorder: "McapRecorder") -> None:
-        self._recorders.append(recorder)
-        self._log.on_refused.append(recorder.refused)
-        self.backdoor.listeners.append(recorder.backdoor)
-        self.clock.drive(self._watched())
-        self.clock.look()  # ticks go on from here, each of them seen
-        usual = next(iter(self._servers))
-        recorder.start([(name, dialect or usual) for name, dialect in self._wire.peers()])
-
-    def _stop(self, recorder: "McapRecorder") -> None:
-        if recorder in self._recorders:
-            recorder.stop()
-            self._recorders.remove(recorder)
-            self._log.on_refused.remove(recorder.refused)
-            self.backdoor.listeners.remove(recorder.backdoor)
-            self.clock.drive(self._watched())
-
     def _robot_fault(self, code: int, reason: str) -> None:
         robot_fault(code, reason)
-        for recorder in self._recorders:
-            recorder.fault(code, reason)
+        self._recordings.fault(code, reason)
         self.dialogue.event("robot", f"{code} {reason}")
 
     def _robot_contact(self, contact: Contact) -> None:
         robot_contact(contact)
-        for recorder in self._recorders:
-            recorder.contact(contact.move, str(contact))
+        self._recordings.contact(contact)
         self.dialogue.event("robot", str(contact))
