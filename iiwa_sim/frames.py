@@ -197,6 +197,11 @@ def rotation_vector(rotation: Rotation) -> tuple[Vector, float]:
     return ((x / sine, y / sine, z / sine), 2.0 * atan2(sine, w))
 
 
+def turn_between(start: Rotation, end: Rotation) -> tuple[Vector, float]:
+    """Unit axis, in the outer frame, and angle (rad, in [0, pi]) of the turn from one rotation to another."""
+    return rotation_vector(multiply(end, transpose(start)))
+
+
 def rotation_about(axis: Vector, angle: float) -> Rotation:
     """Rotation by `angle` (rad) about a unit axis."""
     x, y, z = axis

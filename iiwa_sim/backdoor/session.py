@@ -31,17 +31,12 @@ class BackdoorSession(LineSession):
         super().__init__(log, name)
         self._calls = LineCalls(backdoor, log, name)
         self._token = token  # until it has been received
-        self._taking_time: tuple[bytes, asyncio.Task[str]] | None = None
+        self._taking_time: tuple[bytes, asyncio.Task[str]] | None = None  # `pending` is its task
 
     @property
     def waiting(self) -> bool:
         """Whether lines wait for an answer."""
         return self._taking_time is not None or super().waiting
-
-    @property
-    def pending(self) -> asyncio.Task[str] | None:
-        """What the next reply waits for."""
-        return None if self._taking_time is None else self._taking_time[1]
 
     def answer(self, most: int = _LINES_AT_ONCE) -> bytes:
         r"""The replies to the next waiting lines, each with its `\r\n`, up to a line that takes time."""
@@ -50,7 +45,7 @@ class BackdoorSession(LineSession):
         line, task = self._taking_time
         if not task.done():
             return b""
-        self._taking_time = None
+        self._taking_time = self.pending = None
         return self._replied(line, task.result) + super().answer(most - 1)
 
     def lost(self) -> None:
@@ -58,7 +53,7 @@ class BackdoorSession(LineSession):
         super().lost()
         if self._taking_time is not None:
             self._taking_time[1].cancel()
-            self._taking_time = None
+            self._taking_time = self.pending = None
 
     def _reply(self, line: bytes) -> bytes:
         if self._token is not None:
@@ -74,7 +69,8 @@ class BackdoorSession(LineSession):
         if isinstance(reply, str):
             self._calls.done(line, reply)
             return written(reply)
-        self._taking_time = line, asyncio.get_running_loop().create_task(reply)
+        self.pending = task = asyncio.get_running_loop().create_task(reply)
+        self._taking_time = line, task
         self.pause()
         return b""
 

@@ -4,7 +4,7 @@ from math import cos, dist, sin
 
 import numpy as np
 
-from iiwa_sim.frames import Rotation, Transform, Vector, compose, multiply, rotate, rotation_vector, transpose
+from iiwa_sim.frames import Rotation, Transform, Vector, compose, multiply, rotate, turn_between
 
 ROUNDING_RAD = 1e-12  # a smaller turn is none
 
@@ -15,7 +15,7 @@ class TcpLine:
     def __init__(self, start_flange: Transform, target_flange: Transform, tool_in_flange: Transform) -> None:
         """Poses in the base."""
         start, target = compose(start_flange, tool_in_flange), compose(target_flange, tool_in_flange)
-        (x, y, z), angle = rotation_vector(multiply(target.rotation, transpose(start.rotation)))
+        (x, y, z), angle = turn_between(start.rotation, target.rotation)
         self._angle = angle if angle > ROUNDING_RAD else 0.0
         # Rodrigues: R(s) = R0 + sin(s angle) K R0 + (1 - cos(s angle)) K K R0 turns the flange. Its origin
         # lies at -R(s) tool from the TCP, which moves straight. So each of the twelve numbers of its pose is

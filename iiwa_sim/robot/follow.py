@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform, multiply, rotation_vector, transpose
+from iiwa_sim.frames import Transform, turn_between
 from iiwa_sim.robot.model import Model
 
 # A seed farther from the pose than this (m or rad) is not followed.
@@ -74,7 +74,7 @@ def follow_seed(
 
 def _error(flange: Transform, reached: Transform) -> NDArray[np.float64]:
     """The error of a pose (6,): translation (m), then the rotation vector in the base (rad)."""
-    axis, angle = rotation_vector(multiply(flange.rotation, transpose(reached.rotation)))
+    axis, angle = turn_between(reached.rotation, flange.rotation)
     (x, y, z), (rx, ry, rz) = flange.translation, reached.translation
     return np.array((x - rx, y - ry, z - rz, angle * axis[0], angle * axis[1], angle * axis[2]))
 

@@ -15,7 +15,7 @@ from iiwa_sim.dialect.ports import IIWA
 from iiwa_sim.dialect.wire.canned import CannedReplies
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import Dialogue
-from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, LineSession, shown, written
+from iiwa_sim.dialect.wire.line_session import LineSession, shown, written
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import ERROR, Refusal, Request, in_degrees, with_hint
 from iiwa_sim.dialect.wire.table_file import load_table
@@ -25,7 +25,10 @@ CANNED = "the reply to the next line is canned, nothing is carried out"
 
 
 class IiwaSession(LineSession):
-    """One connection to the robot."""
+    """One connection to the robot.
+
+    A move, or a check whether one is possible, ends a batch of replies: plans in numbers do not delay ticks.
+    """
 
     def __init__(
         self,
@@ -50,19 +53,10 @@ class IiwaSession(LineSession):
         self._moves: set[int] = set()  # of this connection, that have not ended
         self._strict = strict
         self._canned = canned or CannedReplies()
-        self._logs_commands = False
         self._beyond_told: set[str] = set()  # commands that came with values after their last parameter
         self._degrees_told: set[str] = set()  # commands that came with angles that may be in degrees
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
         dialogue.event(name, "connected", IIWA)
-
-    def answer(self, most: int = LINES_AT_ONCE) -> bytes:
-        """The replies to the next waiting lines; a move, or a check whether one is possible, ends the batch.
-
-        So a long queue of plans does not delay the robot's ticks.
-        """
-        self._logs_commands = self.log.commands  # asked for once, since it is asked for often
-        return super().answer(most)
 
     def lost(self) -> None:
         """Notice that the connection has gone: stop the robot if a move of this session is pending."""

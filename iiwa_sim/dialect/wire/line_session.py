@@ -27,8 +27,12 @@ class LineSession:
         self._dialogue = dialogue
         self._splitter = LineSplitter()
         self._lines: deque[bytes] = deque()
-        self._closing = False
+        self.closing = False
+        """Whether the client has said bye: the shell sends what is to be sent and closes."""
+        self.pending: Pending | None = None
+        """What the next reply waits for."""
         self._pauses = False
+        self._logs_commands = False
         self.reason = ""
         """Why the last line was refused, for the dialogue; empty where it was not."""
 
@@ -37,24 +41,14 @@ class LineSession:
         """Whether lines wait for an answer."""
         return bool(self._lines)
 
-    @property
-    def closing(self) -> bool:
-        """Whether the client has said bye: the shell sends what is to be sent and closes."""
-        return self._closing
-
-    @property
-    def pending(self) -> Pending | None:
-        """What the next reply waits for."""
-        return None
-
     def receive(self, data: bytes) -> None:
         """Bytes from the client."""
-        if not self._closing:
+        if not self.closing:
             self._lines.extend(self._splitter.feed(data))
 
     def end(self) -> None:
         """Notice that the client sends no more; an unfinished last line counts as a line."""
-        if not self._closing:
+        if not self.closing:
             self._lines.extend(self._splitter.finish())
 
     def answer(self, most: int = LINES_AT_ONCE) -> bytes:
@@ -67,6 +61,7 @@ class LineSession:
         if dialogue is not None and not dialogue.listeners:
             dialogue = None
         self._pauses = False
+        self._logs_commands = self.log.commands  # asked for once, since it is asked for often
         replies: list[bytes] = []
         for _ in range(min(len(lines), most)):
             line = lines.popleft()
@@ -85,7 +80,7 @@ class LineSession:
     def lost(self) -> None:
         """Notice that the connection has gone: waiting lines are dropped."""
         self._lines.clear()
-        self._closing = True
+        self.closing = True
 
     def pause(self) -> None:
         """End the present batch of replies after this line, which took long."""
@@ -94,7 +89,7 @@ class LineSession:
     def close(self) -> None:
         """End the session after this line; later lines are not answered."""
         self._lines.clear()
-        self._closing = self._pauses = True
+        self.closing = self._pauses = True
 
     @abstractmethod
     def _reply(self, line: bytes) -> bytes:
