@@ -7,9 +7,9 @@ from tools.walk import walks
 
 async def test_a_lin_move_and_a_tick_pass_few_files() -> None:
     command, ticks = await walks()
-    assert command.steps[0].file == "serve/tcp.py"
+    assert command.steps[0].file == "serve/line_connection.py"
     assert "controller/planner.py" in command.files
-    assert len(command.files) <= 38
+    assert len(command.files) <= 34
     assert len(command.steps) <= 86
     assert all(tick.steps[0].file == "controller/core.py" for tick in ticks)
     widths = sorted(len(tick.files) for tick in ticks)

@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 import pytest
 
-from iiwa_sim.serve import tcp
+from iiwa_sim.serve import line_connection
 from iiwa_sim.serve.listening import ListenFault, host_and_port
 from iiwa_sim.serve.tcp import TcpServer
 from tests.serve.line_sessions import EchoSession
@@ -268,7 +268,7 @@ async def test_a_server_can_be_closed_twice_and_before_it_listens() -> None:
 
 
 async def test_connections_are_logged(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO, tcp.logger.name):
+    with caplog.at_level(logging.INFO, line_connection.logger.name):
         async with serving() as served:
             client = await served.connect()
             await client.ask("there")
