@@ -124,7 +124,7 @@ def test_a_drivers_project_has_the_fixture(installed: Path, tmp_path: Path, name
 
 
 @pytest.mark.parametrize(
-    ("name", "page"), [("driver_project", "README.md"), ("krc4_driver_project", "docs/testing.md")]
+    ("name", "page"), [("driver_project", "docs/testing.md"), ("krc4_driver_project", "docs/testing.md")]
 )
 def test_a_page_shows_its_tests(name: str, page: str) -> None:
     assert (EXAMPLES / name / "test_driver.py").read_text() in (SOURCE / page).read_text()

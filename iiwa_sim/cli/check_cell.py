@@ -23,7 +23,7 @@ def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {CHECK_CELL}",
         description="Says what is in a cell, or what is wrong in it.",
-        examples={"examples/table.toml": "what is in the cell of the README"},
+        examples={"examples/table.toml": "a table to probe"},
     )
     parser.add_argument("cell", metavar="CELL.toml", help="the file")
     return parser

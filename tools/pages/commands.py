@@ -51,7 +51,7 @@ def _iiwa() -> Iterable[Page]:
         "Extensions: a driver for the real robot does without": [each for each in commands if each.extension],
     }
     text = "# Commands\n\nThe text protocol, one line for each command and one for each reply. "
-    text += "[How lines are written and read](../../index.md) holds for all of them.\n"
+    text += "[How lines are written and read](../../protocol.md) holds for all of them.\n"
     for title, group in groups.items():
         text += f"\n## {title}\n\n| command | |\n|---|---|\n"
         text += "".join(f"| [`{each.name}`]({slug(each.name)}.md) | {each.summary} |\n" for each in group)

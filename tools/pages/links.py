@@ -18,6 +18,7 @@ TABLES = {
     "protocol/krc4.toml": "reference/messages/index.md",
     "protocol/backdoor.toml": "reference/bench/index.md",
     "protocol/errors.toml": "reference/errors.md",
+    "iiwa_sim/cli/server_options.py": "reference/options.md",
 }
 """What has a page that is written from it."""
 _LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)\s#]+)(#[^)\s]*)?\)")
