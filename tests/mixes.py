@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.dialect.wire.table import Command
 from iiwa_sim.dialect.wire.table_file import load_table
@@ -38,11 +39,11 @@ class AsSeven:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._controller, name)
 
-    def move(self, request: MoveRequest) -> int:
+    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
         if not isinstance(request.target, Frame):
             target, speeds = request.target[: self._count], request.speeds[: self._count]
             request = request._replace(target=target, speeds=speeds)
-        return self._controller.move(request)
+        return self._controller.move(request, when_ended)
 
 
 class Mix:
