@@ -16,7 +16,7 @@ logger = logging.getLogger(__name__)
 _told = Throttle[str](1)
 
 
-def acting(action: Callable[[Any], None]) -> Callable[[Any], None]:
+def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
     """A callback for viser, which calls it in a thread of its own with an event.
 
     Nothing is done at values that the page itself has set, which viser tells, too.

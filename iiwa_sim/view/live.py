@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.page import open_page
-from iiwa_sim.view.pendant import Pendant
+from iiwa_sim.view.panel import Panel
 from iiwa_sim.view.station import Place, Station
 
 FRAME_S = 1.0 / 30.0
@@ -37,7 +37,7 @@ def run_page(
     drawings = [station.describe() for station in stations]
     with ExitStack() as running:
         server = running.enter_context(open_page(listening, token))
-        server.initial_camera.position, server.initial_camera.look_at = (1.6, -1.6, 1.1), (0.25, 0.0, 0.45)
+        server.initial_camera.position, server.initial_camera.look_at = (1.4, -1.3, 1.0), (0.35, 0.1, 0.4)
         server.scene.add_grid(
             "/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, position=(0.0, 0.0, -0.002)
         )
@@ -45,7 +45,7 @@ def run_page(
             station.draw(server.scene, drawing)
             station.start()
             running.callback(station.stop)
-        pendant = Pendant(server.gui, stations[0])
+        panel = running.enter_context(Panel(server, stations[0]))
         opened()
         told = Throttle[str](1)
         while not over.is_set():
@@ -60,7 +60,7 @@ def run_page(
                 with server.atomic():
                     for station in stations:
                         station.frame()
-                    pendant.show()
+                    panel.show()
             except Exception as fault:
                 # A page that fails at a state is worth a line, and the next state a try.
                 if told.count("frame", time.monotonic_ns()) is not None:

@@ -47,17 +47,25 @@ class Pendant:
         self._held_until_s = 0.0
         self._inputs: list[Any] = []
         self._lamps = ""
+        self.tabs: Any = None
+        """Where there is room for more."""
         if station.bench is None:
             gui.add_button(
                 "Stop", color="red", hint="the robot stops, and forgets the moves that wait"
             ).on_click(acting(lambda _: station.stop_moves()))
-            self._readout = Readout(gui, station)
+            self._readout = Readout(gui)
             return
         stop = self._does(lambda _: "emergency stop")
         gui.add_button("Emergency stop", color="red", hint="Ctrl-E, too").on_click(stop)
         gui.add_command("Emergency stop", hotkey="E", modifier="cmd/ctrl").on_trigger(stop)
         self._group("Safety", SAFETY)
-        self._readout = Readout(gui, station)
+        self._readout = Readout(gui)
+        self.tabs = gui.add_tab_group()
+        with self.tabs.add_tab("Pendant"):
+            self._switches()
+
+    def _switches(self) -> None:
+        gui = self._gui
         self._override: Any = gui.add_slider("Override", min=0.0, max=1.0, step=0.01, initial_value=1.0)
         self._override.on_update(self._does(lambda _: f"set override : {float(self._override.value):g}"))
         self._group("Drives", DRIVES)
@@ -82,8 +90,8 @@ class Pendant:
 
     def show(self) -> None:
         """What the newest state says."""
-        self._readout.show()
         station, state = self._station, self._station.state
+        self._readout.show(state, station.told, station.follower.fault or station.fault)
         if state is None or station.bench is None:
             return
         if station.cell and len(self._inputs) != min(len(station.cell["inputs"]), MOST_INPUTS):

@@ -1,10 +1,11 @@
-"""What the robot says of itself, beside the picture: mode, status, error, joints and TCP."""
+"""What the robot says of itself, beside the picture: mode, status, error, joints, TCP and wrench."""
 
 from __future__ import annotations
 
 import html
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
@@ -12,91 +13,86 @@ if TYPE_CHECKING:
     import viser
 
     from iiwa_sim.view.scene import State
-    from iiwa_sim.view.station import Station
 
 EVERY_S = 0.1
-"""Between two changes of the numbers."""
-AT_REST_S = 1.0
-"""The same where nothing but time has changed."""
+"""Time between two changes of the figures (s)."""
 
 _RED = "color:#c92a2a;font-weight:bold"
+_TABLE = "width:100%;border-spacing:0;line-height:1.45"
+_NUMBER = "text-align:right;font-family:monospace;white-space:nowrap"
+_TCP = ("x", "y", "z", "alpha", "beta", "gamma")
+_WRENCH = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
+_HEADS = ("joints (deg)", "TCP (mm, deg)", "force (N, Nm)")
+
+Robot = Mapping[str, Any]
+"""What is known of the arm: `name` and `joints`, the names of its joints; see `get robot` of the backdoor."""
 
 
 class Readout:
-    """Live figures, as HTML: what does not change is not sent."""
+    """Live figures, as HTML; what does not change is not sent."""
 
-    def __init__(self, gui: viser.GuiApi, station: Station) -> None:
-        self._station = station
+    def __init__(self, gui: viser.GuiApi) -> None:
         self._html: Any = gui.add_html("")
         self._next_s = 0.0
         self._before = ""
 
-    def show(self) -> None:
-        """What the newest state says."""
+    def show(self, state: State | None, robot: Robot, fault: str = "") -> None:
+        """The figures of a state, if there is one, below what is wrong, if anything is."""
         now_s = time.monotonic()
         if now_s < self._next_s:
             return
         self._next_s = now_s + EVERY_S
-        station = self._station
-        fault = station.follower.fault or station.fault
-        body = "" if station.state is None else _told(station.state, station.told)
-        said = f"{_warning(fault)}{body}"
+        body = "" if state is None else figures(state, robot)
+        said = (f'<p style="{_RED}">{html.escape(fault)}</p>' if fault else "") + body
         if said != self._before:
             self._before = said
             self._html.content = said
 
 
-def _warning(fault: str) -> str:
-    return f'<p style="{_RED}">{html.escape(fault)}</p>' if fault else ""
-
-
-def _told(state: State, robot: dict[str, Any]) -> str:
+def figures(state: State, robot: Robot) -> str:
+    """A state as HTML."""
     code, reason = state["error"]["code"], state["error"]["reason"]
-    status = state["robot_status"]
-    stopped = "pressed" if status[1] == 1 else "released"
-    error = f"{code} {html.escape(reason)}" if code else "none"
-    in_error = status[5] == 1
+    _, pressed, powered, _, _, in_error, _ = state["robot_status"]
+    error = html.escape(f"{code} {reason}") if code else "none"
     rows = [
         ("robot", html.escape(str(robot.get("name", "")))),
-        ("mode", html.escape(state["mode"])),
-        ("status", html.escape(state["status"])),
-        ("emergency stop", _coloured(stopped, stopped == "pressed")),
-        ("drives", _coloured(*(("on", False) if status[2] == 1 else ("off", True)))),
-        ("error", _coloured(error, in_error)),
-    ]
-    joints = [
-        f"<tr><td>{html.escape(name)}</td>{_cell(degrees(position), 2)}<td>°</td></tr>"
-        for name, position in zip(robot["joints"], state["joint_position"], strict=True)
+        ("mode", html.escape(f"{state['mode']}, {state['status']}")),
+        ("emergency stop", _coloured("pressed", True) if pressed == 1 else "released"),
+        ("drives", "on" if powered == 1 else _coloured("off", True)),
+        ("error", _coloured(error, in_error == 1)),
     ]
     frame = state["tool_frame"]
-    names = ("x", "y", "z", "alpha", "beta", "gamma")
-    values = [*frame[:3], *map(degrees, frame[3:])]
-    force = state["cartesian_force"]
-    tcp = [
-        f"<tr><td>{name}</td>{_cell(value, 2)}<td>{unit}</td></tr>"
-        for name, value, unit in zip(names, values, ("mm",) * 3 + ("°",) * 3, strict=True)
+    columns = [
+        zip(robot["joints"], map(degrees, state["joint_position"]), strict=True),
+        zip(_TCP, [*frame[:3], *map(degrees, frame[3:])], strict=True),
+        zip(_WRENCH, state["cartesian_force"], strict=True),
     ]
-    wrench = [
-        f"<tr><td>{name}</td>{_cell(value, 2)}<td>{unit}</td></tr>"
-        for name, value, unit in zip(
-            ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), force, ("N",) * 3 + ("Nm",) * 3, strict=True
-        )
-    ]
+    heads = "".join(f"<td colspan=2>{head}</td>" for head in _HEADS)
     return (
-        '<div style="font-size:0.8em;padding:0 0.9em">'
-        f'<table style="width:100%">{_rows(rows)}</table>'
-        '<div style="display:flex;flex-wrap:wrap;gap:1em;font-family:monospace">'
-        + "".join(f"<table>{''.join(each)}</table>" for each in (joints, tcp, wrench))
-        + "</div></div>"
+        '<div style="font-size:0.78em;padding:0 0.9em">'
+        f'<table style="{_TABLE}">{_rows(rows)}</table><table style="{_TABLE}">'
+        f"<tr>{heads}</tr>{_figures(columns)}</table></div>"
     )
 
 
+def _figures(columns: Sequence[Any]) -> str:
+    return "".join(
+        f"<tr>{''.join(_pair(*each) if each else '<td></td><td></td>' for each in row)}</tr>"
+        for row in zip_longest(*columns)
+    )
+
+
+def _pair(name: str, value: float) -> str:
+    label = f'<td style="padding-left:0.6em">{html.escape(name)}</td>'
+    return f'{label}<td style="{_NUMBER}">{value + 0.0:.2f}</td>'
+
+
 def _rows(rows: Sequence[tuple[str, str]]) -> str:
-    return "".join(f"<tr><td>{name}</td><td>{value}</td></tr>" for name, value in rows)
-
-
-def _cell(value: float, digits: int) -> str:
-    return f'<td style="text-align:right;min-width:5em">{value + 0.0:.{digits}f}</td>'
+    return "".join(
+        f'<tr><td style="white-space:nowrap;padding-right:0.8em;vertical-align:top">{name}</td>'
+        f'<td style="width:99%">{value}</td></tr>'
+        for name, value in rows
+    )
 
 
 def _coloured(text: str, red: bool) -> str:

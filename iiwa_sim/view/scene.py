@@ -43,6 +43,7 @@ class Scene:
         """`place_m` is where its base stands in the scene."""
         self.drawing = drawing
         self.root = root
+        self.place_m = place_m
         scene.add_frame(root, show_axes=False, position=place_m)
         self._goal: Any = scene.add_frame(f"{root}/goal", show_axes=False, visible=False)
         self.arm = Arm(scene, drawing, f"{root}/arm")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import threading
+from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 LOOKS_S = 0.5
 """Between two questions for what the status lines do not tell: the cell, the clock, the states."""
 FIRST_LINE_S = 5.0
+MOST_SAID = 200
 SAME_PLACE_M = 1e-3
 
 logger = logging.getLogger(__name__)
@@ -68,6 +70,11 @@ class Station:
         self.clock = ""
         """What `get clock` tells."""
         self.states: list[str] = []
+        self.connections: dict[str, str] = {}
+        """What `get connections` tells."""
+        self.said: deque[dict[str, Any]] = deque(maxlen=MOST_SAID)
+        """Lines of the dialogue that have not been shown yet; who shows them takes them out."""
+        self._said_next = 0
         self.fault = ""
         """Why the robot is not reached; empty while it is."""
         self.scene: Scene | None = None
@@ -137,7 +144,11 @@ class Station:
         try:
             return lines.do(line, timeout_s or ANSWER_S)
         finally:
-            self._look.set()  # for what the status lines do not tell, or not yet
+            self.look_now()
+
+    def look_now(self) -> None:
+        """Ask at once for what the status lines do not tell, or not yet."""
+        self._look.set()
 
     def stop_moves(self) -> None:
         """Stop the robot by its status port. Raises Unanswered."""
@@ -217,5 +228,11 @@ class Station:
             self.cell = cell
         self.clock = bench.do("get clock")
         self.states = json.loads(bench.do("get states"))
+        self.connections = json.loads(bench.do("get connections"))
+        said = json.loads(bench.do(f"get dialogue : {self._said_next}"))
+        if said["next"] < self._said_next:  # another simulator is there now
+            said = json.loads(bench.do("get dialogue : 0"))
+        self._said_next = said["next"]
+        self.said.extend(said["lines"])
         if not self.follower.wait(0.0):
             self._asked = json.loads(bench.do("get state"))

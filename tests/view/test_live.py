@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import socket
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -46,6 +47,14 @@ def page_of(simulator: Simulator, backdoor: bool = True) -> Iterator[int]:
 def simulator() -> Iterator[Simulator]:
     with Simulator(status_port=0, backdoor_port=0) as simulator:
         yield simulator
+
+
+def until(condition: Callable[[], bool]) -> None:
+    """Waits for it, as long as a test may."""
+    end_s = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < end_s, "it does not come to that"
+        time.sleep(0.01)
 
 
 def turns(joint: str) -> object:
@@ -104,6 +113,80 @@ def ask(simulator: Simulator, line: str) -> None:
     with socket.create_connection(("127.0.0.1", simulator.backdoor_port), DEADLINE_S) as bench:
         bench.sendall(line.encode() + b"\n")
         assert bench.recv(100) == b"done\r\n"
+
+
+def drag(viewer: Viewer, node: str, phase: str, *end: float, modifier: str | None = None) -> None:
+    """The mouse at a node of the scene, grabbed where it was at the start."""
+    shown = viewer.until(lambda message: message.get("name", "").endswith(node) and "props" in message)
+    viewer.send(
+        type="SceneNodeDragMessage",
+        phase=phase,
+        name=shown["name"],
+        instance_index=None,
+        start_position=(0.6, 0.0, 0.6),
+        start_screen_pos=(0.5, 0.5),
+        end_position=end,
+        end_screen_pos=(0.5, 0.5),
+        button="left",
+        modifier=modifier,
+        owner=shown.get("owner", ""),
+    )
+
+
+def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
+        shows(viewer, "stopped")
+        robot.start_gravity(300.0)
+        shows(viewer, "impedance")
+        drag(viewer, "link_7", "start", 0.6, 0.2, 0.6)
+        drag(viewer, "link_7", "update", 0.6, 0.3, 0.6)
+        viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
+        until(lambda: simulator.joints[0] > 0.05)
+        assert robot.get_cartesian_force()[:3] != (0.0, 0.0, 0.0)
+        drag(viewer, "link_7", "end", 0.6, 0.3, 0.6)
+        until(lambda: abs(simulator.joints[0]) < 0.01)
+        assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6)
+
+
+def test_a_viewer_that_vanishes_while_it_pulls_lets_go(simulator: Simulator) -> None:
+    with page_of(simulator) as port:
+        with viewing(port) as viewer:
+            shows(viewer, "stopped")
+            drag(viewer, "link_3", "start", 0.6, 0.3, 0.6)
+            until(lambda: any(simulator.state().joint_torque))
+        until(lambda: not any(simulator.state().joint_torque))
+
+
+def test_a_surface_is_dragged_elsewhere(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer:
+        ask(simulator, "add sphere : ball 600 -300 50 0 0 0 50 1e4 0 0")
+        viewer.until(lambda message: message["type"] == "IcosphereMessage" and "/cell/" in message["name"])
+        viewer.until(
+            lambda message: message["type"] == "SetSceneNodeDragBindingsMessage" and "/cell/" in str(message)
+        )
+        for phase, x in (("start", 0.6), ("update", 0.65), ("end", 0.7)):
+            drag(viewer, "/cell/1", phase, x, 0.0, 0.6, modifier="shift")
+        until(lambda: simulator.backdoor.cell().surfaces[0]["x_mm"] == pytest.approx(700.0))
+
+
+def test_a_command_is_typed_and_its_lost_reply_found_in_the_dialogue(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer:
+        shows(viewer, "stopped")
+        types(viewer, "Command", "lin move : 1 2")
+        shows(viewer, "lin move : 1 2", "3040 lin move takes", "#c92a2a")
+        viewer.clicks("What happens", "garbled")
+        viewer.clicks("Set")
+        until(lambda: bool(simulator.call(lambda: simulator.backdoor._wire._rules)))
+        types(viewer, "Command", "get status")
+        shows(viewer, "get status", "stopped", "~")
+
+
+def types(viewer: Viewer, label: str, text: str) -> None:
+    """Writes a line into a form, and Enter."""
+    uuid = viewer.labelled(label)
+    viewer.clicks(label, text)
+    form = viewer.until(lambda message: message.get("uuid") == uuid)["container_uuid"]
+    viewer.send(type="GuiFormSubmitMessage", uuid=form)
 
 
 def test_without_a_backdoor_it_finds_the_robot_and_can_stop_it(simulator: Simulator) -> None:

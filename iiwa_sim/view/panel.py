@@ -1,0 +1,84 @@
+"""The panel beside the picture: pendant, dialogue, faults, put together for one robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from iiwa_sim.view.acting import acting
+from iiwa_sim.view.dialogue import DialogueList
+from iiwa_sim.view.faults import Faults
+from iiwa_sim.view.pendant import Pendant
+from iiwa_sim.view.pushing import Pushing
+from iiwa_sim.view.surface_drags import SurfaceDrags
+
+if TYPE_CHECKING:
+    import viser
+
+    from iiwa_sim.view.station import Station
+
+
+class Panel:
+    """All that one can read and do at a robot. Use it as a context, in which it pushes."""
+
+    def __init__(self, server: viser.ViserServer, station: Station) -> None:
+        gui = server.gui
+        self._station = station
+        self._pendant = Pendant(gui, station)
+        self._dialogue: DialogueList | None = None
+        self._faults: Faults | None = None
+        self._pushing: Pushing | None = None
+        self._surfaces: SurfaceDrags | None = None
+        if station.bench is None:
+            return
+        tabs = self._pendant.tabs
+        with tabs.add_tab("Push"):
+            self._pushing = Pushing(server, station)
+            gui.add_markdown("Drag the arm: a spring pulls at it. Drag surfaces with Shift.")
+        self._surfaces = SurfaceDrags(station)
+        with tabs.add_tab("Dialogue"):
+            if station.driver is not None:
+                self._add_command(gui)
+            self._dialogue = DialogueList(gui)
+        with tabs.add_tab("Faults"):
+            self._faults = Faults(gui, station)
+
+    def __enter__(self) -> Panel:
+        if self._pushing is not None:
+            self._pushing.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._pushing is not None:
+            self._pushing.stop()
+
+    def show(self) -> None:
+        """What the newest state says, and what was said."""
+        self._pendant.show()
+        if self._pushing is not None:
+            self._pushing.show()
+        if self._surfaces is not None:
+            self._surfaces.show()
+        if self._faults is not None:
+            self._faults.show()
+        if self._dialogue is not None:
+            said = []
+            while self._station.said:
+                said.append(self._station.said.popleft())
+            self._dialogue.add(said)
+            self._dialogue.show()
+
+    def _add_command(self, gui: viser.GuiApi) -> None:
+        station = self._station
+        with gui.add_form(None) as form:
+            command: Any = gui.add_text(
+                "Command", "", hint="as on the wire, such as get status; Enter sends it"
+            )
+
+        def send(_event: Any) -> None:
+            assert station.driver is not None
+            line = " ".join(command.value.split())
+            if line:
+                station.driver.ask(line)
+                station.look_now()
+
+        form.on_submit(acting(send))
