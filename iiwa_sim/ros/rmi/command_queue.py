@@ -135,7 +135,7 @@ class CommandQueue:
     def _end(self, command: _Command, code: int, information: str) -> None:
         if command.result is not None:
             return
-        if code == SUCCESS and command.move is not None and command.move.note:
+        if command.move is not None and command.move.note:
             information = f"{information}; {command.move.note}" if information else command.move.note
         command.end(code, information)
         if code != SUCCESS:

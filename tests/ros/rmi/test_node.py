@@ -11,6 +11,7 @@ import pytest
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, SUCCESS
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame
+from iiwa_sim.robot.nearest import OUT_OF_REACH
 from iiwa_sim.ros.rmi.definitions import message, service, type_of
 from iiwa_sim.ros.rmi.node import PUBLISHED, BadMessage
 from tests.asked import joint_move
@@ -132,6 +133,17 @@ def test_a_pose_in_a_reference_frame(robot: RosRobot) -> None:
     expected = Frame(400.0, 100.0, 600.0, 0.5, 3.1, 0.0).to_transform()
     assert reached.translation == pytest.approx(expected.translation)
     assert reached.rotation == pytest.approx(expected.rotation, abs=1e-9)
+
+
+def test_a_pose_in_a_reference_frame_that_cannot_be_reached_is_told_with_the_frame(robot: RosRobot) -> None:
+    pose = [0.0, 0.0, 0.1, 0.0, 3.1, 0.0]
+    frame = {"x": 4.0, "y": 0.1, "z": 0.5, "alpha": 0.0, "beta": 0.0, "gamma": 0.0}
+    fields = {"pose_reference": "table", "pose_reference_frame": frame}
+    robot.gets(command(1, "PTP", "EULER_INTRINSIC_ZYX", pose, **fields))
+    robot.runs_until_results(1)
+    assert robot.results == [(1, OUT_OF_REACH)]
+    assert robot.words[0].startswith("the TCP at 4000.0 100.0 600.0 mm is out of reach")
+    assert robot.words[0].endswith("; pose_reference 'table' was applied")
 
 
 @pytest.mark.requirement("FRC021")
