@@ -32,8 +32,15 @@ class NeverWaiting:
         self._lines: deque[bytes] = deque()
         self._waiting_bytes = 0  # bytes of the lines, and of what is being written
         self._lost = 0
+        self._writing = 0  # lines that the thread is writing
         self._closed = False
         self._thread: threading.Thread | None = None
+
+    @property
+    def untold(self) -> int:
+        """Lines that are not written, dropped or waiting, and that no written line counts."""
+        with self._changed:
+            return self._lost + self._writing + len(self._lines)
 
     def put(self, line: bytes) -> None:
         """Queue a line with its end."""
@@ -81,9 +88,11 @@ class NeverWaiting:
                 while self._lines and size + len(self._lines[0]) <= AT_ONCE_BYTES:
                     lines.append(self._lines.popleft())
                     size += len(lines[-1])
+                self._writing = len(lines)
             fault = written(self._descriptor, b"".join(lines))
             with self._changed:
                 self._waiting_bytes -= size
+                self._writing = 0
                 if fault is not None:
                     self.fault = fault
                     self._lost += len(lines)

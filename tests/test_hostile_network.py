@@ -92,21 +92,31 @@ def fifo(folder: Path) -> Iterator[Path]:
     yield path
 
 
-def drives_and_ends(*options: str, stderr: int | None = None) -> None:
-    """For long enough that all buffers are full, and then SIGTERM."""
+def drives_and_ends(*options: str, stderr: int | None = None) -> str:
+    """For long enough that all buffers are full, and then SIGTERM; gives what it wrote to stderr."""
     with running(*options, **({} if stderr is None else {"stderr": stderr})) as simulator:
         with Iiwa("127.0.0.1", simulator.port) as robot:
             for _ in range(6000):
                 assert robot.get_mode() == "unknown"
             robot.joint_move([0.1, 0.5, 0, -1.0, 0, 1.5, 0], [1.0] * 7)
             robot.wait_until_stopped(DEADLINE_S)
-        simulator.process.send_signal(signal.SIGTERM)
-        assert simulator.process.wait(DEADLINE_S) == 0
+        if stderr is None:
+            code, said = simulator.ends(signal.SIGTERM)
+        else:
+            simulator.process.send_signal(signal.SIGTERM)
+            code, said = simulator.process.wait(DEADLINE_S), ""
+        assert code == 0
+        return said
 
 
-def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing(tmp_path: Path) -> None:
+def test_a_transcript_to_a_fifo_that_nobody_reads_stops_nothing_and_what_is_lost_is_counted(
+    tmp_path: Path,
+) -> None:
     with fifo(tmp_path) as path:
-        drives_and_ends("--transcript", str(path))
+        said = drives_and_ends("--transcript", str(path))
+    told = re.search(rf"{re.escape(str(path))}: the last (\d+) lines are lost: nobody read them", said)
+    assert told is not None, said
+    assert 6000 < int(told[1]) < 20_000, "of two for each command the system holds some hundred"
 
 
 def test_a_log_to_a_terminal_that_is_stopped_stops_nothing() -> None:

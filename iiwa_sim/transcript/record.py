@@ -73,6 +73,8 @@ class Recorder:
         written = self._out.close()
         if self._out.fault is not None and not self._broken:
             self._break(self._out.fault)
+        elif untold := self._out.untold:
+            logger.warning("%s: the last %d lines are lost: nobody read them", self._path, untold)
         if written:  # otherwise the thread that waits for the file still uses it
             os.close(self._descriptor)
 
