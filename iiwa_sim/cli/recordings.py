@@ -9,6 +9,7 @@ from iiwa_sim.wording import harmless
 
 if TYPE_CHECKING:
     from iiwa_sim.recordings.read import Recorded
+    from iiwa_sim.recordings.timeline import Timeline
 
 SUFFIX = ".mcap"
 
@@ -25,7 +26,7 @@ def opened(path: Path) -> "Recorded":
     return Recorded(path)
 
 
-def tell_cut(recorded: "Recorded") -> None:
+def tell_cut(recorded: "Recorded | Timeline") -> None:
     """Say so where a recording that has been read has lost its end."""
     if recorded.cut:
         print(

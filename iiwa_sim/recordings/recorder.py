@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from iiwa_sim.backdoor.described import DescribedCell, described_cell
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
@@ -17,7 +18,7 @@ from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.mcap_file import Head, McapFile
 from iiwa_sim.recordings.scene import Arm, stamp
-from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, LOG, SCENE, STATE
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, LOG, SCENE, STATE
 from iiwa_sim.recordings.state import state_line
 from iiwa_sim.recordings.views import Views
 from iiwa_sim.recordings.watch import Event, Watch
@@ -211,7 +212,9 @@ class Recorder:
         self._surfaces = list(world.surfaces.values())
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
         scene = self._arm.scene(self._log_ns(tick), self._surfaces, radius_m)
-        self._put(SCENE, scene, tick, time.time_ns())
+        real_ns = time.time_ns()
+        self._put(SCENE, scene, tick, real_ns)
+        self._put(CELL, described_cell(self._controller), tick, real_ns)
 
     def _logged(self, event: Event) -> dict[str, Any]:
         words = [event.kind, f"{event.move}" if event.move else "", f"({event.code})" if event.code else ""]
@@ -225,7 +228,7 @@ class Recorder:
             "line": 0,
         }
 
-    def _put(self, topic: str, content: Mapping[str, Any], tick: int, real_ns: int) -> None:
+    def _put(self, topic: str, content: Mapping[str, Any] | DescribedCell, tick: int, real_ns: int) -> None:
         message = Message(topic, self._encode(content), self._log_ns(tick), real_ns)
         self._out.put(message, can_wait=self._in_haste())
 

@@ -18,6 +18,7 @@ EVENTS = "/events"
 LOG = "/log"
 FRAMES = "/tf"
 SCENE = "/scene"
+CELL = "/cell"
 JOINTS = "/joint_states"
 WRENCH = "/wrench"
 
@@ -149,6 +150,30 @@ _EVENT = _object(
         "description": "where a move that begins ends: the TCP in the base, as in /state",
     },
 )
+_SURFACE = _object(
+    "",
+    ("size_mm", "radius_mm", "length_mm"),
+    shape=_said("string", "plane, box, sphere or cylinder"),
+    name=_TEXT,
+    x_mm=_NUMBER,
+    y_mm=_NUMBER,
+    z_mm=_NUMBER,
+    alpha=_said("number", "rad, as beta and gamma"),
+    beta=_NUMBER,
+    gamma=_NUMBER,
+    stiffness_n_per_m=_NUMBER,
+    damping_s_per_m=_NUMBER,
+    friction=_NUMBER,
+    size_mm={**_list(_NUMBER), "description": "of a box"},
+    radius_mm=_said("number", "of a sphere or a cylinder"),
+    length_mm=_said("number", "of a cylinder"),
+)
+_CELL = _object(
+    contact_radius_mm=_said("number", "of the sphere round the TCP that touches surfaces"),
+    inputs={**_list(_TEXT), "description": "names, from number 1 on"},
+    outputs={**_list(_TEXT), "description": "names, from number 1 on"},
+    surfaces=_list(_SURFACE),
+)
 _WRENCH = _object(
     timestamp=_TIME,
     frame_id=_TEXT,
@@ -209,4 +234,5 @@ def channels() -> list[Channel]:
             _object("foxglove.JointStates", timestamp=_TIME, joints=_list(_JOINT)),
         ),
         Channel(WRENCH, "iiwa_sim.Wrench", _WRENCH),
+        Channel(CELL, "iiwa_sim.Cell", _CELL),
     ]

@@ -13,13 +13,14 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import DAMAGED, LARGEST_RECORD, Head, Recorded
-from iiwa_sim.recordings.schemas import DIALOGUE, EVENTS, SCENE, STATE
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, SCENE, STATE
 
 CHUNKS_KEPT = 512
 """Decoded, at a time: about a minute of a robot at 500 Hz, some 50 MB."""
 _SLACK_NS = 1000  # of times told in seconds; a tick takes a thousand times that
 
 Content = dict[str, Any]
+NO_CELL: Content = {"contact_radius_mm": 0.0, "inputs": [], "outputs": [], "surfaces": []}
 
 
 class _Chunk(NamedTuple):
@@ -95,6 +96,11 @@ class Timeline:
     def scene_at(self, time_s: float) -> Content:
         """The foxglove.SceneUpdate that holds at an instant: arm, surfaces, sphere round the TCP."""
         found = next(self._backwards(SCENE, time_s), None) or next(self._forwards(SCENE), (0, {}))
+        return found[1]
+
+    def cell_at(self, time_s: float) -> Content:
+        """What was round the robot at an instant, with the keys and units of a cell.toml."""
+        found = next(self._backwards(CELL, time_s), None) or next(self._forwards(CELL), (0, NO_CELL))
         return found[1]
 
     def _last(self, topic: str, time_s: float, count: int) -> list[Content]:

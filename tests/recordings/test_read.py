@@ -16,6 +16,7 @@ from mcap.writer import Writer
 
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.schemas import channels
 from tests.recordings.recorded import FAR, Robot
 
 
@@ -52,7 +53,7 @@ def messages_in(data: bytes) -> tuple[int, bool]:
         path = Path(folder, "a.mcap")
         path.write_bytes(data)
         recorded = Recorded(path)
-        topics = ("/state", "/dialogue", "/events", "/log", "/tf", "/scene", "/joint_states", "/wrench")
+        topics = [channel.topic for channel in channels()]
         count = sum(1 for _ in recorded.messages(topics))
         return count, recorded.cut
 

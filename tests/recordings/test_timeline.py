@@ -79,6 +79,9 @@ def test_the_scene_is_the_one_that_held_then(run: Path) -> None:
     )
     assert after == before | {"surface box"}
     assert "iiwa_link_7" in before
+    assert timeline.cell_at(timeline.start_s)["surfaces"] == []
+    (box,) = timeline.cell_at(timeline.end_s)["surfaces"]
+    assert (box["shape"], box["name"], box["size_mm"]) == ("box", "box", pytest.approx([10.0, 20.0, 30.0]))
     assert timeline.scene_at(-1.0) == timeline.scene_at(timeline.start_s)
 
 
