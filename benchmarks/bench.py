@@ -49,7 +49,7 @@ PARTS = {
     "replies": Part(replies.measure, gated=True),
     "moves": Part(moves.measure, gated=False),
     "core": Part(core.measure, gated=True),
-    "start": Part(start.measure, gated=False),
+    "start": Part(start.measure, gated=True, of_gate=start.gate),
     "beginnings": Part(beginnings.measure, gated=True),
     "durations": Part(durations.measure, gated=True),
     "chains": Part(chains.measure, gated=True),

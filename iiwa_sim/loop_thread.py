@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import os
 import sys
-import sysconfig
 import threading
 import traceback
 from collections.abc import Callable, Coroutine
@@ -12,7 +11,6 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-STANDARD_LIBRARY = sysconfig.get_path("stdlib")
 CLOSED = "the loop is closed"
 ELSEWHERE = "the loop runs in the process that this one was forked from"
 
@@ -100,8 +98,10 @@ class LoopThread:
         if frame is None:
             return "nothing: it has ended"
         stack = traceback.extract_stack(frame)
-        own = str(Path(__file__).parent)
-        theirs = [line for line in stack if not line.filename.startswith((own, STANDARD_LIBRARY))]
+        import sysconfig  # late: it takes some ms, for a message that is hardly ever needed
+
+        own, standard_library = str(Path(__file__).parent), sysconfig.get_path("stdlib")
+        theirs = [line for line in stack if not line.filename.startswith((own, standard_library))]
         line = theirs[-1] if theirs else stack[-1]
         return f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
 

@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
-from importlib import metadata
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -448,6 +447,8 @@ class Simulator(LoopOrThread):
         )
 
     def _recording(self, path: Path) -> Recorder:
+        from importlib import metadata
+
         title = f"{self.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
         return Recorder(path, self.dialogue, self.clock.tick_s, title, list(self._servers))
 

@@ -5,6 +5,7 @@ where a check fails; 2, with one line on stderr, for options, a cell, a robot, a
 that cannot be used, and for refused commands of a picture.
 """
 
+import gc
 import signal
 import sys
 from collections.abc import Sequence
@@ -32,6 +33,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         one_thread()
         if name in (SERVE, BRIDGE):
             end_while_loading()
+        if name == SERVE:
+            gc.disable()  # objects made during the start are long-lived; enabled when the robots listen
     try:
         # Only the subcommand is imported: others may need an extra, and importing all takes time.
         code: int = import_module(module_of(name)).run(given)

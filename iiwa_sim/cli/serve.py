@@ -7,7 +7,6 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import AsyncExitStack
-from importlib import metadata
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -36,6 +35,8 @@ logger = logging.getLogger(__name__)
 def run(given: Sequence[str]) -> int:
     options = parsed(given, os.environ)
     if options.version:
+        from importlib import metadata
+
         say(f"iiwa-sim {metadata.version('iiwa-sim')}\n")
         return 0
     robots = robots_of(server_parser(), options)
@@ -45,7 +46,6 @@ def run(given: Sequence[str]) -> int:
         logger.warning("the environment variable %s is no option of iiwa-sim: see iiwa-sim --help", name)
     if len(robots) > 1:
         allow_descriptors(len(robots), descriptors_of(robots))
-    gc.disable()  # objects made during the start are long-lived
     asyncio.run(_serve(robots))
     return 0
 

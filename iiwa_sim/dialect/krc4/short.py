@@ -8,7 +8,7 @@ escaped: `\x43md`.
 
 import re
 from collections.abc import Sequence
-from xml.sax.saxutils import escape
+from html import escape
 
 from iiwa_sim.dialect.krc4.stream import XML_BLANKS, Element
 from iiwa_sim.dialect.krc4.table import REPLY, REQUEST
@@ -76,7 +76,7 @@ def from_short(line: str) -> Element:
 
 def to_xml(element: Element) -> bytes:
     """The message as XML bytes, with its values as elements."""
-    body = "".join(f"<{name}>{escape(value)}</{name}>" for name, value in element.values.items())
+    body = "".join(f"<{name}>{escape(value, quote=False)}</{name}>" for name, value in element.values.items())
     return f"<{element.name}>{body}</{element.name}>".encode()
 
 
