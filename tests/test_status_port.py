@@ -127,7 +127,7 @@ async def test_a_reader_that_goes_stops_nothing(
     assert await driver.moves(scene.far) == 0
     await next_state(reader)
     reader.vanishes()
-    await until(lambda: not simulator._status.readers)
+    await until(lambda: not simulator._status.connections)
     assert await driver.moving()
 
 
@@ -171,7 +171,7 @@ async def test_stuck_readers_delay_neither_replies_nor_ticks_nor_others() -> Non
         readers = [await Client.connect(simulator.status_port) for _ in range(7)]
         client = await Client.connect(simulator.port)
         assert await client.ask(FAR) == "done"
-        held = simulator._status.readers
+        held = simulator._status.connections
         await until(lambda: sum(r._transport.get_write_buffer_size() > 0 for r in held) == len(stuck))
         last = [0] * len(readers)
         for _ in range(100):

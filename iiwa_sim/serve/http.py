@@ -13,7 +13,8 @@ from typing import NamedTuple
 import h11
 
 from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
+from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.server import Server
 from iiwa_sim.serve.socket_options import find_out
 
 LONGEST_BODY = 65_536
@@ -61,7 +62,7 @@ class HttpAnswer(NamedTuple):
 Answer = Callable[[HttpRequest], "HttpAnswer | asyncio.Task[HttpAnswer]"]
 
 
-class HttpServer:
+class HttpServer(Server["Connection"]):
     """Answers all requests to `host`:`port`; port 0 picks a free one."""
 
     def __init__(self, answer: Answer, host: str, port: int, *, budget: Budget | None = None) -> None:
@@ -70,38 +71,8 @@ class HttpServer:
 
         `budget` may be shared with other servers of the loop.
         """
+        super().__init__(lambda: Connection(self), host, port, budget)
         self.answer = answer
-        self.budget = budget or Budget()
-        self.connections: set[Connection] = set()
-        self._asked = (host, port)
-        self._acceptor: Acceptor | None = None
-
-    async def start(self) -> None:
-        """Start listening. Raises ListenFault."""
-        self._acceptor = await listen(lambda: Connection(self), *self._asked)
-
-    @property
-    def listening(self) -> bool:
-        return self._acceptor is not None
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._acceptor is None:
-            raise RuntimeError("the server does not listen")
-        return self._acceptor.address
-
-    async def close(self) -> None:
-        """Stop listening and close every connection after its answers have been passed to the system."""
-        if self._acceptor is None:
-            return
-        self._acceptor.close()
-        self._acceptor = None
-        gone = [connection.gone for connection in self.connections]
-        for connection in list(self.connections):
-            connection.close()
-        if gone:
-            await asyncio.wait(gone)
 
 
 class Connection(asyncio.Protocol):

@@ -12,7 +12,8 @@ from iiwa_sim.dialect.session import Session
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.far_end import FarEnds, far_end
 from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
-from iiwa_sim.serve.listening import Acceptor, listen, peer_of, why
+from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.server import Server
 
 RECEIVE_BYTES = 1024
 """Bytes read from a reader at once: small, so that a reader that floods is handled between ticks."""
@@ -33,7 +34,7 @@ DEFAULT_RATE_HZ = 50
 logger = logging.getLogger(__name__)
 
 
-class StatusStream:
+class StatusStream(Server["Reader"]):
     """Sends `line()` to every connection to `host`:`port`, `rate_hz` times per second of simulated time.
 
     Sending times are counted in ticks (`tick_rate_hz` per second), so lines show the same instants however
@@ -64,12 +65,11 @@ class StatusStream:
         if not MIN_RATE_HZ <= rate_hz <= most_hz:
             ticks = f", one line per tick at {tick_rate_hz} Hz" if most_hz == tick_rate_hz else ""
             raise ValueError(f"status_rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {most_hz}{ticks}")
+        super().__init__(lambda: Reader(self), host, port, budget)
         self.open_session = open_session
         self.on_reader = on_reader
-        self.budget = budget or Budget()
         self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared by all readers: read and emptied at once
         self.newest = b""
-        self.readers: set[Reader] = set()
         self.far_ends = FarEnds()
         self.most_unread = ceil(rate_hz * UNREAD_MS / 1000)
         """Lines."""
@@ -78,24 +78,11 @@ class StatusStream:
         self._tick_rate_hz = tick_rate_hz
         self.send_bytes = min(MOST_SEND_BYTES, max(SEND_BYTES, SEND_BYTES * rate_hz // DEFAULT_RATE_HZ))
         self._due = 0  # in units of 1 / tick_rate_hz of a line
-        self._asked = (host, port)
-        self._acceptor: Acceptor | None = None
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault."""
-        self._acceptor = await listen(lambda: Reader(self), *self._asked)
+        await super().start()
         self.far_ends.open()
-
-    @property
-    def listening(self) -> bool:
-        return self._acceptor is not None
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._acceptor is None:
-            raise RuntimeError("the stream does not listen")
-        return self._acceptor.address
 
     def tick(self) -> None:
         """Notice that a tick has been made; send a line if one is due."""
@@ -111,7 +98,7 @@ class StatusStream:
     @property
     def watching(self) -> bool:
         """Whether there are readers, who are sent lines in time."""
-        return bool(self.readers)
+        return bool(self.connections)
 
     @property
     def has_commands(self) -> bool:
@@ -120,19 +107,11 @@ class StatusStream:
 
     async def close(self) -> None:
         """Stop listening and close every connection."""
-        if self._acceptor is None:
-            return
-        self._acceptor.close()
-        self._acceptor = None
         self.far_ends.close()
-        gone = [reader.gone for reader in self.readers]
-        for reader in list(self.readers):
-            reader.close()
-        if gone:
-            await asyncio.wait(gone)
+        await super().close()
 
     def _broadcast(self) -> None:
-        ready = [reader for reader in self.readers if reader.ready and not reader.lags()]
+        ready = [reader for reader in self.connections if reader.ready and not reader.lags()]
         if ready:
             self.newest = self._line()
             for reader in ready:
@@ -170,7 +149,7 @@ class Reader(asyncio.BufferedProtocol):
         self._far_end = far_end(transport.get_extra_info("socket"))  # None where it cannot be asked about
         self._session = self._stream.open_session(self._name)
         self._stream.on_reader()
-        self._stream.readers.add(self)
+        self._stream.connections.add(self)
         logger.info("%s connected", self._name, extra=self._mark)
         if not self._stream.listening:  # accepted while the stream closed
             self.close()
@@ -197,7 +176,7 @@ class Reader(asyncio.BufferedProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._share.leave()
-        self._stream.readers.discard(self)
+        self._stream.connections.discard(self)
         self.gone.set_result(None)
         logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
 

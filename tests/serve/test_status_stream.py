@@ -72,25 +72,25 @@ class Streaming:
 
     async def connect(self) -> Client:
         """A reader that is served."""
-        count = len(self.stream.readers)
+        count = len(self.stream.connections)
         self._clients.append(await Client.connect(self.stream.address[1]))
-        await until(lambda: len(self.stream.readers) == count + 1)
+        await until(lambda: len(self.stream.connections) == count + 1)
         return self._clients[-1]
 
     async def connect_silently(self) -> socket.socket:
         """A reader that reads only when it is told to, and a small buffer."""
-        count = len(self.stream.readers)
+        count = len(self.stream.connections)
         silent = socket.socket()
         self._sockets.append(silent)
         silent.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         silent.connect(self.stream.address)
         silent.setblocking(False)
-        await until(lambda: len(self.stream.readers) == count + 1)
+        await until(lambda: len(self.stream.connections) == count + 1)
         return silent
 
     def held(self) -> int:
         """Bytes that wait in the process, for all readers together."""
-        return sum(reader._transport.get_write_buffer_size() for reader in self.stream.readers)
+        return sum(reader._transport.get_write_buffer_size() for reader in self.stream.connections)
 
     async def close(self) -> None:
         await self.stream.close()
@@ -190,7 +190,7 @@ async def test_a_slow_reader_of_this_machine_gets_few_old_lines_and_then_the_new
         pytest.skip("this system does not tell what the other end of a connection has read")
     async with streaming(rate_hz) as served:
         reader, slow = await served.connect(), socket.create_connection(served.stream.address, DEADLINE_S)
-        await until(lambda: len(served.stream.readers) == 2)
+        await until(lambda: len(served.stream.connections) == 2)
         slow.settimeout(DEADLINE_S)
         with slow, slow.makefile("rb") as lines:
             for _ in range(2):  # who was slow once may be so again
@@ -218,7 +218,7 @@ async def test_a_reader_of_this_machine_that_keeps_up_misses_no_line() -> None:
 async def test_of_the_past_our_system_is_asked_to_hold_little(rate_hz: int, most_bytes: int) -> None:
     async with streaming(rate_hz) as served:
         await served.connect()
-        (reader,) = served.stream.readers
+        (reader,) = served.stream.connections
         held = reader._transport.get_extra_info("socket").getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF)
         assert held <= 2 * most_bytes, "Linux doubles what it is asked for"
 
@@ -287,7 +287,7 @@ async def test_readers_come_and_go(how: str, caplog: pytest.LogCaptureFixture) -
                 goes.vanishes()
             before = served.made
             async with asyncio.timeout(DEADLINE_S):
-                while len(served.stream.readers) > 1:
+                while len(served.stream.connections) > 1:
                     served.stream.tick()
                     assert await number(stays) == served.made
             served.made = k
@@ -299,7 +299,7 @@ async def test_a_fault_in_a_session_costs_that_reader_only(caplog: pytest.LogCap
     async with streaming(500) as served:
         other, reader = await served.connect(), await served.connect()
         reader.send(b"fault\n")
-        await until(lambda: len(served.stream.readers) == 1)
+        await until(lambda: len(served.stream.connections) == 1)
         served.stream.tick()
         assert await number(other) == 1
         assert "ZeroDivisionError" in caplog.text
@@ -314,7 +314,7 @@ async def test_closing_ends_every_connection_stuck_ones_too() -> None:
             await number(reader)
         await served.stream.close()
         assert await reader.rest() == b""
-        assert not served.stream.readers
+        assert not served.stream.connections
         with pytest.raises(ConnectionRefusedError):
             await Client.connect(address[1])
         served.stream.tick()

@@ -204,7 +204,7 @@ def test_without_a_backdoor_it_finds_the_robot_and_can_stop_it(simulator: Simula
 
 def test_nobody_looking_costs_the_robot_nothing(simulator: Simulator) -> None:
     with page_of(simulator):
-        assert simulator.call(lambda: len(simulator._status.readers)) == 0  # type: ignore[union-attr]
+        assert simulator.call(lambda: len(simulator._status.connections)) == 0  # type: ignore[union-attr]
 
 
 @pytest.mark.parametrize("backdoor", [True, False])

@@ -6,7 +6,6 @@ including pings and the messages of its topics, is charged to the shared budget.
 
 import asyncio
 import logging
-import socket
 import time
 from collections import deque
 from collections.abc import Callable
@@ -18,7 +17,8 @@ from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.listening import Acceptor, open_listener, peer_of, why
+from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.server import Server
 from iiwa_sim.serve.socket_options import find_out
 from iiwa_sim.serve.web_access import WebAccess
 
@@ -68,7 +68,7 @@ class ClientSession(Protocol):
         """Notice that the client has gone."""
 
 
-class RosbridgeServer:
+class RosbridgeServer(Server["Connection"]):
     """Serves every connection to `host`:`port` that has access, whatever path it asks for."""
 
     def __init__(
@@ -85,43 +85,11 @@ class RosbridgeServer:
 
         `on_heard` is called after messages. `budget` may be shared with other servers of the loop.
         """
+        super().__init__(lambda: Connection(self), host, port, budget, SYSTEM_BYTES)
         self.open_session = open_session
         self.on_heard = on_heard
-        self.budget = budget or Budget()
         self.access = access or WebAccess()
         self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared: read and emptied at once
-        self.connections: set[Connection] = set()
-        self._asked = (host, port)
-        self._acceptor: Acceptor | None = None
-
-    async def start(self) -> None:
-        """Start listening. Raises ListenFault."""
-        listener = await open_listener(*self._asked)
-        for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # for the connections as well
-            listener.setsockopt(socket.SOL_SOCKET, which, SYSTEM_BYTES)
-        self._acceptor = Acceptor(listener, lambda: Connection(self))
-
-    @property
-    def listening(self) -> bool:
-        return self._acceptor is not None
-
-    @property
-    def address(self) -> tuple[str, int]:
-        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
-        if self._acceptor is None:
-            raise RuntimeError("the server does not listen")
-        return self._acceptor.address
-
-    async def close(self) -> None:
-        """Stop listening and close every connection; takes little more than CLOSING_S at most."""
-        if self._acceptor is None:
-            return
-        self._acceptor.close()
-        self._acceptor = None
-        for connection in list(self.connections):
-            connection.close()
-        if gone := [connection.gone for connection in self.connections]:
-            await asyncio.wait(gone)
 
 
 class Connection(asyncio.BufferedProtocol):

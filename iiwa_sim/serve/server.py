@@ -1,0 +1,74 @@
+"""What the servers of a port share: they listen from `start` to `close`, and know their connections."""
+
+import asyncio
+import socket
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar
+
+from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.listening import Acceptor, open_listener
+
+
+class OpenConnection(Protocol):
+    """A connection as its server sees it. It adds itself to the server's connections, and removes itself."""
+
+    gone: asyncio.Future[None]
+    """Done once the connection is."""
+
+    def close(self) -> None:
+        """Close, at once or soon."""
+
+
+C = TypeVar("C", bound=OpenConnection)
+
+
+class Server(Generic[C]):
+    """Listens on `host`:`port`; port 0 picks a free one."""
+
+    def __init__(
+        self,
+        open_connection: Callable[[], asyncio.BaseProtocol],
+        host: str,
+        port: int,
+        budget: Budget | None,
+        system_bytes: int | None = None,
+    ) -> None:
+        """`budget` may be shared with other servers of the loop. `system_bytes` are those that the system is
+        asked to hold each way for a connection, None for what it usually does."""
+        self.budget = budget or Budget()
+        self.connections: set[C] = set()
+        self._open_connection = open_connection
+        self._asked = (host, port)
+        self._system_bytes = system_bytes
+        self._acceptor: Acceptor | None = None
+
+    async def start(self) -> None:
+        """Start listening. Raises ListenFault."""
+        listener = await open_listener(*self._asked)
+        if self._system_bytes is not None:
+            for which in (socket.SO_RCVBUF, socket.SO_SNDBUF):  # for the connections as well
+                listener.setsockopt(socket.SOL_SOCKET, which, self._system_bytes)
+        self._acceptor = Acceptor(listener, self._open_connection)
+
+    @property
+    def listening(self) -> bool:
+        return self._acceptor is not None
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """Host and port listened on. Raises RuntimeError before `start` and after `close`."""
+        if self._acceptor is None:
+            raise RuntimeError("the server does not listen")
+        return self._acceptor.address
+
+    async def close(self) -> None:
+        """Stop listening, close every connection, and wait until all have gone."""
+        if self._acceptor is None:
+            return
+        self._acceptor.close()
+        self._acceptor = None
+        gone = [connection.gone for connection in self.connections]
+        for connection in list(self.connections):
+            connection.close()
+        if gone:
+            await asyncio.wait(gone)
