@@ -64,7 +64,7 @@ OPENING = (
         (OPENING.replace(b"Host: 127.0.0.1", b"Host: evil.example"), b"403", "the host 'evil.example'"),
         (b"GET / HTTP/1.1\r\n\r\n", b"403", "0 headers Host: expected one"),
         (b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n", b"426", "Connection"),
-        (b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n", None, "(request body|HTTP method)"),
+        (b"POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n", None, "request body|method"),
         (b"hello\r\n", None, "HTTP request line"),
     ],
 )
@@ -87,7 +87,7 @@ async def test_what_opens_no_websocket_is_refused_in_one_line(
     await server.close()
     assert answer.split()[1:2] == ([] if status is None else [status])
     assert len(caplog.records) == 1, caplog.text
-    assert re.search(f"refused: .*{told}", caplog.text)
+    assert re.search(f"refused: .*({told})", caplog.text)
     assert "Traceback" not in caplog.text
 
 
