@@ -133,6 +133,14 @@ class Chain:
         self._motion.along(times, found, limits)
         return found, limits
 
+    def jerks(self, times: Array) -> tuple[Array, Array]:
+        """The least and the largest jerks over planned time (m - 1, n) from each of rising times (m,) to the
+        next."""
+        least = np.empty((len(times) - 1, self.course.joint_count))
+        largest = np.empty_like(least)
+        self._motion.jerks(times, least, largest)
+        return least, largest
+
     def x(self, time_s: float) -> float:
         """Where on its course it is at a time."""
         return float(self._motion.x(time_s))

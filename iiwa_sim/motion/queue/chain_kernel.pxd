@@ -25,3 +25,4 @@ cdef class Way:
     cdef void _polynomial(self, Py_ssize_t k, double s, int order, double[:, :, ::1] out) noexcept
     cdef double limit(self, Py_ssize_t k, Py_ssize_t c, int order, Py_ssize_t joint) noexcept
 cdef double spline(double[::1] controls, Py_ssize_t cell, double part) noexcept
+cdef double part_at(double[::1] controls, Py_ssize_t k, double x) noexcept

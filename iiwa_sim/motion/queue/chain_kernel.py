@@ -29,7 +29,7 @@ IN_CORNER = cython.declare(cython.Py_ssize_t, 16)
 IN_PIECE = cython.declare(cython.Py_ssize_t, 8)
 APART = cython.declare(cython.double, 1e-9)
 MARKS = cython.declare(cython.Py_ssize_t, 10)  # in a corner: most may happen within little of x,
-BESIDE = cython.declare(cython.Py_ssize_t, 4)  # beside its ends more than elsewhere
+BESIDE = cython.declare(cython.Py_ssize_t, 4)  # beside its ends more than elsewhere, most just beside them
 NEAR = cython.declare(cython.double, 1e-5)  # of either side, so near to an edge
 PLACES = cython.declare(cython.double, 1e-15)
 
@@ -102,6 +102,23 @@ def spline(controls: cython.double[::1], cell: cython.Py_ssize_t, part: cython.d
     ) / 6.0
 
 
+@cython.cfunc
+@cython.exceptval(check=False)
+def part_at(controls: cython.double[::1], k: cython.Py_ssize_t, x: cython.double) -> cython.double:
+    """The part of a cell where x is."""
+    low: cython.double = 0.0
+    high: cython.double = 1.0
+    middle: cython.double
+    _: cython.int
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        if spline(controls, k, middle) < x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
 @cython.cclass
 class Way:
     """Joint positions (rad) over x, their derivatives, and the limits that hold there, of K moves."""
@@ -152,6 +169,7 @@ class Way:
                 y = rho[k]
                 marks = [float(i) / MARKS for i in range(1, MARKS)]
                 marks += [v for i in range(1, BESIDE + 1) for v in (0.2 * i / MARKS, 1.0 - 0.2 * i / MARKS)]
+                marks += [0.1 / MARKS, 1.0 - 0.1 / MARKS]
                 found = [self._place(k, v) for v in marks]
                 for v in (0.0, y, 1.0 - y, 1.0):
                     # There third derivatives jump.

@@ -12,9 +12,9 @@ import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, spline
+    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
 else:
-    from iiwa_sim.motion.queue.chain_kernel import Way, spline
+    from iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
 
 
 @cython.cfunc
@@ -57,6 +57,9 @@ class Motion:
     cell: cython.Py_ssize_t
     part: cython.double
     move: cython.Py_ssize_t
+    speed: cython.double
+    acceleration: cython.double
+    jerk: cython.double
 
     def __init__(
         self,
@@ -71,6 +74,7 @@ class Motion:
         self.way, self.controls, self.clock, self.times, self.unit = way, controls, clock, times, unit
         self.cell = self.move = 0
         self.part = 0.0
+        self.speed = self.acceleration = self.jerk = 0.0  # of x, where it was looked at last
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -137,6 +141,36 @@ class Motion:
             for i in range(self.way.joint_count):
                 found[p, i] = self.way.here[0, 0, i]
 
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _derive(self, k: cython.Py_ssize_t, u: cython.double) -> cython.Py_ssize_t:
+        """Find q and its derivatives over x, and those of x over time, at a part of a cell. Gives the corner
+        it is in, or -1."""
+        x1: cython.double
+        x2: cython.double
+        x3: cython.double = self.controls[k + 3] - 3.0 * self.controls[k + 2] + 3.0 * self.controls[k + 1]
+        dd: cython.double = self.clock[k] - 2.0 * self.clock[k + 1] + self.clock[k + 2]
+        d: cython.double = self.clock[k + 1] - self.clock[k] + u * dd
+        b: cython.double = _b(self.clock[k], self.clock[k + 1], self.clock[k + 2], u)
+        rate: cython.double = sqrt(b) / self.unit
+        x: cython.double = min(max(spline(self.controls, k, u), self.way.first_x), self.way.end_x)
+        x3 -= self.controls[k]
+        x2 = self.controls[k + 2] - 2.0 * self.controls[k + 1] + self.controls[k] + u * x3
+        x1 = 0.5 * (self.controls[k + 2] - self.controls[k]) + u * (x2 - 0.5 * u * x3)
+        self.speed = rate * x1
+        self.acceleration = (b * x2 + 0.5 * d * x1) / (self.unit * self.unit)
+        self.jerk = rate * (b * x3 + 1.5 * d * x2 + 0.5 * dd * x1) / (self.unit * self.unit)
+        self.move = self.way.find(x, self.move)
+        return self.way.at(x, self.move, 3)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _jerk(self, i: cython.Py_ssize_t) -> cython.double:
+        """Of a joint, behind `_derive`."""
+        v: cython.double = self.speed
+        j: cython.double = self.way.here[3, 0, i] * v * v * v
+        return j + 3.0 * self.way.here[2, 0, i] * v * self.acceleration + self.way.here[1, 0, i] * self.jerk
+
     def along(
         self,
         times: cython.double[::1],
@@ -147,47 +181,78 @@ class Motion:
         hold there (m, 3, n). Before the first knot and from the last one on the robot rests."""
         p: cython.Py_ssize_t
         i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
         c: cython.Py_ssize_t
-        u: cython.double
-        x: cython.double
-        x1: cython.double
-        x2: cython.double
-        x3: cython.double
-        b: cython.double
-        d: cython.double
-        dd: cython.double
-        rate: cython.double
         v: cython.double
-        a: cython.double
-        j: cython.double
-        q1: cython.double
-        q2: cython.double
         for p in range(times.shape[0]):
-            x = self.x(times[p])
-            k, u = self.cell, self.part
-            self.move = self.way.find(x, self.move)
-            c = self.way.at(x, self.move, 3)
-            x3 = self.controls[k + 3] - 3.0 * self.controls[k + 2] + 3.0 * self.controls[k + 1]
-            x3 -= self.controls[k]
-            x2 = self.controls[k + 2] - 2.0 * self.controls[k + 1] + self.controls[k] + u * x3
-            x1 = 0.5 * (self.controls[k + 2] - self.controls[k]) + u * (x2 - 0.5 * u * x3)
-            dd = self.clock[k] - 2.0 * self.clock[k + 1] + self.clock[k + 2]
-            d = self.clock[k + 1] - self.clock[k] + u * dd
-            b = _b(self.clock[k], self.clock[k + 1], self.clock[k + 2], u)
-            # dx/dt, d2x/dt2, d3x/dt3
-            rate = sqrt(b)
-            v = rate * x1 / self.unit
-            a = (b * x2 + 0.5 * d * x1) / (self.unit * self.unit)
-            j = rate * (b * x3 + 1.5 * d * x2 + 0.5 * dd * x1) / (self.unit * self.unit * self.unit)
+            self.x(times[p])
+            c = self._derive(self.cell, self.part)
             if times[p] < self.times[0] or times[p] >= self.times[self.times.shape[0] - 1]:
-                v = a = j = 0.0
+                self.speed = self.acceleration = self.jerk = 0.0
+            v = self.speed
             for i in range(self.way.joint_count):
-                q1, q2 = self.way.here[1, 0, i], self.way.here[2, 0, i]
                 found[p, 0, i] = self.way.here[0, 0, i]
-                found[p, 1, i] = q1 * v
-                found[p, 2, i] = q2 * v * v + q1 * a
-                found[p, 3, i] = self.way.here[3, 0, i] * v * v * v + 3.0 * q2 * v * a + q1 * j
+                found[p, 1, i] = self.way.here[1, 0, i] * v
+                found[p, 2, i] = self.way.here[2, 0, i] * v * v + self.way.here[1, 0, i] * self.acceleration
+                found[p, 3, i] = self._jerk(i)
                 limits[p, 0, i] = self.way.limit(self.move, c, 0, i)
                 limits[p, 1, i] = self.way.limit(self.move, c, 1, i)
                 limits[p, 2, i] = self.way.limit(self.move, c, 2, i)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _widen(
+        self,
+        k: cython.Py_ssize_t,
+        u: cython.double,
+        p: cython.Py_ssize_t,
+        least: cython.double[:, ::1],
+        largest: cython.double[:, ::1],
+    ) -> cython.void:
+        """Let jerks at a part of a cell be among those of row p."""
+        i: cython.Py_ssize_t
+        y: cython.double
+        self._derive(k, u)
+        for i in range(self.way.joint_count):
+            y = self._jerk(i)
+            least[p, i] = min(least[p, i], y)
+            largest[p, i] = max(largest[p, i], y)
+
+    def jerks(
+        self, times: cython.double[::1], least: cython.double[:, ::1], largest: cython.double[:, ::1]
+    ) -> None:
+        """Write the least and the largest jerks (m - 1, n) from each of rising times (m,) to the next.
+
+        They are looked for at these times, on both sides of knots, and at the marks of corners.
+        """
+        marks: cython.double[::1] = self.way.edges
+        p: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        e: cython.Py_ssize_t = 0
+        k: cython.Py_ssize_t
+        last: cython.Py_ssize_t
+        x: cython.double
+        end_x: cython.double
+        part: cython.double
+        for p in range(times.shape[0] - 1):
+            for i in range(self.way.joint_count):
+                least[p, i] = largest[p, i] = 0.0
+            if times[p + 1] <= self.times[0] or times[p] >= self.times[self.times.shape[0] - 1]:
+                continue
+            end_x = self.x(times[p + 1])
+            last, part = self.cell, self.part
+            x = self.x(times[p])
+            k = self.cell
+            self._derive(k, self.part)
+            for i in range(self.way.joint_count):
+                least[p, i] = largest[p, i] = self._jerk(i)
+            while e < marks.shape[0] and marks[e] <= x:
+                e += 1
+            while e < marks.shape[0] and marks[e] < end_x:
+                while k < last and spline(self.controls, k, 1.0) < marks[e]:
+                    k += 1
+                self._widen(k, part_at(self.controls, k, marks[e]), p, least, largest)
+                e += 1
+            for k in range(self.cell, last):
+                self._widen(k, 1.0, p, least, largest)
+                self._widen(k + 1, 0.0, p, least, largest)
+            self._widen(last, part, p, least, largest)

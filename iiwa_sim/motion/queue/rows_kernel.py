@@ -1,7 +1,7 @@
 """What bounds the clock of a chain, cell by cell (see `timing.clock_kernel`); compiled by Cython.
 
 Rows are found at knots and at both ends of each cell; limits are looked at in more places, at parts of
-cells, some more of them in corners, and on both sides of where jerks jump there.
+cells from end to end, some more of them in corners, and on both sides of where jerks jump there.
 """
 
 # mypy: allow-untyped-decorators
@@ -10,15 +10,19 @@ import cython
 from cython.cimports.libc.math import fabs
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, spline
+    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
 else:
-    from iiwa_sim.motion.queue.chain_kernel import Way, spline
+    from iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
 
 PEAK = cython.declare(cython.double, 1.1)  # of jerks inside a cell, over those at its ends
-PLAIN = cython.declare(cython.int, 4)  # places in a cell,
-BENT = cython.declare(cython.int, 6)  # or in one that is in a corner
+PLAIN = cython.declare(cython.int, 5)  # places in a cell, its ends too,
+BENT = cython.declare(cython.int, 7)  # or in one that is in a corner
+ENDS = cython.declare(cython.Py_ssize_t, 3)  # cells at either end of a chain, where the clock may bend most,
+MORE = cython.declare(cython.int, 4)  # with so many more
 LONG = cython.declare(cython.double, 0.005)  # of a cell in x, for one more,
 MOST = cython.declare(cython.int, 24)  # but no more than so many
+JUMP = cython.declare(cython.double, 1.5e-5)  # of a corner: so near are places on either side of a jump,
+SAME = cython.declare(cython.double, 0.01)  # and so near in their cell
 SURE = cython.declare(cython.double, 1.5)  # margin of what is left out
 
 
@@ -55,25 +59,36 @@ def layout(
             starts[k + 1] = starts[k] + count + BENT
         else:
             count = PLAIN if way.is_straight(move) else PLAIN + int((ends - begins) / LONG)
+            if k < ENDS or k >= controls.shape[0] - 3 - ENDS:
+                count += MORE
             starts[k + 1] = starts[k] + min(count, MOST)
     return int(starts[controls.shape[0] - 3])
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _part(controls: cython.double[::1], k: cython.Py_ssize_t, x: cython.double) -> cython.double:
-    """The part of a cell where x is."""
-    low: cython.double = 0.0
-    high: cython.double = 1.0
-    middle: cython.double
-    _: cython.int
-    for _ in range(24):
-        middle = 0.5 * (low + high)
-        if spline(controls, k, middle) < x:
-            low = middle
-        else:
-            high = middle
-    return low
+def _spread(
+    parts: cython.double[::1], first: cython.Py_ssize_t, last: cython.Py_ssize_t, used: cython.Py_ssize_t
+) -> cython.void:
+    """Fill the places first..last - 1 of a cell: its ends, those that lie behind `first` already, rising, and
+    others, each in the middle of what is the widest gap."""
+    o: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    widest: cython.Py_ssize_t
+    parts[first] = 0.0
+    if used == 0:
+        for o in range(1, last - first):
+            parts[first + o] = cython.cast(cython.double, o) / (last - first - 1)
+        return
+    parts[first + used + 1] = 1.0
+    for p in range(first + used + 2, last):
+        widest = first
+        for o in range(first, p - 1):
+            if parts[o + 1] - parts[o] > parts[widest + 1] - parts[widest]:
+                widest = o
+        for o in range(p, widest + 1, -1):
+            parts[o] = parts[o - 1]
+        parts[widest + 1] = 0.5 * (parts[widest] + parts[widest + 2])
 
 
 @cython.cfunc
@@ -152,14 +167,15 @@ def write(
     e: cython.Py_ssize_t = 0
     o: cython.Py_ssize_t
     half: cython.int
-    even: cython.Py_ssize_t
+    used: cython.Py_ssize_t
     move: cython.Py_ssize_t
     corner: cython.Py_ssize_t
     before_move: cython.Py_ssize_t
     before_corner: cython.Py_ssize_t
-    last_one: cython.bint
     u: cython.double
     x: cython.double
+    last_x: cython.double
+    span: cython.double
     y: cython.double
     most: cython.double
     limits: cython.double[:, ::1] = scratch[12:15]
@@ -177,27 +193,32 @@ def write(
             for i in range(n):
                 limits[o, i] = 1e300
         _narrow(way, move, corner, limits)
-        p = starts[k]
         x = spline(controls, k, 1.0)
-        even = BENT if e < edges.shape[0] and edges[e] < x else starts[k + 1] - p
-        for o in range(even):
-            parts[p] = (o + 0.5) / even
-            p += 1
-        while e < edges.shape[0] and edges[e] < x and p < starts[k + 1]:
-            parts[p] = _part(controls, k, edges[e])
-            p += 1
+        used = 0
+        while e < edges.shape[0] and edges[e] < x and starts[k] + used + 2 < starts[k + 1]:
+            used += 1
+            parts[starts[k] + used] = part_at(controls, k, edges[e])
             e += 1
-        for p in range(starts[k], starts[k + 1] + 1):
-            last_one = p == starts[k + 1]
-            u = 1.0 if last_one else parts[p]
-            x = min(max(spline(controls, k, u), way.first_x), way.end_x)
+        _spread(parts, starts[k], starts[k + 1], used)
+        for o in range(3):
+            for i in range(n):
+                inner[starts[k], o, i] = scratch[o, i]
+        x = min(max(spline(controls, k, 0.0), way.first_x), way.end_x)
+        for p in range(starts[k] + 1, starts[k + 1]):
+            u = parts[p]
+            last_x, x = x, min(max(spline(controls, k, u), way.first_x), way.end_x)
             before_move, before_corner = move, corner
             move = way.find(x, move)
             corner = way.at(x, move, 3)
             if move != before_move or corner != before_corner:
                 _narrow(way, move, corner, limits)
-            if not last_one:
-                _over_theta(way, controls, k, u, inner[p], 0)
+            _over_theta(way, controls, k, u, inner[p], 0)
+            o = max(corner, before_corner)
+            if o >= 0:
+                span = way.before[o] * (way.targets[o] - way.targets[o - 1])
+                span += way.after[o] * (way.targets[o + 1] - way.targets[o])
+                if x - last_x < JUMP * span and u - parts[p - 1] < SAME:
+                    parts[p] = parts[p - 1]
         _over_theta(way, controls, k, 1.0, scratch, 3)
         y = 1.0
         for o in range(3):

@@ -6,6 +6,7 @@ Rows, c and theta as in `clock_kernel`.
 # mypy: allow-untyped-decorators
 
 import cython
+import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
 MORE = cython.declare(cython.double, 1.04)  # a broken limit is widened by so much more than needed,
@@ -14,6 +15,7 @@ VELOCITY_MORE = cython.declare(cython.double, 1.001)
 MOST_TIMES = cython.declare(cython.double, 2.0)
 ALMOST = cython.declare(cython.double, 1.001)
 LEAST_LOAD = cython.declare(cython.double, 0.4)
+SMALL = cython.declare(cython.double, 0.75)  # a load: what is between such places does not matter
 
 
 def widened(
@@ -96,46 +98,115 @@ def inner_loads(
 ) -> None:
     """Write the largest velocity, acceleration and jerk over their limits in each cell (N, 3).
 
-    `inner` (m, 3, n) are the first three derivatives of joints over theta at parts (m,) of cells, where
-    those of the cell k are from `starts[k]` on; `per_limit` (N, 3, n) is 1 over limits, in the clock's unit
-    of time.
+    `inner` (m, 3, n) are the first three derivatives of joints over theta at rising parts (m,) of cells,
+    where those of the cell k are from `starts[k]` on; of two equal parts one is before a jump, the other
+    behind it. `per_limit` (N, 3, n) is 1 over limits, in the clock's unit of time.
     """
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
+    p: cython.Py_ssize_t
+    order: cython.Py_ssize_t
+    largest: cython.double
+    found: cython.double[:, :, ::1] = _room(starts, inner.shape[2])
+    for k in range(per_limit.shape[0]):
+        _fill(inner, starts, parts, per_limit, c, k, found)
+        for order in range(3):
+            largest = 0.0
+            for i in range(inner.shape[2]):
+                for p in range(starts[k + 1] - starts[k]):
+                    largest = max(largest, _load(found, parts, starts[k], starts[k + 1], order, i, p))
+            loads[k, order] = largest
+
+
+@cython.cfunc
+def _room(starts: cython.Py_ssize_t[::1], joints: cython.Py_ssize_t) -> cython.double[:, :, ::1]:
+    """For `_fill`, in any cell."""
+    k: cython.Py_ssize_t
+    most: cython.Py_ssize_t = 0
+    for k in range(starts.shape[0] - 1):
+        most = max(most, starts[k + 1] - starts[k])
+    found: cython.double[:, :, ::1] = np.empty((3, joints, most))
+    return found
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _fill(
+    inner: cython.double[:, :, ::1],
+    starts: cython.Py_ssize_t[::1],
+    parts: cython.double[::1],
+    per_limit: cython.double[:, :, ::1],
+    c: cython.double[::1],
+    k: cython.Py_ssize_t,
+    found: cython.double[:, :, ::1],
+) -> cython.void:
+    """Write velocities, accelerations and jerks over their limits (3, n, m) at the places in a cell."""
+    i: cython.Py_ssize_t
     o: cython.Py_ssize_t
+    p: cython.Py_ssize_t
     u: cython.double
     b: cython.double
     d: cython.double
-    dd: cython.double
+    dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
     root: cython.double
     y: cython.double
-    velocity: cython.double
-    acceleration: cython.double
-    jerk: cython.double
-    for k in range(per_limit.shape[0]):
-        velocity = 0.0
-        acceleration = 0.0
-        jerk = 0.0
-        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
-        for o in range(starts[k], starts[k + 1]):
-            u = parts[o]
-            d = (c[k + 1] - c[k]) + u * dd
-            b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
-            root = sqrt(b)
-            for i in range(inner.shape[2]):
-                y = root * fabs(inner[o, 0, i]) * per_limit[k, 0, i]
-                if y > velocity:
-                    velocity = y
-                y = fabs(inner[o, 1, i] * b + 0.5 * inner[o, 0, i] * d) * per_limit[k, 1, i]
-                if y > acceleration:
-                    acceleration = y
-                y = inner[o, 2, i] * b + 1.5 * inner[o, 1, i] * d + 0.5 * inner[o, 0, i] * dd
-                y = root * fabs(y) * per_limit[k, 2, i]
-                if y > jerk:
-                    jerk = y
-        loads[k, 0] = velocity
-        loads[k, 1] = acceleration
-        loads[k, 2] = jerk
+    for o in range(starts[k], starts[k + 1]):
+        p = o - starts[k]
+        u = parts[o]
+        d = (c[k + 1] - c[k]) + u * dd
+        b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
+        root = sqrt(b)
+        for i in range(inner.shape[2]):
+            found[0, i, p] = root * inner[o, 0, i] * per_limit[k, 0, i]
+            found[1, i, p] = (inner[o, 1, i] * b + 0.5 * inner[o, 0, i] * d) * per_limit[k, 1, i]
+            y = inner[o, 2, i] * b + 1.5 * inner[o, 1, i] * d + 0.5 * inner[o, 0, i] * dd
+            found[2, i, p] = root * y * per_limit[k, 2, i]
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _load(
+    found: cython.double[:, :, ::1],
+    parts: cython.double[::1],
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
+    order: cython.Py_ssize_t,
+    i: cython.Py_ssize_t,
+    p: cython.Py_ssize_t,
+) -> cython.double:
+    """The load of a joint at a place of first..last - 1, or where it is largest between that and those beside
+    it, by a parabola through three on the same side of a jump."""
+    load: cython.double = found[order, i, p]
+    sign: cython.double = 1.0 if load > 0.0 else -1.0
+    m: cython.Py_ssize_t = p
+    before: cython.double
+    behind: cython.double
+    rises: cython.double
+    falls: cython.double
+    slope: cython.double
+    load *= sign
+    if load < SMALL:
+        return load
+    if p == 0 or parts[first + p - 1] == parts[first + p]:
+        m += 1
+    elif first + p == last - 1 or parts[first + p + 1] == parts[first + p]:
+        m -= 1
+    if m == 0 or first + m >= last - 1:
+        return load
+    before = parts[first + m] - parts[first + m - 1]
+    behind = parts[first + m + 1] - parts[first + m]
+    if not (before > 0.0 and behind > 0.0):
+        return load
+    rises = sign * (found[order, i, m] - found[order, i, m - 1]) / before
+    falls = sign * (found[order, i, m] - found[order, i, m + 1]) / behind
+    slope = rises * behind - falls * before
+    if (m == p and (rises < 0.0 or falls < 0.0)) or rises + falls <= 0.0:
+        return load
+    # The vertex is to lie between the place in the middle and that which is largest.
+    if fabs(slope) > 2.0 * (rises + falls) * (behind if slope > 0.0 else before) or slope * (p - m) < 0.0:
+        return load
+    return max(load, sign * found[order, i, m] + 0.25 * slope * slope / ((rises + falls) * (before + behind)))
 
 
 def knot_loads(
@@ -192,44 +263,28 @@ def knot_loads(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _worst(
-    inner: cython.double[:, :, ::1],
-    starts: cython.Py_ssize_t[::1],
+    found: cython.double[:, :, ::1],
     parts: cython.double[::1],
-    per_limit: cython.double[:, :, ::1],
-    c: cython.double[::1],
-    k: cython.Py_ssize_t,
+    first: cython.Py_ssize_t,
+    last: cython.Py_ssize_t,
     half: cython.int,
-    order: cython.int,
+    order: cython.Py_ssize_t,
     joint: cython.Py_ssize_t[::1],
 ) -> cython.double:
-    """The largest acceleration (order 1) or jerk (order 2) over its limit in half of a cell; writes the place
-    and the joint, -1 where it is within the limit."""
-    n: cython.Py_ssize_t = inner.shape[2]
-    o: cython.Py_ssize_t
+    """The largest load in half of a cell; writes the place and the joint, -1 where it is within the limit."""
     i: cython.Py_ssize_t
-    u: cython.double
-    b: cython.double
-    d: cython.double
-    dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
+    p: cython.Py_ssize_t
     y: cython.double
     most: cython.double = 1.0
     joint[0] = joint[1] = -1
-    for o in range(starts[k], starts[k + 1]):
-        u = parts[o]
-        if (u < 0.5) != (half == 0):
+    for p in range(last - first):
+        if (parts[first + p] < 0.5) != (half == 0):
             continue
-        d = (c[k + 1] - c[k]) + u * dd
-        b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
-        for i in range(n):
-            if order == 1:
-                y = fabs(inner[o, 1, i] * b + 0.5 * inner[o, 0, i] * d)
-            else:
-                y = inner[o, 2, i] * b + 1.5 * inner[o, 1, i] * d + 0.5 * inner[o, 0, i] * dd
-                y = sqrt(b) * fabs(y)
-            y *= per_limit[k, order, i]
+        for i in range(found.shape[1]):
+            y = _load(found, parts, first, last, order, i, p)
             if y > most:
                 most = y
-                joint[0] = o
+                joint[0] = first + p
                 joint[1] = i
     return most
 
@@ -262,20 +317,24 @@ def put_worst(
     o: cython.Py_ssize_t
     p: cython.Py_ssize_t
     half: cython.int
-    order: cython.int
+    order: cython.Py_ssize_t
     b: cython.double
     d: cython.double
     dd: cython.double
     y: cython.double
     most: cython.double
+    found: cython.double[:, :, ::1] = _room(starts, inner.shape[2])
     for k in range(first, per_limit.shape[0]):
+        if loads[k, 1] <= allowed[k, 1] and loads[k, 2] <= allowed[k, 2]:
+            continue
+        _fill(inner, starts, parts, per_limit, c, k, found)
         dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
         for order in range(1, 3):
             if loads[k, order] <= allowed[k, order]:
                 continue
             loads[k, order] = 0.0
             for half in range(2):
-                most = _worst(inner, starts, parts, per_limit, c, k, half, order, joint)
+                most = _worst(found, parts, starts[k], starts[k + 1], half, order, joint)
                 if joint[0] < 0:
                     continue
                 p, i = joint[0], joint[1]

@@ -1,0 +1,44 @@
+"""Limits at every tick, and everywhere in every plan, whatever is sent and whenever."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.hunting import Hunt
+from tests.stepped import TOLERANCE, VELOCITY_TOLERANCE
+
+FOUND = {
+    476: "1.06 of a jerk at the end of a cell in a corner, where rows stood for its middle",
+    291: "1.013 of a jerk between places in a cell",
+    112: "1.016 of a jerk in a change of the override: a corner began less than a millisecond before a knot",
+    131: "1.023 of a jerk in the last hundredth of a corner",
+    179: "1.11 of a jerk in a plan that was never seen at a tick",
+    508: "1.09 of a jerk in such a plan, in a sixth of a millisecond",
+}
+"""Seeds, and what was found there by hunting."""
+
+
+def assert_within_limits(hunt: Hunt) -> None:
+    loads = hunt.loads()
+    assert loads["velocity"] <= VELOCITY_TOLERANCE, loads
+    assert loads["acceleration"] <= TOLERANCE, loads
+    assert loads["jerk"] <= TOLERANCE, loads
+
+
+@pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")
+@pytest.mark.parametrize("seed", FOUND)
+def test_what_was_found_by_hunting_keeps_all_limits(seed: int) -> None:
+    hunt = Hunt(seed)
+    hunt.run()
+    assert_within_limits(hunt)
+
+
+@pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_whatever_is_sent_keeps_all_limits(seed: int) -> None:
+    hunt = Hunt(seed)
+    hunt.run()
+    assert_within_limits(hunt)
