@@ -18,8 +18,7 @@ STEP_S = 0.001
 SAMPLES = 256
 """Of the plan ahead, so far apart in planned time; half of them at least lie ahead."""
 SPREAD = 1
-"""More samples on either side of a cell that are to keep it: where the jerk of a plan jumps, those next to
-the jump may show something between."""
+"""More of them on either side of a cell that are to keep it: a release is found before its cells come."""
 ALLOWED = 1.004
 """Of the limits of acceleration and jerk. Where a plan uses more, it may."""
 LONGEST_STOP_S = 0.1
@@ -44,6 +43,9 @@ class PlanAhead(Protocol):
         In rad, rad/s, rad/s^2, rad/s^3; the limits are those of velocity, acceleration and jerk there. Before
         the plan begins and behind its end it is at rest.
         """
+
+    def jerks(self, times: Array) -> tuple[Array, Array]:
+        """The least and the largest jerks (rad/s^3, m - 1, n) from each of rising times (m,) to the next."""
 
 
 class Running(NamedTuple):
@@ -113,7 +115,7 @@ class RateChange:
             first = int(time_s / STEP_S) - SPREAD
             slope, bend = running.stop_slope_per_s, running.stop_bend_per_s2
             self._ahead = Ahead(
-                _loads(*running.plan.along(STEP_S * np.arange(first, first + SAMPLES, dtype=np.float64))),
+                _loads(running.plan, STEP_S * np.arange(first, first + SAMPLES + 1, dtype=np.float64)),
                 STEP_S * first,
                 STEP_S,
                 self._ticks * self._step_s,
@@ -127,10 +129,12 @@ class RateChange:
         return self._ahead
 
 
-def _loads(derivatives: Array, limits: Array) -> Array:
-    """Velocity and acceleration over the limit of acceleration, and all three over that of jerk (m, 5 n)."""
-    velocity, acceleration, jerk = derivatives[:, 1], derivatives[:, 2], derivatives[:, 3]
+def _loads(plan: PlanAhead, times: Array) -> Array:
+    """Velocity and acceleration over the limit of acceleration; both, and the least and the largest jerk till
+    the next time, over that of jerk: at times (m + 1,), but for the last one (m, 6 n)."""
+    derivatives, limits = plan.along(times[:-1])
+    velocity, acceleration = derivatives[:, 1], derivatives[:, 2]
     of_acceleration, of_jerk = limits[:, 1], limits[:, 2]
     parts = [velocity / of_acceleration, acceleration / of_acceleration]
-    parts += [each / of_jerk for each in (velocity, acceleration, jerk)]
+    parts += [each / of_jerk for each in (velocity, acceleration, *plan.jerks(times))]
     return np.ascontiguousarray(np.concatenate(parts, axis=1))

@@ -26,10 +26,11 @@ _LANDINGS = cython.declare(cython.Py_ssize_t, 14)  # at most, to come to the goa
 class Ahead:
     """Loads of a plan at even places of planned time from `first_s` on, and how its rate may change.
 
-    `loads` (m, 5 n) has rows of velocity and acceleration over the acceleration limit (s, 1), and of
-    velocity, acceleration and jerk over the jerk limit (s^2, s, 1), n values each. `allowed` is the part of
-    the limits that may be used; where the plan uses more, it may. `spread` more samples on either side of a
-    cell are to keep them: where the jerk of a plan jumps, samples next to that see something between.
+    `loads` (m, 6 n) has rows of velocity and acceleration over the acceleration limit (s, 1), and of
+    velocity, acceleration, and the least and the largest jerk up to the next place over the jerk limit (s^2,
+    s, 1, 1), n values each. `allowed` is the part of the limits that may be used; where the plan uses more,
+    it may. `spread` more rows on either side of a cell are to keep them: what is promised for a later cell
+    then holds for what is looked at when that comes.
 
     A stop may come at any time, with its own limits of slope and bend: no slope or bend is larger than those,
     and a rate that rises is never so much on its way up that the stop would take longer than from a rate of 1
@@ -64,7 +65,7 @@ class Ahead:
     ) -> None:
         self.loads = loads
         self.count = loads.shape[0]
-        self.joints = loads.shape[1] // 5
+        self.joints = loads.shape[1] // 6
         self.first_s = first_s
         self.step_s = step_s
         self.cell_s = cell_s
@@ -215,18 +216,20 @@ class Ahead:
             return
         k: cython.Py_ssize_t
         i: cython.Py_ssize_t
+        e: cython.Py_ssize_t
         jerk: cython.double
         part: cython.double
         for k in range(first, last + 1):
             for i in range(n):
-                jerk = self.loads[k, 4 * n + i]
                 part = 3.0 * self.loads[k, 3 * n + i]
-                self._keep(rate * (rate * rate * jerk + slope * part), self.loads[k, 2 * n + i], jerk)
-                self._keep(
-                    then * (then * then * jerk + slope * part),
-                    self.loads[k, 2 * n + i] + then * h * part,
-                    jerk,
-                )
+                for e in range(4, 6):
+                    jerk = self.loads[k, e * n + i]
+                    self._keep(rate * (rate * rate * jerk + slope * part), self.loads[k, 2 * n + i], jerk)
+                    self._keep(
+                        then * (then * then * jerk + slope * part),
+                        self.loads[k, 2 * n + i] + then * h * part,
+                        jerk,
+                    )
                 part = self.loads[k, n + i]
                 self._keep(then * then * part + slope * self.loads[k, i], h * self.loads[k, i], part)
             if self.low > self.high:

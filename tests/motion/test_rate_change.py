@@ -22,6 +22,7 @@ DESCRIPTIONS = {name: load_robot(name) for name in ARMS}
 STOP = (15.0, 600.0)  # as robot.toml has it, 1/s and 1/s^2
 LONGEST_STOP_S = 0.1
 JERK_S = 1e-6  # between accelerations whose difference is the jerk
+JERKS = 4  # that are looked at between two times
 values = st.one_of(st.floats(0.0, 1.0), st.sampled_from([0.0, 0.0, 1.0, 1.0, 0.5, 1e-6]))
 changes = st.lists(st.tuples(values, st.floats(0.0, 0.4)), min_size=1, max_size=8)
 ticks_s = st.sampled_from([0.0005, 0.001, 0.002, 0.004, 0.01])
@@ -66,6 +67,11 @@ class Plan:
             before, here, after = (np.array(self.at(time_s + shift)) for shift in (-JERK_S, 0.0, JERK_S))
             rows.append([*here, (after[2] - before[2]) / (2.0 * JERK_S)])
         return np.array(rows), np.broadcast_to(self.limits, (len(times), *self.limits.shape))
+
+    def jerks(self, times: Array) -> tuple[Array, Array]:
+        among = np.linspace(times[:-1], times[1:], JERKS).T
+        found = np.array([self.along(each)[0][:, 3] for each in among])
+        return found.min(axis=1), found.max(axis=1)
 
 
 class Ridden:
@@ -163,8 +169,8 @@ def test_a_limit_of_a_plan_that_is_looked_at_wrongly_is_passed() -> None:
 @given(st.integers(0, 2**32 - 1))
 def test_compiled_and_interpreted_kernels_give_the_same_bits(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    loads = np.cumsum(rng.normal(size=(64, 15)), axis=0)
-    loads *= rng.uniform(0.3, 1.0) / np.abs(loads).max(axis=0) / ([1.0] * 6 + [5.0] * 9)
+    loads = np.cumsum(rng.normal(size=(64, 18)), axis=0)
+    loads *= rng.uniform(0.3, 1.0) / np.abs(loads).max(axis=0) / ([1.0] * 6 + [5.0] * 12)
     kernels = [kind(loads, 0.0, 0.001, 0.002, ALLOWED, 1, *STOP, 0.008) for kind in (Ahead, PLAIN.Ahead)]
     for _ in range(20):
         state = rng.uniform(0.0, 0.02), rng.uniform(0.0, 1.0), rng.choice([0.0, *rng.uniform(-3.0, 3.0, 2)])
