@@ -80,7 +80,7 @@ def test_a_web_page_is_closed_on_every_port_of_lines_with_one_line_in_the_log() 
     assert code == 0
     closed = [line for line in log.splitlines() if "closed: it sent an HTTP request" in line]
     assert len(closed) == 4
-    assert log.count("(rosbridge) refused: ") == 3, "the page's in words of websockets, which change, and these:"
+    assert log.count("(rosbridge) refused: ") == 3, "in words of websockets for the page, and as follows:"
     assert log.count("https://evil.example") == 1
     assert log.count("the host 'evil.example'") == 1
 
