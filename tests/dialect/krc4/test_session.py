@@ -338,6 +338,20 @@ def test_a_client_that_vanishes_with_its_move_to_be_done_stops_the_robot() -> No
     assert deg(robot.controller.joints) != pytest.approx(AWAY_DEG)
 
 
+@pytest.mark.requirement("FRC016")
+def test_a_client_whose_moves_have_ended_stops_nobody_elses() -> None:
+    robot, talk = at_home()
+    talk.ask("PTA", *AWAY_DEG)
+    robot.runs_until_stopped()
+    other = Talk(robot.controller)
+    other.ask("PTA", *[0.5 * each for each in AWAY_DEG])
+    robot.step(50)
+    talk.session.lost()
+    assert talk.journal.stops == []
+    robot.runs_until_stopped()
+    assert deg(robot.controller.joints) == pytest.approx([0.5 * each for each in AWAY_DEG])
+
+
 def test_a_fault_of_ours_is_answered_and_told() -> None:
     robot, talk = at_home()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -47,8 +49,10 @@ class Somebody:
         self.taken += steps
 
 
-def connected(count: int = 1) -> tuple[WireFaults, list[Somebody]]:
-    faults, peers = WireFaults(), [Somebody() for _ in range(count)]
+def connected(
+    count: int = 1, tell: Callable[[str, str], None] = lambda _name, _what: None
+) -> tuple[WireFaults, list[Somebody]]:
+    faults, peers = WireFaults(tell), [Somebody() for _ in range(count)]
     for number, peer in enumerate(peers, 1):
         assert faults.arrives(peer, f"client {number}") == number
     return faults, peers
@@ -215,11 +219,13 @@ def test_telnets_answer_is_no_reply() -> None:
     assert sent == [Send(WONT_TIMING_MARK), Send(b"stopped\r\n")]
 
 
-@pytest.mark.parametrize("end", [Close(), Reset()])
-def test_connections_end_at_once(end: Close | Reset) -> None:
-    faults, peers = connected(3)
+@pytest.mark.parametrize(("end", "text"), [(Close(), "the end (FIN)"), (Reset(), "the end (RST)")])
+def test_connections_end_at_once(end: Close | Reset, text: str) -> None:
+    told: list[tuple[str, str]] = []
+    faults, peers = connected(3, lambda name, what: told.append((name, what)))
     faults.end(end, 2)
     assert [peer.taken for peer in peers] == [[], [end], []]
+    assert told == [("client 2", text)]
     faults.end(end)
     assert [len(peer.taken) for peer in peers] == [1, 2, 1]
     with pytest.raises(Refused, match="no connection 9"):
