@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 KERNELS := $(shell find iiwa_sim -name '*_kernel.py' -o -name '*_kernel.pxd')
 
-.PHONY: run test test-slow lint requirements docs bench kernels image clean
+.PHONY: run test test-slow lint requirements docs bench kernels mutants image clean
 
 run: .venv/kernels
 	@$(BIN)/iiwa-sim $(ARGS)
@@ -31,11 +31,15 @@ docs: .venv/kernels
 bench: .venv/kernels
 	@$(BIN)/python -m benchmarks.bench $(ARGS)
 
+mutants: .venv/kernels
+	@$(BIN)/python -c 'import mutmut' 2>/dev/null || $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[mutants]'
+	@$(BIN)/python -m tools.mutants $(ARGS)
+
 image:
 	@$(PYTHON) .ci/image
 
 clean:
-	rm -rf .venv build dist *.egg-info
+	rm -rf .venv build dist mutants *.egg-info
 	find iiwa_sim '(' -name '*.so' -o -name '*.stamp' ')' -delete
 
 .venv/kernels: $(KERNELS)
