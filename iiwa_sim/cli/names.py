@@ -6,13 +6,17 @@ PLOT = "plot"
 CHECK_CELL = "check-cell"
 REPLAY = "replay"
 EXPORT = "export"
+SHOW = "show"
 CHECK = "check"
 BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
 COMPLETION = "completion"
 VIEW = "view"
-SUBCOMMANDS = (PLOT, CHECK_CELL, REPLAY, EXPORT, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH, COMPLETION)
+SUBCOMMANDS = (
+    *(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH),
+    COMPLETION,
+)
 """The first arguments that select a subcommand."""
 SERVE = "serve"
 """The command without a subcommand."""

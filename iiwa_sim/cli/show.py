@@ -1,0 +1,57 @@
+"""`iiwa-sim show`: plays a recording on a web page, with a time line."""
+
+import asyncio
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from iiwa_sim import log
+from iiwa_sim.backdoor.token import LOOPBACK
+from iiwa_sim.cli.names import SHOW
+from iiwa_sim.cli.options import add_log
+from iiwa_sim.cli.output import say
+from iiwa_sim.cli.page import DEFAULT_PORT, check_library, page_url
+from iiwa_sim.cli.parsing import Parser, whole
+from iiwa_sim.cli.recordings import opened, tell_cut
+from iiwa_sim.dialect.ports import MAX_PORT
+from iiwa_sim.serve.listening import open_listener
+
+
+def run(given: Sequence[str]) -> int:
+    options = _parser().parse_args(given)
+    opened(options.recording)  # whether it is one, before the page is loaded
+    check_library()
+    log.configure(options.log_level, options.log_json, sys.stderr.fileno())
+    over = threading.Event()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: over.set())
+    from iiwa_sim.recordings.timeline import Timeline
+    from iiwa_sim.view.playback import run_playback
+
+    timeline = Timeline(options.recording)
+    tell_cut(timeline)
+    with asyncio.run(open_listener(LOOPBACK, options.port)) as listening:
+        stdout = sys.stdout  # viser's own words go nowhere
+        run_playback(listening, timeline, over, lambda: say(f"page on {page_url(listening)}\n", stdout))
+    return 0
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"iiwa-sim {SHOW}",
+        description="Serves a web page on which a recording plays: the robot as it was, what was said and "
+        "what happened, with a time line. Only this machine reaches it.",
+        epilog="It takes the extras record and view. Exit code 0 after SIGTERM or SIGINT.",
+        examples={"run.mcap": "what was recorded with --record, on http://127.0.0.1:8080/"},
+    )
+    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="as --record writes it")
+    parser.add_argument(
+        "--port",
+        type=whole(0, MAX_PORT),
+        default=DEFAULT_PORT,
+        help="port for the page to listen on; 0 picks one (default: %(default)s)",
+    )
+    add_log(parser)
+    return parser

@@ -1,0 +1,144 @@
+"""A recording on the page, as a browser sees it: the time line, what is told, and how it plays."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from math import degrees
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.client import CommandError, Iiwa
+from iiwa_sim.recordings.timeline import Timeline
+from iiwa_sim.simulator import Simulator
+from iiwa_sim.view.playback import run_playback
+from tests.processes import next_line
+from tests.talking import DEADLINE_S
+from tests.view.viewer import Message, Viewer, viewing
+
+FAR = (1, 1, 1, -1.5, 1, 1, 1)
+FAST = "10x"
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of a move, and of a line that is refused."""
+    path = tmp_path_factory.mktemp("recorded") / "run.mcap"
+    with (
+        Simulator(clock="stepped", record=path) as simulator,
+        Iiwa(simulator.host, simulator.port) as driver,
+    ):
+        driver.joint_move(FAR, [0.5] * 7)
+        simulator.run_until_stopped()
+        with pytest.raises(CommandError):
+            driver.lin_move((2000, 0, 0, 0, 0, 0), 0.5, 0)
+        simulator.advance(0.1)
+    return path
+
+
+@pytest.fixture
+def viewer(run: Path) -> Iterator[Viewer]:
+    over, serves = threading.Event(), threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        port = listening.getsockname()[1]
+        page = threading.Thread(target=run_playback, args=(listening, Timeline(run), over, serves.set))
+        page.start()
+        try:
+            assert serves.wait(DEADLINE_S)
+            with viewing(port) as viewer:
+                yield viewer
+        finally:
+            over.set()
+            page.join(DEADLINE_S)
+    assert not page.is_alive()
+
+
+def shown(viewer: Viewer, *texts: str) -> Message:
+    """Waits until the page shows them together."""
+
+    def has(message: Message) -> bool:
+        content = {**message.get("props", {}), **message.get("updates", {})}.get("content", "")
+        return all(text in content for text in texts)
+
+    return viewer.until(has)
+
+
+def first_joint(run: Path, time_s: float) -> str:
+    return f"{degrees(Timeline(run).state_at(time_s)['joint_position'][0]):.2f}"
+
+
+def test_the_time_line_shows_the_robot_as_it_was(run: Path, viewer: Viewer) -> None:
+    shown(viewer, "LBR iiwa 7 R800", ">0.00<")
+    for time_s in (0.8, 0.5):
+        wanted = first_joint(run, time_s)
+        assert 1.0 < float(wanted) < 56.0, "on its way"
+        viewer.clicks("Time (s)", time_s)
+        shown(viewer, f">{wanted}<", "moving")
+
+
+def test_what_was_said_and_what_happened_is_told_up_to_there(run: Path, viewer: Viewer) -> None:
+    end_s = Timeline(run).end_s
+    viewer.clicks("Time (s)", 0.5)
+    shown(viewer, "move begins 1")
+    assert not any("refused" in str(message.get("updates", {}).get("content", "")) for message in viewer.seen)
+    viewer.clicks("Time (s)", end_s)
+    shown(viewer, "refused (3021)", "move ends 1")
+    shown(viewer, "lin move : 2000", "3021")
+
+
+def test_it_plays_to_its_end(run: Path, viewer: Viewer) -> None:
+    viewer.clicks("Speed", FAST)
+    viewer.clicks("Play")
+    viewer.until(lambda message: message.get("updates") == {"label": "Pause"})
+    viewer.until(lambda message: message.get("updates") == {"label": "Play"})
+    shown(viewer, f">{first_joint(run, 1e6)}<", "stopped")
+
+
+def test_ticks_can_be_gone_through_one_by_one(run: Path, viewer: Viewer) -> None:
+    viewer.clicks("Time (s)", 0.5)
+    shown(viewer, f">{first_joint(run, 0.5)}<")
+    for _ in range(20):
+        viewer.clicks("Tick forth")
+    shown(viewer, f">{first_joint(run, 0.54)}<")
+    for _ in range(10):
+        viewer.clicks("Tick back")
+    shown(viewer, f">{first_joint(run, 0.52)}<")
+
+
+def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
+    command = [sys.executable, "-m", "iiwa_sim", "show", str(run), "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            said = next_line(process)
+            assert said.startswith("page on http://127.0.0.1:")
+            with viewing(int(said.strip().rstrip("/").rpartition(":")[2])) as viewer:
+                shown(viewer, "LBR iiwa 7 R800")
+            process.send_signal(signal.SIGTERM)
+            _, told = process.communicate(timeout=DEADLINE_S)
+        finally:
+            process.kill()
+    assert (process.returncode, told) == (0, "")
+
+
+@pytest.mark.parametrize("content", [b"rubbish", None])
+def test_a_file_that_is_no_recording_is_told_in_one_line(
+    content: bytes | None, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.mcap"
+    if content is not None:
+        path.write_bytes(content)
+    done = subprocess.run(
+        [sys.executable, "-m", "iiwa_sim", "show", str(path), "--port", "0"],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"iiwa-sim: {path}: ")
+    assert done.stderr.count("\n") == 1
