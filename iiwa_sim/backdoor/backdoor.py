@@ -183,13 +183,13 @@ class Backdoor(Faults):
     @acts
     def protective_stop(self) -> None:
         """Stop the robot with an error that has to be reset."""
-        self._controller.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
+        self._controller.injected.fail(STOP_TRIGGERED, PROTECTIVE_STOP)
 
     @acts
     def switch_drives(self, on: bool) -> None:
         """Switch the drives. Switching off stops the robot with an error, which can be reset when they are
         on again."""
-        self._controller.switch_drives(on)
+        self._controller.injected.switch_drives(on)
 
     @acts
     def reset_error(self) -> None:

@@ -72,7 +72,7 @@ class States:
             controller.io.set_output(number, on)
         controller.load.wrench, controller.load.joint_push = state.wrench, state.joint_push
         controller.release_emergency_stop()
-        controller.switch_drives(on=True)
+        controller.injected.switch_drives(on=True)
         controller.reset_error()
 
     def _present(self) -> State:

@@ -8,18 +8,12 @@ from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.endings import WhenEnded
-from iiwa_sim.controller.errors import (
-    COMPONENT_NOT_READY,
-    EMERGENCY_STOP,
-    EXECUTION,
-    STOP_TRIGGERED,
-    ErrorRecord,
-    Refused,
-)
-from iiwa_sim.controller.faults import DRIVES_OFF, PRESSED
+from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
+from iiwa_sim.controller.faults import PRESSED
 from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
-from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, SERVO_MODES, Mode
+from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
@@ -79,6 +73,8 @@ class Controller:
         """What pushes the robot from outside, and what it touches."""
         self._core = Core(model, tick_s, start, tool, self.load, servo_timeout_s, on_fault, on_contact)
         self._moves = Moves(self._core)
+        self.injected = Injected(self._core)
+        """What a test bench makes go wrong."""
         self.endings = self._core.endings
         """Tells its listeners how each move ended."""
         self.step = self._core.step
@@ -156,30 +152,6 @@ class Controller:
     def release_emergency_stop(self) -> None:
         """The error remains, to be reset."""
         self._core.faults.release_emergency_stop()
-
-    def switch_drives(self, on: bool) -> None:
-        """Off: stop as `stop` does, and take no moves until they are on again and the error reset."""
-        self._core.faults.switch_drives(on)
-        if not on:
-            self._core.halt(COMPONENT_NOT_READY, DRIVES_OFF)
-            self._core.tell(COMPONENT_NOT_READY, DRIVES_OFF)
-
-    def fail(self, code: int, reason: str) -> None:
-        """Something goes wrong: stop as `stop` does, and take no moves until the error is reset."""
-        self._core.faults.fail(code, reason)
-        self._core.halt(code, reason)
-        self._core.tell(code, reason)
-
-    def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
-        """Refuse the next move outside of the state of error, whatever it asks for; None takes that back."""
-        self._core.faults.refuse_next(refusal)
-
-    def time_out_servo(self) -> None:
-        """Stop as if a servo mode had heard of no command for too long; raises `Refused` in other modes."""
-        if self.mode not in SERVO_MODES:
-            modes = " or ".join(mode.value for mode in SERVO_MODES)
-            raise Refused(EXECUTION, f"the mode is {self.mode.value}: expected {modes}")
-        self._core.end_servo(f"no {self.mode.value} command in time: the robot stops")
 
     def place(self, joints: Sequence[float]) -> None:
         """Be at rest at joint positions (rad), without a way there, in no mode.
@@ -306,9 +278,8 @@ class Controller:
 
     def distance_to_goal_mm(self) -> float:
         """How far the TCP is from there, in a straight line (mm)."""
-        return 1e3 * dist(
-            self._core.tcp(self.joints).translation, self._core.tcp(self.goal_joints).translation
-        )
+        here, goal = self._core.tcp(self.joints), self._core.tcp(self.goal_joints)
+        return 1e3 * dist(here.translation, goal.translation)
 
     def joint_torque(self) -> tuple[float, ...]:
         """The external torque on each joint (Nm)."""

@@ -35,9 +35,9 @@ REASON = "made to fail"
 CODE = 4711
 
 STOPPERS: dict[str, tuple[Callable[[Controller], None], ErrorRecord]] = {
-    "fault": (lambda controller: controller.fail(CODE, REASON), ErrorRecord(CODE, REASON)),
+    "fault": (lambda controller: controller.injected.fail(CODE, REASON), ErrorRecord(CODE, REASON)),
     "drives off": (
-        lambda controller: controller.switch_drives(on=False),
+        lambda controller: controller.injected.switch_drives(on=False),
         ErrorRecord(COMPONENT_NOT_READY, "the drives are off"),
     ),
     "emergency stop": (Controller.emergency_stop, ErrorRecord(EMERGENCY_STOP, "emergency stop")),
@@ -76,11 +76,11 @@ def test_the_robot_stops_on_its_path_and_what_waits_is_forgotten(name: str, how:
 
 def test_drives_have_to_be_on_again_before_a_reset() -> None:
     controller = SteppedRobot().controller
-    controller.switch_drives(on=False)
+    controller.injected.switch_drives(on=False)
     with pytest.raises(Refused, match="the drives have to be switched on first") as refused:
         controller.reset_error()
     assert refused.value.code == COMPONENT_NOT_READY
-    controller.switch_drives(on=True)
+    controller.injected.switch_drives(on=True)
     assert controller.status().drives_powered == 0, "not before the reset"
     controller.reset_error()
     assert controller.status().drives_powered == 1
@@ -89,12 +89,12 @@ def test_drives_have_to_be_on_again_before_a_reset() -> None:
 
 def test_drives_off_outlast_an_emergency_stop_and_the_other_way_round() -> None:
     controller = SteppedRobot().controller
-    controller.switch_drives(on=False)
+    controller.injected.switch_drives(on=False)
     controller.emergency_stop()
-    controller.switch_drives(on=True)
+    controller.injected.switch_drives(on=True)
     with pytest.raises(Refused, match="emergency stop has to be released"):
         controller.reset_error()
-    controller.switch_drives(on=False)
+    controller.injected.switch_drives(on=False)
     controller.release_emergency_stop()
     with pytest.raises(Refused, match="switched on first"):
         controller.reset_error()
@@ -102,8 +102,8 @@ def test_drives_off_outlast_an_emergency_stop_and_the_other_way_round() -> None:
 
 def test_the_first_cause_of_an_error_is_kept() -> None:
     robot = SteppedRobot()
-    robot.controller.fail(CODE, REASON)
-    robot.controller.fail(CODE + 1, "another")
+    robot.controller.injected.fail(CODE, REASON)
+    robot.controller.injected.fail(CODE + 1, "another")
     assert robot.controller.last_error == (CODE, REASON)
     assert len(robot.faults) == 2
 
@@ -113,7 +113,7 @@ def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
     controller = robot.controller
     controller.move(joint_move(AWAY, FULL))
     robot.step(20)
-    controller.refuse_next_move(ErrorRecord(CODE, REASON))
+    controller.injected.refuse_next_move(ErrorRecord(CODE, REASON))
     with pytest.raises(Refused, match=REASON) as refused:
         controller.move(smart_joint_move(AWAY, FULL))
     assert refused.value.code == CODE
@@ -126,8 +126,8 @@ def test_the_next_move_is_refused_once_and_changes_nothing() -> None:
 
 def test_an_error_goes_before_a_refusal_which_waits_for_its_move() -> None:
     controller = SteppedRobot().controller
-    controller.refuse_next_move(ErrorRecord(CODE, REASON))
-    controller.fail(EXECUTION, "first")
+    controller.injected.refuse_next_move(ErrorRecord(CODE, REASON))
+    controller.injected.fail(EXECUTION, "first")
     with pytest.raises(Refused, match="no move before reset error: first"):
         controller.move(joint_move(AWAY, FULL))
     controller.reset_error()
@@ -137,8 +137,8 @@ def test_an_error_goes_before_a_refusal_which_waits_for_its_move() -> None:
 
 def test_a_refusal_can_be_taken_back() -> None:
     controller = SteppedRobot().controller
-    controller.refuse_next_move(ErrorRecord(CODE, REASON))
-    controller.refuse_next_move(None)
+    controller.injected.refuse_next_move(ErrorRecord(CODE, REASON))
+    controller.injected.refuse_next_move(None)
     controller.move(joint_move(AWAY, FULL))
 
 
@@ -147,7 +147,7 @@ def test_a_servo_times_out_at_once(timeout_s: float | None) -> None:
     robot = SteppedRobot(servo_timeout_s=timeout_s)
     robot.controller.move(smart_joint_move(AWAY, FULL))
     robot.step(50)
-    robot.controller.time_out_servo()
+    robot.controller.injected.time_out_servo()
     assert robot.controller.mode is Mode.UNKNOWN
     assert robot.faults == [(COMMUNICATION_FAILURE, "no smart command in time: the robot stops")]
     assert robot.controller.status().error_code == COMMUNICATION_FAILURE
@@ -158,7 +158,7 @@ def test_without_a_servo_mode_there_is_nothing_to_time_out() -> None:
     robot = SteppedRobot()
     robot.controller.move(joint_move(AWAY, FULL))
     with pytest.raises(Refused, match="the mode is normal: expected smart or direct"):
-        robot.controller.time_out_servo()
+        robot.controller.injected.time_out_servo()
     assert robot.controller.status().in_error == 0
     assert robot.controller.moving
 
