@@ -20,7 +20,7 @@ def joints_despite_a_lost_reply(robot: Iiwa) -> tuple[float, ...]:
 
 
 def main() -> None:
-    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port, 0.3) as robot:
+    with Simulator(clock="fast") as simulator, Iiwa(simulator.host, simulator.port, 1.0) as robot:
         simulator.backdoor.set_fault(Drop(), replies=1)
         print("joints", *joints_despite_a_lost_reply(robot))
 
