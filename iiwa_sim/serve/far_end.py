@@ -1,7 +1,7 @@
 """How much of what was sent the other end of a connection has read, where its system is ours.
 
 TCP tells a sender what has arrived, not what has been read: in between lies the receive buffer of the other
-end, which by default holds some hundred lines of ours. Linux counts both for every socket, and tells of all
+end, which by default holds some 200 lines of ours. Linux counts both for every socket, and tells of all
 sockets of a network namespace (sock_diag(7)): so also of the far end of a connection on the same machine. Of
 one that is elsewhere, behind a proxy or an address translation nothing is known.
 """
