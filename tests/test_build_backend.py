@@ -14,6 +14,9 @@ from typing import Any
 
 import pytest
 
+from tests.robot.arms import copy_of_robot
+from tests.talking import DEADLINE_S
+
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 
@@ -53,11 +56,12 @@ def test_elsewhere_it_asks_for_what_it_needs(
 @pytest.mark.parametrize(
     ("name", "told"), [("pinocchio", "pip install pin"), ("ruckig", "pip install ruckig")]
 )
-def test_a_library_that_is_not_installed_is_told_in_one_line(name: str, told: str) -> None:
+def test_a_library_that_is_not_installed_is_told_in_one_line(name: str, told: str, tmp_path: Path) -> None:
+    """For a robot of a user's own: those that come along start without Pinocchio."""
+    robot = copy_of_robot(tmp_path / "robot")
     hidden = f"import sys; sys.modules['{name}'] = None; from iiwa_sim.cli import main; sys.exit(main())"
-    done = subprocess.run(
-        [sys.executable, "-c", hidden, "--port", "0"], capture_output=True, text=True, timeout=60, check=False
-    )
+    words = [sys.executable, "-c", hidden, "--port", "0", "--robot", str(robot)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
     assert done.returncode == 2
     assert re.fullmatch(rf"iiwa-sim: {name} is not installed: {told}; [^\n]+\n", done.stderr)
 
