@@ -15,7 +15,9 @@ FOUND = {
     112: "1.016 of a jerk in a change of the override: a corner began less than a millisecond before a knot",
     131: "1.023 of a jerk in the last hundredth of a corner",
     179: "1.11 of a jerk in a plan that was never seen at a tick",
-    508: "1.09 of a jerk in such a plan, in a sixth of a millisecond",
+    508: "1.09 of a jerk in such a plan, for half a millisecond",
+    1119: "1.03 of a jerk in a move of micrometres, which was planned quickly",
+    2125: "1.17 of a jerk in a line of a few micrometres that is made of two pieces, in a thousandth of it",
 }
 """Seeds, and what was found there by hunting."""
 

