@@ -11,8 +11,8 @@ from contextlib import ExitStack
 
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.throttle import Throttle
+from iiwa_sim.view.hall import MOST, Hall
 from iiwa_sim.view.page import open_page
-from iiwa_sim.view.panel import Panel
 from iiwa_sim.view.station import Place, Station
 
 FRAME_S = 1.0 / 30.0
@@ -33,19 +33,17 @@ def run_page(
 
     Raises StationFault or DrawingFault, before that, for a robot that is not there or cannot be drawn.
     """
-    stations = [Station(place) for place in places]
+    if len(places) > MOST:
+        logger.warning("the page shows the first %d of %d robots", MOST, len(places))
+    stations = [Station(place) for place in places[:MOST]]
     drawings = [station.describe() for station in stations]
     with ExitStack() as running:
         server = running.enter_context(open_page(listening, token))
-        server.initial_camera.position, server.initial_camera.look_at = (1.4, -1.3, 1.0), (0.35, 0.1, 0.4)
-        server.scene.add_grid(
-            "/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, position=(0.0, 0.0, -0.002)
-        )
-        for station, drawing in zip(stations, drawings, strict=True):
-            station.draw(server.scene, drawing)
+        hall = Hall(server, stations, drawings)
+        for station in stations:
             station.start()
             running.callback(station.stop)
-        panel = running.enter_context(Panel(server, stations[0]))
+        running.enter_context(hall)
         opened()
         told = Throttle[str](1)
         while not over.is_set():
@@ -58,9 +56,7 @@ def run_page(
             began_s = time.monotonic()
             try:
                 with server.atomic():
-                    for station in stations:
-                        station.frame()
-                    panel.show()
+                    hall.frame()
             except Exception as fault:
                 # A page that fails at a state is worth a line, and the next state a try.
                 if told.count("frame", time.monotonic_ns()) is not None:

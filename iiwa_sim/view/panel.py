@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.view.acting import acting
+from iiwa_sim.view.charts import Charts
 from iiwa_sim.view.dialogue import DialogueList
 from iiwa_sim.view.faults import Faults
 from iiwa_sim.view.pendant import Pendant
@@ -24,6 +25,9 @@ class Panel:
         gui = server.gui
         self._station = station
         self._pendant = Pendant(gui, station)
+        self.stop = self._pendant.stop
+        """Stops the robot, at an event."""
+        self._charts: Charts | None = None
         self._dialogue: DialogueList | None = None
         self._faults: Faults | None = None
         self._pushing: Pushing | None = None
@@ -41,6 +45,8 @@ class Panel:
             self._dialogue = DialogueList(gui)
         with tabs.add_tab("Faults"):
             self._faults = Faults(gui, station)
+        with tabs.add_tab("Charts"):
+            self._charts = Charts(gui, station.told["joints"], station.told["velocity"])
 
     def __enter__(self) -> Panel:
         if self._pushing is not None:
@@ -54,6 +60,10 @@ class Panel:
     def show(self) -> None:
         """What the newest state says, and what was said."""
         self._pendant.show()
+        if self._charts is not None:
+            if self._station.state is not None:
+                self._charts.add(self._station.state)
+            self._charts.show()
         if self._pushing is not None:
             self._pushing.show()
         if self._surfaces is not None:

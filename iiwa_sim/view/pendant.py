@@ -49,15 +49,16 @@ class Pendant:
         self._lamps = ""
         self.tabs: Any = None
         """Where there is room for more."""
+        self.stop: Callable[[Any], None] = acting(lambda _: station.stop_moves())
+        """Stops the robot, at an event: as an emergency stop where there is a backdoor."""
         if station.bench is None:
             gui.add_button(
                 "Stop", color="red", hint="the robot stops, and forgets the moves that wait"
-            ).on_click(acting(lambda _: station.stop_moves()))
+            ).on_click(self.stop)
             self._readout = Readout(gui)
             return
-        stop = self._does(lambda _: "emergency stop")
-        gui.add_button("Emergency stop", color="red", hint="Ctrl-E, too").on_click(stop)
-        gui.add_command("Emergency stop", hotkey="E", modifier="cmd/ctrl").on_trigger(stop)
+        self.stop = self._does(lambda _: "emergency stop")
+        gui.add_button("Emergency stop", color="red", hint="Ctrl-E, too").on_click(self.stop)
         self._group("Safety", SAFETY)
         self._readout = Readout(gui)
         self.tabs = gui.add_tab_group()

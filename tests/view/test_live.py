@@ -20,19 +20,30 @@ from tests.view.viewer import Message, Viewer, viewing
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
 
 
-@contextmanager
-def page_of(simulator: Simulator, backdoor: bool = True) -> Iterator[int]:
-    """The port of a page that shows it."""
+def place_of(simulator: Simulator, backdoor: bool = True, name: str = "") -> Place:
     assert simulator.status_port is not None
     assert simulator.backdoor_port is not None
-    place = Place(
+    return Place(
+        name=name,
         status=("127.0.0.1", simulator.status_port),
         backdoor=("127.0.0.1", simulator.backdoor_port) if backdoor else None,
         driver=("127.0.0.1", simulator.port),
     )
+
+
+@contextmanager
+def page_of(simulator: Simulator, backdoor: bool = True) -> Iterator[int]:
+    """The port of a page that shows it."""
+    with page_at(place_of(simulator, backdoor)) as port:
+        yield port
+
+
+@contextmanager
+def page_at(*places: Place) -> Iterator[int]:
+    """The port of a page that shows robots."""
     over, opened = threading.Event(), threading.Event()
     with socket.create_server(("127.0.0.1", 0)) as listening:
-        page = threading.Thread(target=run_page, args=(listening, [place], over, None, opened.set))
+        page = threading.Thread(target=run_page, args=(listening, places, over, None, opened.set))
         page.start()
         try:
             assert opened.wait(DEADLINE_S)
@@ -187,6 +198,21 @@ def types(viewer: Viewer, label: str, text: str) -> None:
     viewer.clicks(label, text)
     form = viewer.until(lambda message: message.get("uuid") == uuid)["container_uuid"]
     viewer.send(type="GuiFormSubmitMessage", uuid=form)
+
+
+def test_of_a_fleet_the_robot_that_is_chosen_is_stopped(simulator: Simulator) -> None:
+    with Simulator("kr_6_r900_sixx", dialects=["krc4"], status_port=0, backdoor_port=0) as other:
+        places = place_of(simulator, name="first"), place_of(other, name="second")
+        with page_at(*places) as port, viewing(port) as viewer:
+            viewer.until(lambda message: message.get("props", {}).get("text") == "second")
+            shows(viewer, "LBR iiwa 7 R800")
+            viewer.clicks("Robot", "second")
+            shows(viewer, "KR 6")
+            command = viewer.until(lambda message: message["type"] == "RegisterCommandMessage")
+            viewer.send(type="CommandTriggerMessage", uuid=command["uuid"])
+            shows(viewer, "KR 6", "pressed")
+            assert other.state().error.code == 3030
+            assert simulator.state().error.code == 0
 
 
 def test_without_a_backdoor_it_finds_the_robot_and_can_stop_it(simulator: Simulator) -> None:
