@@ -65,12 +65,13 @@ class Endings:
         """What is ended in this context has ended for this reason; `discards` where all is ended at once."""
         self.after_tick()
         yield
-        if not self.pending:
-            return
-        ended = [move for move in self.pending if not self._is_pending(move.number)]
+        ended: list[PendingMove] = []
+        pending = deque[PendingMove]()
+        for move in self.pending:
+            (pending if self._is_pending(move.number) else ended).append(move)
         if not ended:
             return
-        self.pending = deque(move for move in self.pending if self._is_pending(move.number))
+        self.pending = pending
         if discards and self.on_discarded is not None:
             self.on_discarded([move.number for move in ended], reason)
         for move in ended:
