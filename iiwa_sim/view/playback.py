@@ -19,6 +19,7 @@ from iiwa_sim.view.drawing import Drawing
 from iiwa_sim.view.page import open_page
 from iiwa_sim.view.readout import Readout
 from iiwa_sim.view.scene import Scene
+from iiwa_sim.view.trail import SECONDS
 
 if TYPE_CHECKING:
     import viser
@@ -29,6 +30,10 @@ IDLE_S = 0.1
 LINES_EVERY_S = 0.4
 MOST_EVENTS = 30
 SLIDER_STEP_S = 0.01
+JUMP_S = 0.5
+"""More simulated time than that between two frames is no playing, but a jump."""
+PATH_STATES = 60
+"""Of those before a jump's end that the path is drawn through."""
 PLAY, PAUSE = "Play", "Pause"
 
 logger = logging.getLogger(__name__)
@@ -44,9 +49,7 @@ def run_playback(
 
     `opened` is called when it serves. Raises DrawingFault, before that, for a robot that cannot be drawn.
     """
-    metadata = timeline.head.metadata
-    urdf = timeline.head.attachments.get("robot.urdf", b"").decode("utf-8", "replace")
-    drawing = Drawing.of_urdf(urdf, timeline.head.joints, metadata.get("flange", ""))
+    drawing = drawing_of(timeline)
     told = Throttle[str](1)
     with open_page(listening) as server:
         server.initial_camera.position, server.initial_camera.look_at = (1.4, -1.3, 1.0), (0.35, 0.1, 0.4)
@@ -71,6 +74,12 @@ def run_playback(
             before_s = began_s
 
 
+def drawing_of(timeline: Timeline) -> Drawing:
+    """What the arm of a recording looks like. Raises DrawingFault."""
+    urdf = timeline.head.attachments.get("robot.urdf", b"").decode("utf-8", "replace")
+    return Drawing.of_urdf(urdf, timeline.head.joints, timeline.head.metadata.get("flange", ""))
+
+
 class Playback:
     """A recording in the scene, and what steers it."""
 
@@ -81,6 +90,8 @@ class Playback:
         self._robot = {"name": timeline.head.metadata.get("robot", ""), "joints": timeline.head.joints}
         self._tick_s = 1.0 / timeline.head.tick_rate_hz
         self._cell: dict[str, Any] = {}
+        self._steps = threading.Lock()
+        self._shown_s = timeline.start_s
         self._lines_at_s: float | None = None  # of the recording: the lines that are shown
         self._next_lines_s = 0.0
         gui = server.gui
@@ -111,6 +122,7 @@ class Playback:
     def frame(self, real_s: float) -> None:
         """So much time has passed for the viewer: show where the recording is now."""
         player = self._player
+        was_playing = player.playing
         player.passes(real_s)
         time_s = player.time_s
         state = self._timeline.state_at(time_s)
@@ -118,14 +130,22 @@ class Playback:
         if cell != self._cell:
             self._cell = cell
             self._scene.show_cell(cell)
+        self._show_path(time_s)
         self._scene.show(state)
         self._readout.show(state, self._robot)
         self._show_lines(time_s)
         label = PAUSE if player.playing else PLAY
         if self._button.label != label:
             self._button.label = label
-        if player.playing and abs(self._slider.value - time_s) > SLIDER_STEP_S:
+        if was_playing and abs(self._slider.value - time_s) > SLIDER_STEP_S:
             self._slider.value = round(time_s, 2)
+
+    def _show_path(self, time_s: float) -> None:
+        """After a jump, let the scene have seen the states before: it draws the path of the last seconds."""
+        before_s, self._shown_s = self._shown_s, time_s
+        if not before_s <= time_s <= before_s + JUMP_S:
+            for state in self._timeline.states(time_s - SECONDS, time_s, PATH_STATES):
+                self._scene.show(state)
 
     def _show_lines(self, time_s: float) -> None:
         now_s = time.monotonic()
@@ -145,9 +165,10 @@ class Playback:
             self._player.play()
 
     def _step(self, ticks: int) -> None:
-        self._player.pause()
-        self._player.go_to(self._timeline.state_at(self._player.time_s)["time_s"] + ticks * self._tick_s)
-        self._slider.value = round(self._player.time_s, 2)
+        with self._steps:  # clicks come in threads of their own
+            self._player.pause()
+            self._player.go_to(self._timeline.state_at(self._player.time_s)["time_s"] + ticks * self._tick_s)
+            self._slider.value = round(self._player.time_s, 2)
 
     def _set_speed(self) -> None:
         self._player.speed = float(self._speed.value.rstrip("x"))
