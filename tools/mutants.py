@@ -24,7 +24,7 @@ from mutmut.runners.harness import PytestRunner
 ROOMS = {
     "controller": ["tests/controller"],
     "dialect": ["tests/dialect"],
-    "motion/queue": ["tests/motion/queue", "tests/motion/test_blend.py"],
+    "motion/queue": ["tests/motion/queue", "tests/motion/test_blend.py", "tests/controller/test_mixes.py"],
 }
 """Rooms of iiwa_sim, and the tests that their mutants have to fail."""
 COPY = Path("mutants")
@@ -50,9 +50,7 @@ def main() -> int:
     parser.add_argument("--room", choices=ROOMS, default="dialect", help="(default: %(default)s)")
     parser.add_argument("--count", type=int, default=100, help="size of the sample (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of the sample (default: %(default)s)")
-    parser.add_argument(
-        "--again", action="store_true", help="with the mutants of the run before"
-    )
+    parser.add_argument("--again", action="store_true", help="with the mutants of the run before")
     options = parser.parse_args()
 
     if not options.again:
