@@ -81,6 +81,7 @@ class Recorder:
                 "robot": description.name,
                 "joints": " ".join(description.joints),
                 "flange": description.flange,
+                "velocity_rad_s": " ".join(map(str, description.velocity)),
                 "clock": clock(),
                 "rate_hz": str(tick_rate_hz),
                 "record_rate_hz": str(self._rate_hz),

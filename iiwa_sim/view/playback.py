@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 from iiwa_sim.recordings.player import SPEEDS, Player
 from iiwa_sim.recordings.timeline import Timeline
 from iiwa_sim.throttle import Throttle
+from iiwa_sim.view import charts, trail
 from iiwa_sim.view.acting import acting
+from iiwa_sim.view.charts import Charts
 from iiwa_sim.view.dialogue import MOST, DialogueList
 from iiwa_sim.view.drawing import Drawing
 from iiwa_sim.view.page import open_page
 from iiwa_sim.view.readout import Readout
 from iiwa_sim.view.scene import Scene
-from iiwa_sim.view.trail import SECONDS
 
 if TYPE_CHECKING:
     import viser
@@ -111,6 +112,8 @@ class Playback:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Dialogue"):
             self._dialogue = DialogueList(gui)
+        with tabs.add_tab("Charts"):
+            self._charts = Charts(gui, timeline.head.joints, timeline.head.velocity_rad_s)
         with tabs.add_tab("Events"):
             self._events: Any = gui.add_html("")
         self._slider.on_update(acting(lambda _: self._player.go_to(float(self._slider.value))))
@@ -132,6 +135,8 @@ class Playback:
             self._scene.show_cell(cell)
         self._show_path(time_s)
         self._scene.show(state)
+        self._charts.add(state)
+        self._charts.show()
         self._readout.show(state, self._robot)
         self._show_lines(time_s)
         label = PAUSE if player.playing else PLAY
@@ -141,10 +146,12 @@ class Playback:
             self._slider.value = round(time_s, 2)
 
     def _show_path(self, time_s: float) -> None:
-        """After a jump, let the scene have seen the states before: it draws the path of the last seconds."""
+        """After a jump, show what was before: the path of the last seconds, and charts."""
         before_s, self._shown_s = self._shown_s, time_s
         if not before_s <= time_s <= before_s + JUMP_S:
-            for state in self._timeline.states(time_s - SECONDS, time_s, PATH_STATES):
+            for state in self._timeline.states(time_s - charts.SECONDS, time_s, charts.SAMPLES):
+                self._charts.add(state)
+            for state in self._timeline.states(time_s - trail.SECONDS, time_s, PATH_STATES):
                 self._scene.show(state)
 
     def _show_lines(self, time_s: float) -> None:
