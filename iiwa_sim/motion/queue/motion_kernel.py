@@ -16,19 +16,34 @@ if cython.compiled:
 else:
     from iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
 
+_SMALL = cython.declare(cython.double, 0.05)
+_TERMS = cython.declare(cython.int, 12)  # of a series up to there
+_HALVINGS = cython.declare(cython.int, 60)
+
 
 @cython.cfunc
 @cython.exceptval(check=False)
 def _time(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double) -> cython.double:
-    """From the beginning of a cell to its part u, by Gauss' rule of six places."""
-    return u * (
-        0.08566224618958517 / sqrt(_b(c0, c1, c2, 0.033765242898423986 * u))
-        + 0.1803807865240693 / sqrt(_b(c0, c1, c2, 0.1693953067668677 * u))
-        + 0.23395696728634552 / sqrt(_b(c0, c1, c2, 0.38069040695840156 * u))
-        + 0.23395696728634552 / sqrt(_b(c0, c1, c2, 0.6193095930415985 * u))
-        + 0.1803807865240693 / sqrt(_b(c0, c1, c2, 0.8306046932331322 * u))
-        + 0.08566224618958517 / sqrt(_b(c0, c1, c2, 0.966234757101576 * u))
-    )
+    """From the beginning of a cell to its part u: exactly, also where b all but comes to 0 on the way.
+
+    With r = sqrt(b) and s = r(0) + r(u), the integral of 1 / r is 2 u / s times atanh(x) / x with x^2 = w =
+    d2b/dtheta2 u^2 / (2 s^2); or atan, where w < 0.
+    """
+    s: cython.double = sqrt(_b(c0, c1, c2, 0.0)) + sqrt(_b(c0, c1, c2, u))
+    w: cython.double = 0.5 * (c0 - 2.0 * c1 + c2) * u * u / (s * s)
+    part: cython.double = 2.0 * u / s
+    total: cython.double = 1.0 / (2.0 * _TERMS + 1.0)
+    k: cython.int
+    for k in range(_HALVINGS):
+        if -_SMALL < w < _SMALL:
+            break
+        # atanh(x) = 2 atanh(x / (1 + sqrt(1 - x^2)))
+        s = 1.0 + sqrt(max(1.0 - w, 0.0))
+        part *= 2.0 / s
+        w /= s * s
+    for k in range(_TERMS - 1, -1, -1):
+        total = total * w + 1.0 / (2.0 * k + 1.0)
+    return part * total
 
 
 @cython.cfunc

@@ -170,3 +170,15 @@ def test_the_fastest_motion_over_a_way(way: float, velocity: float, acceleration
     assert np.array_equal(*found)
     end = found[0][-3:]
     assert np.allclose(end, [way, 0.0, 0.0], rtol=1e-9, atol=1e-9 * np.array([way, velocity, acceleration]))
+
+
+@settings(max_examples=60, deadline=None)
+@given(exponents=st.lists(st.floats(-4.0, 1.0), min_size=3, max_size=3))
+def test_the_time_of_a_cell_is_exact_also_where_the_clock_comes_near_to_0(exponents: list[float]) -> None:
+    c = 10.0 ** np.array(exponents)
+    places, weights = np.polynomial.legendre.leggauss(400)
+    u = 0.5 * (places + 1.0)
+    b = 0.5 * (c[0] + c[1]) + u * (c[1] - c[0]) + 0.5 * u * u * (c[0] - 2.0 * c[1] + c[2])
+    times = np.zeros(2)
+    motion_kernel.add_times(c, times)
+    assert np.isclose(times[1], 0.5 * float((weights / np.sqrt(b)).sum()), rtol=1e-10)
