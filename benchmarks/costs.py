@@ -53,7 +53,7 @@ def _known_at_once() -> list[Figure]:
             "us",
             at_most=500,
             kind=Kind.CPU,
-            margin=10,  # missed: some 3,100
+            margin=8,  # missed: some 1,900
         ),
         Figure(f"{of}: planning while it runs, mean per move", in_ticks, "us"),
         Figure(f"{of}: accepting a move, p50", percentile(accepting, 0.5), "us"),

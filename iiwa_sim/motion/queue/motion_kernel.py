@@ -34,7 +34,8 @@ def _time(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.dou
     part: cython.double = 2.0 * u / s
     total: cython.double = 1.0 / (2.0 * _TERMS + 1.0)
     k: cython.int
-    for k in range(_HALVINGS):
+    _: cython.int
+    for _ in range(_HALVINGS):
         if -_SMALL < w < _SMALL:
             break
         # atanh(x) = 2 atanh(x / (1 + sqrt(1 - x^2)))
