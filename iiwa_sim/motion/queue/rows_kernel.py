@@ -45,6 +45,7 @@ def layout(
     count: cython.Py_ssize_t
     begins: cython.double
     ends: cython.double = spline(controls, first, 0.0)
+    long: cython.double  # places that a long cell has besides
     bent: cython.bint
     while e < edges.shape[0] and edges[e] < ends:
         e += 1
@@ -59,7 +60,9 @@ def layout(
         if bent or count > 0:
             starts[k + 1] = starts[k] + count + BENT
         else:
-            count = PLAIN if way.is_straight(move) else PLAIN + int((ends - begins) / LONG)
+            # A cell from a trial clock may run backwards, or be no number: it has its least places, too.
+            long = min(max(0.0, (ends - begins) / LONG), 1.0 * MOST)
+            count = PLAIN if way.is_straight(move) else PLAIN + int(long)
             if k < ENDS or k >= controls.shape[0] - 3 - ENDS:
                 count += MORE
             starts[k + 1] = starts[k] + min(count, MOST)

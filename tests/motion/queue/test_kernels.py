@@ -182,3 +182,15 @@ def test_the_time_of_a_cell_is_exact_also_where_the_clock_comes_near_to_0(expone
     times = np.zeros(2)
     motion_kernel.add_times(c, times)
     assert np.isclose(times[1], 0.5 * float((weights / np.sqrt(b)).sum()), rtol=1e-10)
+
+
+def test_cells_that_run_backwards_or_are_no_numbers_have_places_in_order() -> None:
+    """Places that are counted below 0 would be written before the arrays that they are in."""
+    for kernels in (COMPILED, PLAIN):
+        way = way_of(kernels, 1)
+        for controls in (np.linspace(2.9, -40.0, 30), np.full(30, np.nan), np.geomspace(1.0, 1e300, 30)):
+            starts = np.zeros(28, dtype=np.intp)
+            places = kernels.rows.layout(way, way.edges, controls, 0, starts)
+            assert places == starts[-1]
+            assert (np.diff(starts) >= 2).all()
+            assert (np.diff(starts) <= 40).all()
