@@ -136,7 +136,6 @@ def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simu
     watched = request.node.stash.setdefault(_WATCHED, [])
     common = _options(request)
     with ExitStack() as robots:
-
         numbers = count(1)
 
         def start(**given: Any) -> "Simulator":

@@ -40,9 +40,7 @@ class Parser(argparse.ArgumentParser):
         and `log_json`. What is in none has one of its own at the end. `commands` gives what else the program
         does, by the word behind its name.
         """
-        super().__init__(
-            prog=prog, usage=usage, description=description, epilog=epilog, allow_abbrev=False
-        )
+        super().__init__(prog=prog, usage=usage, description=description, epilog=epilog, allow_abbrev=False)
         self.examples = {f"{prog} {line}".rstrip(): what for line, what in (examples or {}).items()}
         self._section_words = sections or {}
         self._commands = commands

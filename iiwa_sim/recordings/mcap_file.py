@@ -91,6 +91,5 @@ class McapFile:
         return ids
 
 
-
 def _unwritable(path: Path, fault: Exception) -> RecordingFault:
     return RecordingFault(f"{path}: cannot be written: {getattr(fault, 'strerror', None) or fault}")

@@ -55,9 +55,7 @@ class Arm:
         robot = ET.fromstring(urdf)
         self._joints = [_joint(joint, joints) for joint in robot.findall("joint")]
         children = {joint.child for joint in self._joints}
-        self._colors = {
-            material.get("name", ""): _color(material) for material in robot.findall("material")
-        }
+        self._colors = {material.get("name", ""): _color(material) for material in robot.findall("material")}
         self._links = robot.findall("link")
         self.base = next(name for link in self._links if (name := link.get("name", "")) not in children)
         """The frame of the base, in which the robot's own frames are told."""
@@ -100,8 +98,10 @@ class Arm:
         material = visual.find("material")
         if material is None:
             return _GREY
-        return _color(material) if material.find("color") is not None else self._colors.get(
-            material.get("name", ""), _GREY
+        return (
+            _color(material)
+            if material.find("color") is not None
+            else self._colors.get(material.get("name", ""), _GREY)
         )
 
 
@@ -115,9 +115,7 @@ def _joint(joint: ET.Element, names: Sequence[str]) -> _Joint:
     length = (x * x + y * y + z * z) ** 0.5
     name = joint.get("name", "")
     place = names.index(name) if name in names else None
-    return _Joint(
-        link("parent"), link("child"), _origin(joint), (x / length, y / length, z / length), place
-    )
+    return _Joint(link("parent"), link("child"), _origin(joint), (x / length, y / length, z / length), place)
 
 
 def _origin(parent: ET.Element) -> Transform:
@@ -180,9 +178,7 @@ def _entity(ns: int, frame: str, name: str) -> Message:
     }
 
 
-def _add(
-    entity: Message, shape: Box | Cylinder | Sphere, pose: Transform, color: Sequence[float]
-) -> None:
+def _add(entity: Message, shape: Box | Cylinder | Sphere, pose: Transform, color: Sequence[float]) -> None:
     common = {"pose": _pose(pose), "color": dict(zip("rgba", color, strict=True))}
     match shape:
         case Box(x, y, z):

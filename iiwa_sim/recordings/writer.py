@@ -60,9 +60,7 @@ class Writer:
         self._number = 0
         self._stuck = False  # the file has taken nothing for PATIENCE_S
         context = contextvars.copy_context()  # in which the log knows whose recording it is
-        self._thread = threading.Thread(
-            target=context.run, args=(self._run,), name=THREAD_NAME, daemon=True
-        )
+        self._thread = threading.Thread(target=context.run, args=(self._run,), name=THREAD_NAME, daemon=True)
         self._thread.start()
 
     def put(self, message: Message, *, can_wait: bool = False) -> None:

@@ -71,8 +71,9 @@ class Recorder:
         """Stop listening; the context does so at its end."""
         self._dialogue.listeners.remove(self._hear)
         written = self._out.close()
-        if self._out.fault is not None and not self._broken:
-            self._break(self._out.fault)
+        if self._out.fault is not None:
+            if not self._broken:
+                self._break(self._out.fault)
         elif untold := self._out.untold:
             logger.warning("%s: the last %d lines are lost: nobody read them", self._path, untold)
         if written:  # otherwise the thread that waits for the file still uses it

@@ -140,9 +140,7 @@ def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"rubbish", None])
-def test_a_file_that_is_no_recording_is_told_in_one_line(
-    content: bytes | None, tmp_path: Path
-) -> None:
+def test_a_file_that_is_no_recording_is_told_in_one_line(content: bytes | None, tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     if content is not None:
         path.write_bytes(content)

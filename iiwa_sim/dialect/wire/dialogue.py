@@ -71,8 +71,6 @@ class Dialogue:
         self, session: str, direction: Direction, text: str, reason: str = "", dialect: str = ""
     ) -> None:
         if self.listeners:
-            said = DialogueLine(
-                session, direction, text, self._tick(), time.monotonic_ns(), reason, dialect
-            )
+            said = DialogueLine(session, direction, text, self._tick(), time.monotonic_ns(), reason, dialect)
             for listener in self.listeners:
                 listener(said)

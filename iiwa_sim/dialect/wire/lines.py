@@ -117,7 +117,6 @@ class LineSplitter:
 def _split(data: bytes) -> list[bytes]:
     # Splitting at a single byte is several times faster than by the expression, and gives the same result if
     # all line ends are of one kind.
-    # are of one kind.
     if b"\r" not in data:
         return data.split(b"\n")
     if b"\n\r" not in data:
