@@ -95,7 +95,7 @@ def _figures(blocks: int) -> list[Figure]:
 
 
 def _block(path: Path | None, seed: int) -> Block:
-    """The same motion for the same seed, recorded or not."""
+    """A random motion by its seed: recorded where there is a path, else not."""
     cell = robot_alone()
     controller = Controller(cell.description, 1.0 / RATE_HZ)
     dialogue = Dialogue(lambda: controller.tick)

@@ -34,7 +34,7 @@ class Fleet:
         return (int(fields[11]) + int(fields[12])) / TICKS_PER_SECOND
 
     def memory_mb(self) -> float:
-        """That is resident."""
+        """Resident memory of the process (MB)."""
         lines = Path(f"/proc/{self._pid}/status").read_text().splitlines()
         (resident,) = (line.split()[1] for line in lines if line.startswith("VmRSS"))
         return int(resident) / 1024

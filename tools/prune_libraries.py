@@ -10,7 +10,21 @@ import pkgutil
 import sys
 from pathlib import Path
 
-LACKING = ("matplotlib", "rospy", "rosgraph", "genpy", "pytest", "testcontainers", "robot")
+LACKING = {
+    "matplotlib",
+    "mcap",
+    "msgspec",
+    "pytest",
+    "shtab",
+    "testcontainers",
+    "trimesh",
+    "viser",
+    "zstandard",
+    # of ROS 1
+    "genpy",
+    "rosgraph",
+    "rospy",
+}
 """Libraries of extras that an image does not have; modules that need them are not loaded."""
 
 

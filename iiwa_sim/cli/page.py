@@ -15,7 +15,7 @@ from iiwa_sim.wording import Unusable
 
 DEFAULT_PORT = 8080
 ENDS_S = 5.0
-"""That the page has to end in good order."""
+"""How long the process of the page may take to end in good order (s), before it is killed."""
 _LIBRARY = "viser"
 
 logger = logging.getLogger(__name__)

@@ -68,7 +68,7 @@ class Stepped(Protocol):
         """Whether ticks change nothing that `skip` does not, and nobody sees them."""
 
     def skip(self, ticks: int) -> None:
-        """So many ticks at once, while it is `resting`."""
+        """Make up for `ticks` ticks at once; only while it is `resting`."""
 
 
 class StillMoving(TimeoutError):

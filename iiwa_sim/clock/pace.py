@@ -28,7 +28,7 @@ STEPPED = Pace("stepped", 0.0)
 
 
 def multiple(speed: float) -> Pace:
-    """So many simulated seconds in a real one. Raises ValueError outside 0.01 to 100."""
+    """A pace of `speed` simulated seconds in a real one. Raises ValueError outside 0.01 to 100."""
     if not MIN_SPEED <= speed <= MAX_SPEED:
         raise ValueError(f"clock {speed:g}x: expected {EXPECTED}")
     return Pace(f"{speed:g}x", float(speed))

@@ -10,10 +10,10 @@ class Watcher(Protocol):
     """Sees the ticks of a robot."""
 
     def tick(self) -> None:
-        """One has been made."""
+        """The robot has made a tick."""
 
     def skip(self, ticks: int) -> None:
-        """So many have been made at once, of a robot at rest, while this one was not `watching`."""
+        """A robot at rest has made `ticks` ticks at once, while this watcher was not `watching`."""
 
     @property
     def watching(self) -> bool:

@@ -80,7 +80,7 @@ class Controller:
         self.step = self._core.step
         """One tick."""
         self.skip = self._core.skip
-        """So many ticks at once, while `resting`: what they would have made of the robot, bit for bit."""
+        """Make up for `ticks` ticks at once, while `resting`: bit for bit what they would have led to."""
 
     @property
     def resting(self) -> bool:
@@ -189,7 +189,7 @@ class Controller:
 
     @property
     def mode(self) -> Mode:
-        """That of the last command: it changes with the command, also where the robot has to stop first."""
+        """Mode of the last command: it changes with the command, also where the robot has to stop first."""
         return self._core.mode
 
     @property

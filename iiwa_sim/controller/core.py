@@ -108,7 +108,7 @@ class Core:
         ) and (self.motions.settled and self.load.settled)
 
     def skip(self, ticks: int) -> None:
-        """So many ticks at once, while `resting`: what they would have made of the robot, bit for bit."""
+        """Make up for `ticks` ticks at once, while `resting`: bit for bit what they would have led to."""
         self.tick += ticks
         self.load.skip(ticks)
 

@@ -18,13 +18,13 @@ class Contact(NamedTuple):
     """A force that has ended a move."""
 
     move: int
-    """Its number."""
+    """Number of the force move."""
     axis: str
-    """Of the TCP."""
+    """Axis of the TCP: x, y or z."""
     force_n: float
-    """Acting on the robot, along that axis."""
+    """Force (N) on the robot, along the axis."""
     offset_n: float
-    """The same when the move was accepted."""
+    """Force (N) along the axis when the move was accepted."""
     threshold_n: float
     tcp: Frame
     """In the base, in the tick in which the force has changed by more than its threshold."""

@@ -65,7 +65,7 @@ class MoveRequest(NamedTuple):
     move; for PTP to joint positions the part (0..1) of the largest way to go that each joint may have left.
     With 0 the robot stops at the target."""
     speeds: Sequence[float] = ()
-    """Those of each joint, instead: of PTP and of servos to joint positions."""
+    """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions."""
     shift: Shift | None = None
     """Instead of a target."""
     redundancy: float | None = None

@@ -25,7 +25,7 @@ class RobotStatus(NamedTuple):
 
 
 def status_of(faults: Faults, *, in_motion: bool) -> RobotStatus:
-    """That of a robot with these faults."""
+    """Status of a robot with these faults."""
     standing = faults.standing
     return RobotStatus(
         mode=AUTOMATIC,

@@ -129,7 +129,7 @@ class Nominal:
         self._stopped = False
 
     def _limits_of(self, move: Move) -> JointLimits:
-        """Those of the move; of a stream, so slow that the next one comes before this one is done."""
+        """Limits of the move; in a stream of moves so low that the next one comes before this one is done."""
         if self._period_s > LONGEST_PERIOD_S:
             return move.limits
         way = np.abs(np.subtract(move.path.end, self._active.joints))

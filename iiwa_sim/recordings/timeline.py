@@ -28,11 +28,11 @@ class _Chunk(NamedTuple):
     """In the file."""
     first_ns: int
     channels: frozenset[int]
-    """Of which there are messages in it."""
+    """Channels that have messages in it."""
 
 
 class _Messages(NamedTuple):
-    """Those of one topic in one chunk, in the order of time."""
+    """Messages of one topic in one chunk, in the order of time."""
 
     times_ns: list[int]
     contents: list[bytes]

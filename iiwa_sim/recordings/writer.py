@@ -13,7 +13,7 @@ from typing import NamedTuple
 from iiwa_sim.recordings.mcap_file import McapFile
 
 MOST_BYTES = 8 * 1024 * 1024
-"""That wait to be written, some 15 s of a robot at 500 Hz; beyond, messages are lost."""
+"""Messages that wait to be written, some 15 s of a robot at 500 Hz; beyond, messages are lost."""
 FLUSH_S = 0.4
 """What was put before is in the file then: so whatever ends the process costs less than a second."""
 PERIOD_S = 0.05

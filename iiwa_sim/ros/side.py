@@ -61,7 +61,7 @@ class RosSide:
         self.tick = self._node.step
         """To be called after every tick."""
         self.skip = self._node.skip
-        """So many ticks have been made at once, while this was not `watching`."""
+        """To be called with how many ticks a robot at rest has made at once, when nobody was `watching`."""
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None
         if rosbridge_port is not None:

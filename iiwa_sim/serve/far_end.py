@@ -41,7 +41,7 @@ class FarEnd(NamedTuple):
 
 
 def far_end(connection: socket.socket) -> FarEnd | None:
-    """That of a connection over TCP; None where it has gone already."""
+    """The far end of a connection over TCP; None where it has gone already."""
     try:
         theirs, ours = connection.getpeername(), connection.getsockname()
         family = connection.family

@@ -92,7 +92,7 @@ class StatusStream(Server["Reader"]):
             self._broadcast()
 
     def skip(self, ticks: int) -> None:
-        """So many ticks have been made while there was no reader."""
+        """The robot has made `ticks` ticks while there was no reader."""
         self._due = (self._due + ticks * self._rate_hz) % self._tick_rate_hz
 
     @property

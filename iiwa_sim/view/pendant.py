@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from iiwa_sim.view.station import Station
 
 MOST_INPUTS = 64
-"""That are shown, as switches."""
+"""The largest number of inputs that are shown, as switches."""
 HOLDS_S = 0.7
 """For so long what a viewer has set stays, though the newest state does not show it yet."""
 LONGEST_STEP_S = 60.0

@@ -52,7 +52,7 @@ def touched(surfaces: Sequence[Surface], radius_m: float, tcp: Vector) -> list[V
 
 
 class Surfaces:
-    """Those of one cell, below a node of the scene."""
+    """Surfaces of one cell, below a node of the scene."""
 
     def __init__(self, scene: viser.SceneApi, root: str) -> None:
         self.handles: dict[str, Any] = {}

@@ -34,7 +34,7 @@ def check_session(seed: int, commands: int) -> int:
 
 
 def recorded_session(path: Path, seed: int, commands: int) -> Robot:
-    """So many lines, at any ticks, then a stop, until the robot rests; the recording has ended."""
+    """A number of lines, at any ticks, then a stop, until the robot rests; the recording has ended."""
     mix = Mix(seed, 1.0 / RATE_HZ, forces=False)
     controller = mix.robot.controller
     robot = Robot(path, robot_alone("lbr_iiwa_7_r800"), controller=controller)

@@ -34,7 +34,7 @@ class Turn(NamedTuple):
 
 
 class _RobotTime:
-    """That of a stepped simulator: it passes when the transcript waits."""
+    """The time of a stepped simulator: it passes when the transcript waits."""
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator

@@ -21,7 +21,7 @@ class _Reply:
 
 
 class CannedReplies:
-    """Those of one robot, for all its clients together."""
+    """Replies that a test has laid down for one robot, for all its clients together."""
 
     def __init__(self) -> None:
         self._replies: dict[str, deque[_Reply]] = {}

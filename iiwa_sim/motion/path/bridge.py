@@ -53,7 +53,7 @@ def _weights() -> Array:
 
 
 def _derivative(i: int, order: int, side: int) -> Fraction:
-    """That derivative of the Chebyshev polynomial T(i) at x = -1 or 1."""
+    """Derivative of an order of the Chebyshev polynomial T(i), at x = -1 or 1 (`side`)."""
     value = Fraction(side ** (i + order))
     for k in range(order):
         value *= Fraction(i * i - k * k, 2 * k + 1)

@@ -38,7 +38,7 @@ class Zone:
         return found
 
     def distance(self, joints: Sequence[float]) -> float:
-        """The same of one row."""
+        """How far joint positions (rad) are from the target."""
         return float(self.distances(np.array([joints]))[0])
 
     def clipped(self, first: Polynomial, second: Polynomial) -> Self:

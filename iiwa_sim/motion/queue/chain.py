@@ -120,7 +120,7 @@ class Chain:
         return tuple(self.joints_along(np.array([time_s]))[0].tolist())
 
     def joints_along(self, times: Array) -> Array:
-        """The same (m, n) at times (m,) before `rest_s`."""
+        """Joint positions (m, n), in rad, at times (m,), in s, before `rest_s`."""
         found = np.empty((len(times), self.course.joint_count))
         self._motion.joints_along(times, found)
         return found

@@ -73,7 +73,7 @@ class Ahead(NamedTuple):
 
     chain: Chain
     moves: int
-    """So many that waited are part of it."""
+    """How many of the moves that waited are part of it."""
 
 
 class _SettingOut:
@@ -228,7 +228,7 @@ class LookAhead:
         return max(self._soonest_s, min(needed_s, 0.5 * (chain.rest_s - now_s), LONGEST_S))
 
     def _corners(self, moves: Sequence[Move], pace: float, enough_s: float) -> Slices[list[Corner]]:
-        """Those between moves, until one has to be a stop, or they take long enough at a pace (dx/dt)."""
+        """Corners between moves, until one has to be a stop, or they take long enough at a pace (dx/dt)."""
         corners: list[Corner] = []
         ahead_s = 0.0
         for one, other in pairwise(moves):

@@ -68,7 +68,7 @@ def begun(move: Move) -> Chain:
 def planned_on(
     chain: Chain, now_s: float, time_s: float, moves: Sequence[Move], corners: Sequence[Corner]
 ) -> Slices[Chain | None]:
-    """The same chain from now up to a time, faster after it, and going on into moves round corners.
+    """A chain, unchanged from now up to a time, faster after it, and going on into moves round corners.
 
     Corners that have begun by then are made smaller; None where that is too late, or no way on keeps the
     limits.
@@ -91,8 +91,10 @@ def planned_on(
 
 
 def ending(chain: Chain, now_s: float, time_s: float) -> Chain | None:
-    """The same chain from now up to a time that ends with the move under way; None where it will have begun
-    to leave its path, or no clock brings it to rest in time."""
+    """A chain, unchanged from now up to a time, that ends with the move under way.
+
+    None where it will have begun to leave that move's path, or no clock brings it to rest in time.
+    """
     if not chain.waiting(now_s):
         return chain
     move = chain.move_at(now_s)

@@ -72,7 +72,7 @@ class Rows(NamedTuple):
         return a1, a2, cap, j1, j2, j3
 
     def part(self, first: int, last: int) -> "Rows":
-        """Those of the cells first..last - 1."""
+        """Rows of the cells first..last - 1."""
         begins, ends = self.starts[first], self.starts[last]
         knots, sides = slice(first, last + 1), slice(2 * first, 2 * last)
         return Rows(

@@ -125,7 +125,7 @@ class Node:
                 self._publish(topic, content)
 
     def skip(self, ticks: int) -> None:
-        """So many ticks have been made while this was not `watching`."""
+        """The robot has made `ticks` ticks while the node was not `watching`."""
         for topic, (_, rate_hz) in PUBLISHED.items():
             self._due[topic] = (self._due[topic] + ticks * rate_hz) % self._tick_rate_hz
 
