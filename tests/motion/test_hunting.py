@@ -19,6 +19,8 @@ FOUND = {
     1119: "1.03 of a jerk in a move of micrometres, which was planned quickly",
     2125: "1.17 of a jerk in a line of a few micrometres that is made of two pieces, in a thousandth of it",
     10290: "1.38 of a jerk where a clock came near to 0 within a cell, whose time was not exact then",
+    10727: "1.85 of a jerk in a corner from a third of a second into a move of micrometres",
+    10756: "437 of a jerk for less than a tick in such a corner, in a plan",
 }
 """Seeds, and what was found there by hunting."""
 

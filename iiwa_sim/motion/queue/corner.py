@@ -26,6 +26,10 @@ SHORTEST_WAY_RAD = 1e-6
 """Of the joints on either side; to leave out less is to stop at the target."""
 SHORTEST_S = 0.004
 """A sharp corner that takes less on one side is a stop: so much is all that could be gained."""
+SHORTEST_PART = 0.05
+"""So is any corner where one side takes less than this of the other's time: beside a way of micrometres
+little could be gained, and where the two meet, x would all but stand still, and clocks would not hold limits.
+"""
 LEAST_RHO = 0.1
 GENTLE_RHO = 0.35
 """The most at gentle turns: there speed hardly changes, and with this the bend changes the least at once."""
@@ -137,6 +141,8 @@ class _Turn(NamedTuple):
         if min(before * self.ending.way, after * self.leaving.way) < SHORTEST_WAY_RAD:
             return None
         times_s = self.ending.time_s(before), self.leaving.time_s(after)
+        if min(times_s) < SHORTEST_PART * max(times_s):
+            return None
         if self.cosine < SHARP and min(times_s) < SHORTEST_S:
             return None
         wanted = min(self.ending.building_s / times_s[0], self.leaving.building_s / times_s[1])
