@@ -27,8 +27,9 @@ SHORTEST_WAY_RAD = 1e-6
 SHORTEST_S = 0.004
 """A sharp corner that takes less on one side is a stop: so much is all that could be gained."""
 SHORTEST_PART = 0.05
-"""So is any corner where one side takes less than this of the other's time: beside a way of micrometres
-little could be gained, and where the two meet, x would all but stand still, and clocks would not hold limits.
+"""A corner whose one side takes less than this part of the other's time is a stop: beside a way of
+micrometres there is little to gain, and where the two sides meet, x would all but stand still, and clocks
+would not hold limits.
 """
 LEAST_RHO = 0.1
 GENTLE_RHO = 0.35
