@@ -13,7 +13,6 @@ from pathlib import Path
 LACKING = {
     "matplotlib",
     "mcap",
-    "msgspec",
     "pytest",
     "shtab",
     "testcontainers",

@@ -11,7 +11,7 @@ from tools.prune_libraries import LACKING
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-IN_IMAGES = {"cbor2", "cython", "h11", "numpy", "pinocchio", "ruckig", "websockets"}
+IN_IMAGES = {"cbor2", "cython", "h11", "msgspec", "numpy", "pinocchio", "ruckig", "websockets"}
 """Libraries of the dependencies, and of the extras that the Dockerfile names."""
 
 
