@@ -2,6 +2,8 @@
 # Kernels (iiwa_sim/**/*_kernel.py) whose text was edited are compiled before; make kernels does only that.
 PYTHON ?= python3
 BIN := .venv/bin
+# Each worker of the tests and each process they start would compile our modules anew where an environment asks for no bytecode.
+unexport PYTHONDONTWRITEBYTECODE
 KERNELS := $(shell find iiwa_sim -name '*_kernel.py' -o -name '*_kernel.pxd')
 
 .PHONY: run test test-slow lint requirements docs bench kernels mutants image clean
