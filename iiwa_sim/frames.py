@@ -42,12 +42,12 @@ class Frame(NamedTuple):
 
     @classmethod
     def from_transform(cls, transform: Transform) -> Frame:
-        """The frame of a pose in m."""
+        """The frame of a pose that has its place in m."""
         x, y, z = transform.translation
         return cls(1e3 * x, 1e3 * y, 1e3 * z, *euler_from_rotation(transform.rotation))
 
     def to_transform(self) -> Transform:
-        """The same pose with a rotation matrix, and in m."""
+        """This frame as a rotation matrix and a place in m."""
         x_mm, y_mm, z_mm, alpha, beta, gamma = self
         return transform_from_euler(1e-3 * x_mm, 1e-3 * y_mm, 1e-3 * z_mm, alpha, beta, gamma)
 

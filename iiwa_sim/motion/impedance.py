@@ -100,7 +100,7 @@ class Impedance:
 
     @property
     def behind(self) -> int:
-        """The same, without one that begins in the next tick."""
+        """Moves and holds that have not begun, without one that begins in the next tick: 0 or 1."""
         return self.waiting if self._stopping or self._nominal.stopping else 0
 
     def is_pending(self, number: int) -> bool:

@@ -1,4 +1,4 @@
-"""What joins two pieces of a polynomial: one that goes on from either side up to the third derivative."""
+"""Joins two pieces of a path by a polynomial that continues both up to the third derivative."""
 
 from fractions import Fraction
 
@@ -8,7 +8,8 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import polynomial_kernel
 
 ROWS = 8
-"""Of the polynomial of least degree with given values and three derivatives at both ends."""
+"""Number of coefficients of the polynomial of least degree with given value and three derivatives at both
+ends."""
 
 
 def bridge(width: float, first: Array, last: Array) -> Array:
@@ -35,10 +36,8 @@ def at_border(low: float, high: float, coefficients: Array, s: float) -> Array:
 
 
 def _weights() -> Array:
-    """What each of the eight values counts in each coefficient: the inverse of what the T(i) have there.
-
-    By fractions, so that they are the same on every machine.
-    """
+    """Weights (8, 8) of the eight given values in each coefficient: the inverse of the matrix of the values
+    and derivatives of the T(i) at both ends, by fractions, so that they are the same on every machine."""
     rows = [[_derivative(i, order, side) for i in range(ROWS)] for side in (-1, 1) for order in range(4)]
     whole = [row + [Fraction(int(k == own)) for k in range(ROWS)] for own, row in enumerate(rows)]
     for column in range(ROWS):

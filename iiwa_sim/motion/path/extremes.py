@@ -10,13 +10,13 @@ from iiwa_sim.motion.path.polynomial import Polynomial
 
 
 class Outside(NamedTuple):
-    """Where a joint leaves its limits."""
+    """The place at which a joint leaves its position limits."""
 
     s: float
     joint: int
-    """Its index."""
+    """Index of the joint."""
     upwards: bool
-    """Whether it is the upper limit."""
+    """Whether it leaves through the upper limit."""
 
 
 def first_outside(path: Polynomial, lowest: Array, highest: Array) -> Outside | None:
@@ -31,7 +31,8 @@ def first_outside(path: Polynomial, lowest: Array, highest: Array) -> Outside | 
 
 
 def travel(path: Polynomial) -> Array:
-    """How far each joint goes, there and back (rad, (n,)), but for what turns are cut short."""
+    """How far each joint goes, there and back (rad, (n,)), but for what is missed where it turns between
+    places that are looked at."""
     ways = np.empty(path.coefficients.shape[1])
     extremes_kernel.travel(path.offsets, path.coefficients, ways)
     return ways

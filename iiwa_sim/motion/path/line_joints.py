@@ -13,7 +13,7 @@ from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.inverse_kernel import OUT_OF_REACH
 
 DEGREES = (16, 32)
-"""Of the polynomials that are tried; the nodes of the first are among those of the second."""
+"""Degrees of the polynomials that are tried; the nodes of the first are among those of the second."""
 ALIGNED_RAD = 4e-10
 """With less than this between the axes of two joints, one of them keeps its position along a line."""
 _HALVINGS = 40
@@ -30,7 +30,7 @@ _NODES_AND_WEIGHTS = tuple(map(_nodes_and_weights, DEGREES))
 
 
 class LineOutOfReach(Exception):
-    """From `s` on the arm cannot reach the line on the branch it is on."""
+    """The arm cannot reach the line, on its branch, from the place `s` on."""
 
     def __init__(self, s: float) -> None:
         super().__init__(f"at s = {s}")
@@ -50,7 +50,7 @@ class LineJoints:
     """The inverse along one line, the redundancy going evenly with s. Joints are rad, (n,) or (m, n)."""
 
     def __init__(self, inverse: Inverse, start: Joints, line: TcpLine, target_redundancy: float) -> None:
-        """From `start`, where the line begins."""
+        """`start` are the joint positions at the beginning of the line."""
         self.inverse = inverse
         self.line = line
         self.start = start
@@ -66,9 +66,10 @@ class LineJoints:
         self._arm = (inverse.kind, inverse.numbers, line.numbers, self._redundancy, self._way)
 
     def at(self, s: float, status: int, seed: Joints, aligned: float = ALIGNED_RAD) -> Joints | None:
-        """On that branch, or None where it does not reach; a free joint keeps its position in the seed.
+        """Joint positions at s on a branch; None where that does not reach.
 
-        One is free where the axes of two are `aligned` to this angle (rad). Next to that rounding shows.
+        Where the axes of two joints are parallel to `aligned` (rad), one of them is free, and keeps its
+        position in the seed. Next to such places rounding shows.
         """
         self._one[0], self._one_status[0] = s, status
         line_kernel.places(
@@ -83,7 +84,7 @@ class LineJoints:
         return None if self._one_result[0] == OUT_OF_REACH else tuple(self._one_room[1][0].tolist())
 
     def rows(self, s: Array, statuses: NDArray[np.int64], seed: Joints) -> Array:
-        """At rising places (m,) on a branch each. Raises `LineOutOfReach`, with the s from which on it is."""
+        """Joint positions (m, n) at rising places (m,), on a branch each. Raises `LineOutOfReach`."""
         joints, results = self._places(s, statuses, seed, ALIGNED_RAD)
         unreached = results == OUT_OF_REACH
         if unreached.any():
@@ -94,14 +95,15 @@ class LineJoints:
         return joints
 
     def closed(self, s: float, status: int, seed: Joints) -> Joints | None:
-        """As `at`, by following the seed where rounding shows: to 1e-10 m and rad."""
+        """Joint positions at s on a branch, exact to 1e-10 m and rad also next to singular poses, where they
+        follow the seed; None out of reach."""
         redundancy = self._redundancy + s * self._way
         return self.inverse.joints(self.line.flange(s), redundancy, status, seed)
 
     def fitted(
         self, low: float, high: float, status: int, seed: Joints, reference: Joints, *, near: bool
     ) -> Array | None:
-        """Coefficients (rows, n) of a polynomial for low <= s <= high, which begins next to the reference.
+        """Coefficients (rows, n) of a polynomial for low <= s <= high, in the turns next to the reference.
 
         None where that takes more than the highest of the degrees, where a place is out of reach, or, unless
         `near`, singular.
@@ -146,7 +148,7 @@ class LineJoints:
         return found
 
     def check_reach(self, low: float, high: float, status: int, seed: Joints) -> None:
-        """Raises `LineOutOfReach` where a node of the piece is."""
+        """Raises `LineOutOfReach` where the branch does not reach a node of the piece."""
         s = low + 0.5 * (high - low) * (1.0 + _NODES_AND_WEIGHTS[-1][0])
         self.rows(s, np.full(len(s), status), seed)
 
@@ -159,7 +161,8 @@ class LineJoints:
         return joints, results
 
     def _end_of_reach(self, near: float, far: float, status: int, seed: Joints) -> float:
-        """The s between a place that is reached and one that is not from which on it is not."""
+        """The s, between a place that is reached and one that is not, from which on the line is out of
+        reach."""
         for _ in range(_HALVINGS):
             middle = 0.5 * (near + far)
             if self.at(middle, status, seed) is None:

@@ -42,7 +42,7 @@ class Polynomial:
         end: Joints,
         tcp_length_m: float | None = None,
     ) -> None:
-        """Of the coefficients (any number of rows, joints) of each piece."""
+        """`pieces` has the coefficients (rows, joints) of each piece."""
         self.borders = np.array(borders, dtype=np.float64)
         self.offsets = np.cumsum([0, *map(len, pieces)], dtype=np.intp)
         self.coefficients = np.ascontiguousarray(np.concatenate(pieces), dtype=np.float64)

@@ -34,7 +34,7 @@ SMALLEST_PIECE = 5e-5  # in s
 
 
 class _Stretch(NamedTuple):
-    """From this s on the line is on this branch; a joint that is free keeps its position in the seed."""
+    """A part of the line on one branch, from `s` on; a joint that is free keeps its position in `seed`."""
 
     s: float
     status: int
@@ -42,10 +42,10 @@ class _Stretch(NamedTuple):
 
 
 class Stretches:
-    """A line from end to end, with its changes of branch."""
+    """A line as a row of stretches, each on one branch."""
 
     def __init__(self, along: LineJoints, status: int) -> None:
-        """Beginning on the branch `status`. Raises `LineOutOfReach` and `SingularLine`."""
+        """The line begins on the branch `status`. Raises `LineOutOfReach` and `SingularLine`."""
         self._along = along
         self._inverse = along.inverse
         self._stretches = [_Stretch(0.0, status, along.start)]
@@ -53,7 +53,7 @@ class Stretches:
         self._free_end = False
         self._s, self._q = self._sampled()
         self.end: Joints = tuple(self._q[-1].tolist())
-        """Joint positions (rad)."""
+        """Joint positions (rad) at the end of the line."""
 
     def pieces(self) -> tuple[list[float], list[Array]]:
         """Borders (p + 1,) in s, and the coefficients (rows, n) of each piece between two."""
@@ -77,7 +77,8 @@ class Stretches:
         return borders, pieces
 
     def _bridged(self, low: float, high: float, before: Array, after: Array) -> Array:
-        """The coefficients (rows, n) of a gap. Raises `SingularLine` where that leaves the line."""
+        """The coefficients (rows, n) of a polynomial over a gap. Raises `SingularLine` where it leaves the
+        line."""
         rows = bridge(high - low, before, after)
         for part in CHECKED:
             s = low + part * (high - low)
@@ -87,7 +88,7 @@ class Stretches:
         return rows
 
     def _regions(self) -> list[tuple[float, float, _Stretch]]:
-        """Where the line is fitted, between gaps: from which s to which, and on which branch."""
+        """The parts between gaps, where the line is fitted: first s, last s, and stretch of each."""
         # A stretch on the branch of the one before it only tells a later seed.
         own = [self._stretches[0]]
         for stretch in self._stretches[1:]:
@@ -114,7 +115,7 @@ class Stretches:
         return regions
 
     def _fitted(self, low: float, high: float, stretch: _Stretch) -> tuple[list[float], list[Array]]:
-        """Borders and pieces of a region."""
+        """Borders in s and coefficients of the pieces of a part between gaps, for which see `_regions`."""
         _, status, seed = stretch
         along = self._along
         near = self._near(low)
@@ -126,7 +127,7 @@ class Stretches:
         return fitted
 
     def _near(self, s: float) -> Joints:
-        """Joint positions at the sample before s, at 0 exactly the start."""
+        """Joint positions at the sample before s; those of the start at 0."""
         return tuple(self._q[int(self._s.searchsorted(s, side="right")) - 1].tolist())
 
     def _sampled(self) -> tuple[Array, Array]:
@@ -175,7 +176,8 @@ class Stretches:
         return q
 
     def _beside(self, end: float, inwards: float, stretch: _Stretch, near: Joints) -> Joints:
-        """Joint positions at an end, by the cubic through four places that lie inwards; next to `near`."""
+        """Joint positions at an end of the line, by the cubic through four places inwards of it; whole turns
+        are those next to `near`."""
         one, two, three, four = (
             np.array(continued(self._reached(end + k * inwards, stretch), near)) for k in (1, 2, 3, 4)
         )
@@ -221,7 +223,8 @@ class Stretches:
 
 
 def _on_the_way(beside: Array, way: float, there: Joints) -> Array:
-    """Joint positions there, with derivatives (4, n) as what lies beside goes on, its third one constant."""
+    """Joint positions `there`, with their derivatives (4, n): those of `beside` continued by `way` in s, with
+    a constant third derivative."""
     _, first, second, third = beside
     return np.array(
         [there, first + way * (second + 0.5 * way * third), second + way * third, third], dtype=np.float64

@@ -22,10 +22,10 @@ class Zone:
     """A neighbourhood of a target: everything no farther from it than `radius`."""
 
     radius: float
-    """m or rad: see `distances`"""
+    """In m, or rad for a ball of joints."""
 
     def __init__(self, radius: float, centre: Sequence[float], fixed: Array) -> None:
-        """`fixed` is what `zone_kernel` wants of the TCP, no rows for none."""
+        """`fixed` is `Tcp.fixed`, or an array without rows where distances are those of joints."""
         self.radius = radius
         self._centre = np.array(centre)
         self._fixed = fixed
@@ -42,7 +42,8 @@ class Zone:
         return float(self.distances(np.array([joints]))[0])
 
     def clipped(self, first: Polynomial, second: Polynomial) -> Self:
-        """The zone, no larger than reaches to the half of the paths to and from its target."""
+        """This zone, made so small that it ends before the middle of the path to its target and of that from
+        it."""
         halves = self.distances(np.array([first.joints(1.0 - HALF), second.joints(HALF)])).tolist()
         clipped = copy(self)
         # A line that turns on the spot goes nowhere: there half of the turn is the only bound.
@@ -63,11 +64,12 @@ class Sphere(Zone):
     """All places where the TCP is no farther than a radius (m) from where it is at the target."""
 
     def __init__(self, radius_m: float, target: Joints, tcp: Tcp) -> None:
-        """Around joint positions (rad)."""
+        """`target` are joint positions (rad)."""
         super().__init__(radius_m, tcp.pose(target).translation, tcp.fixed)
 
     def part_inside(self, path: Polynomial, *, at_end: bool) -> float:
-        """See `Zone`."""
+        """The part of a path, up to `HALF`, from the target at one of its ends to the border of the
+        sphere."""
         length_m = path.tcp_length_m
         if length_m is None:
             return super().part_inside(path, at_end=at_end)

@@ -1,9 +1,9 @@
-"""A chain: moves without a stop between, and when they are where.
+"""A chain: moves without a stop between, and where the robot is on them at which time.
 
-x along its course is a cubic B-spline over theta, which counts cells of nominal time, and theta goes with
-time as the clock b(theta) = (dtheta/dt)^2 says. The nominal motion is the moving average of the fastest
-run without jerk limits; the clock then keeps all limits. Chains do not change: another one is planned
-that is the same up to a front.
+The place x on its course is a cubic B-spline over theta, which counts cells of nominal time, and the clock
+b(theta) = (dtheta/dt)^2 says how theta goes with time. The nominal motion is the moving average of the
+fastest run without jerk limits; the clock then keeps all limits. A chain does not change: another one is
+planned, with the same motion up to a front.
 """
 
 from collections.abc import Sequence
@@ -21,41 +21,41 @@ from iiwa_sim.motion.timing.rows import Rows
 
 AHEAD_CELLS = 2
 BESIDE_BRAKING_S = 0.1
-"""So much before it begins to brake at its end, a chain is as it would be if it went on."""
+"""Until so long before it begins to brake at its end, a chain moves as one would that goes on."""
 KEPT_S = 0.01
-"""So much of what is over a front keeps: an override looks back a little."""
+"""How much of the past a front keeps: an override looks back a little."""
 
 
 class Front(NamedTuple):
-    """What is kept of a chain when it is planned on. Arrays begin some cells before what can still be
-    changed."""
+    """The part of a chain that stays when it is planned on. Arrays begin some cells before what can still
+    be changed."""
 
     controls: Array
-    """x as a cubic B-spline over the cells (k + 3,),"""
+    """Coefficients (k + 3,) of x as a cubic B-spline over the cells."""
     clock: Array
-    """the coefficients of the clock (k + 2,)"""
+    """Coefficients (k + 2,) of the clock as a quadratic B-spline over the cells."""
     times: Array
-    """and when the knots are passed, s (k + 1,)."""
+    """When the knots are passed (k + 1,), in s."""
     frozen: int
-    """The clock is kept for so many cells only."""
+    """How many cells the clock is kept for; x is kept for all."""
     cells_s: Array
-    """How long the next two cells would take."""
+    """How long (s) the two cells behind the kept ones take in the chain that is planned on."""
     rows: Rows | None
     """What bounds the clock over the cells behind the frozen ones, if that is known."""
 
     @classmethod
     def at_start(cls) -> "Front":
-        """Of a chain that begins."""
+        """The front of a chain that begins from rest: nothing is kept."""
         return cls(np.zeros(3), np.zeros(2), np.zeros(1), 0, np.empty(0), None)
 
     @property
     def kept(self) -> int:
-        """The cells behind the frozen ones whose x is kept."""
+        """How many cells behind the frozen ones keep their x."""
         return len(self.times) - 1 - self.frozen
 
     @property
     def first_x(self) -> float:
-        """Where the first cell begins."""
+        """x at which the first cell begins."""
         c = self.controls
         return float(c[0] + 4.0 * c[1] + c[2]) / 6.0
 
@@ -82,14 +82,13 @@ class Chain:
         rows: Rows | None,
         rough: bool = False,
     ) -> None:
-        """`times` (k + 1,) of the first knots are given, and what bounds the clock over the cells of the last
-        knots."""
+        """`times` (k + 1,) are those of the first knots; `rows` bound the clock over the last cells."""
         self.course = course
         self.controls = controls
         self.clock = clock
         self._rows = rows
         self.version = 0
-        """Which of those that have been under way one after the other: its owner counts."""
+        """Its number among the chains that its owner has had under way, one after the other."""
         self.rough = rough
         """Whether it was planned quickly, and may be made faster."""
         k = len(times) - 1
@@ -100,7 +99,7 @@ class Chain:
         self.rest_s = float(self.times[-1])
         self._motion = Motion(course.way, controls, clock, self.times, UNIT_S)
         self.front_s = float(times[-1])
-        """From here on it is not what it was planned from."""
+        """Up to this time (s) its motion is that of the chain it was planned from."""
 
     @property
     def moves(self) -> Sequence[Move]:
@@ -108,7 +107,7 @@ class Chain:
 
     @property
     def end(self) -> Joints:
-        """Where it ends (rad)."""
+        """Joint positions (rad) at its end."""
         return self.course.moves[-1].path.end
 
     def joints(self, time_s: float) -> Joints:
@@ -142,12 +141,12 @@ class Chain:
         return least, largest
 
     def x(self, time_s: float) -> float:
-        """Where on its course it is at a time."""
+        """The place on its course at a time (s)."""
         return float(self._motion.x(time_s))
 
     def move_at(self, time_s: float) -> Move:
-        """The move that is under way at a time: of two in a corner the second from where the corner stands
-        for the target."""
+        """The move that is under way at a time (s). In a corner that is the second of two moves from the x of
+        the target on."""
         return self.course.moves[self._index_at(time_s)]
 
     def _index_at(self, time_s: float) -> int:
@@ -157,13 +156,16 @@ class Chain:
         return k
 
     def waiting(self, time_s: float) -> int:
-        """How many of its moves have not begun at a time."""
+        """How many of its moves have not begun at a time (s)."""
         return len(self.course.moves) - 1 - self._index_at(time_s)
 
     def front(self, now_s: float, time_s: float, free_s: float, until_x: float) -> Front:
-        """The clock is kept from `now_s` up to the first knot after a time, or so long before it brakes at
-        its end; x up to a little before it brakes there, or before the run whose mean it is comes to
-        `until_x`."""
+        """What to keep of the chain when it is planned on at `now_s`.
+
+        The clock is kept up to the first knot behind `time_s`, or up to `free_s` before the chain brakes at
+        its end if that is later. x is kept longer: up to a little before the chain brakes, or before the run
+        whose mean it is comes to `until_x`.
+        """
         c = self.controls
         rates = 0.5 * (c[2:] - c[:-2]) * np.sqrt(0.5 * (self.clock[1:] + self.clock[:-1])) / UNIT_S
         rising = np.flatnonzero(np.diff(rates) > 0.0)

@@ -13,8 +13,8 @@ NO_CORNER = Corner(0.0, 0.0, 1.0)
 
 
 class Course:
-    """Joint positions over x, from the start of the first move (0, or where `first_x` is) to the end of the
-    last."""
+    """Joint positions over x, from `first_x` at the start of the first move to the end of the last. Each move
+    takes as much of x as its `length_s`."""
 
     def __init__(
         self,
@@ -23,7 +23,7 @@ class Course:
         first_x: float = 0.0,
         window_s: float | None = None,
     ) -> None:
-        """`corners[k]` is that before the move k + 1."""
+        """`corners[k]` lies between the moves k and k + 1, at the target of the former."""
         self.moves = list(moves)
         self.corners = [NO_CORNER, *corners, NO_CORNER]
         self.first_x = first_x
@@ -46,14 +46,14 @@ class Course:
             limits,
         )
         self.window_s = float((limits[:, 1] / limits[:, 2]).max()) if window_s is None else window_s
-        """In which full jerk builds up full acceleration, where there is time for that."""
+        """Time (s) in which full jerk builds up full acceleration; x is a mean over so long."""
 
     @property
     def end_x(self) -> float:
         return float(self.targets[-1])
 
     def gone_on(self, x: float, moves: Sequence[Move], corners: Sequence[Corner]) -> "Course":
-        """What of it is left from an x on, and further moves, each behind a corner."""
+        """The course from an x on, with more moves at its end, each behind a corner."""
         gone = 0
         while gone < len(self.moves) - 1:
             after = self.corners[gone + 1].after * self.moves[gone + 1].length_s
@@ -64,13 +64,13 @@ class Course:
         return Course([*self.moves[gone:], *moves], kept, float(self.targets[gone]), self.window_s)
 
     def leaves_x(self, move: Move) -> float:
-        """Where it leaves the path of a move for that of the next."""
+        """x where the corner at the end of a move begins."""
         count = self.moves.index(move) + 1
         return float(self.targets[count]) - self.corners[count].before * self.moves[count - 1].length_s
 
     def ending(self, x: float, move: Move, reached: float) -> "Course | None":
-        """What of it is left from an x on, up to the end of a move; None where what has been reached is
-        beyond the path of that move."""
+        """The course from an x on up to the end of a move; None where `reached`, an x, is beyond the path of
+        that move."""
         if reached >= self.leaves_x(move):
             return None
         left = self.gone_on(x, [], [])
@@ -86,7 +86,7 @@ class Course:
         return found, limits
 
     def corner_spans(self) -> tuple[Array, Array]:
-        """From where to where corners go, in x."""
+        """x at which each corner begins, and at which it ends."""
         before, after = self.before, self.after
         lengths = np.diff(self.targets)
         round_them = np.flatnonzero(before[1:-1]) + 1

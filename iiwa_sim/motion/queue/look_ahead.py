@@ -1,4 +1,4 @@
-"""The look ahead: plans the chain under way on, into the moves that wait, in slices over ticks."""
+"""The look ahead: extends the chain under way into the moves that wait, in slices over ticks."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -18,51 +18,51 @@ from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.slices import Slices
 
 HORIZON_S = 1.5
-"""While less than this of a chain lies ahead, it is planned on into moves that wait,"""
+"""A chain is planned on into moves that wait once less than this lies ahead."""
 MOST_AT_ONCE = 30
-"""so many at once at the most,"""
+"""The most moves it is planned on into at once."""
 BATCH_S = 1.0
-"""or as many as take about so long."""
+"""Fewer are taken where these take about so long."""
 SHORT_S = 0.05
-"""Where the first move takes less at its full speed, and less than"""
+"""A move that takes less at its full speed is short. Short moves are planned together before the robot sets
+out, where the first of them, alone from rest to rest, takes between `TINY_S` and `LONG_ENOUGH_S`."""
 LONG_ENOUGH_S = 0.2
-"""alone, but more than"""
 TINY_S = 0.035
-"""so that there is something to gain, some are planned together before the robot sets out, as many as take"""
+"""Below this there is nothing to gain."""
 ENOUGH_S = 0.3
-"""so long,"""
+"""As many short moves are planned together as take this long, and no more than `MOST_AT_FIRST`."""
 MOST_AT_FIRST = 12
-"""but no more. The robot waits for that no longer than"""
 MOST_WAIT_S = 0.1
-"""or than this part of what there is to gain."""
+"""The longest that the robot waits for short moves to be planned."""
 WORTH_WAITING = 0.5
+"""It waits no longer than this part of the time that planning them together can gain."""
 SHORTEST_S = 0.1
-"""A chain that takes less is not planned on into such moves: they are planned together while it runs. For two
-moves, the first of which takes more, the robot does not wait at all."""
+"""A chain that takes less is not planned on into short moves: they are planned together while it runs. For
+two moves, the first of which takes more alone, the robot does not wait at all."""
 SLICE_S = 0.0025
-"""A tick has a slice for each of these that it has begun,"""
+"""A tick computes one slice for each of these that it has begun, and `MOST_SLICES` at the most."""
 MOST_SLICES = 2
-"""but no more."""
 SLICES = 10
-"""What is planned anew takes about so many slices; what is before then is not changed."""
+"""A plan takes about so many slices. What the robot does until then is not changed by it."""
 LEAST_MARGIN_S = 0.01
 CHANGING_S = 0.15
 CELL_S = 0.01
 CELLS_OF_MOVE = 10
-"""Of a short move, about; and so many cells are"""
+"""About how many cells a short move has."""
 CELLS_IN_SLICE = 25.0
-"""planned in a slice, all in all."""
+"""About how many cells of a plan a slice computes."""
 LONG_S = 1.5
-"""Longer moves have no more cells."""
+"""A longer move has no more cells than one of this length."""
 MORE_PATIENCE, MOST_PATIENCE = 1.7, 2.0
-"""By what more time is taken where a plan came too late."""
+"""Where a plan came too late, the next try is given so many times more time, until that is more than so many
+times the first."""
 LONGEST_S = 0.2
-"""A change of a chain shows no later than this."""
+"""A change of a chain begins no later than this after now."""
 LEAST_PACE = 0.02
 SHARES = (1.0, 0.6, 0.3)
-"""Of a corner, where no clock was found for the whole of it."""
+"""Parts of a corner that are tried one after the other, until a clock is found."""
 MOST_TRIES = 3
-"""To go on into a move, before it is left to set out from rest."""
+"""How often it is tried to go on into a move, before that is left to set out from rest."""
 ABOUT = 0.95
 ENDS = np.array([0.0, 1.0])
 ROUNDING = 1e-9
@@ -77,10 +77,10 @@ class Ahead(NamedTuple):
 
 
 class _SettingOut:
-    """Moves that are planned together while the robot is not there yet."""
+    """Short moves that are planned together before they set out from rest."""
 
     def __init__(self, number: int, work: Slices[Ahead | None]) -> None:
-        """Of the first of them."""
+        """`number` is that of the first move; `work` ends with their chain, or None."""
         self.number = number
         self.over = False
         self.ahead: Ahead | None = None
@@ -97,11 +97,11 @@ class _SettingOut:
 
 
 class LookAhead:
-    """Plans each chain on till it is as fast as it can be, and each move that waits into it, where that may
-    be."""
+    """Makes a chain as fast as it can be while it runs, and extends it into moves that wait where it may
+    blend into them."""
 
     def __init__(self, time: PlannedTime, lowest: Array, highest: Array) -> None:
-        """The limits of joint positions are in rad (n,)."""
+        """`lowest` and `highest` are the position limits (n,), in rad."""
         self._time = time
         self._slices = min(ceil(time.tick_s / SLICE_S - ROUNDING), MOST_SLICES)
         self._margin_s = max((SLICES / self._slices + 1.0) * time.tick_s, LEAST_MARGIN_S)
@@ -112,13 +112,13 @@ class LookAhead:
         """Begin anew: another chain is under way, or other moves wait."""
         self._work: Slices[Ahead | None] | None = None
         self._setting_out: _SettingOut | None = None
-        self._waits_s = 0.0  # for that, so long at the most
+        self._waits_s = 0.0  # so long at the most for what sets out
         self._faster_tried = False
-        self._tries = 0  # to go on into the first move that waits
-        self._refused = 0  # the last move that was found to set out from rest
+        self._tries = 0  # so far, to go on into the first move that waits
+        self._refused = 0  # number of the last move that is left to set out from rest
 
     def begin(self, waiting: deque[Move]) -> Ahead | None:
-        """A chain to set out with; None while short moves are still being planned together."""
+        """A chain to set out with from rest; None while short moves are still being planned together."""
         first = waiting[0]
         if not _are_short(waiting):
             return Ahead(begun(first), 1)
@@ -142,7 +142,7 @@ class LookAhead:
         return ahead
 
     def step(self, chain: Chain, waiting: deque[Move]) -> Ahead | None:
-        """The slices of a tick; None while nothing changes."""
+        """Plan for a tick. Gives a chain that replaces `chain`; None while that stays."""
         if _are_short(waiting) and (chain.rest_s < SHORTEST_S or self._refused == waiting[0].number):
             self._set_out(waiting).go_on(self._slices)
             return None
@@ -164,22 +164,22 @@ class LookAhead:
         return None
 
     def _set_out(self, waiting: deque[Move]) -> _SettingOut:
-        """What sets out with the first of these."""
+        """The plan, begun or under way, of short moves that set out with the first of `waiting`."""
         if self._setting_out is None or self._setting_out.number != waiting[0].number:
             moves = list(islice(waiting, MOST_AT_FIRST))
             self._setting_out = _SettingOut(moves[0].number, self._first(moves))
-            # Without stops all short moves together are over sooner by so much at the most.
+            # The most that leaving out all stops between short moves can save.
             gain_s = sum(_alone_s(move) for move in moves if move.length_s < SHORT_S)
             self._waits_s = min(WORTH_WAITING * gain_s, MOST_WAIT_S)
         return self._setting_out
 
     @property
     def kept_s(self) -> float:
-        """What lies ahead is not to change before: as far as a changing override looks."""
+        """From now on for so long (s) the plan must not change: as far as a changing override looks."""
         return CHANGING_S if self._time.changing else 0.0
 
     def _in_time(self, planned: Chain) -> bool:
-        """Whether what a chain changes is still ahead."""
+        """Whether the front of a chain is still ahead, so that it can replace the one under way."""
         return planned.front_s > self._time.time_s + self.kept_s
 
     def _next(self, chain: Chain, waiting: deque[Move]) -> Slices[Ahead | None] | None:
@@ -198,7 +198,8 @@ class LookAhead:
 
     @property
     def _soonest_s(self) -> float:
-        """What lies ahead is kept for so long: till another plan is there, and what may not change."""
+        """For so long (s) from now the plan is kept at the least: until another one is computed, and then as
+        long as it must not change."""
         return self._margin_s + self.kept_s
 
     def _faster(self, chain: Chain) -> Slices[Ahead | None]:
@@ -209,7 +210,7 @@ class LookAhead:
         return Ahead(faster, 0)
 
     def _first(self, moves: Sequence[Move]) -> Slices[Ahead | None]:
-        """A chain of the first moves that wait; None where none was found."""
+        """A chain from rest along the first of `moves`; None where none was found."""
         corners = yield from self._corners(moves, 1.0, ENOUGH_S)
         for count in sorted({len(corners), 1}, reverse=True) if corners else ():
             chain = yield from planned(Course(moves[: count + 1], corners[:count]), Front.at_start())
@@ -218,8 +219,7 @@ class LookAhead:
         return None
 
     def _needed_s(self, chain: Chain, moves: Sequence[Move]) -> float:
-        """How long it takes to plan a chain on into so many moves, about; less where so much does not lie
-        ahead."""
+        """About how long (s) it takes to extend a chain into `moves`; less where it ends before."""
         now_s = self._time.time_s
         ahead = len(chain.times) - int(chain.times.searchsorted(max(now_s, chain.rest_s - 2.0 * FREE_S)))
         cells = ahead + sum(CELLS_OF_MOVE + min(move.length_s, LONG_S) / CELL_S for move in moves)
@@ -242,7 +242,7 @@ class LookAhead:
         return corners
 
     def _on(self, chain: Chain, moves: Sequence[Move]) -> Slices[Ahead | None]:
-        """The chain going on into as many of these moves as may be."""
+        """The chain extended into as many of `moves` as possible; None where that fails."""
         number = moves[0].number
         now_s = self._time.time_s
         pace = min(
@@ -255,7 +255,7 @@ class LookAhead:
             tries.insert(2, (1, 1.0))
         patience = 1.0
         rests_s: float | None = None
-        slower: set[int] = set()  # with so many moves to stop between them is over sooner
+        slower: set[int] = set()  # numbers of moves which take less time with stops between them
         for count, share in tries if moves else ():
             first = corners[0]._replace(before=share * corners[0].before, after=share * corners[0].after)
             while count not in slower:
@@ -278,14 +278,14 @@ class LookAhead:
                     break
                 else:
                     patience *= MORE_PATIENCE
-        # Later there may be a way: what then can still be changed begins elsewhere.
+        # A later try may succeed: what can still be changed then begins elsewhere.
         self._tries += 1
         if not moves or 1 in slower or self._tries >= MOST_TRIES:
             self._refused, self._tries = number, 0
         return None
 
     def _rests_s(self, chain: Chain) -> Slices[float]:
-        """When the chain under way is over if it is as fast as may be."""
+        """When the chain under way ends (s), once it is as fast as it can be."""
         if not chain.rough:
             return chain.rest_s
         yield
@@ -295,12 +295,12 @@ class LookAhead:
 
 
 def _at_least_s(chain: Chain) -> float:
-    """The same, about."""
+    """A lower bound of when the chain under way ends (s), once it is as fast as it can be."""
     return min(chain.rest_s, sum(map(_alone_s, chain.moves))) if chain.rough else chain.rest_s
 
 
 def _slower(gained_s: float, moves: Sequence[Move]) -> Slices[bool]:
-    """Whether moves that take so long would be over sooner with stops between them."""
+    """Whether moves that take `gained_s` together would take less with stops between them."""
     stopping_s = 0.0
     if _may_be_slower(gained_s, moves):
         for move in moves:
@@ -313,12 +313,12 @@ def _slower(gained_s: float, moves: Sequence[Move]) -> Slices[bool]:
 
 
 def _may_be_slower(gained_s: float, moves: Sequence[Move]) -> bool:
-    """Whether that needs to be looked at."""
+    """Whether moves that take `gained_s` together might take less with stops between: a cheap bound."""
     return gained_s > sum(map(_alone_s, moves))
 
 
 def _alone_s(move: Move) -> float:
-    """How long a move takes from rest to rest at the least; about, where it is no straight line of joints."""
+    """How long (s) a move takes from rest to rest at the least; about so, where joints do not go straight."""
     if move.length_s == 0.0:
         return 0.0
     part = 1.0 if len(move.path.coefficients) == 2 else ABOUT
@@ -327,7 +327,7 @@ def _alone_s(move: Move) -> float:
 
 
 def _are_short(waiting: deque[Move]) -> bool:
-    """Whether moves that wait are to be planned together before the robot sets out."""
+    """Whether the first moves that wait are short, and to be planned together before the robot sets out."""
     if len(waiting) < 2 or waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
         return False
     return TINY_S < _alone_s(waiting[0]) < LONG_ENOUGH_S

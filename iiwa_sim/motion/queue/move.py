@@ -1,4 +1,4 @@
-"""A move that a chain can hold."""
+"""A move with its path, as a chain holds it."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -15,10 +15,10 @@ class Move(NamedTuple):
     number: int
     path: Polynomial
     limits: JointLimits
-    """At the speed of this move."""
+    """Limits of the joints, velocities lowered to the speed of this move."""
     length_s: float
-    """How long its joints take at the least, by their velocity limits; 0 where there is no way to go."""
+    """How long (s) its path takes at the velocity limits of the joints; 0 where it goes nowhere."""
     zone: Zone | None
-    """Where it may blend into the next one; without, it stops at its target."""
+    """Where it may leave its path to blend into the next move; None where it stops at its target."""
     again: Callable[[Joints], "Move | None"]
-    """The same move planned to begin elsewhere (rad), None where it cannot be done from there."""
+    """Plans a path to the same target from other joint positions (rad); gives None where there is none."""

@@ -1,4 +1,4 @@
-"""How a chain is planned: along a course, from a front on."""
+"""Plans a chain: along a course, from a front on."""
 
 from collections.abc import Sequence
 from math import isfinite
@@ -18,21 +18,22 @@ from iiwa_sim.motion.timing.run_kernel import caps, moving_average, phases, rest
 from iiwa_sim.motion.timing.widths_kernel import switches, widths
 
 FREE_S = 0.4
-"""Before a chain brakes at its end: from there on it is planned anew when it goes on."""
+"""A chain that goes on is planned anew from so long before it brakes at its end."""
 LATE = 0.95
-"""A corner that would have begun too early begins so near to what is left of it,"""
+"""Part of what is left of a corner that is used, where the robot is past the beginning of the whole one."""
 LEAST_CORNER = 0.1
-"""and is none where less is left."""
+"""Where less than this part of a corner is left, it is too late for it."""
 STRAIGHT_STEPS, STRAIGHT_MU = 40, 0.0005
-"""Newton steps for a move along a straight line of the joints, which counts as one joint."""
+"""Newton steps, and the least weight of the barrier, for a move whose joints go straight: it counts as one
+joint."""
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 SHORTEST_S = 1e-4
-"""So short is no cell: where hardly more is left than the cells that are kept, it is too late to plan."""
+"""A shorter cell means that hardly more is left than the cells that are kept: it is too late to plan."""
 
 
 def planned(course: Course, front: Front) -> Slices[Chain | None]:
-    """A chain along a course that goes on from a front; None where none was found that keeps the limits."""
+    """A chain along a course, which goes on from a front; None where none was found that keeps the limits."""
     yield
     nominal = yield from _nominal(course, front)
     if nominal is None:
@@ -42,7 +43,7 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
     yield
     rows = yield from rows_along(course, controls[frozen:], front.rows)
     if frozen:
-        # As before as far as x is kept, then at an even pace.
+        # The clock of before as far as x is kept, then one at an even pace.
         c = np.concatenate([front.clock[frozen:-2], guess(rows, cells_s / UNIT_S, front.clock[-2:])])
     else:
         c = steady(rows, cells_s / UNIT_S)
@@ -104,7 +105,7 @@ def ending(chain: Chain, now_s: float, time_s: float) -> Chain | None:
 
 
 def _set_out(course: Course, front: Front) -> tuple[float, float]:
-    """Where, and how fast, the run is whose moving average is at a front."""
+    """x and dx/dt (1/s) of the run at the time when its moving average is at the front."""
     half_s = 0.5 * course.window_s
     x, speed, acceleration = front.state
     return x + half_s * speed + acceleration * half_s**2 / 3.0, speed + half_s * acceleration
@@ -152,7 +153,7 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
 
 
 def _straight(course: Course) -> Chain:
-    """A move along a straight line of the joints: its fastest motion, as one of x."""
+    """The chain of one move whose joints go straight: x moves as one joint would."""
     move = course.moves[0]
     ways = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
     velocity, acceleration, jerk = (course.end_x * (limit / ways).min(keepdims=True) for limit in move.limits)
@@ -165,7 +166,7 @@ def _straight(course: Course) -> Chain:
     phases(lengths, jerks, np.append(0.0, cells_s.cumsum()), motion)
     front = Front.at_start()
     controls = _controls(front, motion, cells_s, course.end_x)
-    # To the clock it is one joint.
+    # The clock is planned for one joint, which is x.
     limits = JointLimits(velocity, acceleration, jerk)
     x = Course([move._replace(path=ptp((0.0,), (course.end_x,)), limits=limits)], [])
     rows = at_once(rows_along(x, controls, None))
@@ -175,7 +176,8 @@ def _straight(course: Course) -> Chain:
 
 
 def _controls(front: Front, mean: Array, widths: Array, end_x: float) -> Array:
-    """A B-spline that has these values and derivatives over nominal time (N + 1, 3) at knots."""
+    """Coefficients of x as a B-spline that continues a front: `mean` (N + 1, 3) is x and its first two
+    derivatives over nominal time at the knots, `widths` (N,) are the nominal times of cells (s)."""
     first = len(front.times) - 1
     controls = np.empty(first + len(mean) + 2)
     controls[: first + 3] = front.controls
@@ -193,7 +195,7 @@ def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:
 
 
 def _widths(course: Course, samples: Array, times: Array, speeds: Array, front: Front) -> Array:
-    """Nominal times of cells behind the front."""
+    """Nominal times (s) of the cells behind the front."""
     half_s = 0.5 * course.window_s
     first, last = course.corner_spans()
     enter, leave = np.interp(first, samples, times) + half_s, np.interp(last, samples, times) + half_s

@@ -1,2 +1,1 @@
-"""When a move is where: its nominal motion, alone from rest to rest, and the clock of all moves of a
-segment."""
+"""When the robot is where on its course: fastest run, moving average, and the clock that keeps all limits."""

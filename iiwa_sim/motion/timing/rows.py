@@ -11,11 +11,14 @@ Bounds = tuple[Array, Array, Array, Array, Array, Array]
 
 TIGHT = (1.001, 1.0, 1.0, 1.0)
 TIGHT_AT_END = (1.001, 1.0, 1.004, 1.004)
-"""Between knots of a cell that is like others, velocities are a little larger; in the last cell jerks are."""
+"""Factors on rows by their kind (velocity, acceleration, jerk at either end of a cell): between knots
+velocities are a little larger than at them, in the last cell jerks are, too."""
 
 
 class Rows(NamedTuple):
-    """See `clock_kernel`, and `loads_kernel.inner_loads` for `inner` to `per_limit`."""
+    """Bounds of a clock over N cells: factors in the clock's inequalities, over the limits (`clock_kernel`
+    has the formulas), and from `inner` on the places between knots where `loads_kernel` looks at the
+    limits."""
 
     a1: Array
     a2: Array
@@ -29,11 +32,12 @@ class Rows(NamedTuple):
     parts: Array
     per_limit: Array
     tight: Array
-    """How many times more rows were made to count, so that limits hold between them, too: see `tighten`."""
+    """Factors (N + 1, 4) by which rows were multiplied so that limits hold between knots, too."""
 
     @classmethod
     def begun_with(cls, kept: Self | None, starts: NDArray[np.intp], joints: int) -> "Rows":
-        """Of as many cells as `starts` (N + 1,) has, the first of them as they were kept."""
+        """Rows for the N cells of `starts` (N + 1,): the first ones are those of `kept`, the others are to be
+        written."""
         count, places = len(starts) - 1, int(starts[-1])
         rows = cls(
             np.zeros((count + 1, 2 * joints)),
@@ -63,11 +67,11 @@ class Rows(NamedTuple):
 
     @property
     def inside(self) -> tuple[Array, NDArray[np.intp], Array, Array]:
-        """What `inner_loads` wants."""
+        """The places between knots, as `loads_kernel.inner_loads` takes them."""
         return self.inner, self.starts, self.parts, self.per_limit
 
     def like_rows(self) -> "Bounds":
-        """Room for other rows of the same sizes."""
+        """New arrays, not filled, of the sizes of `a1` to `j3`."""
         a1, a2, cap, j1, j2, j3 = map(np.empty_like, self[:6])
         return a1, a2, cap, j1, j2, j3
 
