@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from math import inf
 from typing import NamedTuple
 
 from iiwa_sim.robot.description import RobotDescription
@@ -28,7 +29,11 @@ _ORIGIN = (
     _Numbers("origin", "xyz", 3, -100.0, 100.0, " m"),
     _Numbers("origin", "rpy", 3, -100.0, 100.0, " rad"),
 )
-_JOINT = (*_ORIGIN, _Numbers("axis", "xyz", 3, -1e6, 1e6, ""))
+_LIMIT = tuple(
+    _Numbers("limit", key, 1, -inf, inf, unit)
+    for key, unit in (("lower", " rad"), ("upper", " rad"), ("velocity", " rad/s"), ("effort", " Nm"))
+)
+_JOINT = (*_ORIGIN, _Numbers("axis", "xyz", 3, -1e6, 1e6, ""), *_LIMIT)
 _INERTIAL = (
     *_ORIGIN,
     _Numbers("mass", "value", 1, 0.0, 1e6, " kg"),

@@ -297,6 +297,13 @@ FAULTS = [
         "at zero pose 0 -1 0 in the base",
     ),
     (
+        in_urdf('lower="-2.967059728"', 'lower="nan"'),
+        "robot.urdf",
+        "joint A1: limit lower",
+        "nan",
+        "a number from -inf to inf rad",
+    ),
+    (
         in_urdf(A2, A2.replace('"0 0 0.19"', '"0.01 0 0.19"')),
         "robot.urdf",
         "joint A2: origin",

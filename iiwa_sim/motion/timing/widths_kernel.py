@@ -23,6 +23,7 @@ SWITCH = cython.declare(cython.double, 0.1)  # of the largest acceleration: it c
 FADE = cython.declare(cython.double, 0.8187307530779818)  # exp(-1/5): widths before are left in five cells
 GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
 LONGEST_S = cython.declare(cython.double, 1e7)
+NO_TIME_S = cython.declare(cython.double, 1e-300)  # as many cells a second would overflow
 LEAST_PART = cython.declare(cython.double, 0.2)
 ALMOST = cython.declare(cython.double, 1e-9)
 
@@ -71,7 +72,8 @@ def widths(
     """Widths (s) of cells from 0 to an end, with corners (k,) from when to when, beginning like `first` (0 to
     2,).
 
-    `events` (e,), rising, are when anything else happens.
+    `events` (e,), rising, are when anything else happens. Raises ArithmeticError where `end_s` or `first` are
+    no times that a motion can take; what else is no number is ignored.
     """
     least: cython.Py_ssize_t = LEAST_CELLS if first.shape[0] == 0 else LEAST_LEFT
     cell_s: cython.double = min(CELL_S, end_s / least)
@@ -90,8 +92,11 @@ def widths(
     fade: cython.double
     off: cython.double = 0.0
     grow: cython.double = 0.0
-    if not 0.0 < end_s < LONGEST_S:
+    if not NO_TIME_S < end_s < LONGEST_S:
         raise ArithmeticError(f"a motion that takes {end_s} s")
+    for k in range(first.shape[0]):
+        if not NO_TIME_S < first[k] < LONGEST_S:
+            raise ArithmeticError(f"a cell that takes {first[k]} s")
     grid_array = np.empty((4, room))
     grid: cython.double[:, ::1] = grid_array
     behind = _next_event(0.0, end_s, begins, ends, events)
