@@ -90,11 +90,11 @@ def test_yielding_around_a_motion(
     for tick in range(40):
         x, y, z, a, b, c = wrenches[tick * len(wrenches) // 40]
         control = (100.0 * x, 100.0 * y, 200.0 * z, 10.0 * a, 10.0 * b, 10.0 * c)
-        manner = compliance_kernel.Manner(2000.0, control)
+        impedance = compliance_kernel.CartesianImpedance(2000.0, control)
         for each in (compiled, plain):
             each.load.joint_push = (joint_push * (tick > 20), *[0.0] * (model.joint_count - 1))
         nominal = tuple(q + 1e-3 * step * tick for q in home)
-        assert yielding.step(nominal, manner) == plainly.step(nominal, manner)
+        assert yielding.step(nominal, impedance) == plainly.step(nominal, impedance)
         assert yielding.velocity == plainly.velocity
         assert yielding.tcp_contact == plainly.tcp_contact
 

@@ -7,7 +7,7 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.compliance_kernel import Compliance
 from iiwa_sim.motion.drive import Drive
-from iiwa_sim.motion.impedance import Impedance
+from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
@@ -33,7 +33,7 @@ def motions_of(
 ) -> Motions:
     """At rest at `start` (rad), for ticks of `tick_s`; `limits` are those of smart mode at full speed.
 
-    In impedance the robot yields to `pushes` and to what it feels, None where there is nothing to touch.
+    A robot that is not stiff yields to `pushes` and to what it feels, None where there is nothing to touch.
     """
     description = model.description
     low, high = description.position_min, description.position_max
@@ -43,21 +43,15 @@ def motions_of(
     def time() -> PlannedTime:
         return PlannedTime(override, description.stop_rate_per_s, description.stop_rate_change_per_s2)
 
-    def drive(joints: Joints) -> Drive:
-        return Drive(joints, time(), np.array(low), np.array(high))
-
     bounds = JointBounds(tick_s, low, high, description.velocity, *stop)
     kinematics = Kinematics(model, inverse_of(model), tool_in_flange)
-
-    def nominal(joints: Joints) -> Nominal:
-        return Nominal(drive(joints), Servo(joints, time(), limits, low, high), override)
-
-    impedance = Impedance(
+    follower = Follower(
         start,
         tick_s,
-        nominal,
         Compliance(kinematics, bounds, tick_s, pushes, feel),
         JointSprings(kinematics, bounds, tick_s, pushes, feel),
         Braking(bounds, tick_s, *stop),
     )
-    return Motions(drive(start), Servo(start, time(), limits, low, high), impedance, override)
+    drive = Drive(start, time(), np.array(low), np.array(high))
+    nominal = Nominal(drive, Servo(start, time(), limits, low, high), override)
+    return Motions(nominal, follower, override)

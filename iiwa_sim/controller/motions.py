@@ -1,12 +1,13 @@
-"""What moves the robot: normal moves, a servo or impedance, one of them at a time."""
+"""What moves the robot: one queue of moves, a servo, and how the robot gives way around either."""
 
 from typing import NamedTuple
 
-from iiwa_sim.motion.compliance_kernel import Manner
+from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 from iiwa_sim.motion.drive import Drive
-from iiwa_sim.motion.impedance import Impedance
+from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
@@ -17,50 +18,60 @@ class Target(NamedTuple):
     """Where a servo heads for, and within which limits."""
 
     number: int
-    """Moves and targets are numbered together, in the order in which they were accepted."""
+    """Moves, targets and holds are numbered together, in the order in which they were accepted."""
     joints: Joints
     limits: JointLimits
 
 
-class Motions:
-    """The drive, the servo and the impedance of one robot.
+class StiffnessMove(NamedTuple):
+    """A move around which the robot gives way."""
 
-    One of them is active. Another takes over when that one has come to rest after a `stop`: normal moves then
-    wait in the drive, the newest stiffness move or hold in the impedance, the newest servo target here.
+    move: Move
+    impedance: CartesianImpedance
+
+
+class Hold(NamedTuple):
+    """A gravity hold: springs that keep every joint where it is."""
+
+    number: int
+    stiffness_nm_per_rad: float
+
+
+class Motions:
+    """The motions of one robot, and what waits to become one.
+
+    A nominal motion is made by the drive, in which normal moves queue, or by the servo. Stiff, the robot is
+    where that is; else the follower says where it gives way to. Of what replaces the motion before, targets
+    of the servo, stiffness moves and holds, the newest waits here until that has come to rest after a `stop`.
     """
 
-    def __init__(self, drive: Drive, servo: Servo, impedance: Impedance, override: Override) -> None:
+    def __init__(self, nominal: Nominal, follower: Follower, override: Override) -> None:
         """All at rest in the same place, at the rate of this override."""
-        self._override = override
-        self._drive = drive
-        self._servo = servo
-        self._impedance = impedance
-        self._active: Drive | Servo | Impedance = drive
-        self._next_target: Target | None = None
-        self._following = False  # the servo is active and has not been stopped
-        self._newest_target = 0  # its number
-
-    @property
-    def joints(self) -> Joints:
+        self.joints = nominal.active.joints
         """Joint positions (rad)."""
-        return self._active.joints
+        self._override = override
+        self._nominal = nominal
+        self._drive, self._servo = nominal.drive, nominal.servo
+        self._follower = follower
+        self._next: Target | StiffnessMove | Hold | None = None
+        self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
+        self._following = False  # the servo is active for targets, and has not been stopped
+        self._impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
 
     @property
     def tcp_contact(self) -> TcpContact | None:
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
-        return self._impedance.tcp_contact if self._active is self._impedance else None
+        return self._follower.tcp_contact
 
     @property
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
-        if self._active.moving or self._next_target is not None:
-            return True
-        return self._drive.moving or self._servo.moving or self._impedance.moving
+        return self._nominal.moving or self._next is not None or self._drive.moving or self._follower.moving
 
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing until something is asked for: a robot that yields is never sure."""
-        return not self.moving and self._override.settled and not self._impedance.yielding
+        return not self.moving and self._override.settled and not self._follower.yielding
 
     @property
     def override(self) -> float:
@@ -81,37 +92,45 @@ class Motions:
 
     @property
     def waiting(self) -> int:
-        """Moves in the drive that have not begun."""
+        """Normal moves that have not begun."""
         return self._drive.waiting
 
     @property
     def holding(self) -> bool:
         """Whether a gravity hold is on, or begins when the robot is at rest."""
-        return self._impedance.holding
+        return self._follower.holding or isinstance(self._next, Hold)
 
     @property
     def behind(self) -> int:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
-        return self._queue.waiting if self._queue_waits else self._queue.behind
+        if isinstance(self._next, StiffnessMove | Hold):
+            return int(self._being_stopped)
+        return self._drive.waiting if self._queue_waits else self._drive.behind
 
     @property
     def under_way(self) -> int:
-        """The number of the move that runs and is not being stopped, 0 where there is none."""
-        return self._drive.under_way if self._active is self._drive else 0
+        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
+        if self._follower.active or self._nominal.active is not self._drive:
+            return 0
+        return self._drive.under_way
 
     @property
     def rest(self) -> Joints:
-        """Where the next move of the drive begins (rad): where all that waits ends, or a stop."""
-        return self._drive.rest if self._drive.moving else self._active.rest
+        """Where the next normal move begins (rad): where all that waits ends, or a stop."""
+        return self._drive.rest if self._drive.moving else self._nominal.active.rest
 
     @property
     def yielding_from(self) -> Joints:
-        """Where the next move of the impedance begins (rad): where its plan is, or where a stop ends."""
-        return self._impedance.rest if self._impedance.moving else self._active.rest
+        """Where the next stiffness move begins (rad): where the nominal motion is, or where a stop ends."""
+        if self._follower.holding:
+            return self.joints
+        return self._nominal.begins if self._follower.yielding else self._nominal.active.rest
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
-        return self._active.rest_after_stop()
+        if self._follower.off_plan:
+            return self._follower.rest_after_stop()
+        return self._nominal.active.rest_after_stop()
 
     @property
     def present(self) -> Joints:
@@ -120,39 +139,35 @@ class Motions:
 
     @property
     def goal(self) -> Joints:
-        """Where what moves now ends: a move, a target, a stop (rad).
+        """Where what moves now ends: a move, a target, a stop (rad); of a hold, where it keeps the joints.
 
         Where nothing has begun to move, that of what begins next, or where the robot is.
         """
-        if not self._active.moving:
-            if self._next_target is not None:
-                return self._next_target.joints
-            if self._queue.moving:
-                return self._queue.goal
-        return self._active.goal
+        if self._follower.holding:
+            return self._follower.centre
+        if self._follower.braking:
+            return self.rest_after_stop()
+        if not self._nominal.moving:
+            match self._next:
+                case Target(joints=joints):
+                    return joints
+                case StiffnessMove(move=move):
+                    return move.path.end
+            if self._drive.moving:
+                return self._drive.goal
+        return self._nominal.goal
 
     def is_pending(self, number: int) -> bool:
-        """Whether a move or a target of this number is being headed for or waits."""
-        if number != self._newest_target:
-            return self._drive.is_pending(number) or self._impedance.is_pending(number)
-        return self._next_target is not None or (self._following and self._servo.moving)
+        """Whether a move, a target or a hold of this number is under way or waits."""
+        if number == self._newest:
+            return self._next is not None or self._follower.holding or self._nominal.moving
+        return not self._follower.yielding and self._drive.is_pending(number)
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`. Other motions must have been stopped."""
-        if self._active is not self._drive and not self._drive.moving:
-            self._drive.start_from(self._active.rest)
+        if self._nominal.active is not self._drive and not self._drive.moving:
+            self._drive.start_from(self._nominal.active.rest)
         self._drive.append(move)
-
-    def head_yielding(self, move: Move, manner: Manner) -> None:
-        """Carry out a move that begins at `yielding_from`, in place of the one before. Other motions must
-        have been stopped."""
-        self._prepare_impedance()
-        self._impedance.head_for(move, manner)
-
-    def hold(self, number: int, stiffness_nm_per_rad: float) -> None:
-        """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
-        self._prepare_impedance()
-        self._impedance.hold(number, stiffness_nm_per_rad)
 
     def head_for(self, target: Target) -> None:
         """Head for a target at once, or when the robot has come to rest. Other motions must have been
@@ -160,79 +175,126 @@ class Motions:
         if self._following:
             self._servo.head_for(target.joints, target.limits)
         else:
-            self._next_target = target
-        self._newest_target = target.number
+            self._next = target
+        self._newest = target.number
+
+    def yield_around(self, wanted: StiffnessMove) -> None:
+        """Carry out a move that begins at `yielding_from`, in place of what runs: from rest as any move, in
+        mid-motion without a stop, or when a stop under way is over. Other motions must have been stopped."""
+        self._newest = wanted.move.number
+        if self._follower.holding:
+            self._follower.let_go()
+            self._nominal.rest_at(self.joints)
+            self._nominal.begin_stream()
+        if self._follower.yielding and self._nominal.replace(wanted.move):
+            self._next, self._impedance = None, wanted.impedance
+        else:
+            self._next, self._impedance = wanted, None
+
+    def hold(self, wanted: Hold) -> None:
+        """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
+        self._newest = wanted.number
+        if self._follower.holding:
+            self._follower.hold(wanted.stiffness_nm_per_rad)
+            return
+        if self._follower.yielding and self._nominal.moving:
+            self._nominal.stop()
+        self._next = wanted
 
     def stop(self) -> None:
-        """Stop on the path, and forget what waits."""
-        self._drive.stop()
-        self._servo.stop()
-        self._impedance.stop()
-        self._next_target = None
+        """Stop, and forget what waits: on the path, or from the velocity of a robot that is off it."""
+        if self._follower.off_plan:
+            self._nominal.rest_at(self._follower.rest_after_stop())
+        self._follower.stop()
+        self._nominal.stop()
+        self._next = self._newest = self._impedance = None
         self._following = False
 
     def cancel(self) -> None:
         """End what runs, or begins in the next tick: a move as `Drive.cancel` does, or a servo's target.
 
-        While the robot is being stopped nothing runs, and nothing changes.
+        A robot that yields goes on to do so. While it is being stopped, and in a hold, nothing changes.
         """
-        if self._following:
-            if self._servo.moving:
-                self._servo.stop()
+        if self._being_stopped or self.holding:
+            return
+        if self._next is not None:
+            self._next = self._newest = None
+        elif self._following or self._follower.yielding:
+            if self._nominal.moving:
+                self._nominal.stop()
                 self._following = False
-        elif self._next_target is not None:
-            if not self._active.moving:
-                self._next_target = None
-        elif not self._queue_waits:
-            self._queue.cancel()
+            self._newest = None
+        else:
+            self._drive.cancel()
 
     def clear(self) -> None:
         """Forget the moves behind the one that runs, or begins in the next tick."""
-        if self._queue_waits:
-            self._queue.stop()  # all of them wait
-        else:
-            self._queue.clear()
+        if isinstance(self._next, StiffnessMove | Hold):
+            if self._being_stopped:
+                self._next = self._newest = None
+        elif self._queue_waits:
+            self._drive.stop()  # all of them wait
+        elif not self._follower.yielding:
+            self._drive.clear()
+
+    def step(self) -> None:
+        """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
+        follower, active = self._follower, self._nominal.active
+        self._override.step(None if follower.active or active is not self._drive else self._drive)
+        try:
+            if not follower.active and not active.moving:
+                active = self._hand_over()
+            if not follower.active:
+                active.step()
+                self.joints = active.joints
+            else:
+                if follower.braking:
+                    follower.brake()
+                else:
+                    self._yield(follower)
+                self.joints = follower.joints
+        except Exception:
+            self.stop()
+            raise
 
     @property
-    def _queue(self) -> Drive | Impedance:
-        """What moves wait in, or would: of the two that are not active, one at most has any."""
-        for motion in (self._drive, self._impedance):
-            if motion is not self._active and motion.moving:
-                return motion
-        return self._impedance if self._active is self._impedance else self._drive
+    def _being_stopped(self) -> bool:
+        return self._nominal.active.stopping or self._follower.braking
 
     @property
     def _queue_waits(self) -> bool:
-        """Whether its moves wait until another motion has come to rest."""
-        return self._queue is not self._active and self._active.moving
+        """Whether all normal moves wait until something else has come to rest."""
+        return self._follower.braking or (self._nominal.active is self._servo and self._servo.moving)
 
-    def step(self) -> None:
-        """One tick. Where the active motion fails, what waits is forgotten, and what it raised is raised."""
-        self._override.step(self._drive if self._active is self._drive else None)
-        if not self._active.moving:
-            self._hand_over()
-        try:
-            self._active.step()
-        except Exception:
-            self._drive.stop()
-            self._impedance.stop()
-            self._next_target = None
-            raise
+    def _hand_over(self) -> Drive | Servo:
+        """Begin what waits, as nothing moves any more; gives what makes the nominal motion."""
+        nominal = self._nominal
+        match self._next:
+            case Target() as target:
+                nominal.activate_servo()
+                self._next = None
+                self._servo.head_for(target.joints, target.limits)
+                self._following = True
+            case StiffnessMove() | Hold():
+                self._follower.start(nominal.active.joints)
+                nominal.begin_stream()
+            case None if self._drive.moving:
+                nominal.active = self._drive
+        return nominal.active
 
-    def _prepare_impedance(self) -> None:
-        if self._active is not self._impedance and not self._impedance.moving:
-            self._impedance.start_from(self._active.rest)
-
-    def _hand_over(self) -> None:
-        target = self._next_target
-        if target is not None:
-            if self._active is not self._servo:
-                self._servo.start_from(self._active.joints)
-                self._active = self._servo
-            self._next_target = None
-            self._servo.head_for(target.joints, target.limits)
-            self._following = True
-        elif self._drive.moving:
-            self._active = self._drive
-        elif self._impedance.moving:
-            self._active = self._impedance
+    def _yield(self, follower: Follower) -> None:
+        """A tick of a robot that yields."""
+        nominal = self._nominal
+        if self._next is not None and not nominal.moving:
+            match self._next:
+                case Hold(stiffness_nm_per_rad=stiffness):
+                    follower.hold(stiffness)
+                case StiffnessMove(move=move, impedance=impedance):
+                    nominal.begin(move)
+                    self._impedance = impedance
+            self._next = None
+        if not follower.holding:
+            nominal.step()
+            if self._impedance is not None and not self._drive.waiting:
+                follower.impedance, self._impedance = self._impedance, None
+        follower.step(nominal.active.joints)

@@ -11,11 +11,11 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.controller.force_guard import ForceGuard, check_thresholds
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
-from iiwa_sim.controller.motions import Target
+from iiwa_sim.controller.motions import Hold, StiffnessMove, Target
 from iiwa_sim.controller.planner import Plan
 from iiwa_sim.controller.poses import shifted
 from iiwa_sim.controller.requests import Compliance, Kind, MoveRequest
-from iiwa_sim.controller.stiffness import check_joint_stiffness, manner_of
+from iiwa_sim.controller.stiffness import check_joint_stiffness, impedance_of
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.queue.move import Move
 
@@ -93,7 +93,7 @@ class Moves:
     def _yield(self, request: MoveRequest, compliance: Compliance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
         core = self._core
-        manner = manner_of(compliance.stiffness_n_per_m, compliance.balanced)
+        impedance = impedance_of(compliance.stiffness_n_per_m, compliance.balanced)
         core.faults.check()
         stops = TRANSITIONS[core.mode, Event.IMPEDANCE_MOVE].stops
         start = core.motions.rest_after_stop() if stops else core.motions.yielding_from
@@ -102,7 +102,7 @@ class Moves:
             core.targets.check_way_back(plan.limits)
         number = self._accept(Event.IMPEDANCE_MOVE)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
-            core.motions.head_yielding(self._move(number, request, plan), manner)
+            core.motions.yield_around(StiffnessMove(self._move(number, request, plan), impedance))
         return number
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
@@ -111,7 +111,7 @@ class Moves:
         check_joint_stiffness(stiffness_nm_per_rad)
         number = self._accept(Event.IMPEDANCE_MOVE)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
-            core.motions.hold(number, stiffness_nm_per_rad)
+            core.motions.hold(Hold(number, stiffness_nm_per_rad))
         return number
 
     def _head_for(self, request: MoveRequest) -> int:

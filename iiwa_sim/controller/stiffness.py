@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import isfinite
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.motion.compliance_kernel import Manner
+from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 
 LARGEST_N_PER_M = 5000.0
 """Published: the original's."""
@@ -12,7 +12,7 @@ LARGEST_JOINT_NM_PER_RAD = 5000.0
 """Our decision."""
 
 
-def manner_of(stiffness_n_per_m: float, balanced: Sequence[float]) -> Manner:
+def impedance_of(stiffness_n_per_m: float, balanced: Sequence[float]) -> CartesianImpedance:
     """How the TCP is to yield: with this stiffness, and the negative of a wrench (N, Nm, TCP axes).
 
     Raises `Refused` for a stiffness out of range, and for numbers that are not finite.
@@ -21,7 +21,7 @@ def manner_of(stiffness_n_per_m: float, balanced: Sequence[float]) -> Manner:
     if not all(map(isfinite, balanced)):
         raise Refused(EXECUTION, "a force that is not finite")
     fx, fy, fz, tx, ty, tz = (0.0 - value for value in balanced)
-    return Manner(stiffness_n_per_m, (fx, fy, fz, tx, ty, tz))
+    return CartesianImpedance(stiffness_n_per_m, (fx, fy, fz, tx, ty, tz))
 
 
 def check_joint_stiffness(stiffness_nm_per_rad: float) -> None:

@@ -66,8 +66,8 @@ _HOME = cython.declare(cython.double, 1e-9)
 _new = tuple.__new__  # calling the class costs twice as much
 
 
-class Manner(NamedTuple):
-    """How the TCP yields."""
+class CartesianImpedance(NamedTuple):
+    """How the TCP gives way, and with what it pushes."""
 
     stiffness_n_per_m: float
     """In translation, the same in all directions."""
@@ -166,7 +166,7 @@ class Compliance:
         """How fast it moves relative to the plan."""
         return tuple(self._v)
 
-    def step(self, nominal: Joints, manner: Manner) -> Joints:
+    def step(self, nominal: Joints, impedance: CartesianImpedance) -> Joints:
         """A tick, in which the plan has come to `nominal` (rad)."""
         self.tcp_contact = None
         before = self._nominal
@@ -177,7 +177,7 @@ class Compliance:
             self._plan(nominal)
         for k in range(3):
             self._moved[k] = self._at[9 + k] - self._was[k]
-        self._find_forces(manner)
+        self._find_forces(impedance)
         alone = not self._forced and not self._shift.touches
         if alone and self._is_on_plan() and not self._shift.meets(self._at[9:], self._moved):
             self._turned[:] = self._at[:9]
@@ -185,7 +185,7 @@ class Compliance:
             return nominal
         x = self._x
         start = (x[0], x[1], x[2], x[3], x[4], x[5], x[6])
-        self._swing(manner)
+        self._swing(impedance)
         self._follow(before, start)
         if not self._forced and not self._shift.touches and self._is_home():
             self._x[:] = 0.0
@@ -218,7 +218,7 @@ class Compliance:
         return on
 
     @cython.cfunc
-    def _find_forces(self, manner: Any) -> object:
+    def _find_forces(self, impedance: Any) -> object:
         """What acts besides springs and contact, in base axes; the last is the torque on the redundancy."""
         f, r = self._forces, self._turned
         joint_push = self._pushes.joint_push
@@ -235,7 +235,7 @@ class Compliance:
         qy: cython.double
         qz: cython.double
         ax, ay, az, bx, by, bz = self._pushes.wrench
-        px, py, pz, qx, qy, qz = manner[1]
+        px, py, pz, qx, qy, qz = impedance[1]
         ax, ay, az, bx, by, bz = ax + px, ay + py, az + pz, bx + qx, by + qy, bz + qz
         f[0] = r[0] * ax + r[1] * ay + r[2] * az
         f[1] = r[3] * ax + r[4] * ay + r[5] * az
@@ -266,10 +266,10 @@ class Compliance:
         return None
 
     @cython.cfunc
-    def _swing(self, manner: Any) -> object:
+    def _swing(self, impedance: Any) -> object:
         """Move the deflection on by a tick, for the time being without regard to joints."""
         x, v, f, c = self._x, self._v, self._forces, self._turning
-        self._in_contact = self._shift.step(manner[0], x, v, f, self._was, self._moved)
+        self._in_contact = self._shift.step(impedance[0], x, v, f, self._was, self._moved)
         k: cython.Py_ssize_t
         torque: cython.double
         y: cython.double

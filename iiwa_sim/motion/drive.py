@@ -54,6 +54,11 @@ class Drive:
         return self._chain is not None or bool(self._waiting) or bool(self._again)
 
     @property
+    def stopping(self) -> bool:
+        """Whether a move is being stopped."""
+        return self._chain is not None and self._time.stopping
+
+    @property
     def waiting(self) -> int:
         """Number of moves that have not begun."""
         waiting = len(self._waiting) + len(self._again)

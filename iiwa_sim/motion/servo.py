@@ -78,6 +78,11 @@ class Servo:
         return self._course is not None or self._asks_again
 
     @property
+    def stopping(self) -> bool:
+        """Whether the robot is being stopped."""
+        return self._course is not None and self._time.stopping
+
+    @property
     def goal(self) -> Joints:
         """The target, or the end of a stop (rad); the present position at rest."""
         return self.rest

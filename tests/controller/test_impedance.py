@@ -270,6 +270,30 @@ def test_a_cancelled_stiffness_move_ends_on_its_path_and_the_robot_yields_on(nam
     assert_positions_and_velocities_within_limits(robot)
 
 
+@pytest.mark.parametrize("instead", ["cancelled", "held"])
+def test_a_stiffness_move_that_never_begins_leaves_the_stiffness_as_it_is(instead: str) -> None:
+    robot, as_before = at_start(), at_start()
+    there = robot.tcp_frame(AWAY)
+    for each in (robot, as_before):
+        each.controller.move(lin_stiff_move(there, 0.5, 4000.0, NO_FORCE))
+        each.controller.load.wrench = (5.0, 0.0, 15.0, 0.0, 0.0, 0.0)
+        each.step(100)
+    if instead == "held":  # takes the place of a move that waits for the end of a stop
+        robot.cancel()
+        robot.controller.move(lin_stiff_move(there, 0.5, 100.0, NO_FORCE))
+        robot.controller.move(gravity_hold(300.0))
+        as_before.cancel()
+        as_before.controller.move(gravity_hold(300.0))
+    else:
+        for each in (robot, as_before):
+            each.runs_until_stopped()
+        robot.controller.move(lin_stiff_move(robot.tcp_frame(START), 0.5, 100.0, NO_FORCE))
+        robot.cancel()
+    robot.step(200)
+    as_before.step(200)
+    assert robot.joints[-200:] == as_before.joints[-200:]
+
+
 def test_of_moves_that_come_during_a_stop_the_newest_is_carried_out() -> None:
     robot = at_start()
     robot.controller.move(joint_move(AWAY, FULL))

@@ -7,6 +7,7 @@ import pytest
 
 from iiwa_sim.controller.motions import Motions, Target
 from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
 
 Joints = tuple[float, ...]
@@ -31,6 +32,10 @@ class Motion:
         return bool(self.goals) or self.left > 0
 
     @property
+    def stopping(self) -> bool:
+        return self.left > 0
+
+    @property
     def waiting(self) -> int:
         return len(self.goals)
 
@@ -40,6 +45,9 @@ class Motion:
 
     def rest_after_stop(self) -> Joints:
         return (self.joints[0] + 0.01,) if self.left else self.joints
+
+    def is_pending(self, _: int) -> bool:
+        return False  # it knows of no numbers
 
     def append(self, goal: Joints) -> None:
         self.goals.append(goal)
@@ -76,9 +84,18 @@ class Motion:
             self.under_way = True
 
 
+class Stiff:
+    """A follower that is never started."""
+
+    active = yielding = holding = braking = moving = off_plan = False
+
+    def stop(self) -> None:
+        pass
+
+
 def pair() -> tuple[Motion, Motion, Motions]:
-    drive, servo = Motion(), Motion()
-    return drive, servo, Motions(drive, servo, Motion(), Override(0.002, LIMITS))
+    drive, servo, override = Motion(), Motion(), Override(0.002, LIMITS)
+    return drive, servo, Motions(Nominal(drive, servo, override), Stiff(), override)
 
 
 def runs_until_stopped(motions: Motions) -> int:

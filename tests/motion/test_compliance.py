@@ -13,8 +13,8 @@ from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.frames import multiply, rotate, rotation_vector, transpose
 from iiwa_sim.motion.compliance_kernel import (
     ROTATIONAL_STIFFNESS_NM_PER_RAD,
+    CartesianImpedance,
     Compliance,
-    Manner,
 )
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.shift_kernel import LEAST_DAMPING_NS_PER_M, MASS_KG
@@ -75,7 +75,7 @@ class Yielding:
         self.nominal = self.joints = joints
 
     def step(self, stiffness: float, control: tuple[float, ...] = NO_FORCE) -> tuple[float, ...]:
-        self.joints = self.compliance.step(self.nominal, Manner(stiffness, control))
+        self.joints = self.compliance.step(self.nominal, CartesianImpedance(stiffness, control))
         return self.joints
 
     def runs(self, stiffness: float, seconds: float) -> np.ndarray:
