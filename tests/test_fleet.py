@@ -239,6 +239,14 @@ TABLE = "[robot.one]\n"
             "FILE: robot.one: argument --robot: expected no cell with it",
         ),
         (
+            TABLE + "record = 'a.mcap'\n[robot.two]\nrecord = 'x/../a.mcap'\n",
+            "FILE: --record of two overlaps --record of one: both are ",
+        ),
+        (
+            TABLE + "record = 'a.mcap'\ntranscript = 'a.mcap'\n",
+            "FILE: --record of one overlaps --transcript of one: both are ",
+        ),
+        (
             TABLE + "port = 5\n[robot.two]\nport = 5\n",
             "FILE: --port of two overlaps --port of one: both are port 5",
         ),

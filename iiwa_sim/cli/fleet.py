@@ -73,6 +73,7 @@ def robots_of(parser: Parser, options: argparse.Namespace) -> list[Robot]:
     if options.ros:
         error("argument --ros: expected one robot: a process is one node of ROS 1")
     _check_ports(error, robots)
+    _check_files(error, robots)
     return robots
 
 
@@ -166,6 +167,19 @@ def _check_ports(error: Error, robots: list[Robot]) -> None:
                 if host == other_host or host in _EVERYWHERE or other_host in _EVERYWHERE:
                     error(f"{kind} of {robot.name} overlaps {other}: both are port {port}")
             taken.setdefault(port, []).append((host, f"{kind} of {robot.name}"))
+
+
+def _check_files(error: Error, robots: list[Robot]) -> None:
+    taken: dict[Path, str] = {}
+    for robot in robots:
+        for kind in WRITTEN:
+            path = getattr(robot.options, kind)
+            if path is None or path.is_char_device():  # such as a terminal, which many may write to
+                continue
+            place = path.resolve()
+            if place in taken:
+                error(f"--{kind} of {robot.name} overlaps {taken[place]}: both are {path}")
+            taken[place] = f"--{kind} of {robot.name}"
 
 
 def _ports(options: argparse.Namespace) -> Iterator[tuple[str, str, int]]:
