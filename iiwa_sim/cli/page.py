@@ -10,6 +10,10 @@ import sys
 from types import TracebackType
 from typing import Any, Self
 
+from iiwa_sim.backdoor.token import LOOPBACK, Token, check_reach
+from iiwa_sim.cli.options import secret_in
+from iiwa_sim.cli.parsing import Parser, whole
+from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.serve.listening import host_and_port, open_listener
 from iiwa_sim.wording import Unusable
 
@@ -35,6 +39,43 @@ def page_url(listening: socket.socket) -> str:
     """What to open in a browser on this machine."""
     host, port = listening.getsockname()[:2]
     return f"http://{host_and_port({'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host), port)}/"
+
+
+def add_page(parser: Parser) -> None:
+    """Options of a command that serves a page itself: where it listens, and for whom."""
+    parser.add_argument(
+        "--host",
+        default=LOOPBACK,
+        help="address for the page to listen on; one that other machines reach, such as 0.0.0.0, takes a "
+        "token (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--port",
+        type=whole(0, MAX_PORT),
+        default=DEFAULT_PORT,
+        help="port for the page to listen on; 0 picks one (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--token",
+        metavar="TOKEN",
+        help="have browsers ask for it. The command line shows it to others on this machine (default: none)",
+    )
+    parser.add_argument(
+        "--token-file", type=secret_in, metavar="FILE", help="the same, with the token in this file"
+    )
+
+
+def page_token(parser: Parser, options: argparse.Namespace) -> Token | None:
+    """What browsers have to tell; wrong options end the program."""
+    if options.token is not None and options.token_file is not None:
+        parser.error("argument --token-file: expected no --token with it")
+    text = options.token if options.token is not None else options.token_file
+    try:
+        token = None if text is None else Token(text)
+        check_reach(options.host, token, "page")
+    except ValueError as fault:
+        parser.error(f"argument --{'host' if text is None else 'token'}: {fault}")
+    return token
 
 
 class Page:

@@ -8,19 +8,19 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from iiwa_sim import log
-from iiwa_sim.backdoor.token import LOOPBACK
 from iiwa_sim.cli.names import SHOW
 from iiwa_sim.cli.options import add_log
 from iiwa_sim.cli.output import say
-from iiwa_sim.cli.page import DEFAULT_PORT, check_library, page_url
-from iiwa_sim.cli.parsing import Parser, whole
+from iiwa_sim.cli.page import add_page, check_library, page_token, page_url
+from iiwa_sim.cli.parsing import Parser
 from iiwa_sim.cli.recordings import opened, tell_cut
-from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.serve.listening import open_listener
 
 
 def run(given: Sequence[str]) -> int:
-    options = _parser().parse_args(given)
+    parser = _parser()
+    options = parser.parse_args(given)
+    token = page_token(parser, options)
     opened(options.recording)  # whether it is one, before the page is loaded
     check_library()
     log.configure(options.log_level, options.log_json, sys.stderr.fileno())
@@ -32,9 +32,11 @@ def run(given: Sequence[str]) -> int:
 
     timeline = Timeline(options.recording)
     tell_cut(timeline)
-    with asyncio.run(open_listener(LOOPBACK, options.port)) as listening:
+    with asyncio.run(open_listener(options.host, options.port)) as listening:
         stdout = sys.stdout  # viser's own words go nowhere
-        run_playback(listening, timeline, over, lambda: say(f"page on {page_url(listening)}\n", stdout))
+        run_playback(
+            listening, timeline, over, token, lambda: say(f"page on {page_url(listening)}\n", stdout)
+        )
     return 0
 
 
@@ -47,11 +49,6 @@ def _parser() -> Parser:
         examples={"run.mcap": "what was recorded with --record, on http://127.0.0.1:8080/"},
     )
     parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="as --record writes it")
-    parser.add_argument(
-        "--port",
-        type=whole(0, MAX_PORT),
-        default=DEFAULT_PORT,
-        help="port for the page to listen on; 0 picks one (default: %(default)s)",
-    )
+    add_page(parser)
     add_log(parser)
     return parser

@@ -1,6 +1,5 @@
 """`iiwa-sim view`: the live page of a robot that runs elsewhere."""
 
-import argparse
 import asyncio
 import signal
 import sys
@@ -8,20 +7,18 @@ import threading
 from collections.abc import Sequence
 
 from iiwa_sim import log
-from iiwa_sim.backdoor.token import LOOPBACK, Token, check_reach
 from iiwa_sim.cli.names import VIEW
 from iiwa_sim.cli.options import add_log, add_robot, add_server, secret_in, server_address
 from iiwa_sim.cli.output import say
-from iiwa_sim.cli.page import DEFAULT_PORT, check_library, page_url
-from iiwa_sim.cli.parsing import Parser, whole
-from iiwa_sim.dialect.ports import MAX_PORT
+from iiwa_sim.cli.page import add_page, check_library, page_token, page_url
+from iiwa_sim.cli.parsing import Parser
 from iiwa_sim.serve.listening import open_listener
 
 
 def run(given: Sequence[str]) -> int:
     parser = _parser()
     options = parser.parse_args(given)
-    token = _token(parser, options)
+    token = page_token(parser, options)
     check_library()
     log.configure(options.log_level, options.log_json, sys.stderr.fileno())
     over = threading.Event()
@@ -47,18 +44,6 @@ def run(given: Sequence[str]) -> int:
             lambda: say(f"page on {page_url(listening)}\n", stdout),
         )
     return 0
-
-
-def _token(parser: Parser, options: argparse.Namespace) -> Token | None:
-    if options.token is not None and options.token_file is not None:
-        parser.error("argument --token-file: expected no --token with it")
-    text = options.token if options.token is not None else options.token_file
-    try:
-        token = None if text is None else Token(text)
-        check_reach(options.host, token, "page")
-    except ValueError as fault:
-        parser.error(f"argument --{'host' if text is None else 'token'}: {fault}")
-    return token
 
 
 def _parser() -> Parser:
@@ -91,25 +76,6 @@ def _parser() -> Parser:
         help="where the robot speaks the iiwa's text protocol, to type commands on the page (default: none)",
     )
     add_robot(parser)
-    parser.add_argument(
-        "--host",
-        default=LOOPBACK,
-        help="address for the page to listen on; one that other machines reach, such as 0.0.0.0, takes a "
-        "token (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--port",
-        type=whole(0, MAX_PORT),
-        default=DEFAULT_PORT,
-        help="port for the page to listen on; 0 picks one (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--token",
-        metavar="TOKEN",
-        help="have browsers ask for it. The command line shows it to others on this machine (default: none)",
-    )
-    parser.add_argument(
-        "--token-file", type=secret_in, metavar="FILE", help="the same, with the token in this file"
-    )
+    add_page(parser)
     add_log(parser)
     return parser

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from iiwa_sim.backdoor.token import Token
 from iiwa_sim.recordings.player import SPEEDS, Player
 from iiwa_sim.recordings.timeline import Timeline
 from iiwa_sim.throttle import Throttle
@@ -44,15 +45,17 @@ def run_playback(
     listening: socket.socket,
     timeline: Timeline,
     over: threading.Event,
+    token: Token | None = None,
     opened: Callable[[], None] = lambda: None,
 ) -> None:
     """Show a recording on a page at a socket that listens, until `over` is set.
 
-    `opened` is called when it serves. Raises DrawingFault, before that, for a robot that cannot be drawn.
+    Browsers have to tell the `token`, if there is one. `opened` is called when it serves. Raises
+    DrawingFault, before that, for a robot that cannot be drawn.
     """
     drawing = drawing_of(timeline)
     told = Throttle[str](1)
-    with open_page(listening) as server:
+    with open_page(listening, token) as server:
         server.initial_camera.position, server.initial_camera.look_at = (1.4, -1.3, 1.0), (0.35, 0.1, 0.4)
         server.scene.add_grid(
             "/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, position=(0.0, 0.0, -0.002)
@@ -134,6 +137,7 @@ class Playback:
             self._cell = cell
             self._scene.show_cell(cell)
         self._show_path(time_s)
+        self._scene.show_moves(self._timeline.moves_at(time_s))
         self._scene.show(state)
         self._charts.add(state)
         self._charts.show()

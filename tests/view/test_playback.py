@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import socket
 import subprocess
@@ -12,6 +13,7 @@ from math import degrees
 from pathlib import Path
 
 import pytest
+from websockets.exceptions import InvalidStatus
 
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.recordings.timeline import Timeline
@@ -47,7 +49,7 @@ def viewer(run: Path) -> Iterator[Viewer]:
     over, serves = threading.Event(), threading.Event()
     with socket.create_server(("127.0.0.1", 0)) as listening:
         port = listening.getsockname()[1]
-        page = threading.Thread(target=run_playback, args=(listening, Timeline(run), over, serves.set))
+        page = threading.Thread(target=run_playback, args=(listening, Timeline(run), over, None, serves.set))
         page.start()
         try:
             assert serves.wait(DEADLINE_S)
@@ -125,18 +127,22 @@ def test_ticks_can_be_gone_through_one_by_one(run: Path, viewer: Viewer) -> None
 
 
 def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
-    command = [sys.executable, "-m", "iiwa_sim", "show", str(run), "--port", "0"]
+    command = [sys.executable, "-m", "iiwa_sim", "show", str(run), "--port", "0", "--token", "swordfish"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             said = next_line(process)
             assert said.startswith("page on http://127.0.0.1:")
-            with viewing(int(said.strip().rstrip("/").rpartition(":")[2])) as viewer:
+            port = int(said.strip().rstrip("/").rpartition(":")[2])
+            with viewing(port, Authorization="Bearer swordfish") as viewer:
                 shown(viewer, "LBR iiwa 7 R800")
+            with pytest.raises(InvalidStatus, match="401"), viewing(port):
+                pass
             process.send_signal(signal.SIGTERM)
             _, told = process.communicate(timeout=DEADLINE_S)
         finally:
             process.kill()
-    assert (process.returncode, told) == (0, "")
+    assert process.returncode == 0
+    assert re.fullmatch(r"[^\n]* warning page: [^\n]*: it has not told the token\n", told)
 
 
 @pytest.mark.parametrize("content", [b"rubbish", None])
