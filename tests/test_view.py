@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import re
 import signal
 import socket
 import subprocess
+import time
 import urllib.request
 from collections.abc import Sequence
 
 import pytest
 
+from iiwa_sim.view.lines import Lines
 from tests.processes import IIWA_SIM, running
 from tests.talking import DEADLINE_S
 from tests.view.viewer import viewing
@@ -63,6 +66,40 @@ def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
         assert simulator.ends(signal.SIGTERM) == (0, "")
 
 
+def test_a_page_that_is_killed_pushes_no_more() -> None:
+    with running("--status-port", "0", "--backdoor-port", "0") as simulator:
+        assert simulator.process.stdout is not None
+        lines = [simulator.process.stdout.readline().split() for _ in range(2)]
+        status, backdoor = (
+            next(line[-1] for line in lines if line[0] == kind) for kind in ("status", "backdoor")
+        )
+        command = [*IIWA_SIM, "view", status, "--backdoor", backdoor, "--port", "0"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as page:
+            try:
+                assert page.stdout is not None
+                with viewing(page_port([page.stdout.readline().strip()])) as viewer:
+                    viewer.until(lambda message: "stopped" in str(message.get("updates")))
+                    viewer.drags("link_3", "start", 0.6, 0.3, 0.6)
+                    host, port = backdoor.rsplit(":", 1)
+                    bench = Lines((host, int(port)))
+                    end_s = time.monotonic() + DEADLINE_S
+                    while not pushed(bench):
+                        assert time.monotonic() < end_s
+                    page.kill()
+                    page.wait(DEADLINE_S)
+            finally:
+                page.kill()
+        end_s = time.monotonic() + DEADLINE_S
+        while pushed(bench):
+            assert time.monotonic() < end_s
+        bench.close()
+        assert simulator.ends(signal.SIGTERM) == (0, "")
+
+
+def pushed(bench: Lines) -> bool:
+    return any(json.loads(bench.do("get state"))["joint_torque"])
+
+
 @pytest.mark.parametrize("command", [["--port", "0", "--view-port"], ["view", "127.0.0.1:1", "--port"]])
 def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
@@ -78,6 +115,7 @@ def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> Non
         (["--view-port", "0", "--view-token", "two words"], "the token has 9 characters"),
         (["view", "127.0.0.1:1", "--host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
         (["view", "127.0.0.1:1", "--port", "0"], "the status port 127.0.0.1:1: Connection refused"),
+        (["show", "run.mcap", "--host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
         (["view", "30001"], "'30001' is not HOST:PORT"),
     ],
 )

@@ -6,7 +6,14 @@ from math import isfinite
 
 from iiwa_sim.backdoor import surfaces
 from iiwa_sim.backdoor.core import acts, called
-from iiwa_sim.backdoor.described import DescribedCell, DescribedRobot, described_cell, described_robot
+from iiwa_sim.backdoor.described import (
+    DescribedCell,
+    DescribedMoves,
+    DescribedRobot,
+    described_cell,
+    described_moves,
+    described_robot,
+)
 from iiwa_sim.backdoor.faults import Faults
 from iiwa_sim.backdoor.recent_dialogue import RecentLines
 from iiwa_sim.cell.settings import POSE_RANGES, AnySurface
@@ -18,6 +25,8 @@ from iiwa_sim.frames import Frame, compose
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 PROTECTIVE_STOP = "protective stop"
+MOST_MOVES = 50
+"""So many are told of those that run and wait."""
 
 
 class Backdoor(Faults):
@@ -227,6 +236,11 @@ class Backdoor(Faults):
     def state(self) -> Snapshot:
         """The whole state of the robot."""
         return snapshot(self._controller)
+
+    @called
+    def moves(self) -> DescribedMoves:
+        """What runs and what waits: how many moves, and the targets of the first 50."""
+        return described_moves(self._controller, MOST_MOVES)
 
     @acts
     def save_state(self, name: str) -> None:

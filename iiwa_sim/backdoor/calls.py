@@ -155,6 +155,7 @@ CALLS: dict[str, Call] = {
     "place": _does(lambda backdoor, request: backdoor.place(request.values)),
     "get robot": lambda backdoor, _: _json(backdoor.robot()),
     "get state": lambda backdoor, _: _json(backdoor.state()),
+    "get moves": lambda backdoor, _: _json(backdoor.moves()),
     "get dialogue": lambda backdoor, request: _json(backdoor.dialogue(int(request.values[0]))),
     "save state": _does(lambda backdoor, request: backdoor.save_state(request.phrase)),
     "restore state": _does(lambda backdoor, request: backdoor.restore_state(request.phrase)),
@@ -180,4 +181,4 @@ CALLS: dict[str, Call] = {
     "accept connections": _does(lambda backdoor, _: backdoor.accept_connections()),
     "clear faults": _does(lambda backdoor, _: backdoor.clear_faults()),
 }
-"""All commands except `bye` and `help`, which belong to the connection."""
+"""All commands but `bye`, `help` and `release when gone`, which belong to the connection."""

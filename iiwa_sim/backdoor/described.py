@@ -39,6 +39,42 @@ class DescribedCell(msgspec.Struct, frozen=True):
     """As they stand now: `shape` is plane, box, sphere or cylinder."""
 
 
+class DescribedMove(msgspec.Struct, frozen=True):
+    """A move, or a servo's target."""
+
+    number: int
+    """Moves are numbered in the order in which they were accepted."""
+    goal_joint_position: tuple[float, ...]
+    """rad, where it ends."""
+    goal_frame: Frame
+    """The TCP there, in the base: mm, rad."""
+    blending_mm: float
+    """Radius of the sphere round that place in which it may leave its path for the next move; 0 for none."""
+
+
+class DescribedMoves(msgspec.Struct, frozen=True):
+    """What runs and what waits."""
+
+    count: int
+    """Of all of them."""
+    moves: tuple[DescribedMove, ...]
+    """The first ones, in the order in which they are done: what is being stopped, and holds, are left out."""
+
+
+def described_moves(controller: Controller, at_most: int) -> DescribedMoves:
+    """The moves of a controller, the first `at_most` of them."""
+    planned = controller.planned
+    return DescribedMoves(
+        len(planned),
+        tuple(
+            DescribedMove(
+                each.number, each.joints, controller.tcp_frame_at(each.joints), 1e3 * each.blending_m
+            )
+            for each in planned[:at_most]
+        ),
+    )
+
+
 def described_robot(controller: Controller) -> DescribedRobot:
     """The arm of a controller."""
     robot = controller.description

@@ -1,8 +1,8 @@
 """The backdoor over HTTP: its commands as JSON, and the robot's state and dialogue.
 
 `POST /backdoor/emergency-stop` is the line `emergency stop`. Every command of the table has such a path,
-except `help` and `bye`. Answers are `{"reply": ...}`, or `{"error": {"code": ..., "reason": ...}}` with a
-status that tells who has to change something.
+except `help`, `bye` and `release when gone`. Answers are `{"reply": ...}`, or `{"error": {"code": ...,
+"reason": ...}}` with a status that tells who has to change something.
 """
 
 import asyncio
@@ -12,7 +12,7 @@ from http import HTTPStatus
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
-from iiwa_sim.backdoor.line_calls import BYE, HELP, InternalFault, LineCalls, NotUnderstood
+from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalFault, LineCalls, NotUnderstood
 from iiwa_sim.backdoor.openapi import description
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import Token
@@ -24,7 +24,7 @@ from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
 
 COMMANDS = "/backdoor/"
 HEALTH, STATE, DIALOGUE, OPENAPI = "/healthz", "/state", "/dialogue", "/openapi.json"
-OF_A_CONNECTION = (HELP, BYE)
+OF_A_CONNECTION = (HELP, BYE, RELEASE_WHEN_GONE)
 """Commands that belong to a connection of lines and have no path."""
 _BEARER = "bearer "
 _GET_STATE = "get state"

@@ -4,7 +4,7 @@ from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.calls import CALLS
+from iiwa_sim.backdoor.calls import CALLS, DONE
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.dialect.wire.help import helped
 from iiwa_sim.dialect.wire.line_session import shown
@@ -12,7 +12,7 @@ from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import Refusal, Request, Table
 from iiwa_sim.dialect.wire.table_file import load_table
 
-BYE, HELP = "bye", "help"
+BYE, HELP, RELEASE_WHEN_GONE = "bye", "help", "release when gone"
 _EXAMPLE = "push"
 _INTERNAL = "internal fault, told in the log"
 
@@ -53,6 +53,8 @@ class LineCalls:
         name = request.command.name
         if name == BYE:
             return BYE
+        if name == RELEASE_WHEN_GONE:
+            return DONE
         if name == HELP:
             return helped(self.table, request.phrase, _EXAMPLE)
         return CALLS[name](self._backdoor, request)

@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Callable
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.line_calls import BYE, LineCalls
+from iiwa_sim.backdoor.line_calls import BYE, RELEASE_WHEN_GONE, LineCalls
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.dialect.wire.line_session import LineSession, written
@@ -29,7 +29,9 @@ class BackdoorSession(LineSession):
     def __init__(self, backdoor: Backdoor, log: DialectLog, name: str, token: Token | None = None) -> None:
         """`name` identifies this connection in the log; without a `token` none is expected."""
         super().__init__(log, name)
+        self._backdoor = backdoor
         self._calls = LineCalls(backdoor, log, name)
+        self._releases = False  # when the connection goes
         self._token = token  # until it has been received
         self._taking_time: tuple[bytes, asyncio.Task[str]] | None = None  # `pending` is its task
 
@@ -49,8 +51,12 @@ class BackdoorSession(LineSession):
         return self._replied(line, task.result) + super().answer(most - 1)
 
     def lost(self) -> None:
-        """Notice that the connection has gone: its effects remain, but a pending `advance` ends."""
+        """Notice that the connection has gone: its effects remain, but for pushes, where the client has asked
+        for that, and a pending `advance` ends."""
         super().lost()
+        if self._releases:
+            self._releases = False
+            self._backdoor.release()
         if self._taking_time is not None:
             self._taking_time[1].cancel()
             self._taking_time = self.pending = None
@@ -63,6 +69,8 @@ class BackdoorSession(LineSession):
                 request = self._calls.parse(line)
                 if request.command.name == BYE:
                     self.close()
+                if request.command.name == RELEASE_WHEN_GONE:
+                    self._releases = True
                 reply = self._calls.start(request)
         except Refused as refused:
             return _error(refused)

@@ -14,6 +14,7 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
+from iiwa_sim.controller.motions import Planned
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
@@ -203,6 +204,11 @@ class Controller:
         return self._core.motions.joints
 
     @property
+    def joints_before(self) -> Joints:
+        """Joint positions (rad) a tick ago."""
+        return self._core.joints_before
+
+    @property
     def override(self) -> float:
         """The part of their planned speed at which all motions run or will run, 0..1."""
         return self._core.motions.override
@@ -249,6 +255,11 @@ class Controller:
     def queue(self) -> int:
         """How many moves wait behind the one that runs, or begins in the next tick."""
         return self._core.motions.behind
+
+    @property
+    def planned(self) -> list[Planned]:
+        """What runs and what waits, in the order in which it is done; see `Motions.planned`."""
+        return self._core.motions.planned
 
     def joint_velocity(self) -> tuple[float, ...]:
         """Joint velocities (rad/s) in the last tick: the difference it made, over its time."""

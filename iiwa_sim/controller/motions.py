@@ -9,6 +9,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
+from iiwa_sim.motion.path.zone import Sphere
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.wrench import TcpContact
@@ -21,6 +22,18 @@ class Target(NamedTuple):
     """Moves, targets and holds are numbered together, in the order in which they were accepted."""
     joints: Joints
     limits: JointLimits
+
+
+class Planned(NamedTuple):
+    """Where a move, or a servo, is to go."""
+
+    number: int
+    """As with `Target`."""
+    joints: Joints
+    """Joint positions (rad) at its end."""
+    blending_m: float
+    """Radius of the sphere round the TCP there in which it may leave its path for the next one; 0 for none,
+    also where joint positions say how far it may."""
 
 
 class StiffnessMove(NamedTuple):
@@ -156,6 +169,21 @@ class Motions:
             if self._drive.moving:
                 return self._drive.goal
         return self._nominal.goal
+
+    @property
+    def planned(self) -> list[Planned]:
+        """What runs, and is not being stopped, and what waits, in the order in which it is done; holds have
+        no target and are left out."""
+        match self._next:
+            case Target(number=number, joints=joints):
+                return [Planned(number, joints, 0.0)]
+            case StiffnessMove(move=move):
+                return [_planned(move)]
+        if self.holding:
+            return []
+        if self._following and self._newest is not None:
+            return [Planned(self._newest, self._servo.goal, 0.0)] if self._servo.moving else []
+        return [_planned(move) for move in self._nominal.moves]
 
     def is_pending(self, number: int) -> bool:
         """Whether a move, a target or a hold of this number is under way or waits."""
@@ -298,3 +326,8 @@ class Motions:
             if self._impedance is not None and not self._drive.waiting:
                 follower.impedance, self._impedance = self._impedance, None
         follower.step(nominal.active.joints)
+
+
+def _planned(move: Move) -> Planned:
+    blending_m = move.zone.radius if isinstance(move.zone, Sphere) else 0.0
+    return Planned(move.number, move.path.end, blending_m)

@@ -80,6 +80,14 @@ class Drive:
         return self._chain.move_at(self._time.time_s).number
 
     @property
+    def moves(self) -> Sequence[Move]:
+        """The move that runs, unless it is being stopped, and those behind it, in their order."""
+        chain, begun = self._chain, list[Move]()
+        if chain is not None and not self._time.stopping:
+            begun = list(chain.moves[-1 - chain.waiting(self._time.time_s) :])
+        return [*begun, *self._waiting, *self._again]
+
+    @property
     def running(self) -> Running | None:
         """The motion that runs at the override; None if there is none."""
         if self._chain is None or self._time.stopping:

@@ -1,5 +1,7 @@
 """The nominal motion: what the drive or the servo makes, and how one takes over from the other."""
 
+from collections.abc import Sequence
+
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.override import Override
@@ -35,6 +37,13 @@ class Nominal:
     def begins(self) -> Joints:
         """Where a move that replaces another begins now (rad), or where the stop ends that is under way."""
         return self.active.rest_after_stop() if self.active.stopping else self.active.joints
+
+    @property
+    def moves(self) -> Sequence[Move]:
+        """What runs, and is not being stopped, and what waits in the drive: of replaced moves the newest."""
+        if self._pursuit is None:
+            return self.drive.moves
+        return [self._pursuit.move] if self.moving else []
 
     @property
     def goal(self) -> Joints:

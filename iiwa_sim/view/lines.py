@@ -29,10 +29,12 @@ class Refusal(Exception):
 class Lines:
     """Asks a line at a time. It connects when first asked, and again where the connection has gone."""
 
-    def __init__(self, address: Address, first_line: str = "") -> None:
-        """`first_line` is said on every connection before all else, as a token is; it is answered `done`."""
+    def __init__(self, address: Address, token: str = "", *first_lines: str) -> None:
+        """Said on every connection before all else: the `token`, if there is one, then `first_lines`. Each is
+        answered `done`."""
         self.address = address
-        self._first_line = first_line
+        self._token = token
+        self._first_lines = first_lines
         self._lock = threading.Lock()
         self._connection: socket.socket | None = None
         self._received = b""
@@ -67,11 +69,16 @@ class Lines:
         if self._connection is None:
             self._connection = socket.create_connection(self.address, CONNECT_S)
             self._received = b""
-            if self._first_line:
-                self._connection.sendall(f"{self._first_line}\r\n".encode("ascii", "replace"))
-                if self._line(self._connection) != "done":
-                    raise OSError("it does not take this token")
+            if self._token and not self._takes(self._connection, self._token):
+                raise OSError("it does not take this token")
+            for line in self._first_lines:
+                if not self._takes(self._connection, line):
+                    raise OSError(f"it does not take '{line}'")
         return self._connection
+
+    def _takes(self, connection: socket.socket, line: str) -> bool:
+        connection.sendall(f"{line}\r\n".encode("ascii", "replace"))
+        return self._line(connection) == "done"
 
     def _has_gone(self, connection: socket.socket) -> bool:
         """Whether the other side has closed it; what it has said unasked, as a late reply, is dropped."""

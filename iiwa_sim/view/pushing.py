@@ -30,6 +30,9 @@ LEAST_N_PER_M, MOST_N_PER_M = 50.0, 2000.0
 STRONGEST_N = 150.0
 """The force does not grow beyond this, however far the mouse is."""
 
+RELEASE_WHEN_GONE = "release when gone"
+"""So what ends this process ends its push."""
+
 logger = logging.getLogger(__name__)
 
 
@@ -92,7 +95,7 @@ class Pushing:
         self._station = station
         self._drawing = station.scene.drawing
         self._place_m = station.scene.place_m
-        self._lines = Lines(station.place.backdoor, station.place.token)
+        self._lines = Lines(station.place.backdoor, station.place.token, RELEASE_WHEN_GONE)
         self._last_joint = self._drawing.joint_count - 1
         self._stiffness: Any = server.gui.add_slider(
             "Spring (N/m)", min=LEAST_N_PER_M, max=MOST_N_PER_M, step=50.0, initial_value=STIFFNESS_N_PER_M

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from iiwa_sim.frames import Frame, Transform, Vector, compose, inverse
 from iiwa_sim.view.arm import Arm
 from iiwa_sim.view.drawing import Drawing, wxyz
 from iiwa_sim.view.surfaces import Surfaces, touched
+from iiwa_sim.view.targets import Move, Targets
 from iiwa_sim.view.trail import Trail
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ MOST_MARKS = 4
 
 
 class Scene:
-    """Arm, tool, frames, path, wrench, contacts, and the ghost of the goal, below a node of the scene."""
+    """Arm, tool, frames, path, wrench, contacts, targets, and the ghost of the goal, below a node."""
 
     def __init__(
         self,
@@ -68,6 +69,7 @@ class Scene:
             for number in range(MOST_MARKS)
         ]
         self._trail = Trail(scene, f"{root}/trail")
+        self._targets = Targets(scene, f"{root}/targets")
         self._shown: tuple[Any, ...] = ()
 
     def show(self, state: State) -> None:
@@ -94,6 +96,10 @@ class Scene:
         self.contact_radius_m = 1e-3 * cell["contact_radius_mm"]
         self._shown = ()  # there may be contacts where there were none
         return self.surfaces.show(cell["surfaces"])
+
+    def show_moves(self, moves: Sequence[Move]) -> None:
+        """Draw the targets of moves, as the backdoor's `get moves` tells them."""
+        self._targets.show(moves)
 
     def _show_tool(self, tool: Transform) -> None:
         shown = tuple(round(1e3 * each, 1) for each in tool.translation)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import threading
+import time
 from collections import deque
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 LOOKS_S = 0.5
 """Between two questions for what the status lines do not tell: the cell, the clock, the states."""
+MOVES_S = 0.2
+"""Between two questions for the moves that run and wait, while there are any."""
 FIRST_LINE_S = 5.0
 MOST_SAID = 200
 SAME_PLACE_M = 1e-3
@@ -67,6 +70,8 @@ class Station:
         self.told: dict[str, Any] = {"joints": [], "position_min": [], "position_max": [], "velocity": []}
         """What `get robot` tells."""
         self.cell: Mapping[str, Any] = {}
+        self.moves: list[dict[str, Any]] = []
+        """What runs and what waits, as `get moves` tells it."""
         self.clock = ""
         """What `get clock` tells."""
         self.states: list[str] = []
@@ -165,6 +170,8 @@ class Station:
         if self.cell and self._shown_cell is not self.cell and self.scene is not None:
             self._shown_cell = self.cell
             self.scene.show_cell(self.cell)
+        if self.scene is not None:
+            self.scene.show_moves(self.moves)
         if state is None or self.scene is None:
             return False
         if len(state["joint_position"]) != self.scene.drawing.joint_count:
@@ -210,17 +217,25 @@ class Station:
 
     def _look_on(self) -> None:
         assert self._looks is not None
+        next_s = 0.0
         while True:
             self._wanted.wait()
             if self._over:
                 return
-            self._look.clear()
             try:
-                self._look_at(self._looks)
+                if self._look.is_set() or time.monotonic() >= next_s:
+                    self._look.clear()
+                    next_s = time.monotonic() + LOOKS_S
+                    self._look_at(self._looks)
+                self._look_at_moves(self._looks)
                 self.fault = ""
             except (Unanswered, Refusal, ValueError) as fault:
                 self.fault = f"backdoor: {fault}"
-            self._look.wait(LOOKS_S)
+            self._look.wait(MOVES_S)
+
+    def _look_at_moves(self, bench: Lines) -> None:
+        rests = self.state is None or self.state["status"] == "stopped"
+        self.moves = [] if rests else json.loads(bench.do("get moves"))["moves"]
 
     def _look_at(self, bench: Lines) -> None:
         cell = json.loads(bench.do("get cell"))

@@ -8,10 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from iiwa_sim.backdoor.backdoor import MOST_MOVES
 from iiwa_sim.backdoor.described import settings_of
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.robot.description import load_robot
+from tests.asked import joint_move
 from tests.backdoor.bench import KR_6, Bench
 
 MM = st.floats(-1e3, 1e3)
@@ -64,3 +66,17 @@ def test_the_robot_is_told_with_its_urdf() -> None:
     assert told["joints"] == list(robot.joints)
     assert told["position_max"] == list(robot.position_max)
     assert told["flange"] == robot.flange
+
+
+def test_moves_that_run_and_wait_are_told_the_first_of_them() -> None:
+    bench = Bench()
+    assert json.loads(bench.tell("get moves")) == {"count": 0, "moves": []}
+    home = bench.controller.joints
+    for number in range(MOST_MOVES + 3):
+        target = (*home[:6], 0.01 * (number + 1))
+        bench.controller.move(joint_move(target, [0.1] * 7))
+    told = json.loads(bench.tell("get moves"))
+    assert told["count"] == MOST_MOVES + 3
+    assert [move["number"] for move in told["moves"]] == list(range(1, MOST_MOVES + 1))
+    assert told["moves"][2]["goal_joint_position"][6] == 0.03
+    assert told["moves"][0]["blending_mm"] == 0.0

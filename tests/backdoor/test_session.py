@@ -155,11 +155,11 @@ def test_a_line_is_its_method(robot: str, line: str, method: Callable[[Backdoor]
 def test_each_line_that_changes_something_is_compared_with_its_method() -> None:
     compared = {line.partition(" :")[0] for line in pairs(IIWA)}
     changing = {name for name, command in TABLE.commands.items() if command.reply_words == ("done",)}
-    assert changing - {"advance"} == compared
+    assert changing - {"advance", "release when gone"} == compared
 
 
 def test_each_command_of_the_table_is_carried_out() -> None:
-    assert {*CALLS, "bye", "help"} == set(TABLE.commands)
+    assert {*CALLS, "bye", "help", "release when gone"} == set(TABLE.commands)
 
 
 @pytest.mark.parametrize(
@@ -373,6 +373,18 @@ async def test_who_goes_waits_for_no_time_any_more(ticking: Bench) -> None:
     await asyncio.wait([task])
     assert task.cancelled()
     assert bench.controller.tick == 5
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_pushes_end_with_the_connection_that_asked_for_that(asked: bool) -> None:
+    bench = Bench()
+    if asked:
+        assert bench.tell("release when gone") == "done"
+    assert bench.tell("push : 1 0 0 0 0 0") == "done"
+    assert bench.tell("push joints : 0 0 0 0 0 0 1") == "done"
+    bench.session.lost()
+    load = bench.controller.load
+    assert (any(load.wrench), any(load.joint_push)) == (not asked, not asked)
 
 
 def test_bye_ends_the_conversation_and_moves_nothing() -> None:

@@ -119,6 +119,34 @@ def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:
         )
 
 
+def test_targets_that_wait_are_drawn_with_their_spheres(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
+        shows(viewer, "stopped")
+        robot.joint_move(*FAR)
+        x_mm, y_mm, z_mm, *turn = simulator.call(simulator.controller.goal_frame)
+        robot.ptp_move((x_mm, y_mm, z_mm + 80.0, *turn), 0.1, 30.0)
+        blending = "/targets/1/blending"
+        viewer.until(lambda message: _updates(message, blending).get("radius") == pytest.approx(0.03))
+        viewer.until(lambda message: _is_visible(message, blending, True))
+        simulator.call(simulator.controller.stop)
+        for name in (blending, "/targets/0/axes"):
+            viewer.until(lambda message, name=name: _is_visible(message, name, False))  # type: ignore[misc]
+
+
+def _updates(message: Message, node: str) -> Message:
+    """What of a node of the scene it changes."""
+    found: Message = message.get("updates", {}) if str(message.get("name", "")).endswith(node) else {}
+    return found
+
+
+def _is_visible(message: Message, node: str, visible: bool) -> bool:
+    return (
+        message["type"] == "SetSceneNodeVisibilityMessage"
+        and message["name"].endswith(node)
+        and message["visible"] is visible
+    )
+
+
 def ask(simulator: Simulator, line: str) -> None:
     assert simulator.backdoor_port is not None
     with socket.create_connection(("127.0.0.1", simulator.backdoor_port), DEADLINE_S) as bench:
@@ -126,44 +154,56 @@ def ask(simulator: Simulator, line: str) -> None:
         assert bench.recv(100) == b"done\r\n"
 
 
-def drag(viewer: Viewer, node: str, phase: str, *end: float, modifier: str | None = None) -> None:
-    """The mouse at a node of the scene, grabbed where it was at the start."""
-    shown = viewer.until(lambda message: message.get("name", "").endswith(node) and "props" in message)
-    viewer.send(
-        type="SceneNodeDragMessage",
-        phase=phase,
-        name=shown["name"],
-        instance_index=None,
-        start_position=(0.6, 0.0, 0.6),
-        start_screen_pos=(0.5, 0.5),
-        end_position=end,
-        end_screen_pos=(0.5, 0.5),
-        button="left",
-        modifier=modifier,
-        owner=shown.get("owner", ""),
-    )
-
-
 def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator) -> None:
     with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
         shows(viewer, "stopped")
         robot.start_gravity(300.0)
         shows(viewer, "impedance")
-        drag(viewer, "link_7", "start", 0.6, 0.2, 0.6)
-        drag(viewer, "link_7", "update", 0.6, 0.3, 0.6)
+        viewer.drags("link_7", "start", 0.6, 0.2, 0.6)
+        viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
         viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
         until(lambda: simulator.joints[0] > 0.05)
         assert robot.get_cartesian_force()[:3] != (0.0, 0.0, 0.0)
-        drag(viewer, "link_7", "end", 0.6, 0.3, 0.6)
+        viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
         until(lambda: abs(simulator.joints[0]) < 0.01)
         assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6)
+
+
+def test_in_a_stiffness_move_the_robot_yields_to_a_drag_and_ends_at_its_target(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
+        shows(viewer, "stopped")
+        target = robot.get_tool_frame()
+        robot.linstiff_move((*target[:2], target[2] - 60.0, *target[3:]), 0.01, 1000.0, (0.0,) * 6)
+        shows(viewer, "impedance")
+        viewer.drags("link_7", "start", 0.6, 0.0, 0.6)
+        viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
+        until(lambda: simulator.state().tool_frame.y_mm > target[1] + 40.0)
+        viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
+        viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
+        until(lambda: simulator.state().status == "stopped")
+        assert simulator.state().tool_frame[:3] == pytest.approx((*target[:2], target[2] - 60.0), abs=0.1)
+
+
+def test_a_force_move_ends_where_it_is_dragged(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
+        shows(viewer, "stopped")
+        here = robot.get_tool_frame()
+        target = (*here[:2], here[2] - 200.0, *here[3:])
+        robot.linforce_move(target, 0.001, 0.0, 20.0, 20.0, 20.0)  # for a minute, if nothing ends it
+        shows(viewer, "normal", "moving")
+        viewer.drags("link_7", "start", 0.6, 0.0, 0.6)
+        viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
+        until(lambda: simulator.state().status == "stopped")
+        viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
+        assert simulator.state().tool_frame.z_mm > here[2] - 190.0, "long before its target"
+        assert simulator.state().error.code == 0
 
 
 def test_a_viewer_that_vanishes_while_it_pulls_lets_go(simulator: Simulator) -> None:
     with page_of(simulator) as port:
         with viewing(port) as viewer:
             shows(viewer, "stopped")
-            drag(viewer, "link_3", "start", 0.6, 0.3, 0.6)
+            viewer.drags("link_3", "start", 0.6, 0.3, 0.6)
             until(lambda: any(simulator.state().joint_torque))
         until(lambda: not any(simulator.state().joint_torque))
 
@@ -176,7 +216,7 @@ def test_a_surface_is_dragged_elsewhere(simulator: Simulator) -> None:
             lambda message: message["type"] == "SetSceneNodeDragBindingsMessage" and "/cell/" in str(message)
         )
         for phase, x in (("start", 0.6), ("update", 0.65), ("end", 0.7)):
-            drag(viewer, "/cell/1", phase, x, 0.0, 0.6, modifier="shift")
+            viewer.drags("/cell/1", phase, x, 0.0, 0.6, modifier="shift")
         until(lambda: simulator.backdoor.cell().surfaces[0]["x_mm"] == pytest.approx(700.0))
 
 

@@ -71,6 +71,23 @@ class Viewer:
     def clicks(self, label: str, value: object = True) -> None:
         self.send(type="GuiUpdateMessage", uuid=self.labelled(label), updates={"value": value})
 
+    def drags(self, node: str, phase: str, *end: float, modifier: str | None = None) -> None:
+        """The mouse at a node of the scene: grabbed at (0.6, 0, 0.6) m, and now at `end`."""
+        shown = self.until(lambda message: message.get("name", "").endswith(node) and "props" in message)
+        self.send(
+            type="SceneNodeDragMessage",
+            phase=phase,
+            name=shown["name"],
+            instance_index=None,
+            start_position=(0.6, 0.0, 0.6),
+            start_screen_pos=(0.5, 0.5),
+            end_position=end,
+            end_screen_pos=(0.5, 0.5),
+            button="left",
+            modifier=modifier,
+            owner=shown.get("owner", ""),
+        )
+
     def _more(self, timeout_s: float) -> list[Message]:
         raw = self.connection.recv(timeout=max(timeout_s, 0.0))
         assert isinstance(raw, bytes)

@@ -232,10 +232,8 @@ class LookAhead:
         corners: list[Corner] = []
         ahead_s = 0.0
         for one, other in pairwise(moves):
-            if corners and ahead_s > enough_s:
-                break
             found = corner(one, other, *self._position_limits) if may_blend(one, other) else None
-            if found is None:
+            if found is None or (corners and ahead_s > enough_s):
                 break
             corners.append(found)
             ahead_s += other.length_s / pace

@@ -76,10 +76,11 @@ def _barrier(
     j3: cython.double[:, ::1],
     counts: cython.Py_ssize_t[:, ::1],
     c: cython.double[::1],
+    mu: cython.double,
     fixed: cython.Py_ssize_t,
-) -> tuple[cython.double, cython.double]:
-    """The time that is to be least, and how near all limits are, and 0 is to each c, which stays above it;
-    both are FAR where one is passed."""
+) -> cython.double:
+    """The time that is to be least, plus mu times how near all limits are, and 0 is to each c, which stays
+    above it; FAR where one is passed."""
     cells: cython.Py_ssize_t = j1.shape[0] // 2
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
@@ -98,10 +99,10 @@ def _barrier(
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
         if not (b > 0.0 and c[k] > 0.0 and c[k + 1] > 0.0):
-            return FAR, FAR
+            return FAR
         least = 1.0 - b / cap[k]
         if not least > 0.0:
-            return FAR, FAR
+            return FAR
         product *= least * c[k]
         for i in range(counts[k, 0]):
             y = a2[k, i] * b + a1[k, i] * d
@@ -110,7 +111,7 @@ def _barrier(
                 least = x
             product *= x
         if not least > 0.0:
-            return FAR, FAR
+            return FAR
         if product < TINY:
             product *= HUGE
             twos += 256.0
@@ -123,7 +124,7 @@ def _barrier(
         mid = (c[k] + 6.0 * c[k + 1] + c[k + 2]) * 0.125
         dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
         if not c[k + 2] > 0.0:
-            return FAR, FAR
+            return FAR
         time += 1.0 / sqrt(mid)
         for e in range(2):
             if e == 1:
@@ -136,7 +137,7 @@ def _barrier(
                     least = x
                 product *= x
             if not least > 0.0:
-                return FAR, FAR
+                return FAR
             if product < TINY:
                 product *= HUGE
                 twos += 256.0
@@ -145,7 +146,7 @@ def _barrier(
         time += TIE * d * d
     d = c[cells + 1] - c[cells]
     time += TIE * d * d
-    return time, twos * LN2 - _log(product)
+    return time + mu * (twos * LN2 - _log(product))
 
 
 @cython.cfunc
@@ -407,21 +408,17 @@ def newton(
     _: cython.int
     scale: cython.double
     value: cython.double
-    time: cython.double
-    near: cython.double
-    new_time: cython.double
-    new_near: cython.double
+    new: cython.double
     slope: cython.double
     size: cython.double
     t: cython.double
     moved: cython.bint
     over: cython.bint = False
     scale = _mean_time(c, cells)
-    time, near = _barrier(a1, a2, cap, j1, j2, j3, counts, c, fixed)
-    if time >= FAR:
+    value = _barrier(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed)
+    if value >= FAR:
         return mu, 0, True
     while done < most:
-        value = time + mu * scale * near
         _assemble(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed, gradient, band)
         if not _solve(gradient, band, step, fixed):
             over = True
@@ -440,14 +437,13 @@ def newton(
         for _ in range(25):
             for i in range(fixed, m):
                 trial[i] = c[i] + t * step[i]
-            new_time, new_near = _barrier(a1, a2, cap, j1, j2, j3, counts, trial, fixed)
-            if new_time + mu * scale * new_near < value + 1e-4 * t * slope:
+            new = _barrier(a1, a2, cap, j1, j2, j3, counts, trial, mu * scale, fixed)
+            if new < value + 1e-4 * t * slope:
                 moved = True
                 break
             t *= 0.6
         done += 1
         if moved:
-            time, near = new_time, new_near
             for i in range(fixed, m):
                 c[i] = trial[i]
         if mu <= mu_end and (not moved or -slope < 0.001 * mu * scale * cells):
@@ -458,4 +454,5 @@ def newton(
             if mu < mu_end:
                 mu = mu_end
         scale = _mean_time(c, cells)
+        value = _barrier(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed)
     return mu, done, over

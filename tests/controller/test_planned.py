@@ -1,0 +1,98 @@
+"""What the controller tells of moves that run and wait: their numbers, their ends, and where they blend."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.controller.requests import Compliance, Kind, MoveRequest
+from iiwa_sim.frames import Frame
+from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
+from tests.samples import some
+from tests.stepped import SteppedRobot
+
+FULL = [1.0] * 7
+READY = (0.0, 0.4, 0.0, -1.2, 0.0, 1.2, 0.0)
+AWAY = (0.5, 0.3, -0.2, -1.0, 0.4, 1.0, -0.6)
+
+
+def numbers(robot: SteppedRobot) -> list[int]:
+    return [each.number for each in robot.controller.planned]
+
+
+def aside(robot: SteppedRobot, y_mm: float) -> Frame:
+    """Beside where the queue ends."""
+    there = robot.controller.tcp_frame_at(robot.controller.end_of_queue)
+    return there._replace(y_mm=there.y_mm + y_mm)
+
+
+def test_targets_and_spheres_are_those_that_were_asked_for() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    assert controller.planned == []
+    controller.move(joint_move(READY, FULL))
+    corner, end = aside(robot, 100.0), aside(robot, 160.0)
+    controller.move(lin_move(corner, 0.5, 30.0))
+    controller.move(ptp_move(end, 0.5, 0.0))
+    first, second, third = controller.planned
+    assert (first.number, first.joints) == (1, READY)
+    assert [each.blending_m for each in (first, second, third)] == pytest.approx([0.0, 0.03, 0.0])
+    for planned, wanted in ((second, corner), (third, end)):
+        assert controller.tcp_frame_at(planned.joints)[:3] == pytest.approx(wanted[:3], abs=1e-3)
+    while robot.controller.moving:
+        before = numbers(robot)
+        assert before == sorted(before)
+        assert before[0] == controller.move_under_way or not controller.move_under_way
+        assert len(before) == controller.queue + 1
+        robot.step(20)
+    assert controller.planned == []
+
+
+@settings(max_examples=some(12))
+@given(st.integers(0, 1500), st.sampled_from(["stop", "cancel_move", "clear_queue"]))
+def test_what_was_stopped_cancelled_or_cleared_is_told_no_more(ticks: int, how: str) -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(joint_move(READY, FULL))
+    for y_mm in (80.0, 80.0, -80.0):
+        controller.move(lin_move(aside(robot, y_mm), 0.5, 20.0))
+    robot.step(ticks)
+    before = numbers(robot)
+    getattr(controller, how)()
+    after = numbers(robot)
+    assert set(after) <= set(before)
+    assert all(controller.is_pending(number) for number in after)
+    assert [number for number in before if controller.is_pending(number)] == after
+    while controller.moving:
+        robot.step(10)
+        assert all(controller.is_pending(number) for number in numbers(robot))
+    assert controller.planned == []
+
+
+def test_of_a_servo_it_is_the_newest_target() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(joint_move(AWAY, FULL))
+    robot.step(50)
+    controller.move(smart_joint_move(READY, FULL))
+    assert [(each.number, each.joints) for each in controller.planned] == [(2, READY)]
+    while controller.moving:
+        assert numbers(robot) == [2]
+        robot.step()
+    assert controller.planned == []
+
+
+def test_a_stiffness_move_is_told_and_a_hold_is_none() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    soft = Compliance(1000.0, (0.0,) * 6)
+    for number, y_mm in enumerate((150.0, -150.0), 1):
+        controller.move(MoveRequest(Kind.LIN, aside(robot, y_mm), 0.3, compliance=soft))
+        assert numbers(robot) == [number]
+        robot.step(60)
+        assert numbers(robot) == [number], "also one that takes over in mid-motion"
+    controller.move(MoveRequest(Kind.HOLD, hold_nm_per_rad=300.0))
+    assert controller.planned == []
+    robot.step(600)
+    assert controller.planned == []
