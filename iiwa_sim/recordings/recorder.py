@@ -10,23 +10,28 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.backdoor.described import DescribedCell, described_cell
+from iiwa_sim.backdoor.described import DescribedMoves, described_cell, described_moves
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.recordings import watch
+from iiwa_sim.recordings.contents import SECOND_NS, Contents, Told
 from iiwa_sim.recordings.mcap_file import Head, McapFile
 from iiwa_sim.recordings.scene import Arm, stamp
-from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, LOG, SCENE, STATE
-from iiwa_sim.recordings.state import state_line
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, LOG, MOVES, SCENE, STATE
+from iiwa_sim.recordings.state import Reading, StateLines, read
 from iiwa_sim.recordings.views import Views
 from iiwa_sim.recordings.watch import Event, Watch
-from iiwa_sim.recordings.writer import Message, Writer
+from iiwa_sim.recordings.writer import Writer
 
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
 _LEVELS = {watch.FAULT: _ERROR, watch.LOST: _ERROR, watch.REFUSED: _WARNING, watch.CONTACT: _WARNING}
-_SECOND_NS = 1_000_000_000
+_OF_MOVES = (watch.ACCEPTED, watch.BEGINS, watch.ENDS)
+MOST_MOVES = 10
+"""So many are recorded of those that run and wait ..."""
+MOVES_HZ = 10
+"""... and so often in a simulated second at most: a driver may send hundreds of moves in one."""
 
 
 class Recorder:
@@ -68,10 +73,12 @@ class Recorder:
         self._due = 0  # in parts of 1 / tick_rate_hz of a state
         self._began_ns = time.time_ns()
         self._clocks_apart_ns = self._began_ns - time.monotonic_ns()
-        self._epoch_ns = self._began_ns  # of tick 0
         self._surfaces: list[Surface] = []
         self._watch: Watch | None = None
         self._last_state = -1  # its tick
+        self._moves = DescribedMoves(0, ())
+        self._moves_changed = True
+        self._moves_due = 0  # a tick
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
         self._arm = Arm(description.urdf, description.joints)
@@ -86,18 +93,25 @@ class Recorder:
                 "rate_hz": str(tick_rate_hz),
                 "record_rate_hz": str(self._rate_hz),
                 "seed": "none" if cell.noise_levels is None else str(cell.noise_levels.seed),
-                "began": datetime.fromtimestamp(self._began_ns / _SECOND_NS, UTC).isoformat(),
+                "began": datetime.fromtimestamp(self._began_ns / SECOND_NS, UTC).isoformat(),
                 **(said_of_it or {}),
             },
             _attachments(cell),
             self._began_ns,
         )
         file = McapFile(path, head)
-        self._out = Writer(path, file, Views(self._arm, description.joints).expand)
+        self._contents = Contents(
+            StateLines(description, 1.0 / tick_rate_hz),
+            Views(self._arm, description.joints),
+            tick_rate_hz,
+            self._began_ns,
+        )
+        self._out = Writer(path, file, self._contents.made)
 
     def start(self, there: Sequence[tuple[str, str]] = ()) -> None:
         """Record from the present tick on; `there` are sessions that are connected, with their dialects."""
-        self._epoch_ns = self._began_ns - self._simulated_ns(self._controller.tick)
+        contents = self._contents
+        contents.epoch_ns += self._began_ns - contents.log_ns(self._controller.tick)
         self._watch = Watch(self._controller, self._clock, self.event)
         self._dialogue.listeners.append(self._hear)
         self._show_scene()
@@ -113,6 +127,8 @@ class Recorder:
             return
         if self._last_state != self._controller.tick:
             self._put_state()
+        if self._moves_changed:
+            self._put_moves()
         self._watch.close()
         self._watch = None
         self._dialogue.listeners.remove(self._hear)
@@ -131,6 +147,8 @@ class Recorder:
         if self._watch is None:
             return
         self._watch.ticked()
+        if self._moves_changed and self._controller.tick >= self._moves_due:
+            self._put_moves()
         self._due += self._rate_hz
         if self._due >= self._tick_rate_hz:
             self._due -= self._tick_rate_hz
@@ -151,21 +169,24 @@ class Recorder:
 
     def event(self, event: Event) -> None:
         """Something has happened."""
+        self._moves_changed = self._moves_changed or event.kind in _OF_MOVES
         real_ns = time.time_ns()
         self._put(
             EVENTS,
-            {
-                **self._when(self._controller.tick, real_ns),
-                "kind": event.kind,
-                "move": event.move,
-                "code": event.code,
-                "text": event.text,
-                "goal_frame": event.goal,
-            },
+            self._encode(
+                {
+                    **self._contents.when(self._controller.tick, real_ns),
+                    "kind": event.kind,
+                    "move": event.move,
+                    "code": event.code,
+                    "text": event.text,
+                    "goal_frame": event.goal,
+                }
+            ),
             self._controller.tick,
             real_ns,
         )
-        self._put(LOG, self._logged(event), self._controller.tick, real_ns)
+        self._put(LOG, self._encode(self._logged(event)), self._controller.tick, real_ns)
 
     def fault(self, code: int, reason: str) -> None:
         """The robot has met with something between commands."""
@@ -191,37 +212,33 @@ class Recorder:
     def _hear(self, said: DialogueLine) -> None:
         if said.direction is not Direction.FROM_CLIENT and self._watch is not None:
             self._watch.look()  # a command has been carried out
-        real_ns = said.instant_ns + self._clocks_apart_ns
-        message = {
-            **self._when(said.tick, real_ns),
-            "session": said.session,
-            "direction": said.direction.value,
-            "text": said.text,
-            "reason": said.reason,
-            "dialect": said.dialect,
-        }
-        self._put(DIALOGUE, message, said.tick, real_ns)
+        self._put(DIALOGUE, said, said.tick, said.instant_ns + self._clocks_apart_ns)
 
     def _put_state(self) -> None:
         self._last_state = self._controller.tick
-        line = state_line(self._controller)
-        message = Message(STATE, line, self._log_ns(self._last_state), time.time_ns())
-        self._out.put(message, can_wait=self._in_haste())
+        self._put(STATE, read(self._controller), self._last_state, time.time_ns())
+
+    def _put_moves(self) -> None:
+        moves, tick = described_moves(self._controller, MOST_MOVES), self._controller.tick
+        self._moves_changed = False
+        if moves != self._moves:
+            self._moves, self._moves_due = moves, tick + self._tick_rate_hz // MOVES_HZ
+            self._put(MOVES, self._encode(moves), tick, time.time_ns())
 
     def _show_scene(self) -> None:
         world, tick = self._controller.load.world, self._controller.tick
         self._surfaces = list(world.surfaces.values())
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
-        scene = self._arm.scene(self._log_ns(tick), self._surfaces, radius_m)
+        scene = self._arm.scene(self._contents.log_ns(tick), self._surfaces, radius_m)
         real_ns = time.time_ns()
-        self._put(SCENE, scene, tick, real_ns)
-        self._put(CELL, described_cell(self._controller), tick, real_ns)
+        self._put(SCENE, self._encode(scene), tick, real_ns)
+        self._put(CELL, self._encode(described_cell(self._controller)), tick, real_ns)
 
     def _logged(self, event: Event) -> dict[str, Any]:
         words = [event.kind, f"{event.move}" if event.move else "", f"({event.code})" if event.code else ""]
         head = " ".join(word for word in words if word)
         return {
-            "timestamp": stamp(self._log_ns(self._controller.tick)),
+            "timestamp": stamp(self._contents.log_ns(self._controller.tick)),
             "level": _LEVELS.get(event.kind, _INFO),
             "message": f"{head}: {event.text}" if event.text else head,
             "name": "iiwa-sim",
@@ -229,22 +246,8 @@ class Recorder:
             "line": 0,
         }
 
-    def _put(self, topic: str, content: Mapping[str, Any] | DescribedCell, tick: int, real_ns: int) -> None:
-        message = Message(topic, self._encode(content), self._log_ns(tick), real_ns)
-        self._out.put(message, can_wait=self._in_haste())
-
-    def _when(self, tick: int, real_ns: int) -> dict[str, Any]:
-        return {
-            "time_s": round(tick / self._tick_rate_hz, 9),
-            "tick": tick,
-            "real_s": round((real_ns - self._began_ns) / _SECOND_NS, 6),
-        }
-
-    def _log_ns(self, tick: int) -> int:
-        return self._epoch_ns + self._simulated_ns(tick)
-
-    def _simulated_ns(self, tick: int) -> int:
-        return tick * _SECOND_NS // self._tick_rate_hz
+    def _put(self, topic: str, content: bytes | Reading | DialogueLine, tick: int, real_ns: int) -> None:
+        self._out.put(Told(topic, content, tick, real_ns), can_wait=self._in_haste())
 
 
 def _attachments(cell: Cell) -> dict[str, tuple[str, bytes]]:

@@ -4,6 +4,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+from iiwa_sim.backdoor.described import DescribedMove
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import (
@@ -28,6 +29,9 @@ _PLANE_M = (3.0, 3.0, 0.002)  # of the slab that a plane, which has no end, is d
 _GREY = (0.8, 0.8, 0.8, 1.0)
 _SURFACE = (0.35, 0.55, 0.75, 0.55)
 _TIP = (0.9, 0.3, 0.1, 0.8)
+_TARGET = (0.3, 0.5, 0.9, 0.9)
+_BLENDING = (0.3, 0.5, 0.9, 0.2)
+_TARGET_M = 0.008
 
 Message = dict[str, Any]
 
@@ -82,6 +86,18 @@ class Arm:
             tip = _entity(ns, TCP, TCP)
             _add(tip, Sphere(contact_radius_m), IDENTITY, _TIP)
             entities.append(tip)
+        return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
+
+    def targets(self, ns: int, moves: Iterable[DescribedMove]) -> Message:
+        """A foxglove.SceneUpdate in place of all before it on its topic: where moves end, and the spheres in
+        which they may be left."""
+        entities = []
+        for move in moves:
+            entity, pose = _entity(ns, self.base, f"move {move.number}"), move.goal_frame.to_transform()
+            _add(entity, Sphere(_TARGET_M), pose, _TARGET)
+            if move.blending_mm > 0.0:
+                _add(entity, Sphere(1e-3 * move.blending_mm), pose, _BLENDING)
+            entities.append(entity)
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
 
     def _link(self, ns: int, link: ET.Element) -> Message:

@@ -19,6 +19,8 @@ LOG = "/log"
 FRAMES = "/tf"
 SCENE = "/scene"
 CELL = "/cell"
+MOVES = "/moves"
+TARGETS = "/targets"
 JOINTS = "/joint_states"
 WRENCH = "/wrench"
 
@@ -125,6 +127,7 @@ _ENTITY = _object(
     texts=_UNUSED,
     models=_UNUSED,
 )
+_SCENE_UPDATE = _object("foxglove.SceneUpdate", deletions=_list(_DELETION), entities=_list(_ENTITY))
 
 _WHEN = {
     "time_s": _said("number", "simulated time since the start of the simulator, s"),
@@ -173,6 +176,20 @@ _CELL = _object(
     inputs={**_list(_TEXT), "description": "names, from number 1 on"},
     outputs={**_list(_TEXT), "description": "names, from number 1 on"},
     surfaces=_list(_SURFACE),
+)
+_MOVES = _object(
+    count=_said("integer", "moves that run and wait"),
+    moves={
+        **_list(
+            _object(
+                number=_said("integer", "moves are numbered in the order in which they were accepted"),
+                goal_joint_position={**_list(_NUMBER), "description": "rad, where it ends"},
+                goal_frame={**_list(_NUMBER), "description": "the TCP there in the base, as in /state"},
+                blending_mm=_said("number", "radius of the sphere round that place; 0 for none"),
+            )
+        ),
+        "description": "the first of them, in the order in which they are done",
+    },
 )
 _WRENCH = _object(
     timestamp=_TIME,
@@ -223,11 +240,7 @@ def channels() -> list[Channel]:
             "foxglove.FrameTransforms",
             _object("foxglove.FrameTransforms", transforms=_list(_TRANSFORM)),
         ),
-        Channel(
-            SCENE,
-            "foxglove.SceneUpdate",
-            _object("foxglove.SceneUpdate", deletions=_list(_DELETION), entities=_list(_ENTITY)),
-        ),
+        Channel(SCENE, "foxglove.SceneUpdate", _SCENE_UPDATE),
         Channel(
             JOINTS,
             "foxglove.JointStates",
@@ -235,4 +248,6 @@ def channels() -> list[Channel]:
         ),
         Channel(WRENCH, "iiwa_sim.Wrench", _WRENCH),
         Channel(CELL, "iiwa_sim.Cell", _CELL),
+        Channel(MOVES, "iiwa_sim.Moves", _MOVES),
+        Channel(TARGETS, "foxglove.SceneUpdate", _SCENE_UPDATE),
     ]

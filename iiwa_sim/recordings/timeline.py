@@ -13,7 +13,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import DAMAGED, LARGEST_RECORD, Head, Recorded
-from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, SCENE, STATE
+from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, MOVES, SCENE, STATE
 
 CHUNKS_KEPT = 512
 """Decoded, at a time: about a minute of a robot at 500 Hz, some 50 MB."""
@@ -21,6 +21,7 @@ _SLACK_NS = 1000  # of times told in seconds; a tick takes a thousand times that
 
 Content = dict[str, Any]
 NO_CELL: Content = {"contact_radius_mm": 0.0, "inputs": [], "outputs": [], "surfaces": []}
+NO_MOVES: Content = {"count": 0, "moves": []}
 
 
 class _Chunk(NamedTuple):
@@ -102,6 +103,11 @@ class Timeline:
         """What was round the robot at an instant, with the keys and units of a cell.toml."""
         found = next(self._backwards(CELL, time_s), None) or next(self._forwards(CELL), (0, NO_CELL))
         return found[1]
+
+    def moves_at(self, time_s: float) -> list[Content]:
+        """What ran and what waited at an instant, as the backdoor's `get moves` tells it."""
+        _, content = next(self._backwards(MOVES, time_s), (0, NO_MOVES))
+        return list(content["moves"])
 
     def _last(self, topic: str, time_s: float, count: int) -> list[Content]:
         found: list[Content] = []

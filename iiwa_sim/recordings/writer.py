@@ -8,16 +8,17 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from iiwa_sim.recordings.mcap_file import McapFile
 
 MOST_BYTES = 8 * 1024 * 1024
 """Messages that wait to be written, some 15 s of a robot at 500 Hz; beyond, messages are lost."""
-FLUSH_S = 0.4
-"""What was put before is in the file then: so whatever ends the process costs less than a second."""
-PERIOD_S = 0.05
-"""Between two looks for messages: once in 25 ticks costs less than a thread that wakes in each."""
+PERIOD_S = 0.4
+"""Between two looks for what was put: much at a time costs a third of what little by little would. What was
+put before is in the file then, so whatever ends the process costs less than a second."""
+FLUSH_S = 0.3
+"""A chunk is ended no sooner than so long after the one before, however much is put."""
 PATIENCE_S = 1.0
 """So long a file may take nothing, before who can wait, and the end of the recording, wait no longer."""
 THREAD_NAME = "iiwa-sim-recording"
@@ -35,25 +36,44 @@ class Message(NamedTuple):
     log_ns: int
     publish_ns: int
 
+    @property
+    def size(self) -> int:
+        """Bytes that it takes."""
+        return len(self.data)
 
-class Writer:
-    """Writes messages into a file, which it owns; the thread is a daemon.
+
+class Sized(Protocol):
+    """What waits until it is made messages."""
+
+    @property
+    def size(self) -> int:
+        """Bytes that it takes, about."""
+
+
+T = TypeVar("T", bound=Sized)
+
+
+def as_it_is(message: Message) -> list[Message]:
+    """What a message becomes that is one already."""
+    return [message]
+
+
+class Writer(Generic[T]):
+    """Writes messages into a file, which it owns; the thread is a daemon. They are made there, too.
 
     Messages that find no room are lost and counted, which the log tells once, and the end of the file. A file
     that takes no more, such as on a full disk, ends the recording with one line in the log.
     """
 
-    def __init__(
-        self, path: Path, file: McapFile, expand: Callable[[Message], list[Message]] = lambda _: []
-    ) -> None:
-        """`expand` makes what follows from a message, in the thread; `path` names the file in the log."""
+    def __init__(self, path: Path, file: McapFile, make: Callable[[T], list[Message]]) -> None:
+        """`make` makes messages of what is put, in the thread; `path` names the file in the log."""
         self.lost = 0
         """Messages, so far."""
         self._path = path
         self._file = file
-        self._expand = expand
+        self._make = make
         self._changed = threading.Condition()
-        self._waiting: deque[Message] = deque()
+        self._waiting: deque[T] = deque()
         self._waiting_bytes = 0  # in them, and in what is being written
         self._closed = False
         self._broken = False
@@ -63,9 +83,9 @@ class Writer:
         self._thread = threading.Thread(target=context.run, args=(self._run,), name=THREAD_NAME, daemon=True)
         self._thread.start()
 
-    def put(self, message: Message, *, can_wait: bool = False) -> None:
-        """Have a message written. Where there is no room it waits, if it `can_wait`, or is lost."""
-        size = len(message.data)
+    def put(self, message: T, *, can_wait: bool = False) -> None:
+        """Have something written. Where there is no room it waits, if it `can_wait`, or is lost."""
+        size = message.size
         if self._waiting_bytes + size > MOST_BYTES and can_wait:
             self._wait_for_room(size)
         with self._changed:
@@ -130,15 +150,14 @@ class Writer:
                 self._waiting.clear()
                 closed = self._closed
             for count, message in enumerate(taken, 1):
-                self._add(message)
-                for more in self._expand(message):
-                    self._add(more)
+                for made in self._make(message):
+                    self._add(made)
                 if count % _AT_ONCE == 0:
-                    self._taken(sum(len(each.data) for each in taken[count - _AT_ONCE : count]))
+                    self._taken(sum(each.size for each in taken[count - _AT_ONCE : count]))
                     if not closed:
                         time.sleep(_TURN_S)
             rest = len(taken) % _AT_ONCE
-            self._taken(sum(len(each.data) for each in taken[len(taken) - rest :]))
+            self._taken(sum(each.size for each in taken[len(taken) - rest :]))
             dirty = dirty or bool(taken)
             if dirty and time.monotonic() - flushed_s > FLUSH_S:
                 self._file.flush()

@@ -1,0 +1,84 @@
+"""What is put into a recording, made the messages of its channels: in the thread that writes them."""
+
+from typing import Any, NamedTuple
+
+import msgspec
+
+from iiwa_sim.dialect.wire.dialogue import DialogueLine
+from iiwa_sim.recordings.state import Reading, StateLines
+from iiwa_sim.recordings.views import Views
+from iiwa_sim.recordings.writer import Message
+
+SECOND_NS = 1_000_000_000
+READING_BYTES = 1200
+"""A line of state has about so many, and so has what waits to be one."""
+_LINE_BYTES = 300  # of a line of the dialogue, beside its text
+
+
+class Told(NamedTuple):
+    """Something to be recorded, as the robot's thread hands it over: with as little work as can be."""
+
+    topic: str
+    content: bytes | Reading | DialogueLine
+    """bytes are a message as it is."""
+    tick: int
+    real_ns: int
+    """Since 1970."""
+
+    @property
+    def size(self) -> int:
+        """Bytes that it takes until it is written, about."""
+        content = self.content
+        if isinstance(content, Reading):
+            return READING_BYTES
+        if isinstance(content, bytes):
+            return len(content)
+        return len(content.text) + len(content.reason) + _LINE_BYTES
+
+
+class Contents:
+    """Makes them, of what is told in the order of time."""
+
+    def __init__(self, lines: StateLines, views: Views, tick_rate_hz: int, began_ns: int) -> None:
+        """`began_ns` is when the recording began, since 1970."""
+        self.epoch_ns = began_ns
+        """Of tick 0; to be set before the first message."""
+        self._lines = lines
+        self._views = views
+        self._tick_rate_hz = tick_rate_hz
+        self._began_ns = began_ns
+        self._encode = msgspec.json.Encoder().encode
+
+    def made(self, told: Told) -> list[Message]:
+        """The messages that something becomes."""
+        topic, content, tick, real_ns = told
+        if isinstance(content, Reading):
+            data = self._lines.line(content, tick)
+        elif isinstance(content, bytes):
+            data = content
+        else:
+            data = self._encode(self._said(content, real_ns))
+        message = Message(topic, data, self.log_ns(tick), real_ns)
+        return [message, *self._views.expand(message)]
+
+    def log_ns(self, tick: int) -> int:
+        """The time of a tick in the file."""
+        return self.epoch_ns + tick * SECOND_NS // self._tick_rate_hz
+
+    def when(self, tick: int, real_ns: int) -> dict[str, Any]:
+        """How messages tell when something was."""
+        return {
+            "time_s": round(tick / self._tick_rate_hz, 9),
+            "tick": tick,
+            "real_s": round((real_ns - self._began_ns) / SECOND_NS, 6),
+        }
+
+    def _said(self, said: DialogueLine, real_ns: int) -> dict[str, Any]:
+        return {
+            **self.when(said.tick, real_ns),
+            "session": said.session,
+            "direction": said.direction.value,
+            "text": said.text,
+            "reason": said.reason,
+            "dialect": said.dialect,
+        }
