@@ -27,6 +27,8 @@ ARMS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 """One of each kind of arm: what holds of any robot is tested on both."""
 ALL_ROBOTS = [name if name in ARMS else pytest.param(name, marks=pytest.mark.slow) for name in ROBOTS]
 """To parametrize tests with: `make test` leaves a second arm of a kind to `make test-slow`."""
+STIFF = {Mode.DIRECT, Mode.TRAJECTORY}
+"""The modes with the limits of direct moves."""
 TOLERANCE = 1.01  # of planned acceleration and jerk
 VELOCITY_TOLERANCE = 1.001
 ROUNDING = 1e-9
@@ -128,7 +130,7 @@ class SteppedRobot:
         mode = self.controller.mode
         if mode is not self._mode and self._mode is not Mode.UNKNOWN:
             self._stop_ticks = self._longest_stop
-        if Mode.DIRECT in (mode, self._mode):
+        if not STIFF.isdisjoint((mode, self._mode)):
             self._direct_ticks = self._longest_stop
         self._mode = mode
 

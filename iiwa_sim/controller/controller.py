@@ -18,6 +18,8 @@ from iiwa_sim.controller.motions import Planned
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
+from iiwa_sim.controller.trajectories import Progress, Trajectories, TrajectoryEnded
+from iiwa_sim.controller.trajectory_request import TrajectoryRequest
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription
@@ -74,6 +76,7 @@ class Controller:
         """What pushes the robot from outside, and what it touches."""
         self._core = Core(model, tick_s, start, tool, self.load, servo_timeout_s, on_fault, on_contact)
         self._moves = Moves(self._core)
+        self._trajectories = Trajectories(self._core)
         self.injected = Injected(self._core)
         """What a test bench makes go wrong."""
         self.endings = self._core.endings
@@ -94,6 +97,25 @@ class Controller:
         `when_ended` is told of its end: in the tick, or in the command, that ends it.
         """
         return self._moves.take(request, when_ended)
+
+    def follow(
+        self, request: TrajectoryRequest, when_ended: TrajectoryEnded | None = None
+    ) -> tuple[int, str]:
+        """Take a joint trajectory in place of what runs; gives its number, and a remark where one is due.
+
+        `when_ended` is told once how it ended. Raises `Refused`. More is said in `Trajectories.take`.
+        """
+        return self._trajectories.take(request, when_ended)
+
+    def cancel_trajectory(self, number: int) -> bool:
+        """Stop the trajectory of this number on its way, and hold; gives whether it was followed or
+        waited."""
+        return self._trajectories.cancel(number)
+
+    @property
+    def trajectory(self) -> Progress | None:
+        """Where the trajectory that is followed stands; None while there is none."""
+        return self._trajectories.progress
 
     def check(self, request: MoveRequest) -> None:
         """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""

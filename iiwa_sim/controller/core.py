@@ -60,6 +60,8 @@ class Core:
         self.faults = Faults()
         self.accepted = 0
         """Moves, since the start: the number of the newest one."""
+        self.watch_trajectory: Callable[[], None] | None = None
+        """Called after each tick that a trajectory is followed in."""
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
         self._servo_timeout_s = servo_timeout_s
@@ -85,6 +87,8 @@ class Core:
             self.endings.lost(0, EXECUTION, reason)
             self.halt(STOP_TRIGGERED, "stopped")
             raise
+        if motions.tracked is not None and self.watch_trajectory is not None:
+            self.watch_trajectory()
         # Of what most ticks have nothing of only that is asked: they cost 1.5 us together.
         endings = self.endings
         if endings.pending:

@@ -4,6 +4,7 @@ Of the text (Appendix B of the requirements): "Robot has four different modes", 
 direct, each with its own commands, and "changing between modes will stop the robot for about 100 ms". Our
 decisions: before its first command, and after a stop, the robot is in none of them, which is called unknown;
 a stop is no mode of its own. A servo mode ends, as if by a stop, when its commands stay away for too long.
+Joint trajectories, which come by ROS 2 and rosbridge and which the text does not know, have a fifth.
 """
 
 from enum import Enum
@@ -18,6 +19,7 @@ class Mode(Enum):
     IMPEDANCE = "impedance"
     SMART = "smart"
     DIRECT = "direct"
+    TRAJECTORY = "trajectory"
 
 
 class Event(Enum):
@@ -27,6 +29,7 @@ class Event(Enum):
     IMPEDANCE_MOVE = "impedance move"
     SMART_MOVE = "smart move"
     DIRECT_MOVE = "direct move"
+    TRAJECTORY = "trajectory"
     STOP = "stop"
     SERVO_TIMEOUT = "servo timeout"
 
@@ -43,12 +46,13 @@ class Transition(NamedTuple):
 
 # A cell holds the mode after the event, and "stop" before it where the robot has to come to rest first.
 _GRID = """
-mode      | normal move  | impedance move  | smart move  | direct move  | stop          | servo timeout
-unknown   | normal       | impedance       | smart       | direct       | unknown       | unknown
-normal    | normal       | stop, impedance | stop, smart | stop, direct | stop, unknown | normal
-impedance | stop, normal | impedance       | stop, smart | stop, direct | stop, unknown | impedance
-smart     | stop, normal | stop, impedance | smart       | stop, direct | stop, unknown | stop, unknown
-direct    | stop, normal | stop, impedance | stop, smart | direct       | stop, unknown | stop, unknown
+mode      |normal move |impedance move |smart move |direct move |trajectory      |stop         |servo timeout
+unknown   |normal      |impedance      |smart      |direct      |trajectory      |unknown      |unknown
+normal    |normal      |stop, impedance|stop, smart|stop, direct|stop, trajectory|stop, unknown|normal
+impedance |stop, normal|impedance      |stop, smart|stop, direct|stop, trajectory|stop, unknown|impedance
+smart     |stop, normal|stop, impedance|smart      |stop, direct|stop, trajectory|stop, unknown|stop, unknown
+direct    |stop, normal|stop, impedance|stop, smart|direct      |stop, trajectory|stop, unknown|stop, unknown
+trajectory|stop, normal|stop, impedance|stop, smart|stop, direct|trajectory      |stop, unknown|trajectory
 """
 
 SERVO_MODES = (Mode.SMART, Mode.DIRECT)

@@ -12,6 +12,8 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.path.zone import Sphere
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
+from iiwa_sim.motion.trajectory.reference import Reference
+from iiwa_sim.motion.trajectory.tracker import Tracker, Way
 from iiwa_sim.wrench import TcpContact
 
 
@@ -50,12 +52,20 @@ class Hold(NamedTuple):
     stiffness_nm_per_rad: float
 
 
+class Tracked(NamedTuple):
+    """A joint trajectory, and how the robot follows it."""
+
+    number: int
+    way: Way
+
+
 class Motions:
     """The motions of one robot, and what waits to become one.
 
-    A nominal motion is made by the drive, in which normal moves queue, or by the servo. Stiff, the robot is
-    where that is; else the follower says where it gives way to. Of what replaces the motion before, targets
-    of the servo, stiffness moves and holds, the newest waits here until that has come to rest after a `stop`.
+    A nominal motion is made by the drive, in which normal moves queue, by the servo, or by the tracker of
+    joint trajectories. Stiff, the robot is where that is; else the follower says where it gives way to. Of
+    what replaces the motion before, targets of the servo, trajectories, stiffness moves and holds, the newest
+    waits here until that has come to rest after a `stop`.
     """
 
     def __init__(self, nominal: Nominal, follower: Follower, override: Override) -> None:
@@ -64,11 +74,12 @@ class Motions:
         """Joint positions (rad)."""
         self._override = override
         self._nominal = nominal
-        self._drive, self._servo = nominal.drive, nominal.servo
+        self._drive, self._servo, self._tracker = nominal.drive, nominal.servo, nominal.tracker
         self._follower = follower
-        self._next: Target | StiffnessMove | Hold | None = None
+        self._next: Target | Tracked | StiffnessMove | Hold | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
         self._following = False  # the servo is active for targets, and has not been stopped
+        self._tracking = False  # the tracker is active, and has not been stopped
         self._impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
 
     @property
@@ -151,6 +162,18 @@ class Motions:
         return self.joints if self._following else self.rest_after_stop()
 
     @property
+    def tracked(self) -> Tracker | None:
+        """What follows a joint trajectory and has not been stopped; None while none is followed."""
+        return self._tracker if self._tracking and self._tracker.moving else None
+
+    def plan_way(self, reference: Reference) -> Way:
+        """How to follow a trajectory in place of the one before, or from where the robot will rest.
+
+        Raises `ArithmeticError` where no way onto it is found.
+        """
+        return self._tracker.plan(reference, None if self.tracked else self.rest_after_stop())
+
+    @property
     def goal(self) -> Joints:
         """Where what moves now ends: a move, a target, a stop (rad); of a hold, where it keeps the joints.
 
@@ -164,6 +187,8 @@ class Motions:
             match self._next:
                 case Target(joints=joints):
                     return joints
+                case Tracked(way=way):
+                    return way.reference.end
                 case StiffnessMove(move=move):
                     return move.path.end
             if self._drive.moving:
@@ -186,7 +211,7 @@ class Motions:
         return [_planned(move) for move in self._nominal.moves]
 
     def is_pending(self, number: int) -> bool:
-        """Whether a move, a target or a hold of this number is under way or waits."""
+        """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
             return self._next is not None or self._follower.holding or self._nominal.moving
         return not self._follower.yielding and self._drive.is_pending(number)
@@ -205,6 +230,23 @@ class Motions:
         else:
             self._next = target
         self._newest = target.number
+
+    def track(self, wanted: Tracked) -> None:
+        """Follow a trajectory by a way planned since the last tick: at once, or when the robot has come to
+        rest. Other motions must have been stopped."""
+        if self.tracked:
+            self._tracker.follow(wanted.way)
+        else:
+            self._next, self._tracking = wanted, False
+        self._newest = wanted.number
+
+    def end_trajectory(self) -> None:
+        """Stop on the way of the trajectory that is followed, or forget the one that waits."""
+        if isinstance(self._next, Tracked):
+            self._next = self._newest = None
+        elif self.tracked:
+            self._tracker.stop()
+            self._tracking, self._newest = False, None
 
     def yield_around(self, wanted: StiffnessMove) -> None:
         """Carry out a move that begins at `yielding_from`, in place of what runs: from rest as any move, in
@@ -236,10 +278,10 @@ class Motions:
         self._follower.stop()
         self._nominal.stop()
         self._next = self._newest = self._impedance = None
-        self._following = False
+        self._following = self._tracking = False
 
     def cancel(self) -> None:
-        """End what runs, or begins in the next tick: a move as `Drive.cancel` does, or a servo's target.
+        """End what runs, or begins in the next tick: a move as `Drive.cancel` does, a trajectory, a target.
 
         A robot that yields goes on to do so. While it is being stopped, and in a hold, nothing changes.
         """
@@ -247,10 +289,10 @@ class Motions:
             return
         if self._next is not None:
             self._next = self._newest = None
-        elif self._following or self._follower.yielding:
+        elif self._following or self._tracking or self._follower.yielding:
             if self._nominal.moving:
                 self._nominal.stop()
-                self._following = False
+                self._following = self._tracking = False
             self._newest = None
         else:
             self._drive.cancel()
@@ -292,9 +334,10 @@ class Motions:
     @property
     def _queue_waits(self) -> bool:
         """Whether all normal moves wait until something else has come to rest."""
-        return self._follower.braking or (self._nominal.active is self._servo and self._servo.moving)
+        active = self._nominal.active
+        return self._follower.braking or (active is not self._drive and active.moving)
 
-    def _hand_over(self) -> Drive | Servo:
+    def _hand_over(self) -> Drive | Servo | Tracker:
         """Begin what waits, as nothing moves any more; gives what makes the nominal motion."""
         nominal = self._nominal
         match self._next:
@@ -303,6 +346,11 @@ class Motions:
                 self._next = None
                 self._servo.head_for(target.joints, target.limits)
                 self._following = True
+            case Tracked(way=way):
+                nominal.activate_tracker()
+                self._next = None
+                self._tracker.follow(way)
+                self._tracking = True
             case StiffnessMove() | Hold():
                 self._follower.start(nominal.active.joints)
                 nominal.begin_stream()

@@ -186,7 +186,7 @@ class Servo:
         ends = trajectory.at_time(trajectory.duration)[0]
         return all(
             abs(end - goal) <= EXACT_RAD
-            and all(low - ROUNDING_RAD <= place <= high + ROUNDING_RAD for place in (end, *_turns(profile)))
+            and all(low - ROUNDING_RAD <= place <= high + ROUNDING_RAD for place in (end, *turns(profile)))
             for end, goal, profile, low, high in zip(
                 ends, target, trajectory.profiles[0], self._position_min, self._position_max, strict=True
             )
@@ -200,7 +200,7 @@ class Servo:
         return tuple(course.trajectory.at_time(time_s)[0])
 
 
-def _turns(profile: Any) -> Iterator[float]:
+def turns(profile: Any) -> Iterator[float]:
     """Positions (rad) at which a joint reverses on Ruckig's profile; Ruckig's own extrema miss some of
     them."""
     brake = profile.brake

@@ -153,6 +153,12 @@ def test_the_table_says_what_the_text_says() -> None:
         assert TRANSITIONS[mode, Event.STOP] == Transition(Mode.UNKNOWN, stops=True)
     for before, after in permutations(FOUR, 2):
         assert TRANSITIONS[before, OWN[after]] == Transition(after, stops=True), "changing modes stops"
+    for mode in (*FOUR, Mode.UNKNOWN):
+        assert TRANSITIONS[mode, Event.TRAJECTORY] == Transition(Mode.TRAJECTORY, mode in FOUR)
+    for mode in FOUR:
+        assert TRANSITIONS[Mode.TRAJECTORY, OWN[mode]] == Transition(mode, stops=True)
+    assert TRANSITIONS[Mode.TRAJECTORY, Event.TRAJECTORY] == Transition(Mode.TRAJECTORY, stops=False)
+    assert TRANSITIONS[Mode.TRAJECTORY, Event.STOP] == Transition(Mode.UNKNOWN, stops=True)
     for mode in Mode:
         waits = mode in (Mode.SMART, Mode.DIRECT)
         after = Mode.UNKNOWN if waits else mode

@@ -473,7 +473,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         """Tells the mode of the last move; unknown before the first, after a stop and after a servo
         timeout."""
         return await self._do(
-            request(one_of("unknown", "normal", "impedance", "smart", "direct"), "get mode")
+            request(one_of("unknown", "normal", "impedance", "smart", "direct", "trajectory"), "get mode")
         )
 
     async def get_error(self) -> LastError:

@@ -460,7 +460,9 @@ class Iiwa(Connection[str, str]):
     def get_mode(self) -> str:
         """Tells the mode of the last move; unknown before the first, after a stop and after a servo
         timeout."""
-        return self._do(request(one_of("unknown", "normal", "impedance", "smart", "direct"), "get mode"))
+        return self._do(
+            request(one_of("unknown", "normal", "impedance", "smart", "direct", "trajectory"), "get mode")
+        )
 
     def get_error(self) -> LastError:
         """Tells code and reason of what stopped the robot until that is reset, else of the last refusal; or 0

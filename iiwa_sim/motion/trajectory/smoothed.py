@@ -1,0 +1,60 @@
+"""A reference as the robot follows it: averaged, so that it keeps the limits of acceleration and jerk."""
+
+import numpy as np
+
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.trajectory import smoothed_kernel
+from iiwa_sim.motion.trajectory.reference import Reference
+from iiwa_sim.motion.trajectory.windows import Windows
+
+
+class Smoothed:
+    """Joint positions (rad) over time (s). At rest at the reference's start until 0, and at its end from
+    `end_s` on."""
+
+    def __init__(self, reference: Reference, windows: Windows) -> None:
+        self.end_s = reference.end_s + windows.width_s
+        self._reference = reference
+        self._narrow_s, self._wide_s = sorted(windows)
+        self._room = np.empty((2, 1, len(reference.start)))
+
+    def joints(self, time_s: float) -> Joints:
+        """Joint positions (rad)."""
+        if time_s >= self.end_s:
+            return self._reference.end
+        if not self._wide_s:
+            return self._reference.at(time_s)[0]
+        return tuple(self._averaged(0, time_s).tolist())
+
+    def state(self, time_s: float) -> tuple[Joints, Joints, Joints]:
+        """Positions (rad), velocities (rad/s) and accelerations (rad/s^2)."""
+        at, narrow, wide = self._reference.at, self._narrow_s, self._wide_s
+        if time_s >= self.end_s or not wide:
+            return at(time_s)
+        now = [np.array(each) for each in at(time_s)]
+        before = [np.array(each) for each in at(time_s - wide)]
+        if narrow:
+            rise = now[0] - np.array(at(time_s - narrow)[0])
+            fall = before[0] - np.array(at(time_s - wide - narrow)[0])
+            acceleration = (rise - fall) / (narrow * wide)
+        else:
+            acceleration = (now[1] - before[1]) / wide
+        position, velocity = self._averaged(0, time_s), self._averaged(1, time_s)
+        return tuple(position.tolist()), tuple(velocity.tolist()), tuple(acceleration.tolist())
+
+    def _averaged(self, order: int, time_s: float) -> Array:
+        sums = np.empty(self._room.shape[2])
+        r = self._reference
+        smoothed_kernel.averaged(
+            r.times,
+            r.offsets,
+            r.coefficients,
+            order,
+            time_s,
+            self._narrow_s,
+            self._wide_s,
+            self._room,
+            sums,
+        )
+        return sums

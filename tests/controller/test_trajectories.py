@@ -1,0 +1,499 @@
+"""Joint trajectories: followed within limits through their points, compared with tolerances, refused with
+a reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
+from iiwa_sim.controller.trajectory_request import (
+    MOST_POINTS,
+    Tolerance,
+    TrajectoryPoint,
+    TrajectoryRequest,
+)
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.trajectory.reference import Knot, Reference
+from iiwa_sim.motion.trajectory.windows import windows_of
+from tests.asked import joint_move, smart_joint_move
+from tests.samples import some
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits
+
+Array = NDArray[np.float64]
+
+TICK_S = 0.002
+
+
+class Following:
+    """A robot that is sent trajectories, and what it is told of their ends."""
+
+    def __init__(self, name: str = ARMS[0], tick_s: float = TICK_S) -> None:
+        self.robot = SteppedRobot(name, tick_s)
+        self.controller = self.robot.controller
+        self.names = self.robot.description.joints
+        self.home = np.array(self.robot.description.home)
+        self.ends: dict[int, TrajectoryEnd] = {}
+        self.desired: list[Array] = []
+        self.actual: list[Array] = []
+
+    def sends(self, points: Sequence[TrajectoryPoint], **more: Any) -> int:
+        own: list[int] = []
+
+        def ended(end: TrajectoryEnd) -> None:
+            number = own[0] if own else 0
+            assert number not in self.ends, "told twice"
+            self.ends[number] = end
+
+        self.robot.notice_mode()
+        request = TrajectoryRequest(more.pop("joints", self.names), points, **more)
+        number, self.remark = self.controller.follow(request, ended)
+        own.append(number)
+        self.robot.notice_mode()
+        return number
+
+    def step(self, ticks: int = 1) -> None:
+        for _ in range(ticks):
+            self.robot.step()
+            progress = self.controller.trajectory
+            if progress is not None:
+                self.desired.append(np.array(progress.desired[0]))
+                self.actual.append(np.array(progress.actual[0]))
+
+    def runs(self, limit_s: float = 600.0) -> None:
+        ticks = 0
+        while self.controller.moving:
+            self.step()
+            ticks += 1
+            assert ticks * self.robot.tick_s < limit_s, "still moving"
+        self.step(2)
+
+    def error(self) -> Array:
+        """How far each joint was from the reference at most (rad)."""
+        worst: Array = np.abs(np.subtract(self.desired, self.actual)).max(axis=0)
+        return worst
+
+
+def through(places: Sequence[Array], times: Sequence[float]) -> list[TrajectoryPoint]:
+    """Points with positions alone."""
+    return [TrajectoryPoint(float(t), place.tolist()) for t, place in zip(times, places, strict=True)]
+
+
+def swinging(
+    robot: Following, times: Array, size: float, turns: Array, *, bent: bool = True
+) -> list[TrajectoryPoint]:
+    """Points of a smooth motion that begins and ends at rest, with velocities, and `bent` with
+    accelerations."""
+    whole = float(times[-1])
+    x = times / whole
+    bell, slope, bend = x**3 * (1 - x) ** 3 * 64, None, None
+    polynomial = np.polynomial.Polynomial([0, 0, 0, 64.0]) * np.polynomial.Polynomial([1, -1]) ** 3
+    bell, slope, bend = polynomial(x), polynomial.deriv()(x) / whole, polynomial.deriv(2)(x) / whole**2
+    room = size * np.array(robot.robot.description.velocity) * whole / 8.0
+    room = np.minimum(room, 0.3) * turns
+    points = []
+    for k, time in enumerate(times):
+        accelerations = (bend[k] * room).tolist() if bent else ()
+        points.append(
+            TrajectoryPoint(
+                float(time), (robot.home + bell[k] * room).tolist(), (slope[k] * room).tolist(), accelerations
+            )
+        )
+    return points
+
+
+signs = st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7).map(np.array)
+
+
+@pytest.mark.parametrize("name", ARMS)
+@settings(max_examples=some(40), deadline=None)
+@given(st.data())
+def test_a_random_trajectory_is_followed_through_its_points_within_all_limits(
+    name: str, data: st.DataObject
+) -> None:
+    following = Following(name)
+    d = following.robot.description
+    count = data.draw(st.integers(2, 200), "points")
+    seed = data.draw(st.integers(0, 2**32 - 1), "seed")
+    share = data.draw(st.floats(0.05, 0.9), "share of the speed")
+    random = np.random.default_rng(seed)
+    low, high, fast = np.array(d.position_min), np.array(d.position_max), np.array(d.velocity)
+    place, time = following.home, 0.0
+    places, times = [place], [0.0]
+    for _ in range(count - 1):
+        wait = random.uniform(0.01, 0.4)
+        place = np.clip(place + random.uniform(-share, share, len(place)) * fast * wait, low, high)
+        time += wait
+        places.append(place)
+        times.append(time)
+    points = through(places, times)
+    number = following.sends(points)
+    following.runs()
+    assert following.ends == {number: TrajectoryEnd(Outcome.REACHED, "")}
+    assert following.controller.joints == tuple(places[-1].tolist())
+    assert following.controller.mode is Mode.TRAJECTORY
+    assert_within_limits(following.robot)
+    assert (following.error() <= stated_error(following, points) + 1e-9).all()
+
+
+def stated_error(following: Following, points: Sequence[TrajectoryPoint]) -> Array:
+    """The largest distance from the reference: what the fastest joint goes in half the width of the
+    averages."""
+    d = following.robot.description
+    limits = JointLimits(np.array(d.velocity), np.array(d.direct_acceleration), np.array(d.direct_jerk))
+    knots = [
+        Knot(p.time_s, tuple(p.positions), tuple(p.velocities) or None, tuple(p.accelerations) or None)
+        for p in points
+    ]
+    if knots[0].time_s > 0.0:
+        still = (0.0,) * len(following.home)
+        knots.insert(0, Knot(0.0, tuple(following.home.tolist()), still, still))
+    reference = Reference(knots)
+    error: Array = reference.range(1).magnitude * windows_of(reference, limits).delay_s
+    return error
+
+
+@settings(max_examples=some(40), deadline=None)
+@given(st.integers(2, 200), st.floats(0.5, 5.0), st.floats(0.05, 0.9), signs, st.booleans())
+def test_a_smooth_trajectory_with_velocities_is_followed_closely(
+    count: int, whole_s: float, size: float, turns: Array, bent: bool
+) -> None:
+    following = Following()
+    points = swinging(following, np.linspace(0.0, whole_s, count + 1), size, turns, bent=bent)
+    following.sends(points)
+    following.runs()
+    assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
+    assert_within_limits(following.robot)
+    assert (following.error() <= stated_error(following, points) + 1e-9).all()
+
+
+def test_what_asks_for_nothing_beyond_the_limits_is_followed_exactly() -> None:
+    following = Following()
+    points = swinging(following, np.linspace(0.0, 6.0, 61), 0.2, np.ones(7))
+    following.sends(points)
+    following.runs()
+    assert following.error().max() < 1e-12
+    assert np.ptp(following.actual, axis=0).min() > 0.05, "it hardly moved"
+    passed = np.array(following.robot.joints)
+    for point in points[::10]:
+        assert np.abs(passed[round(point.time_s / TICK_S)] - point.positions).max() < 1e-12
+    assert_within_limits(following.robot)
+
+
+def test_joints_may_come_in_any_order() -> None:
+    following, mixed = Following(), Following()
+    points = swinging(following, np.linspace(0.0, 2.0, 9), 0.5, np.linspace(-1.0, 1.0, 7))
+    following.sends(points)
+    order = [3, 0, 6, 1, 5, 2, 4]
+    permuted = [
+        TrajectoryPoint(
+            p.time_s, *([row[k] for k in order] for row in (p.positions, p.velocities, p.accelerations))
+        )
+        for p in points
+    ]
+    mixed.sends(permuted, joints=[mixed.names[k] for k in order])
+    following.runs()
+    mixed.runs()
+    assert following.robot.joints == mixed.robot.joints
+
+
+AWAY = [0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2]
+NEAR = [0.01, 0.53, 0.01, -1.05, 0.01, 1.56, 0.01]
+
+
+def bad(**change: Any) -> dict[str, Any]:
+    whole: dict[str, Any] = {"points": [TrajectoryPoint(1.0, NEAR), TrajectoryPoint(2.0, AWAY)]}
+    return whole | change
+
+
+def with_value(place: int, value: float) -> list[float]:
+    return [*AWAY[:place], value, *AWAY[place + 1 :]]
+
+
+BAD = {
+    "no points": (bad(points=[]), "without points"),
+    "too many points": (
+        bad(points=[TrajectoryPoint(1e-3 * k, NEAR) for k in range(MOST_POINTS + 1)]),
+        "2001 points",
+    ),
+    "no joints": (bad(joints=[]), "joint_names is empty"),
+    "an unknown joint": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "B7"]), "no joint 'B7'"),
+    "a joint that is missing": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6"]), "each of"),
+    "a joint twice": (bad(joints=["A1", "A2", "A3", "A4", "A5", "A6", "A6"]), "each of"),
+    "six positions": (bad(points=[TrajectoryPoint(1.0, AWAY[:6])]), "6 positions"),
+    "no positions": (bad(points=[TrajectoryPoint(1.0, [], AWAY)]), "no positions"),
+    "six velocities": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.0] * 6)]), "6 velocities"),
+    "eight accelerations": (
+        bad(points=[TrajectoryPoint(1.0, AWAY, [0.0] * 7, [0.0] * 8)]),
+        "8 accelerations",
+    ),
+    "nan": (bad(points=[TrajectoryPoint(1.0, with_value(3, nan))]), "not finite"),
+    "infinite velocity": (bad(points=[TrajectoryPoint(1.0, AWAY, [inf] * 7)]), "not finite"),
+    "a time that is nan": (bad(points=[TrajectoryPoint(nan, AWAY)]), "not finite"),
+    "time goes back": (bad(points=[TrajectoryPoint(2.0, NEAR), TrajectoryPoint(1.0, AWAY)]), "not later"),
+    "time stands still": (bad(points=[TrajectoryPoint(2.0, NEAR), TrajectoryPoint(2.0, AWAY)]), "not later"),
+    "time below 0": (bad(points=[TrajectoryPoint(-1.0, NEAR), TrajectoryPoint(1.0, AWAY)]), "0 or later"),
+    "years": (bad(points=[TrajectoryPoint(1e8, NEAR)]), "more than 86400 s"),
+    "all over": (bad(delay_s=-3.0), "ended 1.000 s ago"),
+    "a delay that is nan": (bad(delay_s=nan), "stamp"),
+    "goal time below 0": (bad(goal_time_s=-0.5), "goal_time_tolerance"),
+    "moves at its end": (bad(points=[TrajectoryPoint(1.0, AWAY, [0.1] * 7)]), "velocity other than 0"),
+    "beyond a joint limit": (bad(points=[TrajectoryPoint(5.0, with_value(1, 2.2))]), "A2 at"),
+    "beyond it between points": (
+        bad(
+            points=[
+                TrajectoryPoint(4.0, with_value(5, 2.05), [0.0] * 5 + [1.0, 0.0]),
+                TrajectoryPoint(6.0, with_value(5, 2.05), [0.0] * 7),
+            ]
+        ),
+        "A6 at",
+    ),
+    "too fast": (bad(points=[TrajectoryPoint(0.05, AWAY)]), "faster than its limit"),
+    "too fast between points": (
+        bad(points=[TrajectoryPoint(1.0, NEAR, [0.0] * 7), TrajectoryPoint(1.15, AWAY, [0.0] * 7)]),
+        "faster than its limit",
+    ),
+    "begins elsewhere": (
+        bad(points=[TrajectoryPoint(0.0, AWAY), TrajectoryPoint(2.0, AWAY)]),
+        "where the trajectory begins",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_trajectory_is_refused_with_its_reason_and_changes_nothing(name: str) -> None:
+    message, reason = BAD[name]
+    following = Following()
+    number = following.sends([TrajectoryPoint(1.0, NEAR), TrajectoryPoint(3.0, AWAY)])
+    following.step(200)
+    other = Following()
+    other.sends([TrajectoryPoint(1.0, NEAR), TrajectoryPoint(3.0, AWAY)])
+    other.step(200)
+    with pytest.raises(Refused) as refused:
+        following.sends(message.pop("points"), **message)
+    message["points"] = []
+    assert reason in refused.value.reason
+    assert not following.ends
+    assert following.controller.is_pending(number)
+    for each in (following, other):
+        each.runs()
+    assert following.robot.joints == other.robot.joints
+
+
+def test_the_robot_stops_on_its_way_and_holds_when_a_trajectory_is_cancelled() -> None:
+    following = Following()
+    number = following.sends([TrajectoryPoint(2.0, AWAY)])
+    following.step(400)
+    following.robot.may_stop()
+    assert following.controller.cancel_trajectory(number)
+    assert not following.controller.cancel_trajectory(number)
+    assert following.ends == {number: TrajectoryEnd(Outcome.CANCELLED, "cancelled")}
+    following.runs(0.2)
+    assert following.controller.mode is Mode.TRAJECTORY
+    assert_within_limits(following.robot)
+    way = np.subtract(following.controller.joints, following.home) / np.subtract(AWAY, following.home)
+    assert np.ptp(way) < 1e-6, "off the straight line"
+    assert 0.1 < way[0] < 0.9
+    following.sends([TrajectoryPoint(2.0, AWAY)])
+    following.runs()
+    assert following.controller.joints == tuple(AWAY)
+
+
+@pytest.mark.parametrize("direct", [True, False], ids=["cancelled", "stopped"])
+def test_one_that_waits_for_the_robot_to_rest_can_be_ended(direct: bool) -> None:
+    following = Following()
+    following.controller.move(joint_move(AWAY, [1.0] * 7))
+    following.step(200)
+    following.robot.may_stop()
+    number = following.sends([TrajectoryPoint(4.0, NEAR)])
+    assert following.controller.is_pending(number)
+    if direct:
+        assert following.controller.cancel_trajectory(number)
+    else:
+        following.controller.stop()
+    assert following.ends[number].outcome is (Outcome.CANCELLED if direct else Outcome.ENDED)
+    following.runs(0.2)
+    assert_within_limits(following.robot)
+
+
+@settings(max_examples=some(60), deadline=None)
+@given(st.lists(st.tuples(st.integers(1, 400), signs, st.booleans()), min_size=2, max_size=6))
+def test_a_newer_trajectory_takes_over_in_mid_motion(parts: list[tuple[int, Array, bool]]) -> None:
+    following = Following()
+    numbers, target = [], following.home
+    for ticks, turns, smooth in parts:
+        target = following.home + 0.35 * turns
+        still = [0.0] * 7 if smooth else ()
+        numbers.append(following.sends([TrajectoryPoint(1.5, target.tolist(), still)]))
+        following.step(ticks)
+    following.runs()
+    assert_within_limits(following.robot)
+    assert following.controller.joints == tuple(target.tolist())
+    assert following.ends[numbers[-1]].outcome is Outcome.REACHED
+    for number, (ticks, _, _) in zip(numbers[:-1], parts, strict=False):
+        expected = TrajectoryEnd(Outcome.ENDED, "preempted by a newer trajectory")
+        assert following.ends[number] == expected or ticks * TICK_S >= 1.5
+
+
+def test_a_stream_as_of_moveit_servo_is_followed_without_a_stop() -> None:
+    following = Following()
+    place = following.home
+    for k in range(200):
+        time = 0.01 * (k + 1)
+        way = 0.3 * (1.0 - np.cos(2.0 * time))
+        speed = 0.6 * np.sin(2.0 * time)
+        place = following.home + way * np.array([1.0, 0, 0, 0, 0, 0, 0])
+        velocity = [speed, 0, 0, 0, 0, 0, 0]
+        following.sends([TrajectoryPoint(0.02, place.tolist(), velocity)], may_end_fast=True)
+        following.step(5)
+    following.runs()
+    assert_within_limits(following.robot)
+    first = np.diff(np.array(following.robot.joints)[:, 0])[200:700] / TICK_S
+    assert first.min() > 0.2, "it stops and goes"
+    assert np.abs(following.controller.joints[0] - place[0]) < 1e-9
+
+
+@pytest.mark.parametrize("override", [0.3, 1.0])
+def test_time_runs_at_the_override_and_tolerances_do_not_mind(override: float) -> None:
+    following = Following()
+    following.controller.set_override(override)
+    every = {name: Tolerance(0.1) for name in following.names}
+    points = swinging(following, np.linspace(0.0, 2.0, 21), 0.5, np.ones(7))
+    number = following.sends(points, path_tolerance=every, goal_tolerance=every, goal_time_s=0.5)
+    ticks = 0
+    while following.controller.moving:
+        following.step()
+        ticks += 1
+    assert following.ends[number].outcome is Outcome.REACHED
+    assert ticks * TICK_S == pytest.approx(2.0 / override, rel=0.05)
+
+
+def test_a_pause_and_a_slower_override_in_mid_motion_keep_the_limits() -> None:
+    following = Following()
+    following.sends(swinging(following, np.linspace(0.0, 2.0, 21), 0.9, np.ones(7)))
+    for override, ticks in ((1.0, 300), (0.4, 200), (0.0, 1000), (1.0, 400)):
+        following.controller.set_override(override)
+        following.step(ticks)
+    following.runs()
+    assert_within_limits(following.robot)
+    assert [end.outcome for end in following.ends.values()] == [Outcome.REACHED]
+
+
+def lines(following: Following) -> list[TrajectoryPoint]:
+    """To and fro in straight lines at some speed, which the robot follows with a delay."""
+    places = [following.home + 0.3 * (k % 2) * np.ones(7) for k in range(6)]
+    return through(places[1:], [0.5 * k for k in range(1, 6)])
+
+
+@pytest.mark.parametrize(("bound", "outcome"), [(1e-3, Outcome.PATH_TOLERANCE), (0.2, Outcome.REACHED)])
+def test_a_path_tolerance_ends_a_trajectory_that_leaves_it(bound: float, outcome: Outcome) -> None:
+    following = Following()
+    number = following.sends(lines(following), path_tolerance={"A3": Tolerance(bound)})
+    following.robot.may_stop()
+    following.runs()
+    end = following.ends[number]
+    assert end.outcome is outcome
+    assert (outcome is Outcome.REACHED) == (following.controller.joints == tuple(following.home + 0.3))
+    assert end.reason.startswith("path tolerance: A3 is 0.00") or outcome is Outcome.REACHED
+
+
+@pytest.mark.parametrize("bound", [0.0, -1.0])
+def test_a_tolerance_of_0_is_the_default_and_minus_1_is_none(bound: float) -> None:
+    following = Following()
+    every = {name: Tolerance(bound, bound) for name in following.names}
+    number = following.sends(lines(following), path_tolerance=every, goal_tolerance=every, goal_time_s=1e-3)
+    following.robot.may_stop()
+    following.runs()
+    # By default the joints have to have stopped at the end; with -1 they may do anything.
+    assert following.ends[number].outcome is (Outcome.REACHED if bound else Outcome.GOAL_TOLERANCE)
+
+
+@pytest.mark.parametrize(
+    ("tolerances", "remark"),
+    [
+        ({"A3": Tolerance(-0.5)}, "those of A3"),
+        ({"B3": Tolerance(1e-9)}, "no joint B3"),
+        ({"A3": Tolerance(nan)}, "A3"),
+    ],
+)
+def test_tolerances_without_sense_are_the_defaults(tolerances: dict[str, Tolerance], remark: str) -> None:
+    following = Following()
+    number = following.sends(lines(following), path_tolerance=tolerances)
+    assert remark in following.remark
+    following.runs()
+    assert following.ends[number].outcome is Outcome.REACHED
+
+
+@pytest.mark.parametrize(("late_s", "outcome"), [(0.005, Outcome.GOAL_TOLERANCE), (1.0, Outcome.REACHED)])
+def test_a_goal_has_to_be_reached_in_its_time(late_s: float, outcome: Outcome) -> None:
+    following = Following()
+    tight = {"A1": Tolerance(1e-4)}
+    number = following.sends(lines(following), goal_tolerance=tight, goal_time_s=late_s)
+    following.robot.may_stop()
+    following.runs()
+    assert following.ends[number].outcome is outcome
+
+
+def test_other_motions_and_trajectories_stop_each_other() -> None:
+    following = Following()
+    following.controller.move(joint_move(AWAY, [1.0] * 7))
+    following.step(150)
+    first = following.sends([TrajectoryPoint(1.0, NEAR)])
+    following.step(250)
+    following.robot.notice_mode()
+    following.controller.move(smart_joint_move(AWAY, [1.0] * 7))
+    assert following.ends[first].outcome is Outcome.ENDED
+    following.step(300)
+    second = following.sends([TrajectoryPoint(1.0, NEAR)])
+    following.runs()
+    assert following.ends[second].outcome is Outcome.REACHED
+    assert following.controller.joints == tuple(NEAR)
+    assert_within_limits(following.robot)
+
+
+def test_an_emergency_stop_ends_it_and_refuses_others_until_it_is_reset() -> None:
+    following = Following()
+    number = following.sends([TrajectoryPoint(2.0, AWAY)])
+    following.step(300)
+    following.robot.notice_mode()
+    following.controller.emergency_stop()
+    following.robot.may_stop()
+    assert following.ends[number] == TrajectoryEnd(Outcome.ENDED, "emergency stop")
+    following.runs(0.2)
+    with pytest.raises(Refused, match="emergency stop"):
+        following.sends([TrajectoryPoint(2.0, AWAY)])
+    following.controller.release_emergency_stop()
+    following.controller.reset_error()
+    following.sends([TrajectoryPoint(2.0, AWAY)])
+    following.runs()
+    assert_within_limits(following.robot)
+
+
+def test_one_that_has_begun_already_is_joined_where_it_is_now() -> None:
+    following = Following()
+    points = swinging(following, np.linspace(0.0, 4.0, 41), 0.3, np.ones(7))
+    number = following.sends(points, delay_s=-0.5)
+    following.runs()
+    assert following.ends[number].outcome is Outcome.REACHED
+    assert len(following.desired) * TICK_S == pytest.approx(3.5, abs=0.1)
+    late = np.abs(np.subtract(following.desired, following.actual))[500:]
+    assert late.max() < 1e-9, "it never came onto the curve"
+    assert_within_limits(following.robot)
+
+
+def test_one_that_begins_later_is_approached_until_then() -> None:
+    following = Following()
+    following.sends([TrajectoryPoint(0.0, AWAY), TrajectoryPoint(1.0, NEAR)], delay_s=1.0)
+    following.runs()
+    assert following.controller.joints == tuple(NEAR)
+    nearest = np.abs(np.array(following.robot.joints) - AWAY).max(axis=1).argmin() * TICK_S
+    assert nearest == pytest.approx(1.0, abs=0.15)
