@@ -9,6 +9,9 @@ cannot do is not averaged at all. Else the robot is (T1 + T2) / 2 behind it.
 
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.trajectory.reference import Reference
 
@@ -58,5 +61,5 @@ def windows_of(reference: Reference, limits: JointLimits, *, from_rest: bool = T
     return Windows(0.0, _width(accelerations.width / most_j, too_sudden))
 
 
-def _width(widths_s: Array, needed: Array) -> float:
+def _width(widths_s: Array, needed: NDArray[np.bool_]) -> float:
     return max(float(widths_s[needed].max()), NARROWEST_S) if needed.any() else 0.0

@@ -38,7 +38,7 @@ def test_the_curve_passes_its_points_as_they_are_told(kind: str, seed: int, coun
         for knot, time in ((before, before.time_s), (after, after.time_s - 1e-13)):
             told = [each for each in knot[1:] if each is not None]
             found = reference.at(time)[: len(told)]
-            assert np.abs(np.subtract(found, told)).max() < 1e-9
+            assert np.abs(np.subtract(found, told)).max() < 1e-6
     assert reference.at(knots[-1].time_s) == (knots[-1].positions, (0.0,) * JOINTS, (0.0,) * JOINTS)
     assert reference.at(knots[0].time_s - 1.0)[0] == knots[0].positions
 
