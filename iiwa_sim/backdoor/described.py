@@ -2,6 +2,7 @@
 
 import msgspec
 
+from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
@@ -125,7 +126,16 @@ def settings_of(surface: Surface) -> AnySurface:
     return PlaneSettings(name=surface.name, **common)
 
 
-_KINDS = {
+def surface_from(described: dict[str, object]) -> Surface:
+    """The surface that an item of `DescribedCell.surfaces` describes: raises ValueError where it does not."""
+    for settings, kind in _KINDS.items():
+        if described.get("shape") == kind:
+            keys = {key: value for key, value in described.items() if key != "shape"}
+            return surface_of(msgspec.convert(keys, settings))
+    raise ValueError(f"expected a shape, one of {', '.join(_KINDS.values())}")
+
+
+_KINDS: dict[type[AnySurface], str] = {
     PlaneSettings: "plane",
     BoxSettings: "box",
     SphereSettings: "sphere",

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from iiwa_sim.plot.record import Recording
 
 PICTURES = (".png", ".svg")
+FILMS = (".gif", ".mp4", ".html")
 
 
 def run(given: Sequence[str]) -> int:
@@ -28,15 +29,26 @@ def run(given: Sequence[str]) -> int:
         if not (fault.name or "").startswith("matplotlib"):
             raise
         raise PlotFault("a picture needs matplotlib: pip install 'iiwa-sim[plot]'") from None
-    output: Path = options.output
     commands = Path(options.commands)
     recording = _recorded(commands) if is_recording(commands) else _run(options)
-    drawn = picture(recording, output.suffix[1:].lower())
-    try:
-        output.write_bytes(drawn)
-    except OSError as fault:
-        raise PlotFault(f"{output}: cannot be written: {fault.strerror}") from None
+    if options.output is not None:
+        _write(options.output, picture(recording, _format(options.output)))
+    if options.animate is not None:
+        from iiwa_sim.plot.film import film
+
+        _write(options.animate, film(recording, _format(options.animate)))
     return 0
+
+
+def _format(path: Path) -> str:
+    return path.suffix[1:].lower()
+
+
+def _write(path: Path, data: bytes) -> None:
+    try:
+        path.write_bytes(data)
+    except OSError as fault:
+        raise PlotFault(f"{path}: cannot be written: {fault.strerror}") from None
 
 
 def _run(options: argparse.Namespace) -> "Recording":
@@ -65,6 +77,8 @@ def _options(given: Sequence[str]) -> argparse.Namespace:
     parser = _parser()
     options = parser.parse_args(given)
     check_robot(parser.error, options)
+    if options.output is None and options.animate is None:
+        parser.error("expected -o PICTURE, --animate FILM, or both")
     if is_recording(Path(options.commands)):
         for name in ("cell", "robot", "rate"):
             if getattr(options, name) is not None:
@@ -76,21 +90,25 @@ def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {PLOT}",
         description="Runs a file of commands in simulated time and draws the motion: positions, velocities "
-        "and accelerations of the joints, speed and way of the TCP, with targets and blending spheres, and "
-        "the forces at the TCP with the thresholds of force moves, where there are any.",
+        "and accelerations of the joints, speed and way of the TCP, with targets and blending spheres, the "
+        "arm in its cell, and the forces at the TCP with the thresholds of force moves, where there are any.",
         epilog="In the file: one command per line as on the wire, besides 'wait SECONDS' and 'wait stopped'; "
         "what follows a # is a comment. Below the line 'dialect krc4' they are KRC4 messages, as Cmd I1=100.",
         examples={
             "examples/blending.txt -o blending.svg": "a chain of moves that blend",
             "examples/probing.txt --cell examples/table.toml -o probing.svg": "moves that feel for a table",
-            "run.mcap -o run.png": "what was recorded with --record",
+            "run.mcap -o run.png --animate run.gif": "what was recorded with --record, also as a film",
         },
     )
     parser.add_argument(
         "commands", metavar="COMMANDS|FILE.mcap", help="the file, or a recording of --record, which is drawn"
     )
+    parser.add_argument("-o", "--output", type=_picture, metavar="PICTURE", help="where to, as .png or .svg")
     parser.add_argument(
-        "-o", "--output", type=_picture, required=True, metavar="PICTURE", help="where to, as .png or .svg"
+        "--animate",
+        type=_film,
+        metavar="FILM",
+        help="a film of the arm: .gif, .html, or .mp4 by the program ffmpeg",
     )
     parser.add_argument(
         "--cell",
@@ -103,8 +121,17 @@ def _parser() -> Parser:
 
 
 def _picture(text: str) -> Path:
+    return _ending_in(PICTURES, text)
+
+
+def _film(text: str) -> Path:
+    return _ending_in(FILMS, text)
+
+
+def _ending_in(known: Sequence[str], text: str) -> Path:
     path = Path(text)
-    if path.suffix.lower() not in PICTURES:
+    if path.suffix.lower() not in known:
+        *others, last = known
         shown = shortened(repr(text), 40)
-        raise argparse.ArgumentTypeError(f"{shown} does not end in {' or '.join(PICTURES)}")
+        raise argparse.ArgumentTypeError(f"{shown} does not end in {', '.join(others)} or {last}")
     return path

@@ -1,6 +1,8 @@
 """The client of a recording, by dialect: it sends the lines of a script and reports the targets of its
 moves."""
 
+import re
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.cell.cell import Cell
@@ -18,6 +20,7 @@ from iiwa_sim.robot.model import Model
 
 SERVO_MODES = ("smart", "direct")
 NORMAL = "normal"
+_MOVE = " move"
 
 
 class Asked(NamedTuple):
@@ -30,6 +33,8 @@ class Asked(NamedTuple):
     blending_mm: float = 0.0
     mode: str = NORMAL
     """Mode of the controller that the line needs."""
+    name: str = ""
+    """Kind, speed and blending radius (mm) of a move, as `LIN 0.5 r30`."""
     thresholds_n: Thresholds = (None, None, None)
 
 
@@ -67,9 +72,13 @@ class IiwaClient:
         }
         x, y, z = (named.get(f"threshold{axis.upper()}") for axis in AXES)
         blending_mm = named.get("blending", 0.0)
-        return Asked(move, self._tcp(request), blending_mm, request.command.mode, (x, y, z))
+        tcp = self._tcp(request)
+        return Asked(move, tcp, blending_mm, request.command.mode, _name(request, named), (x, y, z))
 
     def _tcp(self, request: Request) -> Transform | None:
+        """The target of a move: as it was asked for, else where the moves that wait will end."""
+        if not request.command.name.endswith(_MOVE):
+            return None
         names = [each.name for each in request.command.parameters]
         tool = self._cell.tool_in_flange
         if names[:6] == ["x", "y", "z", "alpha", "beta", "gamma"]:
@@ -78,7 +87,7 @@ class IiwaClient:
         count = len(self._cell.description.joints)
         if names[:count] == [f"j{index}" for index in range(count)]:
             return compose(self._model.flange(request.values[:count]), tool)
-        return None
+        return self._controller.tcp(self._controller.end_of_queue)
 
 
 class Krc4Client:
@@ -102,18 +111,26 @@ class Krc4Client:
             raise ValueError(self._refusal.reason)
         if session.waiting:
             raise ValueError("expected one message")
-        return Asked(self._controller.accepted or None, self._tcp())
-
-    def _tcp(self) -> Transform | None:
-        request = self._session.request
+        request = session.request
         if request is None:
-            return None
+            return Asked(self._controller.accepted or None)
+        return Asked(self._controller.accepted, self._tcp(request), name=request.kind.value)
+
+    def _tcp(self, request: MoveRequest) -> Transform:
         if isinstance(request.target, Frame):
             return request.target.to_transform()
         return compose(self._model.flange(request.target), self._cell.tool_in_flange)
 
 
 CLIENTS: dict[str, type[IiwaClient] | type[Krc4Client]] = {IIWA: IiwaClient, KRC4: Krc4Client}
+
+
+def _name(request: Request, named: Mapping[str, float]) -> str:
+    speeds = [value for name, value in named.items() if name == "speed" or re.fullmatch(r"v\d", name)]
+    words = [request.command.name.removesuffix(_MOVE).upper()]
+    words += ["-".join(f"{each:g}" for each in sorted({min(speeds), max(speeds)}))] if speeds else []
+    words += [f"r{named['blending']:g}"] if named.get("blending") else []
+    return " ".join(words)
 
 
 class _Krc4Session(Krc4Session):

@@ -25,8 +25,8 @@ _LEAST_N = 1e-3
 _MOST_N = 1e9  # limits for values that are drawn, which have to be finite
 
 
-def draw_forces(panel: Axes, beside: Axes, recording: Recording) -> None:
-    """Fill a panel, and the axes beside it with the legend."""
+def draw_forces(panel: Axes, recording: Recording) -> None:
+    """Fill a panel."""
     panel.set_ylabel("force at the TCP (N)")
     times_s = recording.times_s()
     for axis, name in enumerate(AXES):
@@ -40,6 +40,10 @@ def draw_forces(panel: Axes, beside: Axes, recording: Recording) -> None:
         panel.fill_between([], [], color="#555555", alpha=_BAND_ALPHA, label="threshold")
     if any(watch.contact for watch in recording.watches):
         panel.plot([], [], color="#555555", label="ends a move", **_ENDED)
+
+
+def draw_legend(beside: Axes, panel: Axes) -> None:
+    """Fill the axes beside a panel of forces."""
     beside.set_axis_off()
     beside.legend(*panel.get_legend_handles_labels(), **_LEGEND)
 

@@ -1,4 +1,4 @@
-"""Colours, and numbers of targets, for all panels."""
+"""Colours, and numbers and names of moves, for all panels."""
 
 from collections.abc import Sequence
 from math import dist
@@ -8,6 +8,8 @@ from iiwa_sim.plot.record import Recording
 # Colours of Okabe and Ito, which colour-blind readers can tell apart; without yellow, which is too pale on
 # white.
 COLOURS = ("#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7")
+SURFACE, SURFACE_ALPHA = "#7a8f88", 0.25
+"""Of what stands round the robot."""
 MOST_NUMBERS = 40
 """With more targets than this no numbers are drawn, as they would cover each other."""
 _MOST_AT_ONE_PLACE = 4
@@ -24,6 +26,15 @@ def numbers(recording: Recording) -> list[str]:
         count += not target.servo
         found.append("" if target.servo else str(count))
     return found if count <= MOST_NUMBERS else [""] * len(found)
+
+
+def names(recording: Recording) -> list[str]:
+    """The number and the name of each target that has a number, as `1 LIN 0.5 r30`."""
+    return [
+        f"{number} {target.name}".rstrip()
+        for target, number in zip(recording.targets, numbers(recording), strict=True)
+        if number
+    ]
 
 
 def together(numbered: Sequence[tuple[Place, str]], closest: float) -> list[tuple[Place, str]]:

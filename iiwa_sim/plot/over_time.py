@@ -1,4 +1,4 @@
-"""Positions, velocities and accelerations of the joints, and speed and force of the TCP, over time.
+"""Positions, velocities and accelerations of the joints, speed and force of the TCP over time, and the moves.
 
 Velocities and accelerations are drawn as parts of the limits, which differ between joints: the joint at 100 %
 determines the timing. A strip beside each panel has a bar per joint, thin from limit to limit and thick where
@@ -13,8 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 from matplotlib.ticker import MultipleLocator
 
-from iiwa_sim.plot.forces import draw_forces
-from iiwa_sim.plot.marks import COLOURS, numbers, together
+from iiwa_sim.plot.forces import draw_forces, draw_legend
+from iiwa_sim.plot.marks import COLOURS, names, numbers, together
+from iiwa_sim.plot.overlaps import dashes
 from iiwa_sim.plot.record import Array, Recording
 from iiwa_sim.robot.description import RobotDescription
 
@@ -23,6 +24,9 @@ _PASSED: dict[str, Any] = {"color": "#999999", "linestyle": (0, (1, 2)), "linewi
 _DEGREES_PER_TICK = 60.0
 _ROUNDING_PERCENT = 1.0  # rounding of differences over ticks: less above a limit is no violation
 _ROOM = 1.18  # above the highest limit, for its label
+_MOST_LARGE = 12  # names of moves that fit beside a panel
+_MOST_SMALL = 20  # of smaller ones, in a column
+_COLUMN = 0.55  # width of a column of them, as part of a panel
 _CLOSEST = 0.025  # part of the time shown: numbers nearer to each other share a label
 
 
@@ -36,25 +40,25 @@ def draw_over_time(figure: SubFigure, recording: Recording) -> None:
     strips = [figure.add_subplot(grid[row, 1], sharey=panels[row]) for row in (0, 1, 2)]
     robot = recording.description
     low, high = np.degrees(robot.position_min), np.degrees(robot.position_max)
-    panels[0].set_ylabel("joint position (deg)")
-    panels[0].yaxis.set_major_locator(MultipleLocator(_DEGREES_PER_TICK))
-    _draw_joints(panels[0], strips[0], recording, np.degrees(recording.joints), low, high)
+    draw_positions(panels[0], recording)
+    _draw_used(strips[0], recording, np.degrees(recording.joints), low, high)
     full = np.full(len(robot.joints), 100.0)
     velocity = 100.0 * recording.velocity() / np.array(robot.velocity)
     panels[1].set_ylabel("joint velocity (% of limit)")
-    _draw_joints(panels[1], strips[1], recording, velocity, -full, full)
+    _draw_joints(panels[1], recording, velocity, 200.0)
+    _draw_used(strips[1], recording, velocity, -full, full)
     _draw_limit(panels[1], 100.0, "limit")
     acceleration = 100.0 * recording.acceleration() / np.array(robot.acceleration)
     panels[2].set_ylabel("joint acceleration (% of limit)")
-    _draw_joints(panels[2], strips[2], recording, acceleration, -full, full)
+    _draw_joints(panels[2], recording, acceleration, 200.0)
+    _draw_used(strips[2], recording, acceleration, -full, full)
     for percent, name in _acceleration_limits(recording, float(np.abs(acceleration).max())):
         _draw_limit(panels[2], percent, name)
-    panels[3].set_ylabel("TCP speed (mm/s)")
-    speed_mm_s = recording.tcp_speed_mm_s()
-    panels[3].plot(recording.times_s(), speed_mm_s, color=COLOURS[4])
-    panels[3].set_ylim(0.0, 1.08 * max(float(speed_mm_s.max()), 1.0))
+    draw_speed(panels[3], recording)
+    _list_moves(figure.add_subplot(grid[3, 1]), names(recording))
     if recording.has_forces:
-        draw_forces(panels[4], figure.add_subplot(grid[4, 1]), recording)
+        draw_forces(panels[4], recording)
+        draw_legend(figure.add_subplot(grid[4, 1]), panels[4])
     panels[-1].set_xlabel("time (s)")
     panels[-1].set_xlim(0.0, recording.duration_s)
     for panel in panels[:-1]:
@@ -64,16 +68,36 @@ def draw_over_time(figure: SubFigure, recording: Recording) -> None:
     figure.align_ylabels(panels)
 
 
-def _draw_joints(
-    panel: Axes, strip: Axes, recording: Recording, values: Array, low: Array, high: Array
-) -> None:
-    """Draw values (ticks, joints) over time, and beside them the part of the limits that they use."""
+def draw_positions(panel: Axes, recording: Recording) -> None:
+    """Fill a panel with the positions of the joints."""
+    robot = recording.description
+    range_deg = float(np.degrees(max(robot.position_max) - min(robot.position_min)))
+    panel.set_ylabel("joint position (deg)")
+    panel.yaxis.set_major_locator(MultipleLocator(_DEGREES_PER_TICK))
+    _draw_joints(panel, recording, np.degrees(recording.joints), range_deg)
+
+
+def draw_speed(panel: Axes, recording: Recording) -> None:
+    """Fill a panel with the speed of the TCP."""
+    speed_mm_s = recording.tcp_speed_mm_s()
+    panel.set_ylabel("TCP speed (mm/s)")
+    panel.plot(recording.times_s(), speed_mm_s, color=COLOURS[4])
+    panel.set_ylim(0.0, 1.08 * max(float(speed_mm_s.max()), 1.0))
+
+
+def _draw_joints(panel: Axes, recording: Recording, values: Array, height: float) -> None:
+    """Draw values (ticks, joints) over time, in a panel of this height."""
+    names, times_s = recording.description.joints, recording.times_s()
+    for joint, style in enumerate(dashes(values, height)):
+        colour = COLOURS[joint % len(COLOURS)]
+        panel.plot(times_s, values[:, joint], color=colour, linestyle=style, label=names[joint])
+
+
+def _draw_used(strip: Axes, recording: Recording, values: Array, low: Array, high: Array) -> None:
+    """Draw the part of their limits that values (ticks, joints) use."""
     names = recording.description.joints
-    times_s = recording.times_s()
     for joint in range(len(names)):
         colour = COLOURS[joint % len(COLOURS)]
-        style = "-" if joint < len(COLOURS) else "--"
-        panel.plot(times_s, values[:, joint], color=colour, linestyle=style, label=names[joint])
         strip.plot(
             [joint, joint],
             [low[joint], high[joint]],
@@ -126,6 +150,25 @@ def _draw_limit(panel: Axes, percent: float, name: str) -> None:
         fontsize=7.5,
         color="#555555",
     )
+
+
+def _list_moves(beside: Axes, moves: Sequence[str]) -> None:
+    """List the moves that have numbers; more of them are written smaller, and in columns."""
+    beside.set_axis_off()
+    size_pt, rows = (8.0, len(moves)) if len(moves) <= _MOST_LARGE else (6.0, _MOST_SMALL)
+    if moves:
+        beside.set_title("moves")
+    for column, first in enumerate(range(0, len(moves), max(rows, 1))):
+        listed = "\n".join(moves[first : first + rows])
+        beside.text(
+            _COLUMN * column,
+            1.0,
+            listed,
+            transform=beside.transAxes,
+            verticalalignment="top",
+            fontsize=size_pt,
+            parse_math=False,
+        )
 
 
 def _mark_passed(panels: list[Axes], recording: Recording) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
+from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact, Thresholds
 from iiwa_sim.controller.io import Io
@@ -36,6 +37,8 @@ class Target:
     done_tick: int | None = None
     """Tick in which the move ended, ran into the next or was ended by a force; None if none of that
     happened."""
+    name: str = ""
+    """Kind, speed and blending radius of the move, as `LIN 0.5 r30`; empty where they are not known."""
 
     @property
     def servo(self) -> bool:
@@ -71,6 +74,8 @@ class Recording:
     """(n + 1, 3), the values of `get cartesian force`, along the axes of the TCP"""
     targets: tuple[Target, ...]
     watches: tuple[Watch, ...]
+    surfaces: tuple[Surface, ...] = ()
+    """What stands round the robot."""
 
     @property
     def has_forces(self) -> bool:
@@ -183,6 +188,7 @@ class _Recorder:
             force_n=np.array(self._force_n).reshape(-1, 3),
             targets=tuple(self._targets),
             watches=tuple(self._watches.values()),
+            surfaces=self._cell.surfaces,
         )
 
     def _step(self, step: Command | Wait) -> None:
@@ -222,7 +228,7 @@ class _Recorder:
         if asked.tcp is None:
             return
         x, y, z = asked.tcp.translation
-        target = Target(line, (1e3 * x, 1e3 * y, 1e3 * z), asked.blending_mm, asked.mode)
+        target = Target(line, (1e3 * x, 1e3 * y, 1e3 * z), asked.blending_mm, asked.mode, name=asked.name)
         if asked.move is not None and not target.servo:
             self._pending[asked.move] = len(self._targets)
         self._targets.append(target)

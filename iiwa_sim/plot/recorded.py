@@ -3,13 +3,17 @@
 import tempfile
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
+from iiwa_sim.backdoor.described import surface_from
+from iiwa_sim.contact.surface import Surface
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.plot.record import Array, Recording, Target
 from iiwa_sim.plot.script import Script
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.schemas import CELL
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 
 MOST_SAMPLES = 60_000
@@ -46,6 +50,7 @@ def drawn_from(recorded: Recorded) -> Recording:
         force_n=even[:, count + 3 :],
         targets=_targets(recorded, int(found[0]), step, len(wanted)),
         watches=(),
+        surfaces=_surfaces(recorded),
     )
 
 
@@ -60,6 +65,22 @@ def _targets(recorded: Recorded, first: int, step: int, count: int) -> tuple[Tar
             target = begun[event.move]
             begun[event.move] = Target(0, target.tcp_mm, 0.0, target.mode, place)
     return tuple(begun.values())
+
+
+def _surfaces(recorded: Recorded) -> tuple[Surface, ...]:
+    """As they stood when the recording began."""
+    for message in recorded.messages((CELL,)):
+        try:
+            told = msgspec.json.decode(message.data, type=_Cell).surfaces
+            return tuple(map(surface_from, told))
+        except ValueError as fault:  # as all errors of msgspec are
+            what = "expected surfaces as iiwa-sim writes them"
+            raise PlotFault(f"{recorded.path}: {CELL}: {what}: {fault}") from None
+    return ()
+
+
+class _Cell(msgspec.Struct):
+    surfaces: list[dict[str, object]]
 
 
 def _description(recorded: Recorded) -> RobotDescription:

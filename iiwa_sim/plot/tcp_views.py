@@ -1,8 +1,7 @@
-"""The path of the TCP from above and from the side, with targets, blending spheres, and places where forces
-have ended moves.
+"""The path of the TCP from above and from the side, with targets, blending spheres, places where forces have
+ended moves, and what stands there.
 
-Parallel projections, both to scale: a sphere is a circle of its radius. A perspective view would hide what is
-behind it, and no length could be read off.
+Parallel projections, both to scale: a sphere is a circle of its radius, and lengths can be read off.
 """
 
 from typing import Any
@@ -11,11 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import SubFigure
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
-from iiwa_sim.plot.marks import COLOURS, Place, numbers, together
+from iiwa_sim.plot.marks import COLOURS, SURFACE, SURFACE_ALPHA, Place, numbers, together
 from iiwa_sim.plot.record import Recording
+from iiwa_sim.plot.solids import outline
 
 _AXES = "xyz"
 _PATH, _SPHERE = COLOURS[4], COLOURS[1]
@@ -63,13 +63,13 @@ _LEGEND: dict[str, Any] = {
     "handlelength": 1.2,
     "handletextpad": 0.5,
 }
+_MOST_IN_A_ROW = 5
 _CLOSEST = 0.04  # part of the extent: numbers nearer to each other share a label
 _SMALLEST_MM = 1.0  # margin round the path: a TCP at rest has no extent of its own
 
 
-def draw_tcp_views(figure: SubFigure, recording: Recording) -> None:
-    """Fill a figure with the two views and their legend."""
-    above, side = figure.subplots(2, 1)
+def draw_tcp_views(figure: SubFigure, above: Axes, side: Axes, recording: Recording) -> None:
+    """Fill two panels of a figure with the two views, and put their legend below."""
     x_mm, y_mm, _ = np.ptp(recording.tcp_mm, axis=0)
     _draw_view(above, recording, (0, 1))
     above.set_title("TCP seen from above")
@@ -80,12 +80,14 @@ def draw_tcp_views(figure: SubFigure, recording: Recording) -> None:
         _draw_view(side, recording, (1, 2))
         side.set_title("TCP seen from the front")
     handles, labels = above.get_legend_handles_labels()
-    figure.legend(handles, labels, ncols=len(labels), **_LEGEND)
+    columns = len(labels) if len(labels) <= _MOST_IN_A_ROW else (len(labels) + 1) // 2
+    figure.legend(handles, labels, ncols=columns, **_LEGEND)
 
 
 def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
     first, second = axes
     way = recording.tcp_mm[:, list(axes)]
+    _draw_surfaces(view, recording, axes)
     view.plot(way[:, 0], way[:, 1], color=_PATH, linewidth=1.5, label="TCP")
     view.plot(way[0, 0], way[0, 1], **_START)
     spheres = [
@@ -119,3 +121,15 @@ def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
     view.set_aspect("equal", adjustable="datalim")
     view.set_xlabel(f"{_AXES[first]} (mm)")
     view.set_ylabel(f"{_AXES[second]} (mm)")
+
+
+def _draw_surfaces(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
+    """Draw what surfaces cover in a view, which is not made larger for them."""
+    outlines = [outline(surface, axes) for surface in recording.surfaces]
+    shown = [corners for corners in outlines if corners is not None]
+    for place, corners in enumerate(shown):
+        face = (*to_rgb(SURFACE), SURFACE_ALPHA)
+        label = "surface" if not place else ""
+        view.add_artist(
+            Polygon(corners, facecolor=face, edgecolor=SURFACE, linewidth=0.8, zorder=0.5, label=label)
+        )

@@ -11,12 +11,19 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
 from matplotlib.text import Annotation
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Line3D, Poly3DCollection
 
+from iiwa_sim.contact.shapes import Box, Plane
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import IDENTITY, Frame
+from iiwa_sim.plot.arm import arm_mm
 from iiwa_sim.plot.draw import draw, picture
 from iiwa_sim.plot.marks import MOST_NUMBERS, together
 from iiwa_sim.plot.record import Recording, Target
+from iiwa_sim.robot.model import Model
 from tests.plot.scripts import JOINT, LIN, recorded
 
 PNG_START, PNG_END = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"
@@ -168,6 +175,70 @@ def test_the_same_recording_gives_the_same_picture(recording: Recording, file_fo
     else:
         assert ET.fromstring(first).tag == "{http://www.w3.org/2000/svg}svg"
         assert b"<dc:date>" not in first
+
+
+def test_moves_are_named(recording: Recording, figure: Figure) -> None:
+    named = ["1 LIN 0.5 r20", "2 LIN 0.5 r30", "3 JOINT 1"]
+    assert texts(panel(figure, "moves")) == ["\n".join(named)]
+    many = replace(recording, targets=recording.targets * 10)
+    columns = [text.split("\n") for text in texts(panel(draw(many), "moves"))]
+    assert [len(column) for column in columns] == [20, 10]
+    assert columns[1][-1] == "30 JOINT 1"
+
+
+def test_names_of_all_kinds_of_moves() -> None:
+    relative = "lin tool relative move : 0 0 10 0 0 0 0.25 0"
+    other = "joint move : 0 0.5 0.2 -1 0 1.4 0 0.5 0.5 0.25 1 1 1 1"
+    told = recorded(f"{relative}\n{other}\nset override : 0.5\nwait stopped\nstart gravity : 100\nstop")
+    assert [target.name for target in told.targets] == ["LIN TOOL RELATIVE 0.25", "JOINT 0.25-1"]
+    assert told.targets[0].done_tick is not None
+    assert told.targets[0].tcp_mm == pytest.approx(told.tcp_mm[told.targets[0].done_tick], abs=1e-6)
+    krc4 = recorded("dialect krc4\nCmd I1=25 R1=-90 R2=90 R4=10", "kr_6_r900_sixx")
+    assert [target.name for target in krc4.targets] == ["PTP"]
+
+
+def test_the_arm_at_five_instants(recording: Recording, figure: Figure) -> None:
+    (space,) = [axes for axes in figure.axes if isinstance(axes, Axes3D)]
+    arms = [line for line in space.lines if str(line.get_label()).endswith(" s")]
+    last = len(recording.joints) - 1
+    ticks = [0, round(last / 4), round(last / 2), round(3 * last / 4), last]
+    assert [line.get_label() for line in arms] == [f"{tick * recording.tick_s:.2f} s" for tick in ticks]
+    model = Model(recording.description)
+    for line, tick in zip(arms, ticks, strict=True):
+        points = np.array(cast(Line3D, line).get_data_3d()).T
+        assert len(points) == len(recording.description.joints) + 2
+        flange = model.flange(recording.joints[tick].tolist())
+        assert points[-1] == pytest.approx(1e3 * np.array(flange.translation))
+        assert points[0].tolist() == [0.0, 0.0, 0.0]
+        assert arm_mm(recording, tick)[-1].tolist() == recording.tcp_mm[tick].tolist()
+
+
+def test_an_arm_that_does_not_move_is_drawn_once() -> None:
+    (space,) = [axes for axes in draw(recorded("hello")).axes if isinstance(axes, Axes3D)]
+    assert [line.get_label() for line in space.lines if str(line.get_label()).endswith(" s")] == ["0.00 s"]
+
+
+def test_surfaces_of_the_cell_are_drawn_and_make_no_view_larger(recording: Recording, figure: Figure) -> None:
+    floor = Surface("floor", Plane(), IDENTITY, 1e5, 0.0, 0.0)
+    table = Surface("table", Box(2.0, 2.0, 0.1), Frame(0, 0, 200, 0, 0, 0).to_transform(), 1e5, 0.0, 0.0)
+    drawn = draw(replace(recording, surfaces=(floor, table)))
+    above, front = panel(drawn, "TCP seen from above"), panel(drawn, "TCP seen from the front")
+    outlines = [
+        [patch.get_xy().max(axis=0)[1] for patch in view.patches if isinstance(patch, Polygon)]
+        for view in (above, front)
+    ]
+    assert outlines == [[pytest.approx(2000.0)], [pytest.approx(0.0), pytest.approx(300.0)]]
+    for view, title in ((above, "TCP seen from above"), (front, "TCP seen from the front")):
+        assert view.dataLim.get_points() == pytest.approx(panel(figure, title).dataLim.get_points())
+    (space,) = [axes for axes in drawn.axes if isinstance(axes, Axes3D)]
+    assert len([each for each in space.collections if isinstance(each, Poly3DCollection)]) == 2
+
+
+def test_a_joint_that_stays_on_another_is_dashed(recording: Recording) -> None:
+    joints = recording.joints.copy()
+    joints[:, 4] = joints[:, 2]
+    axes = panel(draw(replace(recording, joints=joints)), "joint position (deg)")
+    assert [curve(axes, name).get_linestyle() for name in ("A3", "A4", "A5")] == ["-", "-", "--"]
 
 
 def test_any_name_can_stand_in_the_title(recording: Recording) -> None:

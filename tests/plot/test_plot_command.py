@@ -111,8 +111,9 @@ def test_a_robot_that_is_not_there(moves: Path, capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        ([], "the following arguments are required: COMMANDS|FILE.mcap, -o/--output"),
-        (["moves.txt"], "the following arguments are required: -o/--output"),
+        ([], "the following arguments are required: COMMANDS|FILE.mcap"),
+        (["moves.txt"], "expected -o PICTURE, --animate FILM, or both"),
+        (["moves.txt", "--animate", "p.png"], "--animate: 'p.png' does not end in .gif, .mp4 or .html"),
         (["moves.txt", "-o", "p.png", "--rate", "99"], "argument --rate: '99' is not a whole number"),
         (["moves.txt", "-o", "p.png", "--port", "1"], "unrecognized arguments: --port 1"),
     ],

@@ -1,0 +1,89 @@
+"""The scene in three dimensions: the arm, the way of the TCP, the surfaces of the cell."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import to_rgb
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Line3D, Poly3DCollection
+
+from iiwa_sim.plot.arm import arm_mm, instants
+from iiwa_sim.plot.marks import COLOURS, SURFACE, SURFACE_ALPHA
+from iiwa_sim.plot.record import Array, Recording
+from iiwa_sim.plot.solids import cut_off, polygons
+
+_AXES = "xyz"
+_PATH = COLOURS[4]
+_ARM: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round", "linewidth": 3.2}
+_JOINTS: dict[str, Any] = {"marker": "o", "markersize": 4.2, "markerfacecolor": "white"}
+_TOOL: dict[str, Any] = {"linewidth": 1.4}
+_PALEST, _DARKEST = 0.8, 0.1  # greys of the first and the last instant
+_ROOM = 0.05  # of the largest extent, round arm and path
+_MOST_EDGES = 6  # faces that have their edges drawn: of a box, not of what is round
+_LEGEND: dict[str, Any] = {
+    "title": "arm at",
+    "loc": "upper left",
+    "bbox_to_anchor": (1.06, 1.0),
+    "frameon": False,
+    "fontsize": 8.0,
+    "title_fontsize": 8.0,
+    "handlelength": 1.2,
+}
+
+
+class ArmLines:
+    """The arm in a panel: a line from joint to joint, and a thin one from the flange to the TCP."""
+
+    def __init__(self, axes: Axes3D, points_mm: Array, grey: float, label: str = "") -> None:
+        """`points_mm` as `arm_mm` gives them; `grey` is from 0, black, to 1."""
+        colour = (grey, grey, grey)
+        self._tool: Line3D
+        self._arm: Line3D
+        (self._tool,) = axes.plot([], [], [], color=colour, **_TOOL)
+        (self._arm,) = axes.plot(
+            [], [], [], color=colour, markeredgecolor=colour, label=label, **_ARM, **_JOINTS
+        )
+        self.show(points_mm)
+
+    def show(self, points_mm: Array) -> None:
+        """Draw it elsewhere."""
+        self._arm.set_data_3d(*points_mm[:-1].T)
+        self._tool.set_data_3d(*points_mm[-2:].T)
+
+
+def draw_space(axes: Axes3D, recording: Recording) -> None:
+    """Fill a panel: the darker the arm, the later."""
+    ticks = instants(recording)
+    arms = [arm_mm(recording, tick) for tick in ticks]
+    draw_scene(axes, recording, np.vstack(arms))
+    axes.plot(*recording.tcp_mm.T, color=_PATH, linewidth=1.5)
+    greys = np.linspace(_PALEST, _DARKEST, len(arms)) if len(arms) > 1 else [_DARKEST]
+    for tick, arm, grey in zip(ticks, arms, greys, strict=True):
+        ArmLines(axes, arm, float(grey), f"{tick * recording.tick_s:.2f} s")
+    axes.legend(**_LEGEND)
+
+
+def draw_scene(axes: Axes3D, recording: Recording, arms_mm: Array) -> None:
+    """Set up a panel to scale round the path and these points of the arm (n, 3), with what stands there."""
+    seen = np.vstack([arms_mm, recording.tcp_mm])
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    room = _ROOM * float((high - low).max())
+    low, high = low - room, high + room
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(tuple((high - low).tolist()), zoom=1.1)
+    axes.view_init(elev=22.0, azim=-55.0)
+    axes.tick_params(labelsize=7.0, pad=-2.0)
+    for name, axis in zip(_AXES, (axes.xaxis, axes.yaxis, axes.zaxis), strict=True):
+        axis.set_major_locator(MaxNLocator(4))
+        axis.set_label_text(f"{name} (mm)", fontsize=7.5)
+        axis.labelpad = -5.0
+        axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
+    for surface in recording.surfaces:
+        faces = [cut_off(each, low, high) for each in polygons(surface)]
+        shown = [face for face in faces if len(face) > 2]
+        if shown:
+            colour = to_rgb(SURFACE)
+            edge = (*colour, 0.6 if len(shown) <= _MOST_EDGES else 0.0)
+            face = (*colour, SURFACE_ALPHA)
+            axes.add_collection3d(Poly3DCollection(shown, facecolor=face, edgecolor=edge, linewidth=0.6))
