@@ -148,6 +148,24 @@ async def test_the_next_move_is_refused_and_the_one_behind_it_not(
     await driver.leaves()
 
 
+async def test_a_driver_is_answered_what_the_bench_has_laid_down(simulator: Simulator, bench: Client) -> None:
+    driver, _ = await connect(simulator)
+    await told(bench, "reply : get status = moving 2")
+    await told(bench, "reply : joint move = error 0")
+    assert [await driver.ask("get status") for _ in range(3)] == ["moving", "moving", "stopped"]
+    assert [await driver.ask(FAR) for _ in range(2)] == ["error", "error"]
+    assert await driver.ask("get error") == "0 none"
+    await told(bench, "clear faults")
+    assert await driver.ask(FAR) == "done"
+    await driver.leaves()
+
+
+async def test_krc4_messages_cannot_be_canned() -> None:
+    async with Simulator("kr_6_r900_sixx", dialects=["krc4"], clock="stepped") as robot:
+        with pytest.raises(Refused, match="reply to 'hello': expected a robot that speaks iiwa"):
+            robot.backdoor.reply("hello", "hello")
+
+
 async def test_the_driver_reads_what_the_bench_pushes_and_switches(
     simulator: Simulator, bench: Client
 ) -> None:

@@ -105,6 +105,11 @@ def _push(backdoor: Backdoor, request: Request) -> None:
     backdoor.push((fx, fy, fz, tx, ty, tz))
 
 
+def _reply(backdoor: Backdoor, request: Request) -> None:
+    command, reply = request.phrases
+    backdoor.reply(command, reply, int(request.values[0]))
+
+
 async def _advance(backdoor: Backdoor, request: Request) -> str:
     await backdoor.advance(request.values[0])
     return DONE
@@ -165,6 +170,7 @@ CALLS: dict[str, Call] = {
     "fail move": _does(lambda backdoor, request: backdoor.fail_move(int(request.values[0]))),
     "servo timeout": _does(lambda backdoor, _: backdoor.time_out_servo()),
     "following error": _does(lambda backdoor, request: backdoor.following_error(int(request.values[0]))),
+    "reply": _does(_reply),
     "get connections": lambda backdoor, _: _json(backdoor.connections()),
     "pass replies": _befalls(Pass),
     "delay replies": _befalls(Delay),

@@ -52,6 +52,20 @@ class Faults(Core):
             raise Refused(EXECUTION, f"no joint {joint}: there are 1 to {len(names)}")
         self._controller.injected.fail(EXECUTION, f"following error of {names[joint - 1]}: the robot stops")
 
+    # Replies
+
+    @acts
+    def reply(self, command: str, reply: str, times: int = 1) -> None:
+        """Have the next lines of a command of the iiwa's protocol answered by `reply`, and not carried out.
+
+        `times` is the number of lines, 0 for all until `clear_faults`. Refused for a command there is not, a
+        reply that is not one line of printable ASCII, and where that protocol is not spoken.
+        """
+        try:
+            self._wire.canned.set(command, reply, times)
+        except ValueError as fault:
+            raise Refused(EXECUTION, str(fault)) from None
+
     # Wire faults
 
     @called

@@ -13,7 +13,7 @@ import msgspec
 from iiwa_sim.backdoor.line_calls import NotUnderstood
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.lines import MAX_LINE_BYTES
-from iiwa_sim.dialect.wire.table import Command, Quantity
+from iiwa_sim.dialect.wire.table import BETWEEN_PHRASES, Command, Quantity
 from iiwa_sim.wording import harmless, shortened
 
 _LONGEST_SHOWN = 40
@@ -42,8 +42,7 @@ def line_of(command: Command, body: bytes) -> bytes:
     given = _object(body)
     expected = fields(command.parameters)
     known = [each.name for each in expected]
-    if command.phrase:
-        known.append(command.phrase)
+    known += command.phrases
     for name in given:
         if name not in known:
             takes = f"takes {', '.join(known)}" if known else "takes none"
@@ -51,7 +50,11 @@ def line_of(command: Command, body: bytes) -> bytes:
     for name in known:
         if name not in given:
             raise _fault(f"{name}: expected it in the object, as {command.name} takes {', '.join(known)}")
-    words = [_phrase(command.phrase, given[command.phrase])] if command.phrase else []
+    phrases = [_phrase(name, given[name]) for name in command.phrases]
+    for name, phrase in zip(command.phrases[:-1], phrases, strict=False):
+        if BETWEEN_PHRASES in phrase:
+            raise _fault(f"{name} = {_shown(phrase)}: expected no '{BETWEEN_PHRASES}' in it")
+    words = [f" {BETWEEN_PHRASES} ".join(phrases)] if phrases else []
     for field in expected:
         words += _numbers(field, given[field.name])
     line = f"{command.name} : {' '.join(words)}" if words else command.name

@@ -49,11 +49,8 @@ def description(commands: Sequence[Command], *, with_token: bool) -> dict[str, o
 
 def _post(command: Command, with_token: bool) -> dict[str, object]:
     properties = {each.name: _schema(each) for each in fields(command.parameters)}
-    if command.phrase:
-        properties[command.phrase] = {
-            "type": "string",
-            "description": f"the {command.phrase}, printable ASCII",
-        }
+    for name in command.phrases:
+        properties[name] = {"type": "string", "description": f"the {name}, printable ASCII"}
     body = {
         "type": "object",
         "properties": properties,

@@ -62,6 +62,7 @@ class Bench:
             "push": (load.wrench, load.joint_push),
             "states": backdoor.states(),
             "faults": [(rule.fault, rule.connection, rule.left) for rule in self.wire._rules],
+            "canned": {name: list(each) for name, each in self.wire.canned._replies.items()},
             "random": self.wire._random.getstate(),
             "door": self.door.open,
             "clock": backdoor.get_clock(),

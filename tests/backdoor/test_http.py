@@ -52,7 +52,7 @@ def as_values(request: Request) -> dict[str, object]:
         each.name: next(given) if each.length is None else [next(given) for _ in range(each.length)]
         for each in fields(request.command.parameters)
     }
-    return values | ({request.command.phrase: request.phrase} if request.command.phrase else {})
+    return values | dict(zip(request.command.phrases, request.phrases, strict=bool(request.command.phrase)))
 
 
 def test_each_command_of_the_table_has_a_path_and_a_description() -> None:

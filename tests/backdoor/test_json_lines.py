@@ -33,14 +33,14 @@ def test_what_an_object_says_is_what_its_line_says(command: Command, data: st.Da
     given = iter(numbers)
     for field in fields(command.parameters):
         body[field.name] = next(given) if field.length is None else [next(given) for _ in range(field.length)]
-    phrase = " ".join(data.draw(st.lists(WORD, min_size=1, max_size=3))) if command.phrase else ""
-    if command.phrase:
-        body[command.phrase] = phrase
+    phrases = [" ".join(data.draw(st.lists(WORD, min_size=1, max_size=3))) for _ in command.phrases]
+    body |= dict(zip(command.phrases, phrases, strict=True))
     request = TABLE.parse(line_of(command, json.dumps(body).encode()))
     assert not isinstance(request, Refusal), request
     assert request.command == command
     assert request.values == tuple(map(float, numbers))
-    assert request.phrase == phrase
+    assert request.phrase == " = ".join(phrases)
+    assert not phrases or list(request.phrases) == phrases
     assert not request.beyond
 
 
@@ -76,6 +76,12 @@ def test_a_number_for_each_joint_is_a_list() -> None:
         ("remove surface", b'{"name": "a:b"}', "name = 'a:b': expected printable ASCII without ':'"),
         ("remove surface", b'{"name": "a\\r\\nbye"}', r"name = 'a\r\nbye': expected printable ASCII"),
         ("remove surface", '{"name": "Tür"}'.encode(), "name = 'Tür': expected printable ASCII without"),
+        ("reply", b'{"command": "a = b", "reply": "c", "times": 1}', "command = 'a = b': expected no '=' in"),
+        (
+            "reply",
+            b'{"command": "get status", "times": 1}',
+            "reply: expected it in the object, as reply takes",
+        ),
         ("remove surface", b'{"name": "' + b"x" * 5000 + b'"}', "more than the 4096 bytes of a line"),
     ],
 )

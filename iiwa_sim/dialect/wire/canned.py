@@ -12,6 +12,7 @@ from iiwa_sim.wording import harmless, shortened
 
 UNTIL_CLEARED = 0
 """In place of a number of lines."""
+_PROTOCOL = "iiwa"
 
 
 @dataclass
@@ -24,6 +25,8 @@ class CannedReplies:
     """Replies that a test has laid down for one robot, for all its clients together."""
 
     def __init__(self) -> None:
+        self.heard = True
+        """Whether the robot speaks the iiwa's protocol."""
         self._replies: dict[str, deque[_Reply]] = {}
         self.any = False
         """Whether one is set: asked for at each line."""
@@ -31,10 +34,12 @@ class CannedReplies:
     def set(self, command: str, reply: str, times: int = 1) -> None:
         """Have the next `times` lines of a command answered by `reply`, 0 for all until `clear`.
 
-        Raises ValueError for a command there is not, a reply that is not one line of printable ASCII, and a
-        number below 0.
+        Raises ValueError for a command there is not, a reply that is not one line of printable ASCII, a
+        number below 0, and where the iiwa's protocol is not spoken: KRC4 messages cannot be canned.
         """
-        table = load_table("iiwa")
+        if not self.heard:
+            raise ValueError(f"reply to {_quoted(command)}: expected a robot that speaks {_PROTOCOL}")
+        table = load_table(_PROTOCOL)
         known = table.find(command.encode("ascii", "backslashreplace"))
         if known is None:
             meant = table.meant(command.encode("ascii", "backslashreplace"))

@@ -18,6 +18,9 @@ from iiwa_sim.dialect.wire.names import Names
 UNKNOWN_COMMAND = "unknown command"
 ERROR = "error"
 
+BETWEEN_PHRASES = "="
+"""Stands in a line between two phrases of one command."""
+
 _CACHED_LINES = 1024
 
 
@@ -61,7 +64,8 @@ class Command(NamedTuple):
     """One command of the table.
 
     It takes numbers (`parameters`, and `optional` ones, all or none of them), words (`phrase` names them),
-    words and then numbers, or nothing. It answers one of `reply_words`, numbers (`reply_values`), any number
+    words and then numbers, or nothing. `phrase` may name two, as `command = reply`, which a line has in the
+    same form. It answers one of `reply_words`, numbers (`reply_values`), any number
     of the same (`reply_list`) or a line of prose.
     """
 
@@ -76,6 +80,11 @@ class Command(NamedTuple):
     reply_values: tuple[Quantity, ...]
     optional: tuple[Quantity, ...]
     reply_list: Quantity | None
+
+    @property
+    def phrases(self) -> tuple[str, ...]:
+        """The names of its phrases, in the order of a line."""
+        return tuple(each.strip() for each in self.phrase.split(BETWEEN_PHRASES)) if self.phrase else ()
 
     def takes(self) -> str:
         """Its parameters by name and number: `x y z speed: 4 values`."""
@@ -143,6 +152,12 @@ class Request(NamedTuple):
     beyond: int = 0
     """Number of values after the last parameter."""
 
+    @property
+    def phrases(self) -> tuple[str, ...]:
+        """Its phrases, one for each that the command names; fewer where a sign between them is missing."""
+        between = len(self.command.phrases) - 1
+        return tuple(each.strip() for each in self.phrase.split(BETWEEN_PHRASES, between))
+
     def too_much(self) -> Refusal:
         """The refusal for values after the last parameter."""
         count = len(self.values) + self.beyond
@@ -209,7 +224,12 @@ class Table:
                 return _error(f"{quantity.name} = {quoted(word)}: {expected}")
         if fault:
             return _error(f"{quantities[len(values)].name} = {fault}{_commas(words[len(values)])}")
-        return Request(command, tuple(values), phrase, len(words) - len(values))
+        request = Request(command, tuple(values), phrase, len(words) - len(values))
+        if len(command.phrases) > 1 and not (
+            len(request.phrases) == len(command.phrases) and all(request.phrases)
+        ):
+            return _error(f"{command.name} takes {command.takes()}")
+        return request
 
     def _why_unknown(self, line: bytes) -> str:
         spelling, colon, _ = line.partition(b":")
