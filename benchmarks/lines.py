@@ -6,7 +6,7 @@ import numpy as np
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.planner import Plan, Planner
-from iiwa_sim.controller.requests import JOINT_BLENDING
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.motion.queue.chain import Chain
 from iiwa_sim.motion.queue.move import Move
@@ -39,7 +39,7 @@ def random_lines(
         turn *= rng.uniform(0.0, LARGEST_TURN_RAD) / np.linalg.norm(turn)
         target = Frame(*np.add(frame, (*way, *turn)).tolist())
         try:
-            yield planner.lin(start, target, speed_rel, 0.0, None, tool)
+            yield planner.plan(MoveRequest(Kind.LIN, target, speed_rel), start, tool)
         except Refused:
             continue
         count -= 1
@@ -48,10 +48,11 @@ def random_lines(
 def random_joint_lines(description: RobotDescription, count: int, seed: int) -> Iterator[Plan]:
     """Random PTP between any two joint positions."""
     rng = np.random.default_rng(seed)
-    planner = Planner(Model(description))
+    planner, tool = Planner(Model(description)), description.tool_in_flange
     for _ in range(count):
         start, end = random_joints(description, rng), random_joints(description, rng)
-        yield planner.joint_line(start, end, [1.0] * len(end), JOINT_BLENDING)
+        request = MoveRequest(Kind.PTP, end, speeds=[1.0] * len(end), blending=JOINT_BLENDING)
+        yield planner.plan(request, start, tool)
 
 
 def chain_of(plan: Plan) -> Chain:

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from iiwa_sim.controller.errors import EXECUTION, TARGET_NOT_REACHABLE, Refused
+from iiwa_sim.controller.lin_planner import ROUNDING_RAD
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.controller.planner import ROUNDING_RAD, Planner
+from iiwa_sim.controller.planner import Planner
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.joints import Joints

@@ -1,4 +1,4 @@
-"""The sums of `iiwa_sim.motion.path.extremes`: how far joints go along a path, and how fast."""
+"""How far joints go along a path, whether that is within their limits, and where the path is fastest."""
 
 # mypy: allow-untyped-decorators
 

@@ -4,13 +4,24 @@ A polynomial is evaluated in a fixed number of steps, and so are its derivatives
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path import polynomial_kernel
+from iiwa_sim.motion.path import extremes_kernel, polynomial_kernel
+
+
+class Outside(NamedTuple):
+    """The place at which a joint leaves its position limits."""
+
+    s: float
+    joint: int
+    """Index of the joint."""
+    upwards: bool
+    """Whether it leaves through the upper limit."""
 
 
 class Polynomial:
@@ -71,3 +82,33 @@ class Polynomial:
         places = np.ascontiguousarray(s, dtype=np.float64)
         polynomial_kernel.derivatives(self.borders, self.offsets, self.coefficients, places, values)
         return values[0], values[1], values[2], values[3]
+
+    def first_outside(self, lowest: Array, highest: Array) -> Outside | None:
+        """The first place at which a joint leaves its limits (rad, (n,)); None where none does.
+
+        Where a joint turns back is found, so that it cannot swing out and back between two samples.
+        """
+        s, joint = extremes_kernel.first_outside(
+            self.borders, self.offsets, self.coefficients, lowest, highest
+        )
+        if joint < 0:
+            return None
+        return Outside(s, joint, bool(self.joints(s)[joint] > 0.5 * (lowest[joint] + highest[joint])))
+
+    def travel(self) -> Array:
+        """How far each joint goes, there and back (rad, (n,)), but for what is missed where it turns between
+        places that are looked at."""
+        ways = np.empty(self.coefficients.shape[1])
+        extremes_kernel.travel(self.offsets, self.coefficients, ways)
+        return ways
+
+    def least_time_per_s(self, velocity: Array) -> float:
+        """How long (s) a unit of s takes where it takes least.
+
+        There the TCP of a line is fastest, with its fastest joint at the velocity limit (rad/s, (n,)).
+        """
+        room = np.empty((2, 1, self.coefficients.shape[1]))
+        time_s: float = extremes_kernel.least_time_per_s(
+            self.borders, self.offsets, self.coefficients, velocity, room
+        )
+        return time_s
