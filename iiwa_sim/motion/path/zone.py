@@ -27,14 +27,14 @@ class Zone:
     def __init__(self, radius: float, centre: Sequence[float], fixed: Array) -> None:
         """`fixed` is `Tcp.fixed`, or an array without rows where distances are those of joints."""
         self.radius = radius
-        self._centre = np.array(centre)
-        self._fixed = fixed
+        self.centre = np.array(centre)
+        self.fixed = fixed
 
     def distances(self, joints: Array) -> Array:
         """How far rows of joint positions (m, n), in rad, are from the target (m,)."""
         found = np.empty(len(joints))
         rows = np.ascontiguousarray(joints, dtype=np.float64)
-        zone_kernel.distances(self._fixed, self._centre, rows, found)
+        zone_kernel.distances(self.fixed, self.centre, rows, found)
         return found
 
     def distance(self, joints: Sequence[float]) -> float:
@@ -54,7 +54,7 @@ class Zone:
         """The part of a path, up to `HALF`, from the target at one of its ends to the border."""
         room = np.empty((1, 1, path.coefficients.shape[1]))
         part: float = zone_kernel.part_inside(
-            self._fixed, self._centre, self.radius, path.borders, path.offsets, path.coefficients, at_end,
+            self.fixed, self.centre, self.radius, path.borders, path.offsets, path.coefficients, at_end,
             HALF, room,
         )  # fmt: skip
         return part

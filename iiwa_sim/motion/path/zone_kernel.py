@@ -61,6 +61,21 @@ def joint_distance(
     return farthest
 
 
+@cython.cfunc
+@cython.exceptval(check=False)
+def distance(
+    fixed: cython.double[:, ::1],
+    centre: cython.double[::1],
+    joints: cython.double[:, ::1],
+    row: cython.Py_ssize_t,
+) -> cython.double:
+    """How far that row of joint positions is from the centre: the TCP (m), or, with no `fixed` rows, the
+    farthest joint (rad)."""
+    if fixed.shape[0] == 0:
+        return joint_distance(centre, joints, row)
+    return tcp_distance(fixed, centre, joints, row)
+
+
 def distances(
     fixed: cython.double[:, ::1],
     centre: cython.double[::1],
@@ -71,10 +86,7 @@ def distances(
     farthest joint (rad)."""
     row: cython.Py_ssize_t
     for row in range(joints.shape[0]):
-        if fixed.shape[0] == 0:
-            found[row] = joint_distance(centre, joints, row)
-        else:
-            found[row] = tcp_distance(fixed, centre, joints, row)
+        found[row] = distance(fixed, centre, joints, row)
 
 
 def part_inside(
@@ -142,6 +154,4 @@ def _distance(
 ) -> cython.double:
     s: cython.double = 1.0 - part if at_end else part
     evaluate(borders, offsets, coefficients, piece_at(borders, s), s, 0, room, 0)
-    if fixed.shape[0] == 0:
-        return joint_distance(centre, room[0], 0)
-    return tcp_distance(fixed, centre, room[0], 0)
+    return distance(fixed, centre, room[0], 0)

@@ -26,3 +26,4 @@ cdef class Way:
     cdef double limit(self, Py_ssize_t k, Py_ssize_t c, int order, Py_ssize_t joint) noexcept
 cdef double spline(double[::1] controls, Py_ssize_t cell, double part) noexcept
 cdef double part_at(double[::1] controls, Py_ssize_t k, double x) noexcept
+cpdef double shape(double v, double rho, double height, int order) noexcept

@@ -35,10 +35,9 @@ NEAR = cython.declare(cython.double, 1e-5)  # of either side, so near to an edge
 PLACES = cython.declare(cython.double, 1e-15)
 
 
-@cython.cfunc
-@cython.inline
+@cython.ccall
 @cython.exceptval(check=False)
-def _shape(v: cython.double, rho: cython.double, height: cython.double, order: cython.int) -> cython.double:
+def shape(v: cython.double, rho: cython.double, height: cython.double, order: cython.int) -> cython.double:
     """F(v), or a derivative of it."""
     if v < rho:
         if order == 0:
@@ -74,12 +73,12 @@ def _corner(
     slope: cython.double
     _: cython.int
     for _ in range(60):
-        y = second_x * _shape(v, rho, height, 0) - first_x * _shape(1.0 - v, rho, height, 0) - x
+        y = second_x * shape(v, rho, height, 0) - first_x * shape(1.0 - v, rho, height, 0) - x
         if y > 0.0:
             high = v
         else:
             low = v
-        slope = second_x * _shape(v, rho, height, 1) + first_x * _shape(1.0 - v, rho, height, 1)
+        slope = second_x * shape(v, rho, height, 1) + first_x * shape(1.0 - v, rho, height, 1)
         y = v - y / slope
         if y < low or y > high:
             y = 0.5 * (low + high)
@@ -194,8 +193,8 @@ class Way:
         first_x: cython.double = self.before[c] * (self.targets[c] - self.targets[c - 1])
         second_x: cython.double = self.after[c] * (self.targets[c + 1] - self.targets[c])
         height: cython.double = self.heights[c]
-        done: cython.double = second_x * _shape(v, self.rho[c], height, 0)
-        return self.targets[c] + done - first_x * _shape(1.0 - v, self.rho[c], height, 0)
+        done: cython.double = second_x * shape(v, self.rho[c], height, 0)
+        return self.targets[c] + done - first_x * shape(1.0 - v, self.rho[c], height, 0)
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -296,19 +295,19 @@ class Way:
         rho = self.rho[c]
         height = self.heights[c]
         v = _corner(x - self.targets[c], first_x, second_x, rho, height)
-        self._polynomial(c - 1, 1.0 - self.before[c] * _shape(1.0 - v, rho, height, 0), order, one)
-        self._polynomial(c, self.after[c] * _shape(v, rho, height, 0), order, other)
+        self._polynomial(c - 1, 1.0 - self.before[c] * shape(1.0 - v, rho, height, 0), order, one)
+        self._polynomial(c, self.after[c] * shape(v, rho, height, 0), order, other)
         for i in range(n):
             # The second begins where the first ends, at the values of their polynomials.
             one[0, 0, i] += other[0, 0, i] - self.starts[c, i]
         if order == 0:
             return c
-        a1 = _shape(1.0 - v, rho, height, 1)
-        a2 = -_shape(1.0 - v, rho, height, 2)
-        a3 = _shape(1.0 - v, rho, height, 3)
-        b1 = _shape(v, rho, height, 1)
-        b2 = _shape(v, rho, height, 2)
-        b3 = _shape(v, rho, height, 3)
+        a1 = shape(1.0 - v, rho, height, 1)
+        a2 = -shape(1.0 - v, rho, height, 2)
+        a3 = shape(1.0 - v, rho, height, 3)
+        b1 = shape(v, rho, height, 1)
+        b2 = shape(v, rho, height, 2)
+        b3 = shape(v, rho, height, 3)
         x1 = first_x * a1 + second_x * b1
         x2 = first_x * a2 + second_x * b2
         x3 = first_x * a3 + second_x * b3

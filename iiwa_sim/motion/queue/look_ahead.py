@@ -6,11 +6,9 @@ from itertools import islice, pairwise
 from math import ceil
 from typing import NamedTuple
 
-import numpy as np
-
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.chain import Chain, Front
-from iiwa_sim.motion.queue.corner import Corner, Setting, corner
+from iiwa_sim.motion.queue.corner import Corner, corner, side
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import FREE_S, begun, planned, planned_on
@@ -64,7 +62,6 @@ SHARES = (1.0, 0.6, 0.3)
 MOST_TRIES = 3
 """How often it is tried to go on into a move, before that is left to set out from rest."""
 ABOUT = 0.95
-ENDS = np.array([0.0, 1.0])
 ROUNDING = 1e-9
 
 
@@ -322,8 +319,8 @@ def _alone_s(move: Move) -> float:
     if move.length_s == 0.0:
         return 0.0
     part = 1.0 if len(move.path.coefficients) == 2 else ABOUT
-    slopes = move.path.derivatives(ENDS)[1]
-    return part * sum(Setting.of(move, slope).time_s(0.5) for slope in slopes)
+    halves_s: float = side(move, at_end=False).time_s(0.5) + side(move, at_end=True).time_s(0.5)
+    return part * halves_s
 
 
 def _are_short(waiting: deque[Move]) -> bool:

@@ -107,14 +107,20 @@ def inner_loads(
     p: cython.Py_ssize_t
     order: cython.Py_ssize_t
     largest: cython.double
+    most: cython.double
     found: cython.double[:, :, ::1] = _room(starts, inner.shape[2])
     for k in range(per_limit.shape[0]):
         _fill(inner, starts, parts, per_limit, c, k, found)
         for order in range(3):
             largest = 0.0
             for i in range(inner.shape[2]):
+                most = 0.0
                 for p in range(starts[k + 1] - starts[k]):
-                    largest = max(largest, _load(found, parts, starts[k], starts[k + 1], order, i, p))
+                    most = max(most, fabs(found[order, i, p]))
+                if most >= SMALL:
+                    for p in range(starts[k + 1] - starts[k]):
+                        most = max(most, _load(found, parts, starts[k], starts[k + 1], order, i, p))
+                largest = max(largest, most)
             loads[k, order] = largest
 
 

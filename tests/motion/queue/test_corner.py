@@ -9,7 +9,8 @@ from iiwa_sim.frames import IDENTITY
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.path.zone import HALF, JointBall, Sphere, Zone
-from iiwa_sim.motion.queue.corner import GENTLE_RHO, Corner, corner, shape
+from iiwa_sim.motion.queue.chain_kernel import shape as shape_at
+from iiwa_sim.motion.queue.corner import Corner, corner
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
@@ -20,6 +21,8 @@ LIMITS = JointLimits(np.array(ROBOT.velocity), np.array(ROBOT.acceleration), np.
 LOWEST, HIGHEST = np.array(ROBOT.position_min), np.array(ROBOT.position_max)
 TARGET = np.array([0.2, 0.5, -0.1, -1.2, 0.3, 0.9, 0.1])
 V = np.linspace(0.0, 1.0, 201)
+GENTLE_RHO = 0.35
+"""The most at gentle turns."""
 
 joint_ways = st.lists(st.floats(-0.5, 0.5), min_size=7, max_size=7).map(np.array)
 
@@ -52,6 +55,13 @@ def _move(
 
 def sphere(radius_m: float, target: Array = TARGET) -> Sphere:
     return Sphere(radius_m, tuple(target.tolist()), MODEL.tcp(IDENTITY))
+
+
+def shape(v: Array, rho: float) -> Array:
+    """F at v (m,) from 0 to 1."""
+    height = 1.0 / (rho * (3.0 - 3.0 * rho + rho * rho))
+    found: Array = np.array([shape_at(each, rho, height, 0) for each in v.tolist()])
+    return found
 
 
 def round_corner(found: Corner, first: Move, second: Move, v: Array = V) -> Array:
@@ -176,18 +186,3 @@ def test_where_there_is_no_zone_or_no_way_or_next_to_none_it_stops_at_the_target
     first = to_target(way, straight, sphere(2e-6))
     assert corner(first, from_target(across, straight), LOWEST, HIGHEST) is None
     assert corner(first, from_target(way, straight), LOWEST, HIGHEST) is not None
-
-
-def test_only_what_is_free_of_the_first_move_and_a_share_of_the_zone_are_taken() -> None:
-    straight = np.zeros(7)
-    way, across = np.full(7, 0.2), np.array([0.2, -0.2, 0.2, -0.2, 0.2, -0.2, 0.2])
-    first, second = to_target(way, straight, sphere(0.05)), from_target(across, straight)
-    whole = corner(first, second, LOWEST, HIGHEST)
-    late = corner(first, second, LOWEST, HIGHEST, free=0.01)
-    part = corner(first, second, LOWEST, HIGHEST, share=0.4)
-    assert whole is not None
-    assert late is not None
-    assert part is not None
-    assert (late.before, late.after) == (0.01, whole.after)
-    assert part.before == pytest.approx(0.4 * whole.before)
-    assert part.after == pytest.approx(0.4 * whole.after)

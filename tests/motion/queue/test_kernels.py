@@ -10,13 +10,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue import chain_kernel, motion_kernel, rows_kernel
+from iiwa_sim.motion.queue import chain_kernel, corner_kernel, motion_kernel, rows_kernel
 from iiwa_sim.motion.timing import clock_kernel, guess_kernel, loads_kernel, run_kernel, widths_kernel
 from iiwa_sim.motion.timing.rows import Rows
 from tests.interpreted import interpreted
 
 COMPILED = SimpleNamespace(
     chain=chain_kernel,
+    corner=corner_kernel,
     motion=motion_kernel,
     rows=rows_kernel,
     clock=clock_kernel,
@@ -27,6 +28,7 @@ COMPILED = SimpleNamespace(
 )
 PLAIN = SimpleNamespace(
     chain=interpreted("iiwa_sim.motion.queue.chain_kernel"),
+    corner=interpreted("iiwa_sim.motion.queue.corner_kernel"),
     motion=interpreted("iiwa_sim.motion.queue.motion_kernel"),
     rows=interpreted("iiwa_sim.motion.queue.rows_kernel"),
     clock=interpreted("iiwa_sim.motion.timing.clock_kernel"),
@@ -194,3 +196,22 @@ def test_cells_that_run_backwards_or_are_no_numbers_have_places_in_order() -> No
             assert places == starts[-1]
             assert (np.diff(starts) >= 2).all()
             assert (np.diff(starts) <= 40).all()
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), radius=st.floats(1e-6, 0.5))
+def test_what_fits_at_a_target(seed: int, radius: float) -> None:
+    rng = np.random.default_rng(seed)
+    target, limits = rng.normal(size=JOINTS), rng.uniform(1.0, 2.0, (3, JOINTS)) * [[2.0], [10.0], [250.0]]
+    bends = rng.normal(size=(2, 4, JOINTS)) * 0.3 ** np.arange(4)[:, None]
+    found = []
+    for kernels in (COMPILED, PLAIN):
+        sides = [
+            kernels.corner.Side(np.array([0.0, 1.0]), np.array([0, 4]), bend, *limits, at_end)
+            for bend, at_end in zip(bends, (True, False), strict=True)
+        ]
+        times_s = [side.time_s(part) for side in sides for part in (1e-6, 0.003, 0.1, 0.9)]
+        lowest, highest = target - 2.0, target + 2.0
+        fitted = kernels.corner.fitted(*sides, 0.4, 0.3, np.empty((0, 12)), target, radius, lowest, highest)
+        found.append((times_s, fitted))
+    assert found[0] == found[1]
