@@ -19,7 +19,7 @@ HORIZON_S = 1.5
 """A chain is planned on into moves that wait once less than this lies ahead."""
 MOST_AT_ONCE = 30
 """The most moves it is planned on into at once."""
-BATCH_S = 1.0
+BATCH_S = 2.0
 """Fewer are taken where these take about so long."""
 SHORT_S = 0.05
 """A move that takes less at its full speed is short. Short moves are planned together before the robot sets
