@@ -13,11 +13,14 @@ from hypothesis.internal.constants_ast import Constants
 
 from iiwa_sim.simulator import Simulator
 from tests import last_results
+from tests.samples import some
 from tests.talking import Client
 
 # No test asks how long something takes. What passed here passes there: the samples are the same in every run;
 # HYPOTHESIS_PROFILE=hunt draws new ones.
-settings.register_profile("iiwa-sim", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "iiwa-sim", max_examples=some(100), deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.register_profile("same", settings.get_profile("iiwa-sim"), derandomize=True, database=None)
 settings.register_profile("hunt", settings.get_profile("iiwa-sim"))
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))

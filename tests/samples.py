@@ -8,5 +8,5 @@ ALL = os.environ.get("SAMPLES") == "all"
 
 
 def some(count: int) -> int:
-    """All samples with SAMPLES=all, else a quarter, but not fewer than 5."""
-    return count if ALL else max(count // 4, 5)
+    """All samples with SAMPLES=all, else a fifth, but not fewer than 5."""
+    return count if ALL else max(count // 5, 5)

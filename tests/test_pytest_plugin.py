@@ -1,10 +1,13 @@
-"""The fixture `iiwa` as the projects of its users have it: pytest in a process of its own, no conftest."""
+"""The fixture `iiwa` as the projects of its users have it: pytest with no conftest, and where what a whole
+process does matters, in a process of its own."""
 
 from __future__ import annotations
 
 import textwrap
 
 import pytest
+
+import iiwa_sim.simulator  # noqa: F401  # pytest within this process then drops no part of it at its end
 
 TALK = '''
 import asyncio, os, socket, threading
@@ -43,9 +46,12 @@ class Project:
     def __init__(self, pytester: pytest.Pytester) -> None:
         self._pytester = pytester
 
-    def tests(self, code: str, *options: str) -> pytest.RunResult:
+    def tests(self, code: str, *options: str, process: bool = False) -> pytest.RunResult:
+        """Runs these tests, if asked for in a process of their own, which costs some ten times as much."""
         self._pytester.makepyfile(TALK + textwrap.dedent(code))
-        return self._pytester.runpytest_subprocess("-W", "error", *options, timeout=120)
+        if process:
+            return self._pytester.runpytest_subprocess("-W", "error", *options, timeout=120)
+        return self._pytester.runpytest_inprocess("-W", "error", *options)
 
 
 @pytest.fixture
@@ -93,6 +99,7 @@ def test_every_test_gets_a_fresh_robot_and_leaves_nothing_behind(project: Projec
         """,
         "-p",
         "no:xdist",
+        process=True,
     )
     result.assert_outcomes(passed=44)
 
@@ -131,6 +138,7 @@ def test_plain_async_and_threaded_tests(project: Project, mode: str) -> None:
         """,
         "-o",
         f"asyncio_mode={mode}",
+        process=True,
     )
     result.assert_outcomes(passed=3)
 
@@ -145,6 +153,7 @@ def test_under_xdist(project: Project) -> None:
         """,
         "-n",
         "2",
+        process=True,
     )
     result.assert_outcomes(passed=40)
 
@@ -168,6 +177,7 @@ def test_a_failed_test_shows_the_dialogue_and_the_last_state(
             assert driver.ask("help : stop")
         """,
         *options,
+        process=bool(options),
     )
     result.assert_outcomes(failed=1, passed=1)
     result.stdout.re_match_lines(
@@ -269,7 +279,8 @@ def test_a_test_that_blocks_the_robots_thread_ends_and_is_named(project: Project
             threading.Thread(target=call, daemon=True).start()
             assert began.wait(60)
             assert not {fails}
-        """
+        """,
+        process=True,
     )
     result.assert_outcomes(passed=int(not fails), failed=int(fails), errors=1)
     result.stdout.fnmatch_lines(
@@ -455,6 +466,7 @@ def test_an_interrupted_run_keeps_no_robot_either(project: Project, pytester: py
             iiwa.advance(1.0)
         """,
         "-s",
+        process=True,
     )
     assert result.ret == pytest.ExitCode.INTERRUPTED
     result.stdout.fnmatch_lines(["robots: 0"])
@@ -485,7 +497,7 @@ def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) ->
             print("loaded:", *sorted(ours))
         """
     )
-    result = project.tests("def test_nothing():\n    pass\n", "-s")
+    result = project.tests("def test_nothing():\n    pass\n", "-s", process=True)
     result.assert_outcomes(passed=1)
     result.stdout.fnmatch_lines(["loaded: iiwa_sim iiwa_sim.pytest_plugin"])
     result.stdout.no_fnmatch_line("*iiwa dialogue*")

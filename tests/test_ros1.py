@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -52,23 +52,59 @@ def terminal(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
         yield terminal
 
 
-@pytest.fixture
-def environment(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Terminal:
+@pytest.fixture(scope="module")
+def environment(terminal: Terminal) -> Iterator[Terminal]:
     """The environment of the terminal is set for this process."""
-    for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
-        monkeypatch.setenv(name, terminal.environment[name])
-    return terminal
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
+            monkeypatch.setenv(name, terminal.environment[name])
+        yield terminal
 
 
-@pytest.fixture
-def robot(environment: Terminal) -> Iterator[Process]:
+@contextmanager
+def on_ros(environment: Terminal) -> Iterator[Process]:
     with running("--ros") as process:
         assert process.line() == f"ROS node at {environment.master_uri}\n"
         yield process
 
 
+class Sharing(ExitStack):
+    """Has a robot that tests share, while there is one."""
+
+    robot: Process | None = None
+
+
+@pytest.fixture(scope="module")
+def sharing() -> Iterator[Sharing]:
+    with Sharing() as sharing:
+        yield sharing
+
+
+@pytest.fixture
+def shared_robot(environment: Terminal, sharing: Sharing) -> Process:
+    """A robot for tests that leave it as it was, but for where it stands."""
+    if sharing.robot is None:
+        sharing.robot = sharing.enter_context(on_ros(environment))
+    return sharing.robot
+
+
+@pytest.fixture
+def alone(sharing: Sharing) -> None:
+    """No robot is a node yet: another one would take its name from it."""
+    sharing.close()
+    sharing.robot = None
+
+
+@pytest.fixture
+def robot(environment: Terminal, alone: None) -> Iterator[Process]:
+    """A robot of the test's own, which it may end."""
+    del alone
+    with on_ros(environment) as process:
+        yield process
+
+
 @pytest.mark.requirement("FRA001", "FRA002")
-@pytest.mark.usefixtures("robot")
+@pytest.mark.usefixtures("shared_robot")
 def test_topics_and_services_have_the_types_of_appendix_a(terminal: Terminal) -> None:
     topics = {name: kind for name, (kind, _) in PUBLISHED.items()} | dict(SUBSCRIBED)
     told = terminal.python(
@@ -96,29 +132,41 @@ def test_the_tools_know_the_types_with_our_sums(terminal: Terminal) -> None:
 
 
 @pytest.mark.requirement("FRA002", "FRA005")
-def test_services_are_called_from_another_terminal(terminal: Terminal, robot: Process) -> None:
-    def call(*arguments: str) -> str:
-        return terminal.says("rosservice", "call", *arguments).strip()
-
-    assert call("/scale_speed", "value: 0.5") == ""
+def test_services_are_called_from_another_terminal(terminal: Terminal, shared_robot: Process) -> None:
+    assert terminal.says("rosservice", "call", "/scale_speed", "value: 0.5").strip() == ""
     assert terminal.says("rostopic", "echo", "-n1", "/current_speed_scale") == "data: 0.5\n---\n"
-    assert call("/scale_speed", "value: -3.0") == ""
-    with Iiwa("127.0.0.1", robot.port) as telnet:
+    calls = {
+        "/scale_speed": [{"value": -3.0}],
+        "/set_io": [{"number": 3, "value": True}, {"number": 17, "value": True}],
+        "/get_io": [{"number": 3}, {"number": 99}],
+        "/stop_robot_right_now": [{}],
+        "/robot/get_digital_ios": [{"ios": [{"group_id": "DO", "pin_number": 3}]}],
+    }
+    told = terminal.python(
+        "import rosservice\n"
+        f"for name, requests in {calls}.items():\n"
+        "    for each in requests: print(name, *str(rosservice.call_service(name, [each])[1]).split())"
+    )
+    *others, ios = told.splitlines()
+    assert others == [
+        "/scale_speed",
+        "/set_io error: 0",
+        "/set_io error: 2",
+        "/get_io value: True error: 0",
+        "/get_io value: False error: 1",
+        "/stop_robot_right_now success: True message: ''",
+    ]
+    assert ios.startswith('/robot/get_digital_ios ios: - id: group_id: "DO" pin_number: 3 value: True ')
+    with Iiwa("127.0.0.1", shared_robot.port) as telnet:
         assert telnet.get_override() == 0.01
-    assert call("/set_io", "{number: 3, value: true}") == "error: 0"
-    assert call("/get_io", "number: 3") == "value: True\nerror: 0"
-    assert call("/get_io", "number: 99") == "value: False\nerror: 1"
-    assert call("/set_io", "{number: 17, value: true}") == "error: 2"
-    assert call("/stop_robot_right_now") == "success: True\nmessage: ''"
-    wanted = "ios: [{group_id: DO, pin_number: 3}]"
-    assert 'group_id: "DO"\n      pin_number: 3\n    value: True' in call("/robot/get_digital_ios", wanted)
+        telnet.set_override(1.0)
     code, said = terminal.runs("rosservice", "call", "/scale_speed", "value: .nan")
     assert code != 0
     assert "value: expected a finite number" in said
 
 
 @pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
-def test_lists_are_published_from_another_terminal(terminal: Terminal, robot: Process) -> None:
+def test_lists_are_published_from_another_terminal(terminal: Terminal, shared_robot: Process) -> None:
     commands = (
         f"commands: [{{command_id: 1, {PTP}, pose: [0.3, 0.3, 0, -1.2, 0, 1, 0], blending_type: '%', "
         f"blending: [0.1]}}, {{command_id: 2, {PTP}, pose: [0.6, 0.5, 0, -1.2, 0, 1, 0]}}, "
@@ -136,11 +184,13 @@ def test_lists_are_published_from_another_terminal(terminal: Terminal, robot: Pr
         ("3", "3000"),
     ]
     assert "command_type 'CIRC'" in results[2]["field.additional_information"]
-    with Iiwa("127.0.0.1", robot.port) as telnet:
+    with Iiwa("127.0.0.1", shared_robot.port) as telnet:
         assert telnet.get_joint_position() == pytest.approx([0.6, 0.5, 0, -1.2, 0, 1, 0], abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRA002")
+@pytest.mark.usefixtures("alone")
 def test_results_of_an_older_package_are_heard_by_its_clients(environment: Terminal) -> None:
     """The type of 2016 has no constants; a client that was built with it has another MD5 sum than today's."""
     definition = result_message(RESULT_TYPES[2016])
@@ -170,8 +220,8 @@ def test_results_of_an_older_package_are_heard_by_its_clients(environment: Termi
 
 
 @pytest.mark.requirement("FRA007", "FRA104", "FRA201")
-@pytest.mark.parametrize("topic", ["/joint_states", "/robot_status"])
-@pytest.mark.usefixtures("robot")
+@pytest.mark.parametrize("topic", ["/joint_states", pytest.param("/robot_status", marks=pytest.mark.slow)])
+@pytest.mark.usefixtures("shared_robot")
 def test_a_topic_comes_without_gaps(terminal: Terminal, topic: str) -> None:
     """How many ticks lie between two messages is in tests/ros/rmi/test_node.py."""
     said = terminal.says("rostopic", "echo", "-n100", "-p", f"{topic}/header/seq")
@@ -180,20 +230,25 @@ def test_a_topic_comes_without_gaps(terminal: Terminal, topic: str) -> None:
     assert numbers == list(range(numbers[0], numbers[0] + 100))
 
 
-@pytest.mark.usefixtures("robot")
+@pytest.mark.usefixtures("shared_robot")
 def test_every_state_can_be_echoed(terminal: Terminal) -> None:
-    said = {
-        topic: terminal.says("rostopic", "echo", "-n1", topic)
-        for topic, (_, rate_hz) in PUBLISHED.items()
-        if rate_hz
-    }
+    topics = [topic for topic, (_, rate_hz) in PUBLISHED.items() if rate_hz]
+    told = terminal.python(
+        "import rospy, rostopic\n"
+        "rospy.init_node('echo', anonymous=True, disable_rosout=True)\n"
+        f"for topic in {topics}:\n"
+        "    print(topic, *str(rospy.wait_for_message(topic, rostopic.get_topic_class(topic)[0])).split())"
+    )
+    said = dict(line.split(" ", 1) for line in told.splitlines())
+    assert list(said) == topics
     assert "effort: []" in said["/joint_states"]
-    assert re.search(r"^alpha: .*\nbeta: .*\ngamma: ", said["/tool_frame"], re.MULTILINE)
-    assert "in_motion: \n  val: 0" in said["/robot_status"]
-    assert said["/current_speed_scale"] == "data: 1.0\n---\n"
+    assert re.search("alpha: .* beta: .* gamma: ", said["/tool_frame"])
+    assert "in_motion: val: 0" in said["/robot_status"]
+    assert said["/current_speed_scale"] == "data: 1.0"
     assert said["/io_states"].count("pin_number") == 32
 
 
+@pytest.mark.slow
 def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(terminal: Terminal, robot: Process) -> None:
     """Lists as long as are taken, by publishers who do nothing else."""
     script = (
@@ -210,7 +265,8 @@ def test_a_flood_delays_neither_ticks_nor_others_nor_the_end(terminal: Terminal,
     _assert_others_are_served_during(script, terminal, robot)
 
 
-@pytest.mark.parametrize("persistent", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("persistent", [True, False])
 def test_a_flood_of_calls_delays_neither_ticks_nor_others_nor_the_end(
     terminal: Terminal, robot: Process, persistent: bool
 ) -> None:
@@ -230,6 +286,7 @@ def test_a_flood_of_calls_delays_neither_ticks_nor_others_nor_the_end(
     _assert_others_are_served_during(script, terminal, robot)
 
 
+@pytest.mark.slow
 def test_callers_that_vanish_before_their_answers_are_no_fault(terminal: Terminal, robot: Process) -> None:
     for _ in range(20):
         with caller(terminal, "/get_io", "robot_movement_interface/GetIO") as connection:
@@ -240,6 +297,7 @@ def test_callers_that_vanish_before_their_answers_are_no_fault(terminal: Termina
     assert _stops(robot) == ""
 
 
+@pytest.mark.slow
 def test_those_who_connect_and_say_nothing_keep_no_others_waiting(terminal: Terminal, robot: Process) -> None:
     """rospy would hear what one wants before it accepts the next."""
     for at in (terminal.service_at("/get_io"), terminal.node_at()):
@@ -252,9 +310,9 @@ def test_those_who_connect_and_say_nothing_keep_no_others_waiting(terminal: Term
     assert "Traceback" not in _stops(robot)
 
 
-@pytest.mark.parametrize(
-    "knocked_at", ["topics and services", pytest.param("XML-RPC", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("knocked_at", ["topics and services", "XML-RPC"])
+@pytest.mark.usefixtures("alone")
 def test_without_descriptors_the_node_waits_and_serves_again(environment: Terminal, knocked_at: str) -> None:
     """rospy's server of topics and services ends for good where it cannot accept; that of XML-RPC spins."""
     with_few = (
@@ -288,6 +346,7 @@ def test_without_descriptors_the_node_waits_and_serves_again(environment: Termin
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("alone")
 def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Terminal) -> None:
     """In quick time, so that all buffers are full after some seconds: 2.8 MB."""
     with running("--ros", "--clock", "30x") as robot:
@@ -325,7 +384,7 @@ def test_messages_that_are_none_are_refused_in_one_line(terminal: Terminal, robo
     assert "Traceback" not in log, log
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_at_the_end_the_master_forgets_the_node(
     terminal: Terminal, robot: Process, number: signal.Signals
 ) -> None:
@@ -359,7 +418,7 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
             assert anew.nodes_at("/joint_states") == []
 
 
-@pytest.mark.usefixtures("environment")
+@pytest.mark.usefixtures("alone")
 def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
     with running() as server:
         command = [*IIWA_SIM, "bridge", f"127.0.0.1:{server.port}", "--ros", "--rosbridge-port", "0"]
@@ -377,7 +436,7 @@ def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
                 bridge.kill()
 
 
-@pytest.mark.usefixtures("environment")
+@pytest.mark.usefixtures("alone")
 def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Terminal) -> None:
     script = (
         "import logging, sys\n"
@@ -402,7 +461,7 @@ def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Term
     assert done.stdout.splitlines() == 2 * [f"{terminal.master_uri} True", "gone"], done.stderr
 
 
-@pytest.mark.usefixtures("environment")
+@pytest.mark.usefixtures("alone")
 def test_a_process_starts_one_node() -> None:
     script = (
         "from iiwa_sim.simulator import Simulator\n"

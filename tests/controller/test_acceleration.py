@@ -71,7 +71,7 @@ class Robot(SteppedRobot):
 
 @pytest.mark.parametrize("arm", ARMS)
 @pytest.mark.parametrize("kind", ["joint", "ptp", "lin", "smart"])
-@settings(max_examples=8)
+@settings(max_examples=some(8))
 @given(share=st.floats(0.05, 1.0))
 def test_joints_keep_the_acceleration_asked_for(arm: str, kind: str, share: float) -> None:
     robot = Robot(arm)

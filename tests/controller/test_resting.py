@@ -30,6 +30,7 @@ from tests.asked import (
     lin_stiff_move,
     smart_joint_move,
 )
+from tests.samples import some
 from tests.stepped import ARMS
 
 TICK_S = 0.002
@@ -162,14 +163,14 @@ def assert_alike(name: str, seed: int, length: int) -> int:
 
 
 @pytest.mark.parametrize("name", ARMS)
-@settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=some(10), deadline=None, suppress_health_check=list(HealthCheck))
 @given(seed=st.integers(0, 2**32))
 def test_a_robot_that_leaves_out_its_rest_is_the_one_that_ticks_bit_for_bit(name: str, seed: int) -> None:
     assert_alike(name, seed, 12)
 
 
 @pytest.mark.slow
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=some(100), deadline=None, suppress_health_check=list(HealthCheck))
 @given(name=st.sampled_from(ARMS), seed=st.integers(0, 2**32))
 def test_a_robot_that_leaves_out_its_rest_in_many_long_programs(name: str, seed: int) -> None:
     assert_alike(name, seed, 40)

@@ -83,7 +83,7 @@ def test_down_onto_a_table(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=some(8), deadline=None)
 @given(name=names, speed=speeds, stiffness=stiffnesses, threshold=thresholds)
 def test_into_a_wall_from_the_side(
     name: str, kind: str, speed: float, stiffness: float, threshold: float
@@ -120,7 +120,7 @@ def test_onto_a_sphere_beside_its_top(
 
 
 @pytest.mark.parametrize("watched", ["x", "z"])
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=some(8), deadline=None)
 @given(
     name=names,
     speed=speeds,
@@ -139,7 +139,7 @@ def test_down_a_slant_with_friction(
     assert_touched(robot, way, way.touch(law, "xyz".index(watched), threshold))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=some(8), deadline=None)
 @given(
     name=names,
     speed=speeds,
@@ -168,7 +168,7 @@ def test_further_down_where_it_presses_already(
     assert_touched(robot, way, expected)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=some(8), deadline=None)
 @given(name=names, speed=speeds, share=st.floats(0.05, 0.8), push_n=st.sampled_from([5.1, -5.1, 300.0]))
 def test_a_push_in_mid_air(name: str, speed: float, share: float, push_n: float) -> None:
     robot = probe(name, table(name, 500.0, 1e4)[0])

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hunting import Hunt
+from tests.samples import some
 from tests.stepped import TOLERANCE, VELOCITY_TOLERANCE
 
 FOUND = {
@@ -41,7 +42,7 @@ def test_what_was_found_by_hunting_keeps_all_limits(seed: int) -> None:
 
 
 @pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=some(30), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_whatever_is_sent_keeps_all_limits(seed: int) -> None:
     hunt = Hunt(seed)

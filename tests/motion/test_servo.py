@@ -437,7 +437,7 @@ def test_a_circle_of_the_flange_is_followed(direct: bool, period_s: float, name:
 
 
 @pytest.mark.parametrize(("direct", "period_s"), STREAMS)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=some(8), deadline=None)
 @given(name=names, seed=st.integers(0, 1000))
 def test_a_stream_of_steps_breaks_no_limit_and_each_last_step_is_reached(
     direct: bool, period_s: float, name: str, seed: int

@@ -34,6 +34,7 @@ def test_ctest_starts_robots_and_passes(tmp_path: Path) -> None:
     assert "100% tests passed, 0 tests failed out of 3" in said
 
 
+@pytest.mark.slow
 def test_without_iiwa_sim_it_says_so(tmp_path: Path) -> None:
     client = tmp_path / "tests"
     run(program("c++"), "-std=c++17", f"-I{FOLDER.parent}", FOLDER / "driver_tests.cpp", "-o", client)

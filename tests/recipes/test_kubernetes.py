@@ -44,7 +44,7 @@ def manifests() -> list[dict[str, Any]]:
     return list(yaml.safe_load_all(built(FOLDER)))
 
 
-@pytest.mark.parametrize("version", VERSIONS)
+@pytest.mark.parametrize("version", [pytest.param(VERSIONS[0], marks=pytest.mark.slow), VERSIONS[1]])
 def test_they_are_of_the_published_schemas(version: str, tmp_path: Path) -> None:
     text = built(FOLDER)
     assert faults(text, version, tmp_path) == ""

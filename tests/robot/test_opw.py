@@ -64,6 +64,7 @@ def same_but_for_turns(a: Sequence[float] | None, b: Sequence[float], near: floa
     return max(abs(math.remainder(x - y, math.tau)) for x, y in zip(a, b, strict=True)) <= near
 
 
+@pytest.mark.sampled
 @pytest.mark.requirement("FRC005", "FRC006")
 def test_every_branch_of_random_poses_closes(arm: Arm) -> None:
     rng = np.random.default_rng(20)

@@ -16,7 +16,8 @@ def accept_patiently() -> None:
     """Patch all servers that rospy makes in this process.
 
     Without free descriptors, rospy's server of topics and services would end for good, and its XML-RPC server
-    would retry without a pause. The former would also accept nobody while a connected client sends no header.
+    would retry without a pause, as it would when rospy has closed it. The former would also accept nobody
+    while a connected client sends no header.
     """
     of_topics, of_xmlrpc = TCPServer._create_server_sock, ThreadingXMLRPCServer.get_request
 
@@ -28,6 +29,10 @@ def accept_patiently() -> None:
         try:
             return of_xmlrpc(server)
         except OSError as fault:
+            if (
+                server.socket.fileno() < 0
+            ):  # or its thread would spin, where the process goes on without a node
+                raise RuntimeError("rospy has closed its XML-RPC server") from fault
             wait_if_used_up(fault)
             raise
 

@@ -14,6 +14,7 @@ from iiwa_sim.motion.queue import chain_kernel, corner_kernel, motion_kernel, ro
 from iiwa_sim.motion.timing import clock_kernel, guess_kernel, loads_kernel, run_kernel, widths_kernel
 from iiwa_sim.motion.timing.rows import Rows
 from tests.interpreted import interpreted
+from tests.samples import some
 
 COMPILED = SimpleNamespace(
     chain=chain_kernel,
@@ -157,7 +158,7 @@ def test_a_chain_and_its_clock(seed: int) -> None:
         assert np.array_equal(one, other)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=some(30), deadline=None)
 @given(
     way=st.floats(1e-6, 10.0), velocity=st.floats(0.01, 10.0), acceleration=st.floats(0.1, 100.0),
     jerk=st.floats(1.0, 1e4),
@@ -174,7 +175,7 @@ def test_the_fastest_motion_over_a_way(way: float, velocity: float, acceleration
     assert np.allclose(end, [way, 0.0, 0.0], rtol=1e-9, atol=1e-9 * np.array([way, velocity, acceleration]))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=some(60), deadline=None)
 @given(exponents=st.lists(st.floats(-4.0, 1.0), min_size=3, max_size=3))
 def test_the_time_of_a_cell_is_exact_also_where_the_clock_comes_near_to_0(exponents: list[float]) -> None:
     c = 10.0 ** np.array(exponents)
