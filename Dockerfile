@@ -23,20 +23,23 @@ RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['p
         > libraries.txt \
     && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt
 
-# Headers, static libraries and tests go, a library under three names becomes links to one, symbols go.
-# The .pyc files stay: they halve the start.
+# Headers, static libraries, tests and what of numpy only its user would load go; a library under three names becomes
+# links to one. The .pyc files stay: they halve the start.
 WORKDIR /opt/iiwa-sim/lib/python/site-packages
-RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share numpy/f2py numpy/distutils \
+RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
+        numpy/distutils numpy/f2py numpy/fft numpy/ma numpy/polynomial numpy/testing \
     && find . -type d '(' -name include -o -name tests -o -name cmake -o -name pkgconfig ')' -prune -exec rm -rf {} + \
     && find . '(' -name '*.a' -o -name '*.pyi' ')' -delete \
-    && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix \
-    && find cmeel.prefix -type f -name '*.so*' -exec strip --strip-unneeded {} +
+    && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix
 
-# Isolated (-I), the check imports what is installed; otherwise the checkout in /src comes first.
+# Libraries that nobody maps go, Assimp's stand-in takes its place, symbols go (but not of what numpy.libs has: strip
+# leaves those misaligned). Isolated (-I), the check imports what is installed; otherwise the checkout in /src comes first.
 WORKDIR /src
 COPY . .
 RUN /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
     && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py \
+    && /opt/iiwa-sim/bin/python -I tools/stand_in.py libassimp.so Assimp \
+    && find /opt/iiwa-sim -type f -name '*.so*' -not -path '*/numpy.libs/*' -exec strip --strip-unneeded {} + \
     && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py --check \
     && /opt/iiwa-sim/bin/pip uninstall --yes setuptools pip \
     && rm -f /opt/iiwa-sim/lib/python/site-packages/*.dist-info/RECORD
@@ -78,11 +81,16 @@ ENTRYPOINT ["iiwa-sim"]
 
 
 # docker build --target ros: a node of ROS 1, with a master and the tools to try it with. Debian 12 has these packages.
+# What they bring for C++ is not unpacked: nodes and tools in Python map none of it.
 FROM robot AS ros
 
 USER 0
 # hadolint ignore=DL3008
-RUN apt-get update \
+RUN printf 'path-exclude=%s\n' \
+        '/usr/lib/*/libicu*' '/usr/lib/*/libboost*' '/usr/lib/*/liblog4cxx*' '/usr/lib/*/libroscpp*' \
+        '/usr/share/doc/libicu*' '/usr/share/doc/libboost*' '/usr/share/doc/liblog4cxx*' \
+        '/usr/share/locale/*' '/usr/share/man/*' '/usr/share/info/*' > /etc/dpkg/dpkg.cfg.d/python-only \
+    && apt-get update \
     && apt-get install --yes --no-install-recommends \
         python3-rosmaster python3-rospy python3-rosservice python3-rostopic python3-sensor-msgs python3-std-srvs \
     && apt-get clean \

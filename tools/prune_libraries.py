@@ -1,13 +1,15 @@
 """Deletes shared libraries that a server never maps: `python tools/prune_libraries.py`, within an image.
 
 Pinocchio brings all of Boost, and numpy its test modules. Libraries are kept if they are loaded by all
-modules of iiwa_sim and by a robot that moves with noise. `--check` loads all of that again and deletes
-nothing.
+modules of iiwa_sim, by a robot that moves with noise and by a user's own, whose links have meshes. `--check`
+loads all of that again and deletes nothing.
 """
 
 import importlib
 import pkgutil
 import sys
+import tempfile
+from importlib.resources import files
 from pathlib import Path
 
 LACKING = {
@@ -25,6 +27,7 @@ LACKING = {
     "rospy",
 }
 """Libraries of extras that an image does not have; modules that need them are not loaded."""
+MESH = '<geometry><mesh filename="package://nowhere/arm.stl"/></geometry>'
 
 
 def main() -> None:
@@ -35,7 +38,7 @@ def main() -> None:
 
 
 def load_all() -> None:
-    """Import every module, and move a robot with noise, either of which may load libraries late."""
+    """Import every module, and move robots, one with noise: any of that may load libraries late."""
     iiwa_sim = importlib.import_module("iiwa_sim")
     for module in pkgutil.walk_packages(iiwa_sim.__path__, "iiwa_sim."):
         if module.name == "iiwa_sim.__main__":
@@ -45,16 +48,31 @@ def load_all() -> None:
         except ModuleNotFoundError as fault:
             if (fault.name or "").partition(".")[0] not in LACKING:
                 raise
-    for name in ("numpy.random", "numpy.linalg", "numpy.fft"):
+    for name in ("numpy.random", "numpy.linalg"):
         importlib.import_module(name)
     noise = importlib.import_module("iiwa_sim.contact.noise")
     noise.Noise(noise.NoiseLevels(1, 1.0, 1.0, 1.0), 7).wrench  # noqa: B018  it is drawn when it is asked for
     simulator = importlib.import_module("iiwa_sim.simulator")
     client = importlib.import_module("iiwa_sim.client")
     options = {"clock": "stepped", "backdoor_http_port": 0, "rosbridge_port": 0}
-    with simulator.Simulator(**options) as robot, client.Iiwa(robot.host, robot.port) as driver:
-        driver.joint_move((0.1,) * 7, (0.5,) * 7)
-        robot.run_until_stopped()
+    with tempfile.TemporaryDirectory() as folder:
+        for kind in ({}, {"robot": with_meshes(Path(folder))}):
+            with (
+                simulator.Simulator(**options, **kind) as robot,
+                client.Iiwa(robot.host, robot.port) as driver,
+            ):
+                driver.joint_move((0.1,) * 7, (0.5,) * 7)
+                robot.run_until_stopped()
+
+
+def with_meshes(folder: Path) -> str:
+    """A robot that Pinocchio has to read, unlike those that come along, with a mesh for each of its links."""
+    of = files("iiwa_sim.robots") / "lbr_iiwa_7_r800"
+    meshes = f"<visual>{MESH}</visual><collision>{MESH}</collision></link>"
+    urdf = (of / "robot.urdf").read_text().replace("</link>", meshes)
+    (folder / "robot.urdf").write_text(urdf)
+    (folder / "robot.toml").write_text((of / "robot.toml").read_text())
+    return str(folder)
 
 
 def delete_unmapped(packages: Path) -> int:
