@@ -36,7 +36,10 @@ RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
 # leaves those misaligned). Isolated (-I), the check imports what is installed; otherwise the checkout in /src comes first.
 WORKDIR /src
 COPY . .
-RUN /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
+# Git is not in here to tell the version; where nobody does, setuptools-scm takes that of pyproject.toml.
+ARG VERSION
+RUN SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM="${VERSION}" \
+        /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
     && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py \
     && /opt/iiwa-sim/bin/python -I tools/stand_in.py libassimp.so Assimp \
     && find /opt/iiwa-sim -type f -name '*.so*' -not -path '*/numpy.libs/*' -exec strip --strip-unneeded {} + \

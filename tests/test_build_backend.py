@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import re
 import runpy
@@ -106,17 +107,48 @@ def test_the_gate_of_the_changelog(file: str, message: str, code: int, tmp_path:
     assert done.stderr.count("\n") == code
 
 
-def test_a_tag_has_to_be_the_version_with_a_section_in_the_changelog(tmp_path: Path) -> None:
+def test_a_tag_has_to_have_a_section_in_the_changelog(tmp_path: Path) -> None:
     (tmp_path / ".ci").mkdir()
     shutil.copy(ROOT / ".ci" / "version", tmp_path / ".ci")
 
-    def told(version: str, section: str) -> str:
-        (tmp_path / "pyproject.toml").write_text(f'[project]\nversion = "{version}"\n')
+    def told(section: str) -> str:
         (tmp_path / "CHANGELOG.md").write_text(f"# Changelog\n\n## {section}\n\n- A line.\n\n## 0.1.0\n")
         words = [str(tmp_path / ".ci" / "version"), "1.2.3"]
         return subprocess.run(words, capture_output=True, text=True, check=False).stderr
 
-    assert told("1.2.3", "1.2.3 (2026-12-01)") == ""
-    assert told("1.2.2", "1.2.3 (2026-12-01)") == "the tag says 1.2.3, pyproject.toml 1.2.2\n"
-    assert told("1.2.3", "1.2.2") == "the tag says 1.2.3, the newest section of CHANGELOG.md is 1.2.2\n"
-    assert told("1.2.3", "1.2.3 (unreleased)") == "CHANGELOG.md still calls 1.2.3 unreleased\n"
+    assert told("1.2.3 (2026-12-01)") == ""
+    assert told("1.2.2") == "the tag says 1.2.3, the newest section of CHANGELOG.md is 1.2.2\n"
+    assert told("1.2.3 (unreleased)") == "CHANGELOG.md still calls 1.2.3 unreleased\n"
+
+
+def version_of(folder: Path, pretended: str = "") -> str:
+    """Of what setuptools would build there."""
+    words = [sys.executable, "-c", "from setuptools import setup; setup(packages=[])", "--version"]
+    here = {**os.environ, "SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM": pretended}
+    done = subprocess.run(
+        words, cwd=folder, env=here, capture_output=True, text=True, timeout=DEADLINE_S, check=True
+    )
+    return done.stdout.split()[-1]
+
+
+def test_the_version_is_that_of_a_tag_also_where_there_is_none(tmp_path: Path) -> None:
+    source = tmp_path / "source"
+    source.mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, source)
+    fallback = PROJECT["tool"]["setuptools_scm"]["fallback_version"]
+    assert fallback.endswith(".dev0")
+    assert version_of(source) == fallback, "an archive, or what an image is built of"
+    assert version_of(source, "v1.2.3") == "1.2.3", "what the workflow of a release says"
+    git(source, "init", "--initial-branch", "main")
+    git(source, "config", "user.name", "a")
+    git(source, "config", "user.email", "a@example.org")
+    git(source, "add", ".")
+    git(source, "commit", "--message", "first")
+    assert ".dev" in version_of(source)
+    git(source, "tag", "v1.2.3")
+    assert version_of(source) == "1.2.3"
+    git(source, "commit", "--allow-empty", "--message", "second")
+    assert version_of(source).startswith("1.2.4.dev1+g")
+    git(tmp_path, "clone", "--depth", "1", "--no-tags", source.as_uri(), "shallow")
+    assert ".dev" in version_of(tmp_path / "shallow")

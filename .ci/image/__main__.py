@@ -12,7 +12,6 @@ import re
 import subprocess
 import sys
 import tempfile
-import tomllib
 from pathlib import Path
 
 import base
@@ -94,11 +93,14 @@ def _understood_by(builder: Engine, scratch: Path) -> Path:
 
 
 def _labels() -> list[str]:
-    version = tomllib.loads((SOURCE / "pyproject.toml").read_text())["project"]["version"]
-    commit = subprocess.run(
-        ["git", "-C", str(SOURCE), "rev-parse", "HEAD"], capture_output=True, text=True, check=False
-    ).stdout.strip()
-    return ["--build-arg", f"VERSION={version}", "--build-arg", f"REVISION={commit}"]
+    tag = _git("describe", "--tags", "--exact-match", "--match=v*")  # none where this is no release
+    return ["--build-arg", f"VERSION={tag}", "--build-arg", f"REVISION={_git('rev-parse', 'HEAD')}"]
+
+
+def _git(*words: str) -> str:
+    """What git prints of the source; nothing where it cannot."""
+    command = ["git", "-C", str(SOURCE), *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
 
 
 if __name__ == "__main__":
