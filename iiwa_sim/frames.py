@@ -16,7 +16,7 @@ Quaternion = tuple[float, float, float, float]
 """A unit quaternion x, y, z, w."""
 
 # Closer to beta = +-90 deg than this (rad), alpha and gamma turn about one axis and their split is noise.
-_GIMBAL_LOCK = 5e-13
+GIMBAL_LOCK = 5e-13
 
 
 class Transform(NamedTuple):
@@ -147,7 +147,7 @@ def euler_from_rotation(rotation: Rotation) -> Vector:
     """
     r00, r01, r02, r10, r11, r12, r20, _, _ = rotation
     cos_beta = hypot(r00, r10)
-    if cos_beta < _GIMBAL_LOCK:
+    if cos_beta < GIMBAL_LOCK:
         return (_half_open(atan2(-r01, r11)), atan2(-r20, cos_beta), 0.0)
     sa, ca = r10 / cos_beta, r00 / cos_beta
     gamma = atan2(sa * r02 - ca * r12, ca * r11 - sa * r01)

@@ -148,6 +148,12 @@ class ExternalLoad:
             torques = tuple(a + b for a, b in zip(torques, self._noise.joint_torques, strict=True))
         return torques
 
+    def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
+        """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
+        if self._touch is NO_WRENCH and self._wrench is NO_WRENCH and self._noise is None:
+            return NO_WRENCH, self._joint_push
+        return self.cartesian_force(), self.joint_torques(joints)
+
     def _acting(self) -> Wrench:
         if self._touch is NO_WRENCH:
             return self._wrench

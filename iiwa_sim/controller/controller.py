@@ -16,6 +16,7 @@ from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
 from iiwa_sim.controller.motions import Planned
 from iiwa_sim.controller.moves import Moves
+from iiwa_sim.controller.reading import Reading, read
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
 from iiwa_sim.controller.trajectories import Progress, Trajectories, TrajectoryEnded
@@ -225,10 +226,9 @@ class Controller:
         """Joint positions (rad)."""
         return self._core.motions.joints
 
-    @property
-    def joints_before(self) -> Joints:
-        """Joint positions (rad) a tick ago."""
-        return self._core.joints_before
+    def reading(self) -> Reading:
+        """What the state follows from, for who wants it in each tick."""
+        return read(self._core, self.io)
 
     @property
     def override(self) -> float:

@@ -1,11 +1,13 @@
 """What is put into a recording, made the messages of its channels: in the thread that writes them."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import msgspec
 
+from iiwa_sim.controller.reading import Reading
 from iiwa_sim.dialect.wire.dialogue import DialogueLine
-from iiwa_sim.recordings.state import Reading, StateLines
+from iiwa_sim.recordings.state import StateLines
 from iiwa_sim.recordings.views import Views
 from iiwa_sim.recordings.writer import Message
 
@@ -15,13 +17,22 @@ READING_BYTES = 1200
 _LINE_BYTES = 300  # of a line of the dialogue, beside its text
 
 
+class Block(NamedTuple):
+    """States of some ticks, one after the other."""
+
+    readings: list[Reading]
+    real_ns: list[int]
+    """Of each of them, since 1970."""
+
+
 class Told(NamedTuple):
     """Something to be recorded, as the robot's thread hands it over: with as little work as can be."""
 
     topic: str
-    content: bytes | Reading | DialogueLine
+    content: bytes | Block | DialogueLine
     """bytes are a message as it is."""
     tick: int
+    """Of a block that of its first state."""
     real_ns: int
     """Since 1970."""
 
@@ -29,8 +40,8 @@ class Told(NamedTuple):
     def size(self) -> int:
         """Bytes that it takes until it is written, about."""
         content = self.content
-        if isinstance(content, Reading):
-            return READING_BYTES
+        if isinstance(content, Block):
+            return READING_BYTES * len(content.readings)
         if isinstance(content, bytes):
             return len(content)
         return len(content.text) + len(content.reason) + _LINE_BYTES
@@ -49,17 +60,23 @@ class Contents:
         self._began_ns = began_ns
         self._encode = msgspec.json.Encoder().encode
 
-    def made(self, told: Told) -> list[Message]:
+    def made(self, told: Told) -> Iterator[Message]:
         """The messages that something becomes."""
         topic, content, tick, real_ns = told
-        if isinstance(content, Reading):
-            data = self._lines.line(content, tick)
+        if isinstance(content, Block):
+            lines = self._lines.lines(content.readings)
+            for line, reading, when_ns in zip(lines, content.readings, content.real_ns, strict=True):
+                yield from self._with_views(topic, line, reading.tick, when_ns)
         elif isinstance(content, bytes):
-            data = content
+            yield from self._with_views(topic, content, tick, real_ns)
         else:
             data = self._encode(self._said(content, real_ns))
+            yield Message(topic, data, self.log_ns(tick), real_ns)
+
+    def _with_views(self, topic: str, data: bytes, tick: int, real_ns: int) -> Iterator[Message]:
         message = Message(topic, data, self.log_ns(tick), real_ns)
-        return [message, *self._views.expand(message)]
+        yield message
+        yield from self._views.expand(message)
 
     def log_ns(self, tick: int) -> int:
         """The time of a tick in the file."""

@@ -7,6 +7,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import SUCCESS
 from iiwa_sim.controller.modes import Mode
+from iiwa_sim.controller.reading import Reading
 
 
 class Event(NamedTuple):
@@ -57,6 +58,7 @@ class Watch:
         self._begun = controller.accepted  # moves up to this number have begun, or are of no interest
         self._touches = controller.load.touching
         self._in_error = bool(controller.status().in_error)
+        self._signs: tuple[object, ...] = ()
         controller.endings.listeners.append(self._ended)
 
     def close(self) -> None:
@@ -90,9 +92,12 @@ class Watch:
             self._pace = pace
             self._tell(Event(CLOCK, pace))
 
-    def ticked(self) -> None:
-        """A tick has been made."""
-        self.look()
+    def ticked(self, reading: Reading) -> None:
+        """A tick has been made, after which the robot was read."""
+        signs = (reading.accepted, reading.under_way, reading.touching, reading.mode)
+        if signs != self._signs or self._in_error:  # which is not so in most ticks
+            self._signs = signs
+            self.look()
         # A servo's target or a stiffness move has no other sign of its beginning.
         if self._begun < self._accepted and self._mode is not Mode.NORMAL:
             move = self._accepted

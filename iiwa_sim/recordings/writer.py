@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -65,7 +65,7 @@ class Writer(Generic[T]):
     that takes no more, such as on a full disk, ends the recording with one line in the log.
     """
 
-    def __init__(self, path: Path, file: McapFile, make: Callable[[T], list[Message]]) -> None:
+    def __init__(self, path: Path, file: McapFile, make: Callable[[T], Iterable[Message]]) -> None:
         """`make` makes messages of what is put, in the thread; `path` names the file in the log."""
         self.lost = 0
         """Messages, so far."""
@@ -149,15 +149,12 @@ class Writer(Generic[T]):
                 taken = list(self._waiting)
                 self._waiting.clear()
                 closed = self._closed
-            for count, message in enumerate(taken, 1):
-                for made in self._make(message):
-                    self._add(made)
-                if count % _AT_ONCE == 0:
-                    self._taken(sum(each.size for each in taken[count - _AT_ONCE : count]))
-                    if not closed:
+            for each in taken:
+                for message in self._make(each):
+                    self._add(message)
+                    if self._number % _AT_ONCE == 0 and not closed:
                         time.sleep(_TURN_S)
-            rest = len(taken) % _AT_ONCE
-            self._taken(sum(each.size for each in taken[len(taken) - rest :]))
+                self._taken(each.size)
             dirty = dirty or bool(taken)
             if dirty and time.monotonic() - flushed_s > FLUSH_S:
                 self._file.flush()
