@@ -67,7 +67,7 @@ def _figures(blocks: int) -> list[Figure]:
             "%",
             at_most=3,
             kind=Kind.CPU,
-            margin=10,  # missed beside other work: 6 to 10, with cold caches 500 times a second
+            margin=4,  # missed beside other work: 4.7, with cold caches 500 times a second
         ),
         Figure(
             "a recording at 500 Hz: a minute of motion",

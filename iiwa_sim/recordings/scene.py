@@ -2,6 +2,7 @@
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
+from math import cos, sin
 from typing import Any, NamedTuple
 
 from iiwa_sim.backdoor.described import DescribedMove
@@ -10,11 +11,11 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import (
     IDENTITY,
     Frame,
+    Quaternion,
     Transform,
     Vector,
     compose,
     quaternion_from_rotation,
-    rotation_about,
     transform_from_euler,
 )
 
@@ -39,7 +40,10 @@ Message = dict[str, Any]
 class _Joint(NamedTuple):
     parent: str
     child: str
-    origin: Transform
+    translation: Message
+    """From the parent (m)."""
+    rotation: Quaternion
+    """In the parent, with the joint at zero."""
     axis: Vector
     place: int | None
     """Among the robot's joints; None for a fixed one."""
@@ -69,11 +73,18 @@ class Arm:
         time = stamp(ns)
         transforms = []
         for joint in self._joints:
-            pose = joint.origin
-            if joint.place is not None:
-                turn = Transform(rotation_about(joint.axis, q[joint.place]), IDENTITY.translation)
-                pose = compose(pose, turn)
-            transforms.append(_transform(time, joint.parent, joint.child, pose))
+            turned = (
+                joint.rotation if joint.place is None else _turned(joint.rotation, joint.axis, q[joint.place])
+            )
+            transforms.append(
+                {
+                    "timestamp": time,
+                    "parent_frame_id": joint.parent,
+                    "child_frame_id": joint.child,
+                    "translation": joint.translation,
+                    "rotation": _rounded_quaternion(turned),
+                }
+            )
         for name, frame in ((TCP, tcp), (GOAL, goal)):
             transforms.append(_transform(time, self.base, name, frame.to_transform()))
         return {"transforms": transforms}
@@ -131,7 +142,15 @@ def _joint(joint: ET.Element, names: Sequence[str]) -> _Joint:
     length = (x * x + y * y + z * z) ** 0.5
     name = joint.get("name", "")
     place = names.index(name) if name in names else None
-    return _Joint(link("parent"), link("child"), _origin(joint), (x / length, y / length, z / length), place)
+    origin = _origin(joint)
+    return _Joint(
+        link("parent"),
+        link("child"),
+        _rounded_vector(origin),
+        quaternion_from_rotation(origin.rotation),
+        (x / length, y / length, z / length),
+        place,
+    )
 
 
 def _origin(parent: ET.Element) -> Transform:
@@ -211,7 +230,7 @@ def _transform(time: Message, parent: str, child: str, pose: Transform) -> Messa
         "timestamp": time,
         "parent_frame_id": parent,
         "child_frame_id": child,
-        "translation": _vector([round(value, DIGITS) for value in pose.translation]),
+        "translation": _rounded_vector(pose),
         "rotation": _quaternion(pose),
     }
 
@@ -224,6 +243,28 @@ def _vector(values: Sequence[float]) -> Message:
     return dict(zip("xyz", values, strict=True))
 
 
+def _rounded_vector(pose: Transform) -> Message:
+    return _vector([round(value, DIGITS) for value in pose.translation])
+
+
 def _quaternion(pose: Transform) -> Message:
-    numbers = [round(value, DIGITS) for value in quaternion_from_rotation(pose.rotation)]
-    return dict(zip("xyzw", numbers, strict=True))
+    return _rounded_quaternion(quaternion_from_rotation(pose.rotation))
+
+
+def _rounded_quaternion(quaternion: Quaternion) -> Message:
+    x, y, z, w = quaternion
+    return {"x": round(x, DIGITS), "y": round(y, DIGITS), "z": round(z, DIGITS), "w": round(w, DIGITS)}
+
+
+def _turned(quaternion: Quaternion, axis: Vector, angle: float) -> Quaternion:
+    """A rotation, and then a turn about an axis in its inner frame, with w >= 0."""
+    x, y, z, w = quaternion
+    sine, c = sin(0.5 * angle), cos(0.5 * angle)
+    a, b, d = sine * axis[0], sine * axis[1], sine * axis[2]
+    found = (
+        w * a + x * c + y * d - z * b,
+        w * b - x * d + y * c + z * a,
+        w * d + x * b - y * a + z * c,
+        w * c - x * a - y * b - z * d,
+    )
+    return found if found[3] >= 0.0 else (-found[0], -found[1], -found[2], -found[3])

@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
@@ -22,7 +22,8 @@ FLUSH_S = 0.3
 PATIENCE_S = 1.0
 """So long a file may take nothing, before who can wait, and the end of the recording, wait no longer."""
 THREAD_NAME = "iiwa-sim-recording"
-_AT_ONCE = 8  # messages, some 0.2 ms: then the other threads get their turn
+_TAKEN_BYTES = 512 * 1024  # so that who waits for room gets some soon
+_AT_ONCE = 16  # messages, some 0.2 ms: then the other threads get their turn
 _TURN_S = 5e-5
 
 logger = logging.getLogger(__name__)
@@ -53,9 +54,9 @@ class Sized(Protocol):
 T = TypeVar("T", bound=Sized)
 
 
-def as_it_is(message: Message) -> list[Message]:
-    """What a message becomes that is one already."""
-    return [message]
+def as_they_are(messages: Sequence[Message]) -> Sequence[Message]:
+    """What messages become that are some already."""
+    return messages
 
 
 class Writer(Generic[T]):
@@ -65,8 +66,8 @@ class Writer(Generic[T]):
     that takes no more, such as on a full disk, ends the recording with one line in the log.
     """
 
-    def __init__(self, path: Path, file: McapFile, make: Callable[[T], Iterable[Message]]) -> None:
-        """`make` makes messages of what is put, in the thread; `path` names the file in the log."""
+    def __init__(self, path: Path, file: McapFile, make: Callable[[Sequence[T]], Iterable[Message]]) -> None:
+        """`make` makes messages of what was put, in the thread; `path` names the file in the log."""
         self.lost = 0
         """Messages, so far."""
         self._path = path
@@ -144,17 +145,16 @@ class Writer(Generic[T]):
         flushed_s, dirty = time.monotonic(), False
         while True:
             with self._changed:
-                if not self._waiting and not self._closed:
+                if not self._closed and self._waiting_bytes <= MOST_BYTES // 4:
                     self._changed.wait(PERIOD_S)
-                taken = list(self._waiting)
-                self._waiting.clear()
+                taken, size = self._next()
                 closed = self._closed
-            for each in taken:
-                for message in self._make(each):
-                    self._add(message)
-                    if self._number % _AT_ONCE == 0 and not closed:
-                        time.sleep(_TURN_S)
-                self._taken(each.size)
+            for message in self._make(taken):
+                self._number += 1
+                self._file.add(message.topic, message.data, message.log_ns, message.publish_ns, self._number)
+                if self._number % _AT_ONCE == 0 and not closed:
+                    time.sleep(_TURN_S)
+            self._taken(size)
             dirty = dirty or bool(taken)
             if dirty and time.monotonic() - flushed_s > FLUSH_S:
                 self._file.flush()
@@ -162,9 +162,14 @@ class Writer(Generic[T]):
             if closed and not taken:
                 return
 
-    def _add(self, message: Message) -> None:
-        self._number += 1
-        self._file.add(message.topic, message.data, message.log_ns, message.publish_ns, self._number)
+    def _next(self) -> tuple[list[T], int]:
+        """Of what waits, in its order, as much as is made and written at a time; and its bytes."""
+        taken: list[T] = []
+        size = 0
+        while self._waiting and size < _TAKEN_BYTES:
+            taken.append(self._waiting.popleft())
+            size += taken[-1].size
+        return taken, size
 
     def _taken(self, size: int) -> None:
         with self._changed:

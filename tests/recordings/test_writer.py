@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.recordings.mcap_file import Head, McapFile
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import STATE
-from iiwa_sim.recordings.writer import MOST_BYTES, Message, Writer, as_it_is
+from iiwa_sim.recordings.writer import MOST_BYTES, Message, Writer, as_they_are
 from tests.processes import killed_unless_done, running
 from tests.recordings.recorded import FAR, contents
 from tests.talking import DEADLINE_S
@@ -51,7 +52,7 @@ def slow(tmp_path: Path) -> Slow:
 
 
 def test_a_file_that_takes_nothing_holds_nobody_up(slow: Slow, caplog: pytest.LogCaptureFixture) -> None:
-    writer = Writer(Path("a.mcap"), slow, as_it_is)
+    writer = Writer(Path("a.mcap"), slow, as_they_are)
     writer.put(message(0))
     assert slow.asked.wait(DEADLINE_S)
     many = MOST_BYTES // len(BIG) + 100
@@ -73,7 +74,7 @@ def test_a_file_that_takes_nothing_holds_nobody_up(slow: Slow, caplog: pytest.Lo
 
 
 def test_in_haste_a_tick_waits_for_the_file_and_nothing_is_lost(slow: Slow) -> None:
-    writer = Writer(Path("a.mcap"), slow, as_it_is)
+    writer = Writer(Path("a.mcap"), slow, as_they_are)
     many = 3 * MOST_BYTES // len(BIG)
     slow.goes_on.set()
     for number in range(many):
@@ -87,7 +88,7 @@ def test_in_haste_nobody_waits_for_ever(
     slow: Slow, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr("iiwa_sim.recordings.writer.PATIENCE_S", 0.01)
-    writer = Writer(Path("a.mcap"), slow, as_it_is)
+    writer = Writer(Path("a.mcap"), slow, as_they_are)
     for number in range(2 * MOST_BYTES // len(BIG)):
         writer.put(message(number, BIG), can_wait=True)
     assert writer.lost
@@ -100,7 +101,7 @@ def test_in_haste_nobody_waits_for_ever(
 def test_a_disk_that_fills_up_ends_the_recording_with_one_line(
     slow: Slow, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    writer = Writer(Path("a.mcap"), slow, as_it_is)
+    writer = Writer(Path("a.mcap"), slow, as_they_are)
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
@@ -184,7 +185,7 @@ def test_what_kills_the_process_costs_less_than_a_second(tmp_path: Path) -> None
 
 def test_what_was_recorded_is_in_the_file_soon_without_more(tmp_path: Path) -> None:
     """Also where too little is said to fill a chunk."""
-    writer = Writer(Path("a.mcap"), McapFile(tmp_path / "a.mcap", HEAD), as_it_is)
+    writer = Writer(Path("a.mcap"), McapFile(tmp_path / "a.mcap", HEAD), as_they_are)
     writer.put(message(0))
     end_s = time.monotonic() + DEADLINE_S
     while not list(Recorded(tmp_path / "a.mcap").messages((STATE,))):
@@ -197,7 +198,7 @@ def test_what_was_recorded_is_in_the_file_soon_without_more(tmp_path: Path) -> N
 def test_a_fault_of_ours_in_the_thread_is_told_and_leaves_the_robot_alone(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    def fails(_: Message) -> list[Message]:
+    def fails(_: Sequence[Message]) -> list[Message]:
         raise KeyError("ours")
 
     writer = Writer(Path("a.mcap"), McapFile(tmp_path / "a.mcap", HEAD), fails)
