@@ -230,6 +230,7 @@ class Simulator(LoopOrThread):
         self._ros: RosSide | None = None
         if rosbridge_port is not None or ros:
             from iiwa_sim.ros import side
+            from iiwa_sim.ros.arm.arm import LocalArm
             from iiwa_sim.ros.rmi.local import LocalRobot
 
             self._ros = side.RosSide(
@@ -244,6 +245,7 @@ class Simulator(LoopOrThread):
                 on_heard=self._heed,
                 budget=budget,
                 access=WebAccess(rosbridge_origins, rosbridge_hosts),
+                arm=LocalArm(self._controller),
             )
 
     @property

@@ -11,7 +11,7 @@ from iiwa_sim.cli.parsing import Error, Parser, whole
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
-from iiwa_sim.ros.conventions import RESULT_TYPES, Conventions, Reference
+from iiwa_sim.ros.conventions import RESULT_TYPES, Conventions, Reference, Stamps
 from iiwa_sim.serve.listening import why
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
@@ -141,9 +141,20 @@ def add_ros_conventions(parser: Parser) -> None:
     )
 
 
+def add_ros_stamps(parser: Parser) -> None:
+    parser.add_argument(
+        "--ros-stamps",
+        choices=[each.value for each in Stamps],
+        default=Stamps.REAL.value,
+        help="the time in headers: real, or simulated as on /clock, for nodes with use_sim_time and for "
+        "clocks other than real (default: %(default)s)",
+    )
+
+
 def ros_conventions(options: argparse.Namespace) -> Conventions:
-    """The conventions of the options of `add_ros_conventions`."""
-    return Conventions(RESULT_TYPES[options.ros_result], Reference(options.ros_reference))
+    """The conventions of the options of `add_ros_conventions` and, where it was added, `add_ros_stamps`."""
+    stamps = getattr(options, "ros_stamps", Stamps.REAL.value)
+    return Conventions(RESULT_TYPES[options.ros_result], Reference(options.ros_reference), Stamps(stamps))
 
 
 def add_rate(parser: Parser, default: int | None = DEFAULT_RATE_HZ) -> None:

@@ -14,6 +14,7 @@ from iiwa_sim.cli.options import (
     add_robot,
     add_ros,
     add_ros_conventions,
+    add_ros_stamps,
     add_rosbridge,
     check_robot,
     secret_in,
@@ -181,6 +182,7 @@ def server_parser() -> Parser:
     add_rosbridge(parser)
     add_ros(parser)
     add_ros_conventions(parser)
+    add_ros_stamps(parser)
     parser.add_argument(
         "--backdoor-port",
         type=whole(0, MAX_PORT),

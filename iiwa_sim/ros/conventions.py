@@ -34,11 +34,20 @@ class Reference(Enum):
     """The pose is in the base already: drag&bot's frame publisher transforms it and leaves the fields."""
 
 
+class Stamps(Enum):
+    """The time that goes into headers, and with which the stamps of trajectories are compared."""
+
+    REAL = "real"
+    SIMULATED = "simulated"
+    """That of /clock, for nodes with use_sim_time."""
+
+
 class Conventions(NamedTuple):
     """The conventions of one robot."""
 
     result: ResultType = ResultType.YEAR_2024
     reference: Reference = Reference.APPLY
+    stamps: Stamps = Stamps.REAL
 
 
 TODAYS = Conventions()

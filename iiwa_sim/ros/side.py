@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.conventions import TODAYS, Conventions
+from iiwa_sim.ros.arm.arm import Arm
+from iiwa_sim.ros.arm.joint_level import JointLevel
+from iiwa_sim.ros.conventions import TODAYS, Conventions, Stamps
 from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.ros.rmi.robot import Robot
@@ -50,26 +52,46 @@ class RosSide:
         on_heard: Callable[[], None],
         budget: Budget | None = None,
         access: WebAccess | None = None,
+        arm: Arm | None = None,
     ) -> None:
-        """`on_heard` is called after a message that may have started a command.
+        """With an `arm` there is the joint level of ROS 2, too.
+
+        `on_heard` is called after a message that may
+        have started a command.
 
         `budget` may be shared with other servers of the loop; `access` tells which web pages may use
         rosbridge.
         """
         budget = budget or Budget()
-        self._node = Node(robot, time.time_ns, tick_rate_hz, log, conventions)
-        self.tick = self._node.step
-        """To be called after every tick."""
-        self.skip = self._node.skip
-        """To be called with how many ticks a robot at rest has made at once, when nobody was `watching`."""
+        now_ns = time.time_ns
+        if arm is not None and conventions.stamps is Stamps.SIMULATED:
+            own = arm
+
+            def now_ns() -> int:
+                return round(1e9 * own.time_s)
+
+        self._node = Node(robot, now_ns, tick_rate_hz, log, conventions)
+        self._arm = None if arm is None else JointLevel(arm, now_ns, tick_rate_hz, log)
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None
         if rosbridge_port is not None:
             secret = None if rosbridge_secret is None else Secret(rosbridge_secret, time.time_ns)
-            front = partial(_rosbridge, self._node, log, (host, rosbridge_port), secret, on_heard)
+            front = partial(_rosbridge, self._node, self._arm, log, (host, rosbridge_port), secret, on_heard)
             self._rosbridge = front(budget, access or WebAccess())
         if rospy:
             self._ros1 = _ros1(self._node, log, on_heard, budget)
+
+    def tick(self) -> None:
+        """To be called after every tick."""
+        self._node.step()
+        if self._arm is not None:
+            self._arm.step()
+
+    def skip(self, ticks: int) -> None:
+        """To be called with how many ticks a robot at rest has made at once, when nobody was `watching`."""
+        self._node.skip(ticks)
+        if self._arm is not None:
+            self._arm.skip(ticks)
 
     async def start(self) -> None:
         """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
@@ -96,7 +118,7 @@ class RosSide:
     @property
     def watching(self) -> bool:
         """Whether somebody hears a topic, or a command waits: each tick is wanted then."""
-        return self._node.watching
+        return self._node.watching or (self._arm is not None and self._arm.watching)
 
     @property
     def has_commands(self) -> bool:
@@ -116,6 +138,7 @@ class RosSide:
 
 def _rosbridge(
     node: Node,
+    arm: JointLevel | None,
     log: DialectLog,
     address: tuple[str, int],
     secret: Secret | None,
@@ -135,7 +158,8 @@ def _rosbridge(
 
     def open_session(name: str, wake: Callable[[], None]) -> "tuple[RosbridgeSession, Outbox]":
         outbox = Outbox(wake)
-        return RosbridgeSession(node, api, outbox, log, name, secret=secret), outbox
+        session = RosbridgeSession(node, api, outbox, log, name, secret=secret, arm=arm)
+        return session, outbox
 
     return RosbridgeServer(open_session, *address, on_heard, budget=budget, access=access)
 

@@ -14,11 +14,16 @@ import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.rmi.definitions import service
+from iiwa_sim.ros.arm.joint_level import SERVICES as OF_ARM
+from iiwa_sim.ros.arm.joint_level import JointLevel
+from iiwa_sim.ros.arm.messages import BadGoal, in_ros2, ros1_name
+from iiwa_sim.ros.rmi.definitions import Definition, service
 from iiwa_sim.ros.rmi.node import COMMAND_RESULT, PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
+from iiwa_sim.ros.rosbridge import ros2
 from iiwa_sim.ros.rosbridge.encodings import COMPRESSIONS, encoded_once
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import LONGEST_FEED, Outbox
+from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE, Ros2Client, is_ros2
 from iiwa_sim.ros.rosbridge.rosapi import RosApi, rooted
 from iiwa_sim.wording import harmless, shortened
 
@@ -30,8 +35,6 @@ NOT_OURS = (
     "service_response",
     "advertise_action",
     "unadvertise_action",
-    "send_action_goal",
-    "cancel_action_goal",
     "fragment",
 )
 """Operations of the protocol that are not supported here; they are refused by name."""
@@ -81,8 +84,10 @@ class RosbridgeSession:
         name: str,
         *,
         secret: Secret | None = None,
+        arm: JointLevel | None = None,
     ) -> None:
-        """With a secret, the client has to authenticate first, by `auth`."""
+        """With a secret, the client has to authenticate first, by `auth`; with an `arm` it has ROS 2's
+        topics."""
         self.closing = False
         """Whether the client has failed to authenticate: it is closed once it has been told."""
         self._node = node
@@ -94,6 +99,9 @@ class RosbridgeSession:
         self._level = LEVELS.index("error")
         self._known = secret is None
         self._subscribed: dict[str, _Subscribed] = {}
+        self._arm = arm
+        self._ros2 = Ros2Client(node, arm, outbox, self._reply, name)
+        self._speaks_ros2 = False  # it has named a type as ROS 2 does, or an action
         self._operations: dict[str, Callable[[Message], None]] = {
             "advertise": self._advertise,
             "unadvertise": self._unadvertise,
@@ -101,6 +109,8 @@ class RosbridgeSession:
             "subscribe": self._subscribe,
             "unsubscribe": self._unsubscribe,
             "call_service": self._call_service,
+            "send_action_goal": self._send_goal,
+            "cancel_action_goal": self._cancel_goal,
             "auth": self._authenticate,
             "set_level": self._set_level,
             "status": lambda _: None,
@@ -137,6 +147,7 @@ class RosbridgeSession:
         """Notice that the client has gone."""
         for topic in list(self._subscribed):
             self._end_feed(topic)
+        self._ros2.end()
 
     def _refuse(self, text: bytes, identifier: Any, reason: str) -> None:
         self._log.refused(self._name, _shown(text), COMMUNICATION_FAILURE, reason)
@@ -152,24 +163,42 @@ class RosbridgeSession:
 
     def _advertise(self, message: Message) -> None:
         topic, kind = self._topic_of(message), message.get("type")
-        if topic not in SUBSCRIBED:
+        self._speaks_ros2 = self._speaks_ros2 or is_ros2(kind)
+        _check_type(topic, self._listened(topic), kind)
+
+    def _listened(self, topic: str) -> str:
+        """The type of a topic that the robot listens to."""
+        kind = SUBSCRIBED.get(topic) or self._ros2.takes(topic)
+        if kind is None:
             raise _Misuse(f"nobody listens to {topic}: expected {', '.join(SUBSCRIBED)}")
-        _check_type(topic, SUBSCRIBED[topic], kind)
+        return kind
 
     def _unadvertise(self, message: Message) -> None:
         self._topic_of(message)
 
     def _publish(self, message: Message) -> None:
         topic = self._topic_of(message)
-        if topic not in SUBSCRIBED:
-            raise _Misuse(f"nobody listens to {topic}: expected {', '.join(SUBSCRIBED)}")
-        self._node.receive(topic, message.get("msg", {}))
+        self._listened(topic)
+        if self._speaks_ros2 or topic not in SUBSCRIBED:
+            self._ros2.publish(topic, message.get("msg", {}))
+        else:
+            self._node.receive(topic, message.get("msg", {}))
 
     def _subscribe(self, message: Message) -> None:
         topic = self._topic_of(message)
-        if topic not in PUBLISHED:
+        known = self._ros2.type_of(topic)
+        if known is None:
             raise _Misuse(f"nobody publishes {topic}: expected one of {', '.join(PUBLISHED)}")
-        _check_type(topic, PUBLISHED[topic][0], message.get("type"))
+        kind_told = message.get("type")
+        _check_type(topic, known, kind_told)
+        self._speaks_ros2 = self._speaks_ros2 or is_ros2(kind_told)
+        if self._speaks_ros2 or topic not in PUBLISHED:
+            _check_whole(message)
+            throttle_s = 1e-3 * _number(message, "throttle_rate")
+            length = LONGEST_FEED if topic == COMMAND_RESULT else int(_number(message, "queue_length"))
+            compression = _compression(message, ros2.COMPRESSIONS)
+            self._ros2.subscribe(topic, message["topic"], throttle_s, length, compression)
+            return
         wish = _Wish(
             throttle_s=1e-3 * _number(message, "throttle_rate"),
             queue_length=int(_number(message, "queue_length")),
@@ -198,6 +227,9 @@ class RosbridgeSession:
 
     def _unsubscribe(self, message: Message) -> None:
         topic = self._topic_of(message)
+        if self._ros2.hears(topic):
+            self._ros2.unsubscribe(topic)
+            return
         if topic not in self._subscribed:
             raise _Misuse(f"{topic} is not subscribed to")
         wishes = self._subscribed[topic].wishes
@@ -241,20 +273,43 @@ class RosbridgeSession:
         try:
             _compression(message, ("none",))
             _check_whole(message)
+            if self._arm is not None and service_name in (*OF_ARM, CANCEL_SERVICE):
+                respond(self._call_arm(self._arm, service_name, arguments))
+                return
             if service_name in self._node.services:
                 fields = service(self._node.services[service_name]).request.fields
                 request = _request([field.name for field in fields], arguments)
-                self._node.call(service_name, request, respond, fail)
+                answer = respond
+                if self._speaks_ros2:
+                    definition = service(self._node.services[service_name]).response
+                    answer = partial(_respond_in_ros2, respond, definition)
+                self._node.call(service_name, request, answer, fail)
                 return
             names, call = self._api.calls[service_name]
             request = _request(names, arguments)
             values = call(request if isinstance(request, dict) else {})
-        except (_Misuse, BadMessage) as fault:
+        except (_Misuse, BadMessage, BadGoal) as fault:
             fail(str(fault))
         except KeyError as missing:
             fail(f"there is no {_shown(missing.args[0])}")
         else:
             respond(values)
+
+    @staticmethod
+    def _call_arm(arm: JointLevel, name: str, arguments: Any) -> Any:
+        if name == CANCEL_SERVICE:
+            arm.cancel()
+            return {"return_code": 0, "goals_canceling": []}
+        return arm.call(name, _request(["data"], arguments))
+
+    def _send_goal(self, message: Message) -> None:
+        self._speaks_ros2 = True
+        self._ros2.send_goal(message)
+
+    def _cancel_goal(self, message: Message) -> None:
+        wrong = self._ros2.cancel_goal(message)
+        if wrong is not None:
+            raise _Misuse(wrong)
 
     def _authenticate(self, message: Message) -> None:
         if self._secret is None or self._known:
@@ -278,8 +333,12 @@ class RosbridgeSession:
 
 
 def _check_type(topic: str, kind: str, told: Any) -> None:
-    if told not in (None, "", "*", kind):
+    if told not in (None, "", "*", kind) and ros1_name(str(told)) != ros1_name(kind):
         raise _Misuse(f"{topic} is of type {kind}, not {_shown(told)}")
+
+
+def _respond_in_ros2(respond: Callable[[Any], None], definition: Definition, values: Message) -> None:
+    respond(in_ros2(definition, values))
 
 
 def _number(message: Message, field: str) -> float:

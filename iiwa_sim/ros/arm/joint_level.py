@@ -1,0 +1,212 @@
+"""The joint level of one robot: topics, services and the action that ROS 2 users expect of an arm, as plain
+messages.
+
+Messages are in ROS 2's form. Rates count simulated time.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.ros.arm.arm import Arm
+from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
+from iiwa_sim.ros.arm.links import Links, tool_transform
+from iiwa_sim.ros.arm.messages import (
+    BadGoal,
+    FollowJointTrajectory,
+    JointTrajectory,
+    SetBool,
+    Trigger,
+    converted,
+    time_of,
+)
+
+Message = dict[str, Any]
+Listener = Callable[[Message], None]
+
+CONTROLLER = "/joint_trajectory_controller"
+"""As what the robot follows trajectories: the name that examples of ros2_control have."""
+ACTION = f"{CONTROLLER}/follow_joint_trajectory"
+ACTION_TYPE = "control_msgs/action/FollowJointTrajectory"
+TRAJECTORY = f"{CONTROLLER}/joint_trajectory"
+TOOL = "tool"
+"""The frame of the TCP."""
+FEEDBACK_HZ = 20
+
+PUBLISHED: Mapping[str, tuple[str, int]] = {
+    "/clock": ("rosgraph_msgs/msg/Clock", 100),
+    "/tf": ("tf2_msgs/msg/TFMessage", 100),
+    "/wrench": ("geometry_msgs/msg/WrenchStamped", 100),
+    "/diagnostics": ("diagnostic_msgs/msg/DiagnosticArray", 1),
+    "/tf_static": ("tf2_msgs/msg/TFMessage", 0),
+    "/robot_description": ("std_msgs/msg/String", 0),
+}
+"""Type of each topic, and its rate in Hz of simulated time; 0 for those that a listener gets once, at
+once."""
+SUBSCRIBED: Mapping[str, str] = {TRAJECTORY: "trajectory_msgs/msg/JointTrajectory"}
+SERVICES: Mapping[str, str] = {
+    "/stop": "std_srvs/srv/Trigger",
+    "/reset_error": "std_srvs/srv/Trigger",
+    "/emergency_stop": "std_srvs/srv/SetBool",
+}
+_REQUESTS: Mapping[str, type[SetBool] | type[Trigger]] = {
+    "/stop": Trigger,
+    "/reset_error": Trigger,
+    "/emergency_stop": SetBool,
+}
+_OK, _ERROR = 0, 2  # of DiagnosticStatus
+
+
+class JointLevel:
+    """The joint level of one robot."""
+
+    def __init__(self, arm: Arm, now_ns: Callable[[], int], tick_rate_hz: int, log: DialectLog) -> None:
+        """`now_ns` returns the time that goes into headers, with which stamps are compared (ns)."""
+        self._arm = arm
+        self.now_ns = now_ns
+        self._tick_rate_hz = tick_rate_hz
+        self._log = log
+        self._links = Links(arm.urdf, arm.joint_names)
+        self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
+        self._due = dict.fromkeys(PUBLISHED, 0)  # in units of 1 / tick_rate_hz of a message
+        self._feedback_due = 0
+        self._feedback: dict[int, Listener] = {}  # by the number of the trajectory
+        self._goal = 0  # the number of the newest one
+
+    @property
+    def watching(self) -> bool:
+        """Whether a tick may tell somebody something."""
+        return bool(self._feedback) or any(self._listeners.values())
+
+    def listen(self, topic: str, listener: Listener) -> None:
+        """Register a listener for a topic of `PUBLISHED`; what is told once is told now."""
+        self._listeners[topic].append(listener)
+        if PUBLISHED[topic][1] == 0:
+            listener(self._content(topic))
+
+    def unlisten(self, topic: str, listener: Listener) -> None:
+        """Remove a listener."""
+        self._listeners[topic].remove(listener)
+
+    def receive(self, content: Any, who: str) -> None:
+        """Take a message for the topic of `SUBSCRIBED`. Raises `BadGoal` and `Refused`: nothing has changed
+        then.
+
+        `who` has sent it, for the log.
+        """
+        trajectory = converted(content, JointTrajectory)
+        request = read_trajectory(trajectory, self.now_ns())._replace(may_end_fast=True)
+        self._noted(self._arm.follow(request, None), who)
+
+    def send_goal(self, args: Any, ended: Callable[[GoalEnd], None], hear: Listener | None, who: str) -> int:
+        """Follow a trajectory; gives the number by which it can be cancelled. Raises `BadGoal` and `Refused`.
+
+        `hear` is given feedback, at 20 Hz of simulated time.
+        """
+        request = read_goal(converted(args, FollowJointTrajectory), self.now_ns())
+        number = 0
+
+        def tell(end: Any) -> None:
+            self._feedback.pop(number, None)
+            ended(goal_end(end))
+
+        number = self._noted(self._arm.follow(request, tell), who)
+        self._goal = number
+        if hear is not None:
+            self._feedback[number] = hear
+        return number
+
+    def forget(self, number: int) -> None:
+        """Nobody hears the feedback of that goal any more."""
+        self._feedback.pop(number, None)
+
+    def cancel(self, number: int | None = None) -> None:
+        """Cancel the goal of that number, or the one under way."""
+        self._arm.cancel(self._goal if number is None else number)
+
+    def call(self, name: str, request: Any) -> Message:
+        """The response of a service of `SERVICES`. Raises `BadGoal`."""
+        asked = converted(request, _REQUESTS[name])
+        try:
+            if isinstance(asked, SetBool):
+                self._arm.emergency_stop(asked.data)
+            elif name == "/stop":
+                self._arm.stop()
+            else:
+                self._arm.reset_error()
+        except Refused as refused:
+            return {"success": False, "message": refused.reason}
+        return {"success": True, "message": ""}
+
+    def step(self) -> None:
+        """Notice that a tick has been made."""
+        for topic, (_, rate_hz) in PUBLISHED.items():
+            self._due[topic] += rate_hz
+            if self._due[topic] >= self._tick_rate_hz:
+                self._due[topic] -= self._tick_rate_hz
+                self._publish(topic)
+        self._feedback_due += FEEDBACK_HZ
+        if self._feedback_due >= self._tick_rate_hz:
+            self._feedback_due -= self._tick_rate_hz
+            self._tell_feedback()
+
+    def skip(self, ticks: int) -> None:
+        """The robot has made `ticks` ticks at once, while nobody was told anything."""
+        for topic, (_, rate_hz) in PUBLISHED.items():
+            self._due[topic] = (self._due[topic] + ticks * rate_hz) % self._tick_rate_hz
+        self._feedback_due = (self._feedback_due + ticks * FEEDBACK_HZ) % self._tick_rate_hz
+
+    def _noted(self, taken: tuple[int, str], who: str) -> int:
+        number, remark = taken
+        if remark:
+            self._log.odd(who, TRAJECTORY, remark)
+        return number
+
+    def _tell_feedback(self) -> None:
+        progress = self._arm.progress if self._feedback else None
+        hear = None if progress is None else self._feedback.get(progress.number)
+        if progress is not None and hear is not None:
+            hear(feedback(progress, self._arm.joint_names, self.now_ns()))
+
+    def _publish(self, topic: str) -> None:
+        if self._listeners[topic]:
+            content = self._content(topic)
+            for listener in list(self._listeners[topic]):
+                listener(content)
+
+    def _content(self, topic: str) -> Message:
+        arm = self._arm
+        if topic == "/clock":
+            return {"clock": time_of(round(1e9 * arm.time_s))}
+        if topic == "/robot_description":
+            return {"data": arm.urdf}
+        if topic == "/tf_static":
+            return {"transforms": self._stamped(self._links.fixed())}
+        if topic == "/tf":
+            moving = [*self._links.moving(arm.joints), tool_transform(arm.flange, TOOL, arm.tool_in_flange)]
+            return {"transforms": self._stamped(moving)}
+        stamp = time_of(self.now_ns())
+        if topic == "/wrench":
+            force, torque = arm.wrench[:3], arm.wrench[3:]
+            parts = {
+                "force": dict(zip("xyz", force, strict=True)),
+                "torque": dict(zip("xyz", torque, strict=True)),
+            }
+            return {"header": {"stamp": stamp, "frame_id": TOOL}, "wrench": parts}
+        fault = arm.fault
+        status = {
+            "level": _OK if fault is None else _ERROR,
+            "name": "iiwa_sim: robot",
+            "message": "ok" if fault is None else fault.reason,
+            "hardware_id": "iiwa_sim",
+            "values": [{"key": "error_code", "value": str(0 if fault is None else fault.code)}],
+        }
+        return {"header": {"stamp": stamp, "frame_id": ""}, "status": [status]}
+
+    def _stamped(self, transforms: list[Message]) -> list[Message]:
+        stamp = time_of(self.now_ns())
+        return [{**each, "header": {"stamp": stamp, **each["header"]}} for each in transforms]
+
+
+__all__ = ["ACTION", "ACTION_TYPE", "PUBLISHED", "SERVICES", "SUBSCRIBED", "BadGoal", "JointLevel"]

@@ -1,0 +1,326 @@
+"""One client of rosbridge that speaks as ROS 2 does, message by message, on the stepped core."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import cbor2
+import pytest
+
+from iiwa_sim.controller.modes import Mode
+from iiwa_sim.ros.arm.arm import LocalArm
+from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, PUBLISHED, TRAJECTORY, JointLevel
+from iiwa_sim.ros.rmi.node import PUBLISHED as OF_NODE
+from iiwa_sim.ros.rosbridge.outbox import Outbox
+from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
+from iiwa_sim.ros.rosbridge.rosapi import RosApi
+from iiwa_sim.ros.rosbridge.session import RosbridgeSession
+from tests.ros_robot import NOW_NS, RosRobot, ptp
+
+HERE = [0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0]
+AWAY = [0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2]
+NOW = {"sec": NOW_NS // 10**9, "nanosec": NOW_NS % 10**9}
+
+
+class Ros2Robot(RosRobot):
+    """A robot with the joint level of ROS 2."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        rate_hz = round(1.0 / self.tick_s)
+        self.level = JointLevel(LocalArm(self.controller), lambda: NOW_NS, rate_hz, self.log)
+
+    def step(self, ticks: int = 1) -> None:
+        for _ in range(ticks):
+            super().step()
+            self.level.step()
+
+
+class Client:
+    """A client of that robot."""
+
+    def __init__(self, robot: Ros2Robot, *, arm: bool = True) -> None:
+        self.robot = robot
+        self.outbox = Outbox(lambda: None)
+        level = robot.level if arm else None
+        api = RosApi(robot.node)
+        self.session = RosbridgeSession(robot.node, api, self.outbox, robot.log, "test", arm=level)
+
+    def says(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
+        self.session.receive(json.dumps({"op": operation, **fields}).encode())
+        return self.hears()
+
+    def hears(self) -> list[dict[str, Any]]:
+        heard = []
+        while (frame := self.outbox.next(self.robot.controller.tick * 0.002).message) is not None:
+            heard.append(json.loads(frame) if isinstance(frame, str) else cbor2.loads(frame))
+        return heard
+
+    def goal(self, identifier: str, points: Sequence[Any], **fields: Any) -> list[dict[str, Any]]:
+        args = {"trajectory": trajectory(points), **fields.pop("args", {})}
+        said = {"action": ACTION, "action_type": ACTION_TYPE, "args": args, "feedback": True, **fields}
+        return self.says("send_action_goal", id=identifier, **said)
+
+    def runs(self) -> list[dict[str, Any]]:
+        heard = []
+        for _ in range(20_000):
+            self.robot.step()
+            heard += self.hears()
+            if not self.robot.controller.moving:
+                self.robot.step(2)
+                return heard + self.hears()
+        raise AssertionError("still moving")
+
+
+def trajectory(points: Sequence[tuple[float, Sequence[float]]], **fields: Any) -> dict[str, Any]:
+    rows = [
+        {"positions": list(place), "time_from_start": {"sec": int(t), "nanosec": round(t % 1 * 10**9)}}
+        for t, place in points
+    ]
+    return {"joint_names": [f"A{k}" for k in range(1, 8)], "points": rows, **fields}
+
+
+@pytest.fixture
+def robot() -> Ros2Robot:
+    return Ros2Robot()
+
+
+@pytest.fixture
+def client(robot: Ros2Robot) -> Client:
+    return Client(robot)
+
+
+def test_a_goal_is_followed_with_feedback_and_succeeds(client: Client, robot: Ros2Robot) -> None:
+    assert client.goal("send_action_goal:1", [(1.0, AWAY)]) == []
+    heard = client.runs()
+    (result,) = [each for each in heard if each["op"] == "action_result"]
+    assert result == {
+        "op": "action_result",
+        "action": ACTION,
+        "values": {"error_code": 0, "error_string": ""},
+        "status": 4,
+        "result": True,
+        "id": "send_action_goal:1",
+    }
+    told = [each["values"] for each in heard if each["op"] == "action_feedback"]
+    assert len(told) == pytest.approx(20, abs=3)
+    assert told[0]["joint_names"] == list(robot.description.joints)
+    assert told[0]["header"] == {"stamp": NOW, "frame_id": ""}
+    for each in told:
+        for wanted, there, off in zip(
+            each["desired"]["positions"], each["actual"]["positions"], each["error"]["positions"], strict=True
+        ):
+            assert off == pytest.approx(wanted - there, abs=1e-12)
+    assert robot.controller.joints == tuple(AWAY)
+    assert robot.controller.mode is Mode.TRAJECTORY
+
+
+def test_no_feedback_comes_behind_the_result_of_a_slow_client(client: Client, robot: Ros2Robot) -> None:
+    client.goal("one", [(0.5, AWAY)])
+    robot.runs_until_stopped()
+    robot.step(50)
+    assert [each["op"] for each in client.hears()] == ["action_result"]
+
+
+def test_a_goal_is_cancelled_by_its_id(client: Client, robot: Ros2Robot) -> None:
+    client.goal("one", [(2.0, AWAY)], feedback=False)
+    robot.step(300)
+    assert client.hears() == []
+    assert client.says("cancel_action_goal", id="other", action=ACTION)[0]["op"] == "status"
+    (result,) = client.says("cancel_action_goal", id="one", action=ACTION)
+    assert (result["status"], result["result"], result["values"]["error_code"]) == (5, True, 0)
+    client.runs()
+    assert robot.controller.joints != tuple(AWAY)
+    assert client.says("cancel_action_goal", id="one", action=ACTION)[0]["op"] == "status"
+
+
+def test_all_goals_are_cancelled_as_roslibjs_does(client: Client, robot: Ros2Robot) -> None:
+    client.goal("one", [(2.0, AWAY)], feedback=False)
+    robot.step(300)
+    result, response = client.says("call_service", service=CANCEL_SERVICE, args={})
+    assert (result["status"], response["values"]["return_code"]) == (5, 0)
+
+
+def test_a_newer_goal_aborts_the_one_before(client: Client, robot: Ros2Robot) -> None:
+    client.goal("one", [(2.0, AWAY)])
+    robot.step(300)
+    heard = client.goal("two", [(2.0, HERE)])
+    (result,) = [each for each in heard if each["op"] == "action_result"]
+    assert (result["id"], result["status"], result["values"]["error_code"]) == ("one", 6, -1)
+    assert result["values"]["error_string"] == "preempted by a newer trajectory"
+    (last,) = [each for each in client.runs() if each["op"] == "action_result"]
+    assert (last["id"], last["status"]) == ("two", 4)
+
+
+@pytest.mark.parametrize(
+    ("args", "status", "code"),
+    [
+        ({"path_tolerance": [{"name": "A3", "position": 1e-4}]}, 6, -4),
+        (
+            {
+                "goal_tolerance": [{"name": "A3", "position": 1e-9}],
+                "goal_time_tolerance": {"nanosec": 1_000_000},
+            },
+            6,
+            -5,
+        ),
+        ({"path_tolerance": [{"name": "A3", "position": -1.0}]}, 4, 0),
+    ],
+)
+def test_tolerances_have_the_codes_of_joint_trajectory_controller(
+    client: Client, args: dict[str, Any], status: int, code: int
+) -> None:
+    client.goal("one", [(0.5, AWAY), (1.0, HERE)], args=args)
+    (result,) = [each for each in client.runs() if each["op"] == "action_result"]
+    assert (result["status"], result["values"]["error_code"], result["result"]) == (status, code, True)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"args": {"trajectory": trajectory([(1.0, AWAY[:6])])}}, "6 positions"),
+        ({"args": {"trajectory": {"points": 7}}}, "Expected `array`"),
+        ({"args": {"speed": 1}}, "unknown field `speed`"),
+        ({"args": [1]}, "Expected `object`"),
+        ({"args": {"multi_dof_trajectory": {"joint_names": ["x"]}}}, "multi_dof_trajectory"),
+        ({"args": {"component_path_tolerance": [{}]}}, "component tolerances"),
+        ({"args": {"trajectory": trajectory([(1.0, AWAY)]) | {"header": {"stamp": {"sec": 5}}}}}, "stamp"),
+        ({"action": "/other"}, "there is no action /other"),
+        ({"action_type": "other/action/Type"}, "is of type"),
+    ],
+)
+def test_a_goal_that_is_rejected_says_why_and_moves_nothing(
+    client: Client, robot: Ros2Robot, fields: dict[str, Any], words: str
+) -> None:
+    said = {"action": ACTION, "action_type": ACTION_TYPE, "args": {"trajectory": trajectory([(1.0, AWAY)])}}
+    (result,) = client.says("send_action_goal", id="one", **(said | fields))
+    assert (result["op"], result["id"], result["status"], result["result"]) == (
+        "action_result",
+        "one",
+        0,
+        False,
+    )
+    assert words in result["values"]
+    assert not robot.controller.moving
+
+
+def test_a_goal_while_the_emergency_stop_is_pressed_and_after_a_reset(
+    client: Client, robot: Ros2Robot
+) -> None:
+    client.goal("one", [(2.0, AWAY)], feedback=False)
+    robot.step(300)
+    result, response = client.says("call_service", service="/emergency_stop", args={"data": True})
+    assert (result["status"], result["values"]) == (6, {"error_code": -1, "error_string": "emergency stop"})
+    assert response["values"] == {"success": True, "message": ""}
+    client.runs()
+    assert client.goal("two", [(2.0, AWAY)])[0]["result"] is False
+    (refused,) = client.says("call_service", service="/reset_error")
+    assert refused["values"] == {"success": False, "message": "the emergency stop has to be released first"}
+    client.says("call_service", service="/emergency_stop", args={"data": False})
+    assert client.says("call_service", service="/reset_error")[0]["values"]["success"] is True
+    client.goal("three", [(2.0, AWAY)])
+    robot.step(300)
+    responses = {each["op"]: each for each in client.says("call_service", service="/stop")}
+    assert responses["service_response"]["values"]["success"] is True
+    assert responses["action_result"]["values"] == {"error_code": -1, "error_string": "stopped"}
+
+
+def test_trajectories_come_by_topic_and_a_bad_one_is_told(client: Client, robot: Ros2Robot) -> None:
+    kind = "trajectory_msgs/msg/JointTrajectory"
+    assert client.says("advertise", topic=TRAJECTORY, type=kind) == []
+    assert client.says("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY)])) == []
+    robot.step(100)
+    (status,) = client.says("publish", topic=TRAJECTORY, msg=trajectory([(1.0, AWAY[:3])]), id="x")
+    assert (status["op"], status["id"]) == ("status", "x")
+    assert "3 positions" in status["msg"]
+    client.runs()
+    assert robot.controller.joints == tuple(AWAY)
+
+
+def test_a_client_that_goes_leaves_its_goal_going(client: Client, robot: Ros2Robot) -> None:
+    client.goal("one", [(1.0, AWAY)])
+    client.says("subscribe", topic="/tf", type="tf2_msgs/msg/TFMessage")
+    robot.step(100)
+    client.session.end()
+    assert not robot.level.watching
+    robot.runs_until_stopped()
+    assert robot.controller.joints == tuple(AWAY)
+
+
+@pytest.mark.parametrize("topic", [topic for topic, (_, rate_hz) in PUBLISHED.items() if rate_hz])
+def test_topics_come_at_their_rates(client: Client, robot: Ros2Robot, topic: str) -> None:
+    kind, rate_hz = PUBLISHED[topic]
+    assert client.says("subscribe", topic=topic, type=kind, queue_length=1000) == []
+    robot.step(1000)
+    heard = client.hears()
+    assert len(heard) == 2 * rate_hz
+    assert all((each["op"], each["topic"]) == ("publish", topic) for each in heard)
+    client.says("unsubscribe", topic=topic)
+    robot.step(1000)
+    assert client.hears() == []
+
+
+def test_what_they_say(client: Client, robot: Ros2Robot) -> None:
+    def hears(topic: str) -> dict[str, Any]:
+        heard = client.says("subscribe", topic=topic)
+        if not heard:
+            robot.step(500)
+            heard = client.hears()
+        client.says("unsubscribe", topic=topic)
+        message: dict[str, Any] = heard[-1]["msg"]
+        return message
+
+    assert hears("/robot_description")["data"] == robot.description.urdf
+    links = {each["child_frame_id"] for each in hears("/tf")["transforms"]}
+    still = {each["child_frame_id"] for each in hears("/tf_static")["transforms"]}
+    assert len(links) == 8
+    assert "tool" in links
+    assert robot.description.flange in still
+    assert hears("/clock") == {"clock": {"sec": 2, "nanosec": 0}} or hears("/clock")["clock"]["sec"] >= 1
+    assert hears("/wrench")["wrench"]["force"] == {"x": 0.0, "y": 0.0, "z": 0.0}
+    assert hears("/diagnostics")["status"][0]["message"] == "ok"
+    robot.controller.emergency_stop()
+    (status,) = hears("/diagnostics")["status"]
+    assert (status["level"], status["message"]) == (2, "emergency stop")
+
+
+def test_what_ros_1_has_comes_in_the_form_of_ros_2(client: Client, robot: Ros2Robot) -> None:
+    for topic, (kind, _) in OF_NODE.items():
+        package, name = kind.split("/")
+        assert client.says("subscribe", topic=topic, type=f"{package}/msg/{name}", queue_length=100) == []
+    client.says("advertise", topic="/command_list", type="robot_movement_interface/msg/CommandList")
+    stamped = {"header": {"stamp": NOW, "frame_id": "x"}, "commands": [ptp(1, AWAY)]}
+    assert client.says("publish", topic="/command_list", msg=stamped) == []
+    robot.runs_until_results(1)
+    heard = {each["topic"]: each["msg"] for each in client.hears()}
+    assert set(heard) == set(OF_NODE)
+    assert heard["/joint_states"]["header"] == {"stamp": NOW, "frame_id": ""}
+    assert heard["/command_result"]["header"] == {"stamp": NOW, "frame_id": ""}
+    assert heard["/command_result"]["result_code"] == 0
+    (response,) = client.says("call_service", service="/robot/get_digital_ios")
+    assert response["values"]["ios"][0]["stamp"] == NOW
+
+
+def test_who_names_nothing_of_ros_2_has_ros_1(client: Client, robot: Ros2Robot) -> None:
+    client.says("subscribe", topic="/joint_states", type="sensor_msgs/JointState")
+    robot.step(10)
+    assert set(client.hears()[0]["msg"]["header"]) == {"seq", "stamp", "frame_id"}
+
+
+def test_cbor_is_cbor(client: Client, robot: Ros2Robot) -> None:
+    client.says("subscribe", topic="/tf", compression="cbor")
+    robot.step(10)
+    assert len(client.hears()[0]["msg"]["transforms"]) == 8
+    (status,) = client.says("subscribe", topic="/wrench", compression="cbor-raw")
+    assert "expected none, cbor" in status["msg"]
+
+
+def test_a_robot_without_joint_level_says_so(robot: Ros2Robot) -> None:
+    client = Client(robot, arm=False)
+    (result,) = client.goal("one", [(1.0, AWAY)])
+    assert (result["result"], "expected none" in result["values"]) == (False, True)
+    assert client.says("subscribe", topic="/tf")[0]["op"] == "status"
+    assert client.says("publish", topic=TRAJECTORY, msg={})[0]["op"] == "status"
+    assert client.says("call_service", service="/stop")[0]["result"] is False
