@@ -18,6 +18,8 @@ else:
 
 _SMALL = cython.declare(cython.double, 0.05)
 _TERMS = cython.declare(cython.int, 12)  # of a series up to there
+_SLIGHT = cython.declare(cython.double, 0.1)
+_FEW_TERMS = cython.declare(cython.int, 6)  # of its inverse up to there
 _HALVINGS = cython.declare(cython.int, 60)
 
 
@@ -52,6 +54,40 @@ def _time(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.dou
 @cython.exceptval(check=False)
 def _b(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double) -> cython.double:
     return 0.5 * (c0 + c1) + u * (c1 - c0) + 0.5 * u * u * (c0 - 2.0 * c1 + c2)
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _part(c0: cython.double, c1: cython.double, c2: cython.double, left: cython.double) -> cython.double:
+    """The part of a cell (0..1) that is done so long after it was entered.
+
+    With (du/dt)^2 = b, d2u/dt2 is half of db/du, which is linear in u: u is r(0) t sinh(x) / x and a part of
+    db/du t^2 (cosh(x) - 1) / x^2, with x^2 = w = d2b/du2 t^2 / 2. Where b comes near to 0 within the cell
+    that would be a difference of large numbers: there u is looked for.
+    """
+    w: cython.double = 0.5 * (c0 - 2.0 * c1 + c2) * left * left
+    odd: cython.double = 1.0
+    even: cython.double = 1.0
+    u: cython.double
+    b: cython.double
+    step: cython.double
+    k: cython.int
+    _: cython.int
+    if -_SLIGHT < w < _SLIGHT:
+        for k in range(_FEW_TERMS, 0, -1):
+            odd = 1.0 + odd * (w / (2.0 * k * (2.0 * k + 1.0)))
+            even = 1.0 + even * (w / ((2.0 * k + 1.0) * (2.0 * k + 2.0)))
+        u = sqrt(_b(c0, c1, c2, 0.0)) * left * odd + 0.25 * (c1 - c0) * left * left * even
+        return min(max(u, 0.0), 1.0)
+    u = left * sqrt(_b(c0, c1, c2, 0.5))
+    for _ in range(20):
+        u = min(max(u, 0.0), 1.0)
+        b = _b(c0, c1, c2, u)
+        step = (_time(c0, c1, c2, u) - left) * sqrt(b)
+        u -= step
+        if fabs(step) < 1e-14:
+            break
+    return min(max(u, 0.0), 1.0)
 
 
 def add_times(c: cython.double[::1], times: cython.double[::1]) -> cython.void:
@@ -100,14 +136,6 @@ class Motion:
         low: cython.Py_ssize_t = 0
         high: cython.Py_ssize_t = last
         k: cython.Py_ssize_t = self.cell
-        left: cython.double
-        u: cython.double
-        step: cython.double
-        b: cython.double
-        c0: cython.double
-        c1: cython.double
-        c2: cython.double
-        _: cython.int
         if not (self.times[k] <= time_s and (k == last or time_s < self.times[k + 1])):
             if k < last and self.times[k + 1] <= time_s and (k + 1 == last or time_s < self.times[k + 2]):
                 k += 1
@@ -119,18 +147,10 @@ class Motion:
                     else:
                         high = k - 1
                 k = low
-        c0, c1, c2 = self.clock[k], self.clock[k + 1], self.clock[k + 2]
-        left = (time_s - self.times[k]) / self.unit
-        u = left * sqrt(_b(c0, c1, c2, 0.5))
-        for _ in range(20):
-            u = min(max(u, 0.0), 1.0)
-            b = _b(c0, c1, c2, u)
-            step = (_time(c0, c1, c2, u) - left) * sqrt(b)
-            u -= step
-            if fabs(step) < 1e-14:
-                break
         self.cell = k
-        self.part = min(max(u, 0.0), 1.0)
+        self.part = _part(
+            self.clock[k], self.clock[k + 1], self.clock[k + 2], (time_s - self.times[k]) / self.unit
+        )
 
     @cython.ccall
     def x(self, time_s: cython.double) -> cython.double:

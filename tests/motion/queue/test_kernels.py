@@ -216,3 +216,14 @@ def test_what_fits_at_a_target(seed: int, radius: float) -> None:
         fitted = kernels.corner.fitted(*sides, 0.4, 0.3, np.empty((0, 12)), target, radius, lowest, highest)
         found.append((times_s, fitted))
     assert found[0] == found[1]
+
+
+@settings(max_examples=100, deadline=None)
+@given(exponents=st.lists(st.floats(-4.0, 1.0), min_size=3, max_size=3), part=st.floats(0.0, 1.0))
+def test_the_part_of_a_cell_at_a_time_is_exact_also_there(exponents: list[float], part: float) -> None:
+    c = [10.0**each for each in exponents]
+    kernel = PLAIN.motion
+    left = part * kernel._time(*c, 1.0)
+    found = kernel._part(*c, left)
+    off = (kernel._time(*c, found) - left) * kernel._b(*c, found) ** 0.5
+    assert abs(off) < 1e-13
