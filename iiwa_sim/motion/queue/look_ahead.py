@@ -255,7 +255,7 @@ class LookAhead:
         slower: set[int] = set()  # numbers of moves which take less time with stops between them
         for count, share in tries if moves else ():
             first = corners[0]._replace(before=share * corners[0].before, after=share * corners[0].after)
-            while count not in slower:
+            while True:
                 now_s = self._time.time_s
                 then_s = now_s + patience * self._needed_s(chain, moves[:count])
                 on = yield from planned_on(chain, now_s, then_s, moves[:count], [first, *corners[1:count]])
