@@ -39,6 +39,7 @@ class Hunt:
         self._version = 0  # of the plan that was looked at last
         self.plans = np.zeros(3)
         """The largest velocity, acceleration and jerk in any plan, over their limits."""
+        self.plans_seen = 0
 
     def _one_of(self, choice: Sequence[Any]) -> Any:
         return choice[int(self._rng.integers(len(choice)))]
@@ -92,6 +93,7 @@ class Hunt:
                 self._look_at(drive._chain)
 
     def _look_at(self, plan: Chain) -> None:
+        self.plans_seen += 1
         times = np.arange(plan.front_s, plan.rest_s, STEP_S)
         if len(times):
             derivatives, limits = plan.along(times)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from tests.hunting import Hunt
 from tests.samples import some
 from tests.stepped import TOLERANCE, VELOCITY_TOLERANCE
+from tests.wide_hunting import WideHunt
 
 FOUND = {
     476: "1.06 of a jerk at the end of a cell in a corner, where rows stood for its middle",
@@ -24,6 +25,15 @@ FOUND = {
     10756: "437 of a jerk for less than a tick in such a corner, in a plan",
 }
 """Seeds, and what was found there by hunting."""
+
+FOUND_WIDELY = {
+    100040: "x that went back by some micrometres, before a corner in which the robot all but stands still",
+    100317: "1.011 of a jerk between places in a cell, where a parabola through them said 1.004",
+    100343: "1.52 of a jerk in the first hundredth of a line of micrometres, which turns the wrist",
+    100561: "1.014 of a jerk between places of a cell whose clock bends much",
+    100628: "1.014 of a jerk at the border of a corner of micrometres",
+}
+"""The same of what is told and looked at in `WideHunt`."""
 
 
 def assert_within_limits(hunt: Hunt) -> None:
@@ -42,9 +52,26 @@ def test_what_was_found_by_hunting_keeps_all_limits(seed: int) -> None:
 
 
 @pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")
-@settings(max_examples=some(30), deadline=None)
+@pytest.mark.parametrize("seed", FOUND_WIDELY)
+def test_what_was_found_by_hunting_widely_keeps_all_limits(seed: int) -> None:
+    hunt = WideHunt(seed)
+    hunt.run()
+    assert_within_limits(hunt)
+
+
+@pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")
+@settings(max_examples=some(12), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_whatever_is_sent_keeps_all_limits(seed: int) -> None:
     hunt = Hunt(seed)
+    hunt.run()
+    assert_within_limits(hunt)
+
+
+@pytest.mark.requirement("FRC003", "FRC005", "FRC012", "FRC013", "FRC014", "FRC015", "FRC016", "FRC025")
+@settings(max_examples=some(60), deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_whatever_is_sent_in_any_mode_keeps_all_limits_paths_and_spheres(seed: int) -> None:
+    hunt = WideHunt(seed)
     hunt.run()
     assert_within_limits(hunt)

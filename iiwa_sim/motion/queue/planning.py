@@ -21,6 +21,8 @@ FREE_S = 0.4
 """A chain that goes on is planned anew from so long before it brakes at its end."""
 LATE = 0.95
 """Part of what is left of a corner that is used, where the robot is past the beginning of the whole one."""
+LITTLE_KEPT_S = 0.04
+"""So much is kept of x where a chain is to end sooner, and no clock was found with more of it."""
 LEAST_CORNER = 0.1
 """Where less than this part of a corner is left, it is too late for it."""
 STRAIGHT_STEPS, STRAIGHT_MU = 40, 0.0005
@@ -94,14 +96,21 @@ def planned_on(
 def ending(chain: Chain, now_s: float, time_s: float) -> Chain | None:
     """A chain, unchanged from now up to a time, that ends with the move under way.
 
-    None where it will have begun to leave that move's path, or no clock brings it to rest in time.
+    None where it will have begun to leave that move's path, or no clock brings it to rest in time: then it
+    mostly is too fast, as it would not have had to stop at that target.
     """
     if not chain.waiting(now_s):
         return chain
     move = chain.move_at(now_s)
-    front = chain.front(now_s, time_s, chain.rest_s, chain.course.leaves_x(move))
-    course = chain.course.ending(front.first_x, move, front.state[0])
-    return at_once(planned(course, front)) if course else None
+    leaves_x = chain.course.leaves_x(move)
+    # What is kept of x may end beside a corner, where it is too fast to rest at the target.
+    for until_x in (leaves_x, min(leaves_x, chain.x(time_s + LITTLE_KEPT_S))):
+        front = chain.front(now_s, time_s, chain.rest_s, until_x)
+        course = chain.course.ending(front.first_x, move, front.state[0])
+        found = at_once(planned(course, front)) if course else None
+        if found is not None:
+            return found
+    return None
 
 
 def _set_out(course: Course, front: Front) -> tuple[float, float]:
@@ -186,7 +195,20 @@ def _controls(front: Front, mean: Array, widths: Array, end_x: float) -> Array:
     second = inner[:, 2] * (0.5 * (before + behind)) ** 2 + inner[:, 1] * (behind - before)
     controls[first + 3 : -2] = inner[:, 0] - second / 6.0
     controls[-3:] = end_x
+    _keep_rising(controls[first + 2 :], mean[:, 0])
     return controls
+
+
+def _keep_rising(controls: Array, x: Array) -> None:
+    """Let x never go back: where cells are too wide for how it changes, control points (m,), but for the
+    first and the last three, are brought between the values beside theirs, `x[k + 1]` for the point k."""
+    falls = np.flatnonzero(np.diff(controls) < 0.0)
+    if len(falls) == 0:
+        return
+    k = np.unique(np.concatenate([falls, falls + 1]))
+    k = k[(k > 0) & (k < len(controls) - 3)]
+    controls[k] = np.clip(controls[k], 0.5 * (x[k] + x[k + 1]), 0.5 * (x[k + 1] + x[k + 2]))
+    controls[:-3] = np.minimum(np.maximum.accumulate(controls[:-3]), controls[-1])
 
 
 def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:

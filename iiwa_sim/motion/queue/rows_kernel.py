@@ -224,6 +224,11 @@ def write(
                 span = way.before[o] * (way.targets[o] - way.targets[o - 1])
                 span += way.after[o] * (way.targets[o + 1] - way.targets[o])
                 if x - last_x < JUMP * span and u - parts[p - 1] < SAME:
+                    # What is behind the jump is told for the place of the jump.
+                    y = u - parts[p - 1]
+                    for i in range(n):
+                        inner[p, 0, i] -= y * (inner[p, 1, i] - 0.5 * y * inner[p, 2, i])
+                        inner[p, 1, i] -= y * inner[p, 2, i]
                     parts[p] = parts[p - 1]
         _over_theta(way, controls, k, 1.0, scratch, 3)
         y = 1.0

@@ -16,6 +16,8 @@ MOST_TIMES = cython.declare(cython.double, 2.0)
 ALMOST = cython.declare(cython.double, 1.001)
 LEAST_LOAD = cython.declare(cython.double, 0.4)
 SMALL = cython.declare(cython.double, 0.75)  # a load: what is between such places does not matter
+LEAST_GAP = cython.declare(cython.double, 1e-3)  # of a cell, between places that are looked at,
+BETWEEN = cython.declare(cython.int, 8)  # in so many parts
 
 
 def widened(
@@ -120,6 +122,8 @@ def inner_loads(
                 if most >= SMALL:
                     for p in range(starts[k + 1] - starts[k]):
                         most = max(most, _load(found, parts, starts[k], starts[k + 1], order, i, p))
+                        if order == 2 and fabs(found[2, i, p]) >= SMALL:
+                            most = max(most, _beside(inner, starts, parts, per_limit, c, k, i, p))
                 largest = max(largest, most)
             loads[k, order] = largest
 
@@ -215,6 +219,76 @@ def _load(
     return max(load, sign * found[order, i, m] + 0.25 * slope * slope / ((rises + falls) * (before + behind)))
 
 
+@cython.cfunc
+@cython.exceptval(check=False)
+def _beside(
+    inner: cython.double[:, :, ::1],
+    starts: cython.Py_ssize_t[::1],
+    parts: cython.double[::1],
+    per_limit: cython.double[:, :, ::1],
+    c: cython.double[::1],
+    k: cython.Py_ssize_t,
+    i: cython.Py_ssize_t,
+    p: cython.Py_ssize_t,
+) -> cython.double:
+    """The largest jerk of a joint, over its limit, between a place of the cell k and those beside it."""
+    largest: cython.double = 0.0
+    o: cython.Py_ssize_t = starts[k] + p
+    if p > 0:
+        largest = _within(inner, parts, c, k, i, o - 1)
+    if o + 1 < starts[k + 1]:
+        largest = max(largest, _within(inner, parts, c, k, i, o))
+    return largest * per_limit[k, 2, i]
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _within(
+    inner: cython.double[:, :, ::1],
+    parts: cython.double[::1],
+    c: cython.double[::1],
+    k: cython.Py_ssize_t,
+    i: cython.Py_ssize_t,
+    o: cython.Py_ssize_t,
+) -> cython.double:
+    """The largest jerk of a joint between the places o and o + 1 of the cell k.
+
+    The third derivative over theta is taken for the cubic that has its values at both places, and leads from
+    the first and second derivatives at the one to those at the other.
+    """
+    h: cython.double = parts[o + 1] - parts[o]
+    if h < LEAST_GAP:
+        return 0.0
+    first: cython.double = inner[o, 2, i]
+    last: cython.double = inner[o + 1, 2, i]
+    # The third derivative is first (1 - t) + last t + t (1 - t) (even + odd (2 t - 1)).
+    even: cython.double = 6.0 * ((inner[o + 1, 1, i] - inner[o, 1, i]) / h - 0.5 * (first + last))
+    odd: cython.double = (inner[o + 1, 0, i] - inner[o, 0, i] - h * inner[o, 1, i]) / (h * h)
+    odd = 60.0 * (first / 3.0 + last / 6.0 + even / 12.0 - odd)
+    dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
+    largest: cython.double = 0.0
+    second: cython.double
+    slope: cython.double
+    third: cython.double
+    u: cython.double
+    b: cython.double
+    d: cython.double
+    t: cython.double
+    m: cython.int
+    for m in range(1, BETWEEN):
+        t = cython.cast(cython.double, m) / BETWEEN
+        third = first + t * (last - first + (1.0 - t) * (even + odd * (2.0 * t - 1.0)))
+        second = first * (1.0 - 0.5 * t) + t * (0.5 * last + even * (0.5 - t / 3.0))
+        second = inner[o, 1, i] + h * t * (second - odd * t * (0.5 - t * (1.0 - 0.5 * t)))
+        slope = inner[o, 0, i] + t * (inner[o + 1, 0, i] - inner[o, 0, i])
+        slope -= t * (1.0 - t) * 0.5 * h * (inner[o + 1, 1, i] - inner[o, 1, i])
+        u = parts[o] + t * h
+        d = (c[k + 1] - c[k]) + u * dd
+        b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
+        largest = max(largest, sqrt(b) * fabs(third * b + 1.5 * second * d + 0.5 * slope * dd))
+    return largest
+
+
 def knot_loads(
     a1: cython.double[:, ::1],
     a2: cython.double[:, ::1],
@@ -270,9 +344,12 @@ def knot_loads(
 @cython.exceptval(check=False)
 def _worst(
     found: cython.double[:, :, ::1],
+    inner: cython.double[:, :, ::1],
+    starts: cython.Py_ssize_t[::1],
     parts: cython.double[::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
+    per_limit: cython.double[:, :, ::1],
+    c: cython.double[::1],
+    k: cython.Py_ssize_t,
     half: cython.int,
     order: cython.Py_ssize_t,
     joint: cython.Py_ssize_t[::1],
@@ -281,6 +358,8 @@ def _worst(
     i: cython.Py_ssize_t
     p: cython.Py_ssize_t
     y: cython.double
+    first: cython.Py_ssize_t = starts[k]
+    last: cython.Py_ssize_t = starts[k + 1]
     most: cython.double = 1.0
     joint[0] = joint[1] = -1
     for p in range(last - first):
@@ -288,6 +367,8 @@ def _worst(
             continue
         for i in range(found.shape[1]):
             y = _load(found, parts, first, last, order, i, p)
+            if order == 2 and y >= SMALL:
+                y = max(y, _beside(inner, starts, parts, per_limit, c, k, i, p))
             if y > most:
                 most = y
                 joint[0] = first + p
@@ -340,7 +421,7 @@ def put_worst(
                 continue
             loads[k, order] = 0.0
             for half in range(2):
-                most = _worst(found, parts, starts[k], starts[k + 1], half, order, joint)
+                most = _worst(found, inner, starts, parts, per_limit, c, k, half, order, joint)
                 if joint[0] < 0:
                     continue
                 p, i = joint[0], joint[1]
