@@ -19,6 +19,8 @@ from tests.blended_path import Joints, Run, Sent
 from tests.stepped import SteppedRobot
 
 KINDS = ("joint", "ptp", "ptpr", "lin", "linr", "lin joint")
+PLACES = ("near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on")
+"""Where targets are, seen from where the chain ends; what comes twice is drawn more often."""
 SCOUT_TICK_S = 0.05
 REACH = 0.75  # of the position limits, for targets far away
 NEAR = 0.12  # of the position limits, from where the chain ends
@@ -70,13 +72,12 @@ def chain_moves(
     anywhere = st.integers(0, 2**32 - 1).map(lambda seed: _random_parts(seed, joint_count))
     along_axes = st.tuples(*[st.sampled_from([0.0, 0.0, -1.0, -0.5, 0.5, 1.0])] * joint_count)
     speeds = st.sampled_from([*SPEEDS, 0.05])
-    places = ["near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on"]
     radii = st.one_of(st.floats(0.0, 80.0), st.floats(5.0, 80.0), st.just(0.0), st.just(500.0))
     waits = st.one_of(st.just(0), st.just(0), st.integers(0, 400), st.just(UNTIL_STOPPED))
     return st.builds(
         ChainMove,
         st.sampled_from(kinds),
-        st.sampled_from(places),
+        st.sampled_from(PLACES),
         st.one_of(anywhere, anywhere, along_axes),
         st.one_of(speeds.map(lambda speed: (speed,) * joint_count), st.tuples(*[speeds] * joint_count)),
         radii,
@@ -351,13 +352,16 @@ def aimed(
     return joints, robot.tcp_frame(joints)
 
 
-def send(robot: SteppedRobot, item: ChainMove | Between) -> bool:
-    """Sends a move or a stop to a robot without a recorder; whether it was accepted."""
+def send(robot: SteppedRobot, item: ChainMove | Between, last: Joints | None = None) -> bool:
+    """Sends a move or a stop to a robot without a recorder; whether it was accepted.
+
+    `last` is where the last move began, in place of where the robot is.
+    """
     if isinstance(item, Between):
         robot.stop()
         return True
     end = robot.controller.end_of_queue
-    target = aimed(item, robot, end, (robot.controller.joints, end))
+    target = aimed(item, robot, end, (last or robot.controller.joints, end))
     return _accepted(_order(item.kind, *target, item.speeds, item.blending_mm), robot.controller, True)
 
 

@@ -10,21 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.requests import MoveRequest
-from iiwa_sim.frames import Frame
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.queue.chain import Chain
-from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
-from tests.stepped import ROBOTS, Array, SteppedRobot, worst_loads
+from tests.chains import KINDS, PLACES, SPEEDS, UNTIL_STOPPED, ChainMove, send
+from tests.stepped import ROBOTS, SteppedRobot, worst_loads
 
-KINDS = ("joint", "ptp", "ptpr", "lin", "linr", "lin joint")
-PLACES = ("near", "near", "shift", "shift", "shift", "far", "small", "tiny", "same", "turn", "back", "on")
-SPEEDS = (1.0, 1.0, 0.7, 0.5, 0.3, 0.1, 0.05)
 TICKS_S = (0.001, 0.001, 0.002, 0.002, 0.004, 0.01)
 HOW = ("once", "bits", "stops", "overrides", "all")
-LEAST_FAR_SPEED = 0.3
 STEP_S = 0.0005  # between places of a plan that are looked at
-UNTIL_STOPPED = -1
+LEAST_SPEED = 0.05
 
 
 class Hunt:
@@ -35,7 +29,7 @@ class Hunt:
         name = self._one_of(ROBOTS)
         self.robot = SteppedRobot(name, self._one_of(TICKS_S))
         self._how = self._one_of(HOW)
-        self._starts: list[Array] = []  # of the moves that were accepted
+        self._starts: list[Joints] = []  # of the moves that were accepted
         self._version = 0  # of the plan that was looked at last
         self.plans = np.zeros(3)
         """The largest velocity, acceleration and jerk in any plan, over their limits."""
@@ -101,63 +95,17 @@ class Hunt:
             self.plans = np.maximum(self.plans, loads)
 
     def _send(self) -> None:
-        robot, controller, d = self.robot, self.robot.controller, self.robot.description
-        joint_count = len(d.joints)
+        joint_count = len(self.robot.description.joints)
         kind, place = self._one_of(KINDS), self._one_of(PLACES)
         parts = self._rng.uniform(-1.0, 1.0, joint_count)
         if self._rng.random() < 0.3:
             parts = np.array([self._one_of((0.0, 0.0, -1.0, -0.5, 0.5, 1.0)) for _ in range(joint_count)])
-        speeds = [self._one_of(SPEEDS) for _ in range(joint_count)]
+        speeds = [self._one_of((*SPEEDS, LEAST_SPEED)) for _ in range(joint_count)]
         if self._rng.random() < 0.5:
             speeds = speeds[:1] * joint_count
-        if place == "far":
-            speeds = [max(speed, LEAST_FAR_SPEED) for speed in speeds]
         radius_mm = self._one_of((*(self._rng.uniform(*each) for each in ((0, 80), (5, 80), (0, 5))), 500.0))
-        end = np.array(controller.end_of_queue)
-        joints, frame = self._target(kind, place, parts, end)
-        a3 = joints[2]
-        requests: dict[str, MoveRequest] = {
-            "joint": joint_move(joints, speeds),
-            "ptp": ptp_move(frame, speeds[0], radius_mm),
-            "ptpr": ptp_move(frame, speeds[0], radius_mm, a3),
-            "lin": lin_move(frame, speeds[0], radius_mm),
-            "linr": lin_move(frame, speeds[0], radius_mm, a3),
-            "lin joint": lin_joint_move(joints, speeds[0], radius_mm),
-        }
-        robot.notice_mode()
-        try:
-            controller.move(requests[kind])
-        except Refused:
-            return
-        self._starts.append(end)
-
-    def _target(self, kind: str, place: str, parts: Array, end: Array) -> tuple[tuple[float, ...], Frame]:
-        """Joints and frame of a target; where the frame is shifted, the joints are only near."""
-        robot, d = self.robot, self.robot.description
-        centre = 0.5 * np.add(d.position_min, d.position_max)
-        reach = 0.5 * np.subtract(d.position_max, d.position_min)
-        last = self._starts[-1] if self._starts else end
-        toward = {
-            "near": end + 0.12 * reach * parts,
-            "far": end + 0.12 * reach * parts if kind.startswith("lin") else centre + 0.75 * reach * parts,
-            "shift": end + 0.06 * reach * parts,
-            "small": end + 2e-3 * parts,
-            "tiny": end + 10.0 ** (-9.0 + 6.0 * abs(parts[0])) * parts,
-            "same": end,
-            "turn": end + np.append(np.zeros(len(end) - 1), parts[-1]),
-            "back": last,
-            "on": end + 0.5 * (end - last),
-        }
-        joints = tuple(np.clip(toward[place], centre - 0.97 * reach, centre + 0.97 * reach).tolist())
-        here = robot.tcp_frame(end.tolist())
-        way = np.concatenate([250.0 * parts[:3], 0.6 * parts[3:6]])
-        if place == "turn":
-            way[:3] = 0.0
-        elif place == "small":
-            way *= 0.01
-        elif place == "on":
-            way[:3] = 0.5 * np.subtract(here[:3], robot.tcp_frame(last.tolist())[:3])
-            way[3:] = 0.0
-        elif place != "shift":
-            return joints, robot.tcp_frame(joints)
-        return joints, Frame(*np.add(here, way).tolist())
+        move = ChainMove(kind, place, tuple(parts), tuple(speeds), radius_mm, 0)
+        end = self.robot.controller.end_of_queue
+        self.robot.notice_mode()
+        if send(self.robot, move, self._starts[-1] if self._starts else end):
+            self._starts.append(end)

@@ -20,6 +20,7 @@ from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import read
 from iiwa_sim.transcript.replay import replay
+from tests.drivers import connect
 from tests.processes import IIWA_SIM, running
 from tests.talking import DEADLINE_S, Client, until
 
@@ -39,24 +40,6 @@ async def simulator() -> AsyncIterator[Simulator]:
     """One with a backdoor."""
     async with Simulator(backdoor_port=0) as simulator:
         yield simulator
-
-
-@pytest.fixture
-async def bench(simulator: Simulator) -> AsyncIterator[Client]:
-    """Connected to the backdoor."""
-    assert simulator.backdoor_port is not None
-    bench = await Client.connect(simulator.backdoor_port)
-    yield bench
-    await bench.leaves()
-
-
-async def connect(simulator: Simulator) -> tuple[Client, int]:
-    """A driver, and its number."""
-    before = set(simulator.backdoor.connections())
-    driver = await Client.connect(simulator.port)
-    await until(lambda: len(simulator.backdoor.connections()) == len(before) + 1)
-    (number,) = set(simulator.backdoor.connections()) - before
-    return driver, number
 
 
 async def told(bench: Client, line: str) -> None:
@@ -110,7 +93,7 @@ async def test_what_a_driver_sees_of_a_fault_of_the_robot(
     status: str,
     undone: str,
 ) -> None:
-    driver, _ = await connect(simulator)
+    driver, _ = await connect(simulator, "iiwa")
     move = FAR.replace("joint", "smart joint") if line == "servo timeout" else FAR
     assert await driver.ask(move) == "done"
     assert await driver.ask(move) == "done", "this one is to wait, or to take the place of the first"
@@ -137,7 +120,7 @@ async def test_what_a_driver_sees_of_a_fault_of_the_robot(
 async def test_the_next_move_is_refused_and_the_one_behind_it_not(
     simulator: Simulator, bench: Client
 ) -> None:
-    driver, _ = await connect(simulator)
+    driver, _ = await connect(simulator, "iiwa")
     await told(bench, "refuse next move : 3021")
     assert await driver.ask("get mode") == "unknown"
     assert await driver.ask("is reachable : 450 200 520 0 -1.57 0") == "reachable"
@@ -149,7 +132,7 @@ async def test_the_next_move_is_refused_and_the_one_behind_it_not(
 
 
 async def test_a_driver_is_answered_what_the_bench_has_laid_down(simulator: Simulator, bench: Client) -> None:
-    driver, _ = await connect(simulator)
+    driver, _ = await connect(simulator, "iiwa")
     await told(bench, "reply : get status = moving 2")
     await told(bench, "reply : joint move = error 0")
     assert [await driver.ask("get status") for _ in range(3)] == ["moving", "moving", "stopped"]
@@ -169,7 +152,7 @@ async def test_krc4_messages_cannot_be_canned() -> None:
 async def test_the_driver_reads_what_the_bench_pushes_and_switches(
     simulator: Simulator, bench: Client
 ) -> None:
-    driver, _ = await connect(simulator)
+    driver, _ = await connect(simulator, "iiwa")
     await told(bench, "push : 1 -2 3 0.5 0 0")
     assert await driver.ask("get cartesian force") == "1.0 -2.0 3.0 0.5 0.0 0.0"
     await told(bench, "release")
@@ -186,7 +169,7 @@ async def test_the_driver_reads_what_the_bench_pushes_and_switches(
 
 
 async def test_rubbish_and_a_bench_that_vanishes_change_nothing(simulator: Simulator, bench: Client) -> None:
-    driver, _ = await connect(simulator)
+    driver, _ = await connect(simulator, "iiwa")
     assert await driver.ask(FAR) == "done"
     for line in ("\x80\xfe\x01", "lin move : 1 2 3", "x" * 5000, ":::"):
         assert (await bench.ask(line)).startswith("error 3040 ")

@@ -39,14 +39,6 @@ async def driver(scene: Scene, simulator: Simulator) -> AsyncIterator[Driver]:
     await driver.leaves()
 
 
-@pytest.fixture
-async def bench(simulator: Simulator) -> AsyncIterator[Client]:
-    assert simulator.backdoor_port is not None
-    bench = await Client.connect(simulator.backdoor_port)
-    yield bench
-    await bench.leaves()
-
-
 async def told(bench: Client, *lines: str) -> None:
     for line in lines:
         assert await bench.ask(line) == "done", line

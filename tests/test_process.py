@@ -33,7 +33,7 @@ def fails(*options: str) -> str:
     return done.stderr
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
 def test_it_ends_in_good_order_while_the_robot_moves(number: int) -> None:
     with running() as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
         robot.joint_move(*FAR)
@@ -58,7 +58,14 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("module", ["iiwa_sim.cli.serve", "asyncio", "numpy", "pinocchio", "ruckig"])
+@pytest.mark.parametrize(
+    "module",
+    [
+        "iiwa_sim.cli.serve",
+        *(pytest.param(each, marks=pytest.mark.slow) for each in ("asyncio", "numpy", "ruckig")),
+        "pinocchio",
+    ],
+)
 def test_a_signal_while_it_loads_ends_it(module: str, tmp_path: Path) -> None:
     """As process 1 of a container would otherwise ignore it, or crash in the midst of loading Pinocchio.
 
@@ -100,7 +107,7 @@ def test_a_robot_folder_with_a_fault(tmp_path: Path) -> None:
     assert str(tmp_path / "robot.toml") in fails("--robot", str(tmp_path), "--port", "0")
 
 
-@pytest.mark.parametrize("command", [("--port", "0"), ("check-cell",)])
+@pytest.mark.parametrize("command", [("--port", "0"), pytest.param(("check-cell",), marks=pytest.mark.slow)])
 def test_a_cell_with_a_fault(tmp_path: Path, command: tuple[str, ...]) -> None:
     (tmp_path / "cell.toml").write_text("[[plane]]\nname = 'table'\nstiffness_n_per_m = 0\n")
     told = fails(*command, str(tmp_path / "cell.toml"))
@@ -117,16 +124,23 @@ def test_a_robot_that_is_not_there() -> None:
         ("--host", "a\nb"),
         *(
             pytest.param(each, marks=pytest.mark.slow)
-            for each in (("--host", ""), ("foo\nbar",), ("a.toml", "foo\nbar"), ("--robot", "a\nb"))
+            for each in (
+                ("--host", ""),
+                ("foo\nbar",),
+                ("a.toml", "foo\nbar"),
+                ("--robot", "a\nb"),
+                ("--robot", "x" * 300),
+            )
         ),
-        ("--robot", "x" * 300),
     ],
 )
 def test_odd_arguments_end_with_one_line(options: tuple[str, ...]) -> None:
     fails("--port", "0", *options)
 
 
-@pytest.mark.parametrize("options", [(), ("--version",), ("--help",)])
+@pytest.mark.parametrize(
+    "options", [(), *(pytest.param((each,), marks=pytest.mark.slow) for each in ("--version", "--help"))]
+)
 def test_a_stdout_that_takes_nothing(options: tuple[str, ...]) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(

@@ -129,16 +129,6 @@ class Piecemeal(Deviating):
         connection.sendall(b"\r\n")
 
 
-class TwoEnds(Deviating):
-    r"""Takes \r\n and \n\r for two ends."""
-
-    def split(self, data: bytes) -> list[bytes]:
-        return re.split(rb"\r|\n", data)
-
-    def answer(self, connection: socket.socket, line: bytes) -> bool:
-        return True if not line else super().answer(connection, line)
-
-
 class OnlyNewlines(Deviating):
     r"""Waits for \n."""
 

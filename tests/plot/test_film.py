@@ -64,6 +64,7 @@ def test_a_page_asks_no_other_host(short: Recording) -> None:
         assert f".fa-{symbol}::before" in page
 
 
+@pytest.mark.slow
 def test_an_mp4_is_made_by_ffmpeg(short: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = tmp_path / "ffmpeg"
     program.write_text(FFMPEG)
@@ -89,6 +90,7 @@ def test_without_ffmpeg_it_says_so(
     assert not output.exists()
 
 
+@pytest.mark.slow
 def test_the_command_writes_picture_and_film_of_a_cell(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

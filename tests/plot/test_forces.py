@@ -139,15 +139,10 @@ def test_a_force_move_that_never_began_has_no_band() -> None:
     assert bands(force_panel(draw(recording))) == []
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("threshold", ["1e-300", "1e300", "1.7e308"])
 @pytest.mark.parametrize(
-    "threshold", [*(pytest.param(each, marks=pytest.mark.slow) for each in ("1e-300", "1e300")), "1.7e308"]
-)
-@pytest.mark.parametrize(
-    "cell",
-    [
-        pytest.param(robot_alone(), id="alone", marks=pytest.mark.slow),
-        pytest.param(load_cell(TABLE), id="table"),
-    ],
+    "cell", [pytest.param(robot_alone(), id="alone"), pytest.param(load_cell(TABLE), id="table")]
 )
 def test_any_threshold_can_be_drawn(threshold: str, cell: object) -> None:
     assert isinstance(cell, type(robot_alone()))

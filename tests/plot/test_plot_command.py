@@ -37,6 +37,7 @@ def told_by(arguments: list[str | Path], capsys: pytest.CaptureFixture[str]) -> 
     return err
 
 
+@pytest.mark.slow
 def test_as_a_process(tmp_path: Path) -> None:
     output = tmp_path / "picture.svg"
     done = subprocess.run(
