@@ -27,7 +27,7 @@ RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['p
 # links to one. The .pyc files stay: they halve the start.
 WORKDIR /opt/iiwa-sim/lib/python/site-packages
 RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
-        numpy/distutils numpy/f2py numpy/fft numpy/ma numpy/polynomial numpy/testing \
+        numpy/distutils numpy/f2py numpy/fft numpy/ma numpy/testing \
     && find . -type d '(' -name include -o -name tests -o -name cmake -o -name pkgconfig ')' -prune -exec rm -rf {} + \
     && find . '(' -name '*.a' -o -name '*.pyi' ')' -delete \
     && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix

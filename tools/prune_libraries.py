@@ -15,6 +15,7 @@ from pathlib import Path
 LACKING = {
     "matplotlib",
     "mcap",
+    "mpl_toolkits",
     "pytest",
     "shtab",
     "testcontainers",

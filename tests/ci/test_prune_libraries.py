@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 import tomllib
 from pathlib import Path
@@ -35,3 +36,11 @@ def test_each_library_that_a_module_imports_is_in_an_image_or_known_to_lack() ->
 def test_an_image_has_the_extras_that_are_said_to_be_in_it() -> None:
     extras = [*PROJECT["optional-dependencies"]["rosbridge"], *PROJECT["optional-dependencies"]["http"]]
     assert {line.partition(">")[0] for line in extras} == {"cbor2", "h11", "websockets"}
+
+
+def test_what_of_numpy_an_image_does_not_have_nothing_of_ours_asks_for() -> None:
+    """Numpy loads its parts when they are named: `np.fft.fft` is no import that others would see."""
+    gone = set(re.findall(r" numpy/(\w+)", (ROOT / "Dockerfile").read_text()))
+    assert {"f2py", "ma"} <= gone
+    asked = re.compile(rf"\b(?:np|numpy)\.(?:{'|'.join(sorted(gone))})\b")
+    assert [path for path in (ROOT / "iiwa_sim").rglob("*.py") if asked.search(path.read_text())] == []
