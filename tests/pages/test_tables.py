@@ -8,8 +8,9 @@ from iiwa_sim.cli.server_options import server_parser
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.remembered import Exchange
-from tools.pages import commands, dialogues, tables
+from tools.pages import commands, dialogues, refusals, tables
 from tools.pages.dialogues import Turn
+from tools.pages.refusals import Refusal
 
 
 def test_the_page_of_errors_has_them_all() -> None:
@@ -43,12 +44,37 @@ def test_a_command_has_its_usage_dialogue_refusals_and_requirements() -> None:
         Exchange("driver", "get input", "get input : 1", "0"),
         Exchange("driver", "get input", "get input : 1", "0"),
     ]
-    page = commands._command(load_table("iiwa").commands["get input"], [dialogues.turns(said)])
+    asked = [
+        Refusal(1, "", "get input : 18", "1 no input 18: there are inputs 1 to 16"),
+        Refusal(3040, "", "get input", "3040 get input takes n: 1 value, got 0"),
+        Refusal(3030, "the emergency stop is pressed", "get input : 1", "3030 emergency stop"),
+    ]
+    page = commands._command(load_table("iiwa").commands["get input"], [dialogues.turns(said)], asked)
     assert "```\nget input : n\n```" in page
     assert "An extension" in page
     assert "> get input : 1\n< 0    (2 times)" in page
-    assert "| `get input : 17` | [1](../errors.md#1) no input 17: there are inputs 1 to 16 |" in page
+    assert [line for line in page.splitlines() if "errors.md" in line] == [
+        "|  | `get input : 17` | [1](../errors.md#1) no input 17: there are inputs 1 to 16 |",
+        "| the emergency stop is pressed | `get input : 1` | [3030](../errors.md#3030) emergency stop |",
+        "|  | `get input` | [3040](../errors.md#3040) get input takes n: 1 value, got 0 |",
+    ]
     assert "- FRC023: " in page
+
+
+def test_refusals_are_those_of_a_robot_that_was_asked() -> None:
+    table = load_table("iiwa").commands
+    with refusals.asker() as robot:
+        found = {
+            name: robot.refusals(table[name]) for name in ("linr move", "direct joint move", "get status")
+        }
+    codes = {name: {each.code for each in told} for name, told in found.items()}
+    assert codes["linr move"] >= {3010, 3021, 3022, 3023, 3030, 3040, 3060}
+    assert codes["direct joint move"] >= {3010, 3020, 3023, 3030, 3040, 3060}
+    assert codes["get status"] == set()
+    assert set().union(*codes.values()) <= set(load_error_codes())
+    reasons = [each.told for each in found["linr move"]]
+    assert len(reasons) == len(set(reasons))
+    assert any("gravity hold" in each for each in reasons)
 
 
 def test_a_dialogue_begins_with_what_was_said_before() -> None:

@@ -15,8 +15,9 @@ from iiwa_sim.dialect.wire.table import Command, Quantity
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.transcript.lines import read
 from tests.requirements import REQUIREMENTS
-from tools.pages import dialogues
+from tools.pages import dialogues, refusals
 from tools.pages.dialogues import Turn
+from tools.pages.refusals import Refusal
 
 JOINTS = 7
 """Of the robot with which the page of the backdoor counts joints."""
@@ -44,8 +45,10 @@ def pages() -> list[Page]:
 def _iiwa() -> Iterable[Page]:
     commands = list(load_table("iiwa").commands.values())
     said = dialogues.held()
-    for command in commands:
-        yield Page(f"reference/commands/{slug(command.name)}.md", _command(command, said))
+    with refusals.asker() as robot:
+        for command in commands:
+            page = _command(command, said, robot.refusals(command))
+            yield Page(f"reference/commands/{slug(command.name)}.md", page)
     groups = {
         "Of the original protocol": [each for each in commands if not each.extension],
         "Extensions: a driver for the real robot does without": [each for each in commands if each.extension],
@@ -58,7 +61,7 @@ def _iiwa() -> Iterable[Page]:
     yield Page("reference/commands/index.md", text)
 
 
-def _command(command: Command, said: Sequence[Sequence[Turn]]) -> str:
+def _command(command: Command, said: Sequence[Sequence[Turn]], refused: Sequence[Refusal]) -> str:
     kind = "An extension: the original does not know it." if command.extension else ""
     parts = [
         f"# {command.name}",
@@ -68,7 +71,7 @@ def _command(command: Command, said: Sequence[Sequence[Turn]]) -> str:
         _reply(command),
         f"It enters the mode `{command.mode}`." if command.mode != "any" else "",
         f"## A dialogue\n\n```\n{dialogues.text(dialogues.example(said, command.name))}\n```",
-        _refusals(dialogues.refusals(said, command.name)),
+        _refusals(dialogues.refusals(said, command.name), refused),
         _original(command),
         _requirements(command.requirements),
         _method("Iiwa", command.name.replace(" ", "_")),
@@ -105,11 +108,20 @@ def _reply(command: Command) -> str:
     return "Reply: a line of words, or `error`."
 
 
-def _refusals(found: Sequence[tuple[str, str]]) -> str:
-    if not found:
+def _refusals(found: Sequence[tuple[str, str]], asked: Sequence[Refusal] = ()) -> str:
+    """Those of the dialogues, and of what was asked for those with codes that they have not."""
+    shown = {told.partition(" ")[0] for _, told in found}
+    rows = [("", line, told) for line, told in dict(found).items()]
+    rows += [
+        (each.situation, each.line, each.told)
+        for each in asked
+        if each.situation or str(each.code) not in shown
+    ]
+    if not rows:
         return ""
-    rows = [f"| `{line}` | {_linked(told)} |" for line, told in dict(found).items()]
-    return "\n".join(["## Refusals", "", "| said | `get error` |", "|---|---|", *rows])
+    rows.sort(key=lambda row: row[2].split()[0].zfill(4))
+    table = [f"| {situation} | `{line}` | {_linked(told)} |" for situation, line, told in rows]
+    return "\n".join(["## Refusals", "", "| | said | code and reason |", "|---|---|---|", *table])
 
 
 def _linked(told: str) -> str:
@@ -164,6 +176,7 @@ def _message(message: Message, said: Sequence[Sequence[Turn]]) -> str:
         "## A dialogue",
         "In the [short form](../../krc4.md#recorded-replayed-drawn): values that are 0 are left out.",
         f"```\n{dialogues.text(dialogues.example(said, message.tag))}\n```",
+        _refusals(dialogues.refused_messages(said, message.tag)),
         _requirements(message.requirements),
         _method("Krc4", message.tag.lower()),
     ]
@@ -185,6 +198,7 @@ def _backdoor() -> Iterable[Page]:
             _quantities(command.parameters),
             _reply(command).replace("`error`", "`error CODE REASON`"),
             f"## A dialogue\n\n```\n{dialogues.text(dialogues.example(said, command.name))}\n```",
+            _refusals(dialogues.refused_lines(said, command.name)),
         ]
         yield Page(f"reference/bench/{slug(command.name)}.md", _joined(parts))
     rows = [f"| [`{each.name}`]({slug(each.name)}.md) | {each.summary} |" for each in commands]

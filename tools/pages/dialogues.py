@@ -5,11 +5,13 @@ The transcripts are patterns that hold for any pose; what stands in a page was r
 
 from __future__ import annotations
 
+import re
 import socket
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.remembered import Exchange
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Said, Transcript, command_of, shipped
@@ -94,6 +96,26 @@ def refusals(dialogues: Sequence[Sequence[Turn]], command: str) -> list[tuple[st
         for dialogue in dialogues
         for turn, after in pairwise(dialogue)
         if turn.command == command and turn.reply == "error" and after.command == "get error"
+    ]
+
+
+def refused_messages(dialogues: Sequence[Sequence[Turn]], message: str) -> list[tuple[str, str]]:
+    """Messages in KRC4 that were refused, each with the code of its reply and what that means."""
+    found = []
+    for turn in (each for dialogue in dialogues for each in dialogue if each.command == message):
+        code = re.search(r"\bI1=-\d+ I2=(\d+)", turn.reply)
+        if code is not None:
+            found.append((turn.line, f"{code[1]} {load_error_codes()[int(code[1])].meaning}"))
+    return found
+
+
+def refused_lines(dialogues: Sequence[Sequence[Turn]], command: str) -> list[tuple[str, str]]:
+    """Lines of the backdoor that were refused, each with code and reason."""
+    return [
+        (turn.line, turn.reply.removeprefix("error "))
+        for dialogue in dialogues
+        for turn in dialogue
+        if turn.command == command and turn.reply.startswith("error ")
     ]
 
 

@@ -1,0 +1,190 @@
+"""Refusals for the pages of commands: what a robot really says no to, found by asking it in many ways.
+
+Each command is said in several situations (emergency stop, drives off, a gravity hold ...) with values that
+may not do: too few, out of range, out of reach, beyond a joint's limit, through a singular pose. Of what is
+refused one line is kept for each code and situation.
+"""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import product
+from math import pi
+from typing import NamedTuple
+
+from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.dialect.wire.decimals import format_decimals
+from iiwa_sim.dialect.wire.dialogue import DialogueLine
+from iiwa_sim.dialect.wire.table import Command, Quantity
+from iiwa_sim.frames import Frame, quaternion_from_rotation
+from iiwa_sim.simulator import Simulator
+
+PATIENCE_S = 60.0
+REFUSED = "error"
+FAREWELL = "bye"
+"""It ends the connection, and nothing refuses it."""
+
+FINE: dict[str, float] = {
+    "speed": 0.5,
+    "n": 1,
+    "value": 1,
+    "override": 0.5,
+    "stiffness": 1000,
+    "joint_stiffness": 100,
+}
+"""Values that do, of quantities for which 0 does not, or would not say much."""
+THRESHOLD_N = 10.0
+HERE = Frame(450, 0, 520, 0, -1.57079, 0)
+"""Some mm from where the TCP is at home."""
+NEAR = HERE._replace(y_mm=100)
+FRAMES = (
+    NEAR,
+    HERE._replace(x_mm=2000),
+    HERE._replace(x_mm=-450),
+    HERE._replace(y_mm=60, alpha=pi),
+    Frame(150, 0, 1306, pi, 0.5 * pi, pi),
+    Frame(-180, 60, 910, -1.2, 1.1, -1.3),
+)
+JOINTS = (
+    (0, 0.5, 0.2, -1, 0, 1.5, 0),
+    (3.1, 0.5, 0.2, -1, 0, 1.5, 0),
+    (0, 0, 0, 0, 0, 0, 0),
+)
+REDUNDANCIES = (0.0, 1.5, 2.9)
+NUMBERS = (1, 17)
+
+
+class Refusal(NamedTuple):
+    """A line that was refused."""
+
+    code: int
+    situation: str
+    line: str
+    told: str
+    """Code and reason."""
+
+
+SITUATIONS: dict[str, Callable[[Backdoor], None]] = {
+    "": lambda _: None,
+    "the emergency stop is pressed": Backdoor.emergency_stop,
+    "the drives are off": lambda backdoor: backdoor.switch_drives(on=False),
+    "after a protective stop": Backdoor.protective_stop,
+}
+HOLD = "in a gravity hold"
+HOLDS = "start gravity : 100"
+
+
+@contextmanager
+def asker() -> Iterator[Asker]:
+    """Of the default robot."""
+    with Simulator(clock="stepped") as simulator:
+        found = Asker(simulator)
+        try:
+            yield found
+        finally:
+            found.close()
+
+
+class Asker:
+    """A robot in stepped time, and a driver of it."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._why = ""  # of the last refusal: get error tells the state of error first, if there is one
+        simulator.dialogue.listeners.append(self._hear)
+        self._socket = socket.create_connection((simulator.host, simulator.port), timeout=PATIENCE_S)
+        self._replies = self._socket.makefile("r")
+
+    def close(self) -> None:
+        """Hang up."""
+        self._replies.close()
+        self._socket.close()
+
+    def refusals(self, command: Command) -> list[Refusal]:
+        """What a command is refused for, in the order of the codes."""
+        found: list[Refusal] = []
+        if command.name == FAREWELL:
+            return found
+        for situation in (*SITUATIONS, HOLD):
+            for line in lines(command) if not situation else [_line(command, _fine(command))]:
+                self._prepare(situation)
+                if self._say(line) != REFUSED:
+                    continue
+                new = Refusal(int(self._why.split()[0]), situation, line, self._why)
+                if not any(
+                    new.told == each.told or (new.code, new.situation) == (each.code, each.situation)
+                    for each in found
+                ):
+                    found.append(new)
+        return sorted(found, key=lambda each: each.code)
+
+    def _prepare(self, situation: str) -> None:
+        self._say("stop")
+        self._simulator.run_until_stopped()
+        self._simulator.backdoor.restore_state("start")
+        if situation == HOLD:
+            self._say(HOLDS)
+        else:
+            SITUATIONS[situation](self._simulator.backdoor)
+
+    def _hear(self, line: DialogueLine) -> None:
+        self._why = line.reason or self._why
+
+    def _say(self, line: str) -> str:
+        self._socket.sendall(f"{line}\r\n".encode())
+        return self._replies.readline().strip()
+
+
+def lines(command: Command) -> Iterator[str]:
+    """A command with values of many kinds, of which some may be refused."""
+    fine = _fine(command)
+    for frame, joints, r, number in product(FRAMES, JOINTS, REDUNDANCIES, NUMBERS):
+        different = [(frame, FRAMES), (joints, JOINTS), (r, REDUNDANCIES), (number, NUMBERS)]
+        if sum(value != values[0] for value, values in different) > 1:
+            continue
+        line = _line(command, _with(command, fine, frame, joints, r, number))
+        if line != _line(command, fine) or frame == FRAMES[0]:
+            yield line
+    if command.parameters:
+        yield _line(command, fine[:-1])
+    for place, quantity in enumerate(command.parameters):
+        if (beyond := _out_of_range(quantity)) is not None:
+            yield _line(command, [*fine[:place], beyond, *fine[place + 1 :]])
+
+
+def _line(command: Command, values: Sequence[float]) -> str:
+    return f"{command.name} : {format_decimals(values).decode()}" if values else command.name
+
+
+def _fine(command: Command) -> list[float]:
+    return _with(command, [_usual(each) for each in command.parameters], FRAMES[0], JOINTS[0], 0.0, 1)
+
+
+def _usual(quantity: Quantity) -> float:
+    if quantity.name.startswith("threshold"):
+        return THRESHOLD_N
+    return 0.5 if quantity.name in {f"v{joint}" for joint in range(7)} else FINE.get(quantity.name, 0.0)
+
+
+def _with(
+    command: Command, values: Iterable[float], frame: Frame, joints: Sequence[float], r: float, number: int
+) -> list[float]:
+    """The values with another target, redundancy and number, in the places where the command has them."""
+    way = Frame(*(there - here for there, here in zip(frame, HERE, strict=True)))
+    quaternion = quaternion_from_rotation(frame.to_transform().rotation)
+    named = dict(zip(("x", "y", "z", "alpha", "beta", "gamma"), frame, strict=True))
+    named |= dict(zip(("dx", "dy", "dz", "dalpha", "dbeta", "dgamma"), way, strict=True))
+    named |= dict(zip(("qx", "qy", "qz", "qw"), quaternion, strict=True))
+    named |= {f"j{place}": value for place, value in enumerate(joints)}
+    named |= {"r": r, "n": float(number)}
+    return [named.get(each.name, value) for each, value in zip(command.parameters, values, strict=True)]
+
+
+def _out_of_range(quantity: Quantity) -> float | None:
+    if quantity.maximum is not None:
+        return quantity.maximum + 1.0
+    if quantity.minimum is not None:
+        return quantity.minimum - 1.0
+    return quantity.above
