@@ -17,6 +17,8 @@ from iiwa_sim.robot.inverse import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found
 
+_REMEDY = "PTP gets there"
+"""What a line cannot reach on its way, where its end can be reached."""
 ROUNDING_RAD = 1e-9
 """So far beyond a limit a joint may seem to be that stands on it."""
 SAME_RAD = 1e-6
@@ -90,19 +92,20 @@ class LinPlanner:
         if float(np.abs(np.subtract(line.end, joints)).max()) > SAME_RAD:
             ends = "a line to that pose ends in other joint positions"
             if self._inverse.status(line.end) != wanted:
-                reason = f"{ends}, with the arm bent another way: a singular pose lies between"
+                reason = f"{ends}, with the arm bent another way: a singular pose lies between, {_REMEDY}"
                 raise Refused(CROSSING_SINGULARITY, reason)
-            raise Refused(ROBOT_CONFIGURATION, f"{ends}, a joint a turn away")
+            raise Refused(ROBOT_CONFIGURATION, f"{ends}, a joint a turn away: {_REMEDY}")
         return line
 
     def _line(self, start: Joints, tcp_line: TcpLine, redundancy: float, status: int) -> Polynomial:
         try:
             line = lin(self._inverse, start, tcp_line, redundancy, status)
         except LineOutOfReach as out:
-            raise Refused(OUT_OF_REACH, f"the line is out of reach after {out.s:.1%} of its way") from None
+            reason = f"the line is out of reach after {out.s:.1%} of its way: {_REMEDY}"
+            raise Refused(OUT_OF_REACH, reason) from None
         except SingularLine as singular:
             name = self._description.joints[singular.joint]
-            where = f"after {singular.s:.1%} of the line, close to a singular pose"
+            where = f"after {singular.s:.1%} of the line, close to a singular pose: {_REMEDY}"
             raise Refused(CROSSING_SINGULARITY, f"{name} would have to jump {where}") from None
         self._check_end(line.end, "end")
         self._check_limits(line)
@@ -122,5 +125,5 @@ class LinPlanner:
             raise Refused(
                 JOINT_LIMIT,
                 f"{d.joints[found.joint]} would pass its limit of {limit:.7g} rad ({degrees(limit):g} deg) "
-                f"after {found.s:.1%} of the line",
+                f"after {found.s:.1%} of the line: {_REMEDY}",
             )

@@ -81,7 +81,9 @@ class Moves:
         core.faults.check()
         self.check_hold()
         if core.motions.waiting >= LONGEST_QUEUE:
-            raise Refused(EXECUTION, f"{LONGEST_QUEUE} moves are waiting already")
+            raise Refused(
+                EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
+            )
         start = self.end_of_queue()
         plan = self._planned(request, start)
         if request.thresholds is not None:

@@ -142,7 +142,10 @@ class Planner:
         with np.errstate(over="ignore", invalid="ignore"):  # the least of all speeds take longer than a float
             length_s = float((ways / limits.velocity).max())
         if not length_s <= LONGEST_MOVE_S:
-            raise Refused(EXECUTION, f"at this speed the move would take more than {LONGEST_MOVE_S:g} s")
+            raise Refused(
+                EXECUTION,
+                f"at this speed the move would take more than {LONGEST_MOVE_S:g} s: expected a faster one",
+            )
         return Plan(path, limits, 0.0 if ways.max() < STANDSTILL_RAD else length_s, zone)
 
     def _sphere(self, target: Joints, blending_mm: float, tool_in_flange: Transform) -> Zone | None:

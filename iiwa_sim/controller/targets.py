@@ -60,7 +60,8 @@ class Targets:
         braking_s = full.velocity / full.acceleration + 2.0 * full.acceleration / full.jerk
         braking = full.velocity * braking_s if moving else 0.0
         if (way + braking > limits.velocity * LONGEST_APPROACH_S).any():
-            reason = f"at this speed the target might take more than {LONGEST_APPROACH_S:g} s"
+            longest = f"more than {LONGEST_APPROACH_S:g} s"
+            reason = f"at this speed the target might take {longest}: expected a faster one"
             raise Refused(EXECUTION, reason)
 
     def _checked(
@@ -77,7 +78,7 @@ class Targets:
             raise Refused(
                 TARGET_NOT_REACHABLE,
                 f"{self._names[farthest]} is {way[farthest]:.7g} rad from the target: a direct move goes "
-                f"{DIRECT_REACH_RAD:g} rad at most",
+                f"{DIRECT_REACH_RAD:g} rad at most, a smart move anywhere",
             )
         full = self.limits[mode]
         limits = full.at_speed(speed_rel)

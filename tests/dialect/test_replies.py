@@ -117,6 +117,7 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
         ("lin mov : 1", "no such command; did you mean lin move"),
         ("LIN MOOVE : 1", "no such command; did you mean lin move"),
         ("launch", "no such command"),
+        ("<Cmd I0='1' I1='100'/>", "no such command; messages in XML go to a robot with --dialect krc4"),
     ],
 )
 def test_a_reason_names_what_was_expected(line: str, reason: str) -> None:

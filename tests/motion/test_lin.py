@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
-from tests.asked import lin_joint_move, lin_move
+from tests.asked import lin_joint_move, lin_move, ptp_move
 from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits
 
@@ -293,8 +293,24 @@ def test_a_line_that_would_turn_a_joint_beyond_its_limit_is_refused() -> None:
         robot.controller.move(lin_move(end._replace(z_mm=end.z_mm + 20.0), 1.0, 0.0))
     assert refused.value.code == JOINT_LIMIT
     limit = robot.description.position_max[5]
-    told = rf"A6 would pass its limit of {limit:.7g} rad \(350 deg\) after [\d.]+% of the line"
+    told = (
+        rf"A6 would pass its limit of {limit:.7g} rad \(350 deg\) after [\d.]+% of the line: PTP gets there"
+    )
     assert re.fullmatch(told, refused.value.reason)
+
+
+@pytest.mark.parametrize("robot_name", ARMS)
+@settings(max_examples=some(60), deadline=None)
+@given(parts=st.tuples(*[st.floats(0.01, 0.99)] * 7))
+def test_where_ptp_is_named_as_the_way_out_it_is_one(robot_name: str, parts: tuple[float, ...]) -> None:
+    controller, robot = SteppedRobot(robot_name).controller, SteppedRobot(robot_name).description
+    ranges = zip(robot.position_min, robot.position_max, parts, strict=False)
+    target = controller.tcp_frame_at(tuple(low + part * (high - low) for low, high, part in ranges))
+    try:
+        controller.check(lin_move(target, 0.5, 0.0))
+    except Refused as refused:
+        if "PTP" in refused.reason:
+            controller.check(ptp_move(target, 0.5, 0.0))
 
 
 def test_a_line_of_six_axes_passes_the_stretched_wrist() -> None:

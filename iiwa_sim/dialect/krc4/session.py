@@ -117,7 +117,8 @@ class Krc4Session:
 
     def _break_off(self, reason: str, wire: bytes) -> bytes:
         self._closing = True
-        why = f"{reason}; the connection ends"
+        hint = "" if b"<" in wire else "; lines of text go to a robot with --dialect iiwa"
+        why = f"{reason}; the connection ends{hint}"
         return self._refuse(_NO_MESSAGE, word_for_word(wire), COMMUNICATION_FAILURE, why)
 
     def _reply(self, element: Element, wire: bytes) -> bytes:

@@ -242,6 +242,8 @@ class Table:
             command = self.commands.get(" ".join(words[:count]).lower())
             if command is not None and not colon and (command.parameters or command.phrase):
                 return f"expected a colon behind '{command.name}'"
+        if words[0].startswith("<"):
+            return "no such command; messages in XML go to a robot with --dialect krc4"
         meant = self._names.nearest(spelling)
         return f"no such command; did you mean {meant}" if meant else "no such command"
 
