@@ -42,7 +42,7 @@ class Corner(NamedTuple):
     exact_before_s: float
 
 
-class Taken(NamedTuple):
+class CornerTimes(NamedTuple):
     """Durations (s) of a corner with its blending and with an exact stop, and its joints at each tick."""
 
     blended_s: float
@@ -65,17 +65,17 @@ def corners(robot: str) -> list[Corner]:
     ]
 
 
-def take(robot: str, corner: Corner, tick_s: float) -> Taken:
+def take(robot: str, corner: Corner, tick_s: float) -> CornerTimes:
     """Run a corner with its blending, and with an exact stop."""
     runs = []
     for blending in (True, False):
         controller = Controller(load_robot(robot), tick_s, start=corner.start)
         runs.append(run(controller, corner.moves, blending=blending))
     blended, exact = runs
-    return Taken((len(blended) - 1) * tick_s, (len(exact) - 1) * tick_s, blended)
+    return CornerTimes((len(blended) - 1) * tick_s, (len(exact) - 1) * tick_s, blended)
 
 
-def slowest_mm_s(robot: str, corner: Corner, taken: Taken, tick_s: float) -> float:
+def slowest_mm_s(robot: str, corner: Corner, taken: CornerTimes, tick_s: float) -> float:
     """The least speed of the TCP in the sphere round the corner."""
     description = load_robot(robot)
     model = Model(description)

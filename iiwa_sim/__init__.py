@@ -34,7 +34,7 @@ if TYPE_CHECKING:
         ReplyError,
         UnknownCommandError,
     )
-    from iiwa_sim.clock.clock import StillMoving
+    from iiwa_sim.clock.errands import StillMoving
     from iiwa_sim.controller.errors import Refused
     from iiwa_sim.controller.snapshot import Snapshot
     from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
@@ -105,7 +105,7 @@ _HOMES = {
         *("AsyncIiwa", "AsyncKrc4", "Iiwa", "Krc4"),
         *("CommandError", "Krc4Error", "ReplyError", "UnknownCommandError"),
     ),
-    "clock.clock": ("StillMoving",),
+    "clock.errands": ("StillMoving",),
     "controller.errors": ("Refused",),
     "controller.snapshot": ("Snapshot",),
     "dialect.wire.canned": ("UNTIL_CLEARED",),

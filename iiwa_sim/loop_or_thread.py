@@ -40,7 +40,7 @@ class LoopOrThread(ABC):
         """Something is about to be called: what is in the loop has to be as of now."""
 
     @abstractmethod
-    def _heed(self) -> None:
+    def _commanded(self) -> None:
         """Called after a function has run in the loop, which may have changed something there."""
 
     def __enter__(self) -> Self:
@@ -84,7 +84,7 @@ class LoopOrThread(ABC):
         try:
             return function()
         finally:
-            self._heed()
+            self._commanded()
 
     def _leave(self, thread: LoopThread) -> None:
         async def leave() -> None:

@@ -6,11 +6,10 @@ where there is none from the command line, then from the ini file.
 
 import hashlib
 import importlib.util
-import os
 import re
 import shlex
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import count
 from pathlib import Path
@@ -18,13 +17,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pytest
 
+from iiwa_sim.pytest_options import INI, OPTIONS, check, failure, options_of, take
+
 if TYPE_CHECKING:
     from iiwa_sim.controller.snapshot import Snapshot
     from iiwa_sim.recording import Recording
     from iiwa_sim.simulator import Simulator
-
-DEFAULT_CLOCK = "fast"
-"""A driver's tests wait for motion most of their time, and few of them ask how long it takes."""
 
 ARTIFACT_RATE_HZ = 100
 """States in a simulated second of a recording that is made in case the test fails: with the clock `fast` each
@@ -39,44 +37,7 @@ REPORT_S = 10.0
 """So long a report waits for the robot's thread, which a test may block."""
 
 
-class _Option(NamedTuple):
-    kind: type | tuple[type, ...]
-    expected: str
-
-
-_PATH = _Option((str, os.PathLike), "a name or a path")
-_FILE = _Option((str, os.PathLike), "the path of a file")
-_SECONDS = _Option((int, float), "a number of seconds")
-_PORT = _Option(int, "a port")
-_OPTIONS = {
-    "robot": _PATH,
-    "cell": _PATH,
-    "dialects": _Option((list, tuple), "a list, of iiwa or krc4 or both"),
-    "clock": _Option(str, "real, 10x, fast or stepped"),
-    "rate_hz": _Option(int, "a whole number"),
-    "servo_timeout_s": _SECONDS,
-    "port": _PORT,
-    "status_port": _PORT,
-    "status_rate_hz": _Option(int, "a whole number"),
-    "strict": _Option(bool, "True or False"),
-    "exclusive": _Option(bool, "True or False"),
-    "reconnect_pause_s": _SECONDS,
-    "transcript": _FILE,
-    "record": _FILE,
-    "record_rate_hz": _Option(int, "a whole number"),
-}
-_INI = {
-    "robot": "name or folder of the robot",
-    "cell": "path of a cell.toml, which names its robot",
-    "dialect": "what is spoken: iiwa (default), krc4, or both with a comma between",
-    "clock": f"how simulated time passes: real, 10x, fast or stepped (default: {DEFAULT_CLOCK})",
-    "rate": "ticks per second, 100 to 1000",
-    "strict": "whether more values than a command takes are an error: true or false (default: false)",
-}
-_NAMES = {"rate": "rate_hz", "dialect": "dialects"}
-
-
-class _Watched(NamedTuple):
+class _Robot(NamedTuple):
     """What a report shows of a robot."""
 
     name: str
@@ -86,14 +47,14 @@ class _Watched(NamedTuple):
     """The recording that is kept if a test fails."""
 
 
-_WATCHED = pytest.StashKey[list[_Watched]]()
+_ROBOTS = pytest.StashKey[list[_Robot]]()
 _FAILED = pytest.StashKey[bool]()
 _SESSION = "iiwa_session"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("iiwa-sim", "the simulated robot of the fixture iiwa")
-    for name, says in _INI.items():
+    for name, says in INI.items():
         group.addoption(f"--iiwa-{name}", metavar=name.upper(), help=says)
         parser.addini(f"iiwa_{name}", says)
     group.addoption(
@@ -106,7 +67,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line(
-        "markers", f"iiwa({', '.join(f'{name}=...' for name in _OPTIONS)}): options of the fixture iiwa"
+        "markers", f"iiwa({', '.join(f'{name}=...' for name in OPTIONS)}): options of the fixture iiwa"
     )
     folder = config.getoption("--iiwa-artifacts")
     if folder is not None:
@@ -121,8 +82,8 @@ def iiwa(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
 
     It has the methods of `iiwa_sim.Simulator`. What the marker `iiwa` gives is handed on to it.
     """
-    watched = request.node.stash.setdefault(_WATCHED, [])
-    with _robot("iiwa", _options(request), watched, _artifact(request, request.node.nodeid)) as robot:
+    shown = request.node.stash.setdefault(_ROBOTS, [])
+    with _robot("iiwa", options_of(request), shown, _artifact(request, request.node.nodeid)) as robot:
         yield robot
 
 
@@ -133,18 +94,18 @@ def iiwa_factory(request: pytest.FixtureRequest) -> "Iterator[Callable[..., Simu
     `iiwa_factory(robot="lbr_iiwa_14_r820", cell=..., clock="stepped")` takes what the marker `iiwa` takes,
     which with command line and ini file says what holds for all of them.
     """
-    watched = request.node.stash.setdefault(_WATCHED, [])
-    common = _options(request)
+    shown = request.node.stash.setdefault(_ROBOTS, [])
+    common = options_of(request)
     with ExitStack() as robots:
         numbers = count(1)
 
         def start(**given: Any) -> "Simulator":
             options = dict(common)
-            _check(given)
-            _take(options, given, request.path.parent)
+            check(given)
+            take(options, given, request.path.parent)
             name = f"iiwa_factory {next(numbers)}"
             artifact = _artifact(request, f"{request.node.nodeid} {name}")
-            return robots.enter_context(_robot(name, options, watched, artifact))
+            return robots.enter_context(_robot(name, options, shown, artifact))
 
         yield start
 
@@ -156,10 +117,10 @@ def iiwa_session(request: pytest.FixtureRequest) -> "Iterator[Simulator]":
     Its options are those of command line and ini file; markers count for `iiwa` alone. A test that fails
     shows what was said in the tests before it, too.
     """
-    watched = request.session.stash.setdefault(_WATCHED, [])
+    shown = request.session.stash.setdefault(_ROBOTS, [])
     worker = getattr(request.config, "workerinput", {}).get("workerid")  # of xdist: one robot each
     artifact = _artifact(request, f"{_SESSION}_{worker}" if worker else _SESSION)
-    with _robot(_SESSION, _options(request, marked=False), watched, artifact) as robot:
+    with _robot(_SESSION, options_of(request, marked=False), shown, artifact) as robot:
         yield robot
 
 
@@ -169,8 +130,8 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     stashes = [item.stash]
     if _SESSION in getattr(item, "fixturenames", ()):
         stashes.append(item.session.stash)
-    watched = [robot for stash in stashes if _WATCHED in stash for robot in stash[_WATCHED]]
-    if not watched:
+    shown = [robot for stash in stashes if _ROBOTS in stash for robot in stash[_ROBOTS]]
+    if not shown:
         return
     report = outcome.get_result()
     if report.failed:
@@ -178,7 +139,7 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
 
         for stash in stashes:
             stash[_FAILED] = True
-        for robot in watched:
+        for robot in shown:
             try:
                 report.sections.append((f"{robot.name} dialogue", robot.dialogue()))
                 report.sections.append((f"{robot.name} state", told(robot.state())))
@@ -187,14 +148,14 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
             if robot.artifact is not None:
                 how = OPEN_WITH.format(path=shlex.quote(str(robot.artifact)))
                 report.sections.append((f"{robot.name} recording", f"{robot.artifact}\n{how}"))
-    if call.when == "teardown" and _WATCHED in item.stash:
+    if call.when == "teardown" and _ROBOTS in item.stash:
         _sweep(item.config, item.stash)
-        del item.stash[_WATCHED]
+        del item.stash[_ROBOTS]
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """The robot that all tests shared has ended by now."""
-    if _WATCHED in session.stash:
+    if _ROBOTS in session.stash:
         _sweep(session.config, session.stash)
 
 
@@ -223,7 +184,7 @@ def _sweep(config: pytest.Config, stash: pytest.Stash) -> None:
     """Keep no recordings of robots whose tests have passed."""
     if config.getoption("--iiwa-artifacts-all") or stash.get(_FAILED, False):
         return
-    for robot in stash[_WATCHED]:
+    for robot in stash[_ROBOTS]:
         if robot.artifact is not None:
             with suppress(OSError):
                 robot.artifact.unlink()
@@ -231,13 +192,13 @@ def _sweep(config: pytest.Config, stash: pytest.Stash) -> None:
 
 @contextmanager
 def _robot(
-    name: str, options: dict[str, Any], watched: list[_Watched], artifact: Path | None
+    name: str, options: dict[str, Any], shown: list[_Robot], artifact: Path | None
 ) -> "Iterator[Simulator]":
     """A robot while the context is open, and what a report shows of it from then on."""
     simulator, recording = _started(options)
-    place = len(watched)
-    watched.append(
-        _Watched(
+    place = len(shown)
+    shown.append(
+        _Robot(
             name,
             lambda: simulator.call(recording.text, REPORT_S),
             lambda: simulator.call(simulator.state, REPORT_S),
@@ -252,10 +213,10 @@ def _robot(
         try:
             simulator.__exit__(None, None, None)
         except TimeoutError as blocked:
-            watched[place] = _Watched(name, recording.text, simulator.state, artifact)
-            raise _fault(f"the robot could not be ended: {blocked}") from None
-        end = simulator.state()  # pytest keeps what is watched: the robot need not stay
-        watched[place] = _Watched(name, recording.text, lambda: end, artifact)
+            shown[place] = _Robot(name, recording.text, simulator.state, artifact)
+            raise failure(f"the robot could not be ended: {blocked}") from None
+        end = simulator.state()  # pytest keeps what is shown: the robot need not stay
+        shown[place] = _Robot(name, recording.text, lambda: end, artifact)
 
 
 def _record(simulator: "Simulator", path: Path) -> None:
@@ -264,7 +225,7 @@ def _record(simulator: "Simulator", path: Path) -> None:
     try:
         simulator.record(path, min(ARTIFACT_RATE_HZ, simulator.clock.rate_hz))
     except RecordingFault as fault:
-        raise _fault(str(fault)) from None
+        raise failure(str(fault)) from None
 
 
 def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
@@ -283,63 +244,4 @@ def _started(options: dict[str, Any]) -> "tuple[Simulator, Recording]":
         simulator.dialogue.remember()
         return simulator.__enter__(), recording
     except (ValueError, SettingsFault, ListenFault, TranscriptFault, RecordingFault) as fault:
-        raise _fault(str(fault)) from None
-
-
-def _options(request: pytest.FixtureRequest, *, marked: bool = True) -> dict[str, Any]:
-    """What is handed on to `Simulator`; the nearest says what holds. Fails the test for a wrong marker."""
-    config = request.config
-    ini_folder = config.inipath.parent if config.inipath is not None else config.rootpath
-    options: dict[str, Any] = {"clock": DEFAULT_CLOCK, "backdoor_port": 0}
-    _take(options, {name: config.getini(f"iiwa_{name}") or None for name in _INI}, ini_folder)
-    _take(options, {name: config.getoption(f"iiwa_{name}") for name in _INI}, config.invocation_params.dir)
-    markers = list(request.node.iter_markers("iiwa")) if marked else []
-    for marker in reversed(markers):  # those of the function last
-        if marker.args:
-            raise _fault(f"{marker.args[0]!r}: expected NAME=VALUE")
-        _check(marker.kwargs)
-        _take(options, marker.kwargs, request.path.parent)
-    return options
-
-
-def _check(given: Mapping[str, Any]) -> None:
-    """Fails the test for what is no option, or not of its kind."""
-    for name, value in given.items():
-        if name not in _OPTIONS:
-            raise _fault(f"{name}: expected one of {', '.join(_OPTIONS)}")
-        kind = _OPTIONS[name].kind
-        if not isinstance(value, kind) or (isinstance(value, bool) and kind is not bool):
-            raise _fault(f"{name}={value!r}: expected {_OPTIONS[name].expected}")
-
-
-def _take(options: dict[str, Any], given: dict[str, Any], folder: Path) -> None:
-    """Put what is given into the options; paths start at the folder."""
-    given = {_NAMES.get(name, name): value for name, value in given.items() if value is not None}
-    if "robot" in given or "cell" in given:  # a cell names its robot: one stands for the other
-        options.pop("robot", None)
-        options.pop("cell", None)
-    if "cell" in given:
-        given["cell"] = folder / given["cell"]
-    if "robot" in given:
-        with suppress(OSError):  # no name of a folder, to be told by who loads it
-            if (folder / given["robot"]).is_dir():
-                given["robot"] = folder / given["robot"]
-    for name in ("transcript", "record"):
-        if name in given:
-            given[name] = folder / given[name]
-    if isinstance(given.get("dialects"), str):
-        given["dialects"] = [name.strip() for name in given["dialects"].split(",")]
-    if isinstance(given.get("strict"), str):
-        if given["strict"] not in ("true", "false"):
-            raise _fault(f"strict {given['strict']!r}: expected true or false")
-        given["strict"] = given["strict"] == "true"
-    if isinstance(given.get("rate_hz"), str):
-        if not given["rate_hz"].isdigit():
-            raise _fault(f"rate {given['rate_hz']!r}: expected a whole number")
-        given["rate_hz"] = int(given["rate_hz"])
-    options.update(given)
-
-
-def _fault(why: str) -> BaseException:
-    """A failure that the report shows in one line."""
-    return pytest.fail.Exception(f"fixture iiwa: {why}", pytrace=False)
+        raise failure(str(fault)) from None

@@ -13,8 +13,9 @@ from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import LOOPBACK, Token
 from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
-from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock, Stepped
+from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock
 from iiwa_sim.clock.pace import REAL, Pace, pace
+from iiwa_sim.clock.stepped import Stepped
 from iiwa_sim.clock.watched import Watched
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
@@ -34,10 +35,10 @@ from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.urdf import differing_limits
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.serve import status_stream
+from iiwa_sim.serve.admission import Admission
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
-from iiwa_sim.serve.turns import Turns
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.transcript.record import Recorder
 
@@ -168,7 +169,7 @@ class Simulator(LoopOrThread):
         `dialogue.remember()` on it can be asked for."""
         self._log = SessionLog()
         self._strict = strict
-        faults, turns = WireFaults(self.dialogue.on_wire), Turns(exclusive, reconnect_pause_s)
+        faults, admission = WireFaults(self.dialogue.on_wire), Admission(exclusive, reconnect_pause_s)
         self._canned = faults.canned
         self._canned.heard = IIWA in dialects
         budget = Budget(self.clock.catch_up)
@@ -178,9 +179,9 @@ class Simulator(LoopOrThread):
                 self._session_opener(dialect),
                 host,
                 own_port,
-                turns=turns,
+                admission=admission,
                 budget=budget,
-                on_answered=self._heed,
+                on_answered=self._commanded,
                 on_good_bye=on_bye if dialect.says_bye else None,
                 faults=faults,
                 dialect=dialect.name if len(spoken) > 1 else "",
@@ -242,7 +243,7 @@ class Simulator(LoopOrThread):
                 rosbridge_secret=rosbridge_secret,
                 rospy=ros,
                 conventions=ros_conventions,
-                on_heard=self._heed,
+                on_heard=self._commanded,
                 budget=budget,
                 access=WebAccess(rosbridge_origins, rosbridge_hosts),
                 arm=LocalArm(self._controller),
@@ -424,10 +425,10 @@ class Simulator(LoopOrThread):
         self.clock.catch_up()
         return self._controller.tick
 
-    def _heed(self) -> None:
+    def _commanded(self) -> None:
         """Commands may have been carried out."""
         accepted = self._controller.accepted
-        self.clock.heed(moved=accepted != self._accepted)
+        self.clock.commanded(moved=accepted != self._accepted)
         self._accepted = accepted
 
     def _status_line(self) -> bytes:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from iiwa_sim import pytest_plugin
+from iiwa_sim import pytest_options
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted(page for pages in (ROOT.glob("*.md"), (ROOT / "docs").rglob("*.md")) for page in pages)
@@ -52,7 +52,7 @@ def names() -> frozenset[str]:
     texts = [path for path in files() if path.suffix in kinds and path != Path(__file__)]
     words = re.compile(r"(?<![\w-])--[a-z][a-z-]+|\w+")
     found = {word for path in texts for word in words.findall(path.read_text("utf-8", "replace"))}
-    found |= {f"{start}{name}" for name in pytest_plugin._INI for start in ("--iiwa-", "iiwa_")}
+    found |= {f"{start}{name}" for name in pytest_options.INI for start in ("--iiwa-", "iiwa_")}
     return frozenset(found.union(path.stem for path in texts))
 
 

@@ -499,7 +499,7 @@ def test_unused_it_loads_nothing(project: Project, pytester: pytest.Pytester) ->
     )
     result = project.tests("def test_nothing():\n    pass\n", "-s", process=True)
     result.assert_outcomes(passed=1)
-    result.stdout.fnmatch_lines(["loaded: iiwa_sim iiwa_sim.pytest_plugin"])
+    result.stdout.fnmatch_lines(["loaded: iiwa_sim iiwa_sim.pytest_options iiwa_sim.pytest_plugin"])
     result.stdout.no_fnmatch_line("*iiwa dialogue*")
 
 

@@ -14,7 +14,7 @@ import pytest
 
 from iiwa_sim.client import Iiwa
 from iiwa_sim.clock import clock
-from iiwa_sim.clock.clock import StillMoving
+from iiwa_sim.clock.errands import StillMoving
 from iiwa_sim.dialect.wire.dialogue import DialogueLine
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator

@@ -23,9 +23,9 @@ from typing import Any, NamedTuple, NoReturn
 
 import msgspec
 
+from iiwa_sim.cli.consistency import check
 from iiwa_sim.cli.environment import value_of
 from iiwa_sim.cli.parsing import Error, Parser
-from iiwa_sim.cli.server_options import check
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import built_in_robots
 from iiwa_sim.settings import LONGEST_NAME, Reader, SettingsFault

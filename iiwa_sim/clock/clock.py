@@ -1,17 +1,15 @@
 """The clock: makes ticks at a pace, inside the asyncio loop, or as many as it is told to make at once."""
 
-import asyncio
 import logging
 import time
-import traceback
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import ceil
-from typing import Protocol
 
+from iiwa_sim.clock.errands import Errand, StillMoving, errand
 from iiwa_sim.clock.pace import REAL, Pace
-from iiwa_sim.throttle import Throttle
+from iiwa_sim.clock.stepped import Stepped
+from iiwa_sim.clock.tick_faults import TickFaults
 from iiwa_sim.timer import Timer, open_timer
 
 MIN_RATE_HZ = 100
@@ -39,51 +37,7 @@ the other so gets them queued, and blended, as it would in real time, where that
 LONGEST_HOLD_NS = 50_000_000
 """Time does not stand still longer than this for a driver that never stops sending moves."""
 
-LONGEST_ADVANCE_S = 86400.0
-
-_SECOND_NS = 1_000_000_000
-
-Place = tuple[str, str, int | None]
-"""Of a fault: its type, and the file and line that raised it."""
-
 logger = logging.getLogger(__name__)
-
-
-class Stepped(Protocol):
-    """What the clock drives."""
-
-    def step(self) -> None:
-        """One tick."""
-
-    @property
-    def moving(self) -> bool:
-        """Whether it has not stopped."""
-
-    @property
-    def under_way(self) -> bool:
-        """Whether it moves, and not so that only a command can end that."""
-
-    @property
-    def resting(self) -> bool:
-        """Whether ticks change nothing that `skip` does not, and nobody sees them."""
-
-    def skip(self, ticks: int) -> None:
-        """Make up for `ticks` ticks at once; only while it is `resting`."""
-
-
-class StillMoving(TimeoutError):
-    """The robot has not stopped within the limit."""
-
-
-@dataclass
-class _Errand:
-    """Ticks to be made at once."""
-
-    ticks: int
-    until_stopped: bool
-    done: asyncio.Future[bool]
-    """Whether the robot has stopped."""
-    made: int = 0
 
 
 class Clock:
@@ -98,11 +52,10 @@ class Clock:
     - `STEPPED`, or a clock that is paused, makes none by itself.
     - While the robot is `resting` no timer is set, at any pace: so it costs nothing. The ticks that are due
       are made up for all at once when somebody asks, none is dropped. Who is about to ask, or to begin
-      something, says so by `catch_up` before and `heed` after it, or by `look`.
+      something, says so by `catch_up` before and `commanded` after it, or by `look`.
 
     `advance` and `run_until_stopped` make ticks as fast as they can at any pace, in the order in which they
-    are called; meanwhile none are made besides. A fault in a tick is logged, and the clock goes on. All
-    methods must be called inside the loop.
+    are called. A fault in a tick is logged, and the clock goes on. All methods are called inside the loop.
     """
 
     def __init__(
@@ -128,11 +81,11 @@ class Clock:
         self._asked_ns = 0  # what the timer is set to
         self._deadline_ns = 0  # of the next tick at the pace
         self._paused = False
-        self._errands: deque[_Errand] = deque()
+        self._errands: deque[Errand] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = 0
         self._idles = False  # no timer is set, since the robot is resting
-        self._faults = Throttle[Place](1, _failed_more)
+        self._faults = TickFaults()
         self._take(pace)
 
     def start(self, robot: Stepped) -> None:
@@ -151,9 +104,9 @@ class Clock:
             self._timer = None
             self._asked_ns, self._idles = 0, False
         while self._errands:
-            errand = self._errands.popleft()
-            if not errand.done.done():
-                errand.done.set_exception(RuntimeError("the clock was stopped"))
+            done = self._errands.popleft().done
+            if not done.done():
+                done.set_exception(RuntimeError("the clock was stopped"))
 
     def drive(self, robot: Stepped) -> None:
         """Step this from the next tick on, in place of what `start` was given."""
@@ -199,22 +152,19 @@ class Clock:
             self._count_anew()
             self._sleep()
 
-    def heed(self, *, moved: bool) -> None:
+    def commanded(self, *, moved: bool) -> None:
         """Commands have been carried out, and moves accepted among them or not.
 
         That is news in haste, and where the robot was resting.
         """
-        if self._timer is None:
+        if self._timer is None or not (self._pace.ticks_in_haste or self._idles):
             return
-        if self._pace.ticks_in_haste:
-            if moved:
-                now_ns = self._now_ns()
-                if self._held_since_ns is None:
-                    self._held_since_ns = now_ns
-                self._held_until_ns = min(now_ns + HOLD_NS, self._held_since_ns + LONGEST_HOLD_NS)
-            self._sleep()
-        elif self._idles:
-            self._sleep()
+        if moved and self._pace.ticks_in_haste:
+            now_ns = self._now_ns()
+            if self._held_since_ns is None:
+                self._held_since_ns = now_ns
+            self._held_until_ns = min(now_ns + HOLD_NS, self._held_since_ns + LONGEST_HOLD_NS)
+        self._sleep()
 
     def catch_up(self) -> None:
         """Make the ticks that are due by now: for whoever is about to do something else."""
@@ -238,36 +188,30 @@ class Clock:
 
         Raises ValueError for a time out of range, and RuntimeError if the clock does not run.
         """
-        await self._run(self._errand(seconds, until_stopped=False))
+        await self._run(errand(seconds, self.rate_hz, until_stopped=False))
 
     async def run_until_stopped(self, limit_s: float) -> float:
         """Make ticks until the robot has stopped, none if it does not move; gives the seconds that passed.
 
         Raises StillMoving where it has not after `limit_s` (0 to a day, simulated); otherwise as `advance`.
         """
-        errand = self._errand(limit_s, until_stopped=True)
-        if not await self._run(errand):
+        ticks = errand(limit_s, self.rate_hz, until_stopped=True)
+        if not await self._run(ticks):
             raise StillMoving(f"the robot still moves after {limit_s:g} s of simulated time")
-        return errand.made * self.tick_s
+        return ticks.made * self.tick_s
 
-    def _errand(self, seconds: float, *, until_stopped: bool) -> _Errand:
-        if not 0.0 <= seconds <= LONGEST_ADVANCE_S:
-            raise ValueError(f"{seconds:g} s of simulated time: expected 0 to {LONGEST_ADVANCE_S:g}")
-        ticks = ceil(seconds * self.rate_hz - 1e-6)  # 0.07 * 100 is more than 7
-        return _Errand(ticks, until_stopped, asyncio.get_running_loop().create_future())
-
-    async def _run(self, errand: _Errand) -> bool:
+    async def _run(self, ticks: Errand) -> bool:
         if self._timer is None:
             raise RuntimeError("the clock does not run")
         self._make_up_for_rest()
-        self._errands.append(errand)
+        self._errands.append(ticks)
         self._sleep()
-        return await errand.done
+        return await ticks.done
 
     def _take(self, pace: Pace) -> None:
         self._pace = pace
         if pace.speed > 0.0:
-            self._period_ns = round(_SECOND_NS / (self.rate_hz * pace.speed))
+            self._period_ns = round(1e9 / (self.rate_hz * pace.speed))
             sleep_ns = REST_SLEEP_NS if pace.ticks_in_haste else SHORTEST_SLEEP_NS
             self._ticks_per_wake = max(1, ceil(sleep_ns / self._period_ns))
 
@@ -307,7 +251,8 @@ class Clock:
         self._asked_ns = 0
         now_ns = self._now_ns()
         if self._errands:
-            self._do(self._errands[0], now_ns)
+            if self._errands[0].go_on(self._robot, self._step, self._now_ns, now_ns + SLICE_NS):
+                self._errands.popleft()
             self._count_anew()
         elif self._hastens:
             if self._held_since_ns is None or now_ns >= self._held_until_ns:
@@ -318,23 +263,6 @@ class Clock:
             self._make_due(now_ns)
         self._sleep()
 
-    def _do(self, errand: _Errand, now_ns: int) -> None:
-        """A slice of what was asked for."""
-        step, robot = self._step, self._robot
-        end_ns = now_ns + SLICE_NS
-        while not errand.done.done():  # or whoever asked has been cancelled
-            if not errand.until_stopped and robot.resting:
-                robot.skip(errand.ticks - errand.made)
-                errand.made = errand.ticks
-            if errand.made >= errand.ticks or (errand.until_stopped and not robot.moving):
-                errand.done.set_result(not robot.moving)
-                break
-            step()
-            errand.made += 1
-            if self._now_ns() >= end_ns:
-                return
-        self._errands.popleft()
-
     def _hasten(self, now_ns: int) -> None:
         """A slice of ticks in haste."""
         step, robot = self._step, self._robot
@@ -343,7 +271,7 @@ class Clock:
             step()
 
     def _make_up_for_rest(self) -> None:
-        """The ticks that no timer has made."""
+        """The ticks that no timer has made, since the robot was at rest."""
         if self._idles:
             self._make_due(self._now_ns())
 
@@ -360,24 +288,13 @@ class Clock:
         for _ in range(min(due, most)):
             self._step()
         if due > most:
-            self._drop(due - most)
+            self.dropped_ticks += due - most
+            dropped_ms = (due - most) * self._period_ns * 1e-6
+            logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", due - most, dropped_ms)
 
     def _step(self) -> None:
         try:
             self._robot.step()
         except Exception as fault:
-            if self._faults.count(_place_of(fault), self._now_ns()) is not None:
+            if self._faults.to_be_told(fault, self._now_ns()):
                 logger.exception("internal fault in a tick")
-
-    def _drop(self, ticks: int) -> None:
-        self.dropped_ticks += ticks
-        logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", ticks, ticks * self._period_ns * 1e-6)
-
-
-def _place_of(fault: Exception) -> Place:
-    where = traceback.extract_tb(fault.__traceback__)[-1]
-    return type(fault).__name__, where.filename, where.lineno
-
-
-def _failed_more(place: Place, untold: int) -> None:
-    logger.error("%d more internal faults in ticks within that second: %s in %s, line %s", untold, *place)

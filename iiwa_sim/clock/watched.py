@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Protocol
 
-from iiwa_sim.clock.clock import Stepped
+from iiwa_sim.clock.stepped import Stepped
 
 
 class Watcher(Protocol):

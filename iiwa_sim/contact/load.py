@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from math import isfinite
 
+from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
 from iiwa_sim.contact.noise import Noise
-from iiwa_sim.contact.world_kernel import AT_REST, World, seen_from, velocity_between
+from iiwa_sim.contact.world_kernel import AT_REST, World
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add

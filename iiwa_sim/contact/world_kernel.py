@@ -28,8 +28,8 @@ from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.contact.shapes import Plane, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Rotation, Vector
-from iiwa_sim.wrench import NO_TOUCH, NO_WRENCH, Touch, Wrench
+from iiwa_sim.frames import Vector
+from iiwa_sim.wrench import NO_TOUCH, Touch
 
 # The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
 # move it while the TCP stands still.
@@ -130,9 +130,7 @@ class Contact:
             if remember:
                 self._anchored = False
             return False
-        nx: cython.double = self._nx
-        ny: cython.double = self._ny
-        nz: cython.double = self._nz
+        nx, ny, nz = self._nx, self._ny, self._nz
         damped: cython.double = 1.0 - self._damping * (vx * nx + vy * ny + vz * nz)
         normal: cython.double = self._stiffness * self._depth * damped if damped > 0.0 else 0.0
         self.fx, self.fy, self.fz = normal * nx, normal * ny, normal * nz
@@ -147,13 +145,8 @@ class Contact:
         # Friction: along the surface, and at most so much.
         limit: cython.double = self._friction * normal
         longest: cython.double = limit / self._stiffness
-        ax: cython.double = self._ax
-        ay: cython.double = self._ay
-        az: cython.double = self._az
-        share: cython.double
-        x: cython.double = ax - px
-        y: cython.double = ay - py
-        z: cython.double = az - pz
+        ax, ay, az = self._ax, self._ay, self._az
+        x, y, z = ax - px, ay - py, az - pz
         out: cython.double = x * nx + y * ny + z * nz
         x, y, z = x - out * nx, y - out * ny, z - out * nz
         length: cython.double = sqrt(x * x + y * y + z * z)
@@ -295,12 +288,7 @@ class World:
         vx, vy, vz = velocity
         remember: cython.bint = dt_s > 0.0
         touched: cython.bint = False
-        fx: cython.double = 0.0
-        fy: cython.double = 0.0
-        fz: cython.double = 0.0
-        tx: cython.double = 0.0
-        ty: cython.double = 0.0
-        tz: cython.double = 0.0
+        fx = fy = fz = tx = ty = tz = 0.0
         contact: Contact
         for contact in self._all:
             if contact.press(px, py, pz, vx, vy, vz, remember):
@@ -310,50 +298,3 @@ class World:
         if not touched:
             return NO_TOUCH
         return _new(Touch, ((fx, fy, fz), (tx, ty, tz)))
-
-
-def velocity_between(before: Vector, after: Vector, time_s: float) -> Vector:
-    """The velocity (m/s) of a way between two places (m)."""
-    ax: cython.double
-    ay: cython.double
-    az: cython.double
-    bx: cython.double
-    by: cython.double
-    bz: cython.double
-    dt: cython.double = time_s
-    ax, ay, az = before
-    bx, by, bz = after
-    return ((bx - ax) / dt, (by - ay) / dt, (bz - az) / dt)
-
-
-def seen_from(rotation: Rotation, touch: Any) -> Wrench:
-    """What acts, force and torque in the axes of the base, along those of a TCP turned like that."""
-    r0: cython.double
-    r1: cython.double
-    r2: cython.double
-    r3: cython.double
-    r4: cython.double
-    r5: cython.double
-    r6: cython.double
-    r7: cython.double
-    r8: cython.double
-    fx: cython.double
-    fy: cython.double
-    fz: cython.double
-    tx: cython.double
-    ty: cython.double
-    tz: cython.double
-    force, torque = touch
-    fx, fy, fz = force
-    tx, ty, tz = torque
-    if fx == 0.0 and fy == 0.0 and fz == 0.0 and tx == 0.0 and ty == 0.0 and tz == 0.0:
-        return NO_WRENCH
-    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
-    return (
-        r0 * fx + r3 * fy + r6 * fz,
-        r1 * fx + r4 * fy + r7 * fz,
-        r2 * fx + r5 * fy + r8 * fz,
-        r0 * tx + r3 * ty + r6 * tz,
-        r1 * tx + r4 * ty + r7 * tz,
-        r2 * tx + r5 * ty + r8 * tz,
-    )

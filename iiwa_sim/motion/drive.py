@@ -1,9 +1,6 @@
 """The drive: runs moves one after the other, blended where they may be, and stops them on their path."""
 
-from bisect import bisect_left
-from collections import deque
 from collections.abc import Sequence
-from operator import attrgetter
 
 import numpy as np
 
@@ -13,16 +10,13 @@ from iiwa_sim.motion.queue.chain import Chain
 from iiwa_sim.motion.queue.look_ahead import Ahead, LookAhead
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import ending
+from iiwa_sim.motion.queue.waiting import Waiting, among
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.rate_change import Running
 
 AHEAD = 128
 """Ticks for which joint positions are computed at once: for a line that costs a sixth of single
 computations."""
-SAME_RAD = 1e-10
-"""A waiting move that was planned from within this distance of the robot's position is not planned again."""
-
-_number = attrgetter("number")
 
 
 class Drive:
@@ -43,15 +37,13 @@ class Drive:
         self._look_ahead = LookAhead(time, lowest, highest)
         self._chain: Chain | None = None
         self._version = 0  # planned joint positions of the chain
-        self._waiting: deque[Move] = deque()
-        self._again: deque[Move] = deque()  # behind those: to be planned again, as they may begin elsewhere
-        self._apart = 0  # the first move that has come while the override came down
+        self._waiting = Waiting()
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
 
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        return self._chain is not None or bool(self._waiting) or bool(self._again)
+        return self._chain is not None or self._waiting.any
 
     @property
     def stopping(self) -> bool:
@@ -61,7 +53,7 @@ class Drive:
     @property
     def waiting(self) -> int:
         """Number of moves that have not begun."""
-        waiting = len(self._waiting) + len(self._again)
+        waiting = len(self._waiting)
         if self._chain is None or self._time.stopping:
             return waiting
         return waiting + self._chain.waiting(self._time.time_s)
@@ -85,7 +77,7 @@ class Drive:
         chain, begun = self._chain, list[Move]()
         if chain is not None and not self._time.stopping:
             begun = list(chain.moves[-1 - chain.waiting(self._time.time_s) :])
-        return [*begun, *self._waiting, *self._again]
+        return [*begun, *self._waiting]
 
     @property
     def running(self) -> Running | None:
@@ -99,8 +91,7 @@ class Drive:
         """End of the running move, of the first waiting move, or of a stop (rad); the present position at
         rest."""
         if self._chain is None:
-            waiting = self._waiting or self._again
-            return waiting[0].path.end if waiting else self.joints
+            return self._waiting.first.path.end if self._waiting.any else self.joints
         if self._time.stopping:
             return self.rest_after_stop()
         return self._chain.move_at(self._time.time_s).path.end
@@ -112,24 +103,20 @@ class Drive:
             if number <= under_way:
                 return number == under_way
             assert self._chain is not None
-            if _among(self._chain.moves, number):
+            if among(self._chain.moves, number):
                 return True
-        return _among(self._waiting, number) or _among(self._again, number)
+        return number in self._waiting
 
     def abandon(self) -> None:
         """Drop the running and the waiting moves: another motion takes over."""
         self._end_chain()
-        self._forget_all()
+        self._waiting.clear()
         self.rest = self.joints
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
-        if self._time.part_to_keep == 1.0:
-            self._apart = 0
-        elif not self._apart:
-            self._apart = move.number
-        (self._again or self._waiting).append(move)
+        self._waiting.append(move, slowed=self._time.part_to_keep != 1.0)
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest after a stop now (rad)."""
@@ -145,7 +132,7 @@ class Drive:
 
     def stop(self) -> None:
         """Stop on the path, and drop the waiting moves."""
-        self._forget_all()
+        self._waiting.clear()
         self._time.stop()
         self.rest = self.rest_after_stop()
 
@@ -158,16 +145,15 @@ class Drive:
         """
         chain = self._chain
         if chain is None:
-            waiting = self._waiting or self._again
-            if waiting:
-                waiting.popleft()
+            if self._waiting.any:
+                self._waiting.drop_first()
         elif self._time.stopping:
             return
         else:
             cancelled = self.under_way
             self._time.stop()
             resumed = max(chain.move_at(self._time.rest_s()).number, cancelled + 1)
-            self._waiting.extendleft(move for move in reversed(chain.moves) if move.number >= resumed)
+            self._waiting.put_back([move for move in chain.moves if move.number >= resumed])
         self._plan_again()
 
     def clear(self) -> None:
@@ -179,7 +165,7 @@ class Drive:
         chain = self._chain
         kept: list[Move] = []
         if chain is None:
-            kept = [*self._waiting, *self._again][:1]
+            kept = [self._waiting.first] if self._waiting.any else []
         elif not self._time.stopping:
             if chain.moves[-1].number > self.under_way:
                 now_s = self._time.time_s
@@ -191,8 +177,7 @@ class Drive:
             self._ahead.clear()
             self._look_ahead.forget()
         self._waiting.clear()
-        self._again.clear()
-        self._again.extend(kept)
+        self._waiting.again.extend(kept)
         self.rest = kept[0].path.end if kept else self._planned_end()
 
     def start_from(self, joints: Joints) -> None:
@@ -206,7 +191,7 @@ class Drive:
     def step(self) -> None:
         """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
         the path's exception is raised."""
-        if self._ahead and not self._waiting and not self._again and self._time.step_evenly():
+        if self._ahead and not self._waiting.any and self._time.step_evenly():
             self.joints = self._ahead.pop()
             return
         if not self.moving:
@@ -218,14 +203,15 @@ class Drive:
             raise
 
     def _advance(self) -> None:
-        if self._again:
-            self._plan_next_again()
+        waiting = self._waiting.planned
+        if self._waiting.again:
+            self.rest = self._waiting.plan_next_again(self._planned_end)
         if self._chain is None:
-            if not self._waiting:
+            if not waiting:
                 return
-            if self._waiting[0].length_s == 0.0:
+            if waiting[0].length_s == 0.0:
                 # One impossible move in each tick: the time of several might add up to a late tick.
-                self.joints = self._waiting.popleft().path.end
+                self.joints = waiting.popleft().path.end
                 return
         chain = self._chain
         if chain is None:
@@ -234,13 +220,14 @@ class Drive:
                 return
         elif not self._time.stopping and (self._ahead or self._time.standing or not self._time.even):
             # A tick that computes joint positions ahead has enough to do.
-            chain = self._take(chain, self._look_ahead.step(chain, self._to_look_at))
+            slowed = self._time.part_to_keep != 1.0
+            chain = self._take(chain, self._look_ahead.step(chain, self._waiting.to_look_at(slowed=slowed)))
         self._time.step()
         while self._time.time_s >= chain.rest_s:
             self.joints = chain.end
             left_s = 0.0 if self._time.stopping else self._time.time_s - chain.rest_s
             self._end_chain()
-            if not self._waiting or self._waiting[0].length_s == 0.0:
+            if not waiting or waiting[0].length_s == 0.0:
                 return
             chain = self._begin(left_s)
             if chain is None:
@@ -259,22 +246,13 @@ class Drive:
                 self._ahead = list(map(tuple, joints[::-1].tolist()))
             self.joints = self._ahead.pop()
 
-    @property
-    def _to_look_at(self) -> deque[Move]:
-        """What may go on with the run under way: not what has come while the override came down, till that is
-        there, since it would set out faster than was asked for."""
-        if not self._apart or self._time.part_to_keep == 1.0:
-            return self._waiting
-        return deque(move for move in self._waiting if move.number < self._apart)
-
     def _begin(self, time_s: float) -> Chain | None:
         """A chain that begins with the next move, begun that long ago; None while it is being planned."""
-        begins = self._look_ahead.begin(self._waiting)
+        begins = self._look_ahead.begin(self._waiting.planned)
         if begins is None:
             return None
         self._go_along(begins.chain)
-        for _ in range(begins.moves):
-            self._waiting.popleft()
+        self._waiting.take(begins.moves)
         self._ahead.clear()
         self._look_ahead.forget()
         self._time.begin(time_s)
@@ -293,54 +271,20 @@ class Drive:
         if ahead is None:
             return chain
         self._go_along(ahead.chain)
-        for _ in range(ahead.moves):
-            self._waiting.popleft()
+        self._waiting.take(ahead.moves)
         del self._ahead[: max(len(self._ahead) - self._time.ticks_until(ahead.chain.front_s), 0)]
         return ahead.chain
 
     def _plan_again(self) -> None:
         """Let what waits be planned again."""
-        self._again.extendleft(reversed(self._waiting))
-        self._waiting.clear()
+        self._waiting.plan_all_again()
         self._look_ahead.forget()
-        self.rest = self._again[-1].path.end if self._again else self._planned_end()
-
-    def _plan_next_again(self) -> None:
-        """Plan the next of the moves that would begin elsewhere; the moves before it are unchanged."""
-        planned = False
-        while self._again:
-            start = self._planned_end()
-            move: Move | None = self._again[0]
-            if not _same(self._again[0].path.start, start):
-                if planned:
-                    return
-                move, planned = self._again[0].again(start), True
-            if move is None:
-                self._again.clear()
-                self.rest = start
-                return
-            self._again.popleft()
-            self._waiting.append(move)
-        self.rest = self._planned_end()
+        self.rest = self._waiting.last.path.end if self._waiting.any else self._planned_end()
 
     def _planned_end(self) -> Joints:
         """End of the last move that need not be planned again (rad)."""
-        if self._waiting:
-            return self._waiting[-1].path.end
+        if self._waiting.planned:
+            return self._waiting.planned[-1].path.end
         if self._chain is None or self._time.stopping:
             return self.rest_after_stop()
         return self._chain.end
-
-    def _forget_all(self) -> None:
-        self._waiting.clear()
-        self._again.clear()
-
-
-def _among(moves: Sequence[Move], number: int) -> bool:
-    """Whether one of these moves, in the order of their numbers, has this number."""
-    k = bisect_left(moves, number, key=_number)
-    return k < len(moves) and moves[k].number == number
-
-
-def _same(one: Joints, other: Joints) -> bool:
-    return all(abs(a - b) <= SAME_RAD for a, b in zip(one, other, strict=True))

@@ -70,7 +70,7 @@ class LineConnection(asyncio.BufferedProtocol):
         logger.info("%s connected", self._name, extra=self._mark)
         if not self._server.listening:  # accepted while the server closed
             self.close()
-        elif self._server.turns.arrives(self):
+        elif self._server.admission.arrives(self):
             self._served = True
         else:
             logger.info("%s waits for its turn", self._name, extra=self._mark)
@@ -118,7 +118,7 @@ class LineConnection(asyncio.BufferedProtocol):
         self.gone.set_result(None)
         logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
         self._session.lost()
-        self._server.turns.leaves(self)
+        self._server.admission.leaves(self)
 
     def go_on(self) -> None:
         """Answer waiting lines, now that a fault does not hold them back any more."""

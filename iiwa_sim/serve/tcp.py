@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
+from iiwa_sim.serve.admission import Admission
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.line_connection import LineConnection
 from iiwa_sim.serve.port import Port
-from iiwa_sim.serve.turns import Turns
 
 RECEIVE_BYTES = 65_536
 """Bytes read from a connection at once. A buffer of our own makes an answer 30 us faster than asyncio's,
@@ -38,21 +38,21 @@ class TcpServer:
         port: int,
         *,
         unread_s: float = UNREAD_S,
-        turns: Turns | None = None,
+        admission: Admission | None = None,
         budget: Budget | None = None,
         on_answered: Callable[[], None] | None = None,
         on_good_bye: Callable[[], None] | None = None,
         faults: WireFaults | None = None,
         dialect: str = "",
     ) -> None:
-        """`turns` admits clients; without it all are served at once. `budget` may be shared with other
+        """`admission` admits clients; without it all are served at once. `budget` may be shared with other
         servers of the loop.
 
         `dialect` names the dialect of this port, where `faults` are shared with ports of other dialects.
         """
         self.open_session = open_session
         self.unread_s = unread_s
-        self.turns = turns or Turns()
+        self.admission = admission or Admission()
         self.budget = budget or Budget()
         self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared: read and emptied at once
         self.on_answered = on_answered
@@ -91,7 +91,7 @@ class TcpServer:
             return
         self.listening = False
         self._port.close()
-        self.turns.close()
+        self.admission.close()
         open_connections = list(self.connections)
         for connection in open_connections:
             connection.close()

@@ -65,7 +65,6 @@ class Pass(NamedTuple):
     """The reply is sent unchanged."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         return [Send(reply)]
 
 
@@ -75,7 +74,6 @@ class Delay(NamedTuple):
     seconds: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         return [Wait(self.seconds), Send(reply)]
 
 
@@ -87,7 +85,6 @@ class Split(NamedTuple):
     pause_s: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         if self.byte >= len(reply):
             return [Send(reply)]
         return [Send(reply[: self.byte]), Wait(self.pause_s), Send(reply[self.byte :])]
@@ -97,7 +94,6 @@ class Drop(NamedTuple):
     """The reply is not sent."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         return []
 
 
@@ -106,7 +102,6 @@ class Garble(NamedTuple):
     round it."""
 
     def steps(self, reply: bytes, random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         begin, text, end = _framed(reply)
         noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
         return [Send(begin + noise + end)]
@@ -123,7 +118,6 @@ class CloseBefore(NamedTuple):
     """The connection is closed instead of sending the reply."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         return [Close()]
 
 
@@ -131,7 +125,6 @@ class CloseAfter(NamedTuple):
     """The connection is closed after the reply."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         return [Send(reply), Close()]
 
 
@@ -139,7 +132,6 @@ class ResetBefore(NamedTuple):
     """The connection is reset instead of sending the reply."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         return [Reset()]
 
 
@@ -147,7 +139,6 @@ class Silence(NamedTuple):
     """Lines are neither answered nor carried out; they wait until the fault is cleared."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
-        """The steps that replace sending this reply."""
         return [Send(reply)]  # replies of lines that were carried out before
 
 

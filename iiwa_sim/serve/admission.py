@@ -13,7 +13,7 @@ class Client(Protocol):
         """Start serving: called when the client is admitted."""
 
 
-class Turns:
+class Admission:
     """Admits clients in the order in which they connect.
 
     With `exclusive` one at a time, the next when that one has gone; otherwise all at once. When no client is

@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from iiwa_sim.serve.turns import LONGEST_PAUSE_S, Turns
+from iiwa_sim.serve.admission import LONGEST_PAUSE_S, Admission
 from tests.talking import until
 
 PAUSE_S = 0.02
@@ -27,7 +27,7 @@ class Door:
     """Clients a, b, c, ... that come and go."""
 
     def __init__(self, exclusive: bool = False, pause_s: float = 0.0) -> None:
-        self.turns = Turns(exclusive, pause_s)
+        self.admission = Admission(exclusive, pause_s)
         self.served: list[str] = []
         self._clients: dict[str, Someone] = {}
 
@@ -36,13 +36,13 @@ class Door:
         at_once = ""
         for name in names:
             self._clients[name] = Someone(name, self.served)
-            if self.turns.arrives(self._clients[name]):
+            if self.admission.arrives(self._clients[name]):
                 at_once += name
         return at_once
 
     def go(self, names: str) -> None:
         for name in names:
-            self.turns.leaves(self._clients[name])
+            self.admission.leaves(self._clients[name])
 
 
 def test_all_are_served_at_once() -> None:
@@ -92,7 +92,7 @@ def test_no_pause_while_anybody_is_served() -> None:
 async def test_nobodys_turn_comes_after_the_close() -> None:
     door = Door(exclusive=True, pause_s=0.001)
     door.come("ab")
-    door.turns.close()
+    door.admission.close()
     door.go("a")
     door.go("b")
     other = Door(pause_s=0.002)  # as a measure of time
@@ -106,4 +106,4 @@ async def test_nobodys_turn_comes_after_the_close() -> None:
 @pytest.mark.parametrize("pause_s", [-1e-9, float("nan"), LONGEST_PAUSE_S + 1])
 def test_a_pause_out_of_range_is_refused(pause_s: float) -> None:
     with pytest.raises(ValueError, match="expected 0 to 86400 s"):
-        Turns(pause_s=pause_s)
+        Admission(pause_s=pause_s)

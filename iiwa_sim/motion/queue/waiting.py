@@ -1,0 +1,119 @@
+"""The moves that wait behind the chain under way, and those of them that have to be planned again."""
+
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from operator import attrgetter
+
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.queue.move import Move
+
+SAME_RAD = 1e-10
+"""A waiting move that was planned from within this distance of the robot's position is not planned again."""
+
+_number = attrgetter("number")
+
+
+class Waiting:
+    """Moves in the order in which they were accepted: first those that are planned from where they begin."""
+
+    def __init__(self) -> None:
+        """None waits."""
+        self.planned: deque[Move] = deque()
+        self.again: deque[Move] = deque()
+        """Behind those: to be planned again, as they may begin elsewhere."""
+        self._apart = 0  # the first move that has come while the override came down
+
+    def __len__(self) -> int:
+        return len(self.planned) + len(self.again)
+
+    def __iter__(self) -> Iterator[Move]:
+        yield from self.planned
+        yield from self.again
+
+    def __contains__(self, number: int) -> bool:
+        return among(self.planned, number) or among(self.again, number)
+
+    @property
+    def any(self) -> bool:
+        """Whether one waits."""
+        return bool(self.planned or self.again)
+
+    @property
+    def first(self) -> Move:
+        """The move that begins next; one must wait."""
+        return (self.planned or self.again)[0]
+
+    @property
+    def last(self) -> Move:
+        """The move behind all others; one must wait."""
+        return (self.again or self.planned)[-1]
+
+    def append(self, move: Move, *, slowed: bool) -> None:
+        """Add a move that begins where the last one ends; `slowed` while the override comes down."""
+        if not slowed:
+            self._apart = 0
+        elif not self._apart:
+            self._apart = move.number
+        (self.again or self.planned).append(move)
+
+    def to_look_at(self, *, slowed: bool) -> deque[Move]:
+        """What may go on with the chain under way: not what has come while the override came down, until that
+        is no longer `slowed`, since it would set out faster than was asked for."""
+        if not self._apart or not slowed:
+            return self.planned
+        return deque(move for move in self.planned if move.number < self._apart)
+
+    def take(self, count: int) -> None:
+        """So many moves do not wait any more."""
+        for _ in range(count):
+            self.planned.popleft()
+
+    def drop_first(self) -> None:
+        """Forget the move that begins next."""
+        (self.planned or self.again).popleft()
+
+    def put_back(self, moves: Sequence[Move]) -> None:
+        """These moves wait again, before all others."""
+        self.planned.extendleft(reversed(moves))
+
+    def clear(self) -> None:
+        """Forget all."""
+        self.planned.clear()
+        self.again.clear()
+
+    def plan_all_again(self) -> None:
+        """What waits may begin elsewhere."""
+        self.again.extendleft(reversed(self.planned))
+        self.planned.clear()
+
+    def plan_next_again(self, planned_end: Callable[[], Joints]) -> Joints:
+        """Plan the next of the moves that would begin elsewhere; those before it are as they were.
+
+        If it cannot begin there, it is forgotten with all behind it. `planned_end` gives where the last of
+        the planned moves ends, or the chain (rad). Gives where the last of all ends, as far as is known now.
+        """
+        planned = False
+        while self.again:
+            start = planned_end()
+            move: Move | None = self.again[0]
+            if not _same(self.again[0].path.start, start):
+                if planned:
+                    break
+                move, planned = self.again[0].again(start), True
+            if move is None:
+                self.again.clear()
+                return start
+            self.again.popleft()
+            self.planned.append(move)
+        return self.last.path.end if self.again else planned_end()
+
+
+def among(moves: Sequence[Move], number: int) -> bool:
+    """Whether one of these moves, in the order of their numbers, has this number."""
+    k = bisect_left(moves, number, key=_number)
+    return k < len(moves) and moves[k].number == number
+
+
+def _same(one: Joints, other: Joints) -> bool:
+    return all(abs(a - b) <= SAME_RAD for a, b in zip(one, other, strict=True))
