@@ -14,13 +14,13 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
-from iiwa_sim.controller.motions import Planned
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.reading import Reading, read
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
 from iiwa_sim.controller.trajectories import Progress, Trajectories, TrajectoryEnded
 from iiwa_sim.controller.trajectory_request import TrajectoryRequest
+from iiwa_sim.controller.wanted import Planned
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription

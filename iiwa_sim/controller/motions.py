@@ -1,62 +1,17 @@
 """What moves the robot: one queue of moves, a servo, and how the robot gives way around either."""
 
-from typing import NamedTuple
-
+from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
 from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path.zone import Sphere
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.tracker import Tracker, Way
 from iiwa_sim.wrench import TcpContact
-
-
-class Target(NamedTuple):
-    """Where a servo heads for, and within which limits."""
-
-    number: int
-    """Moves, targets and holds are numbered together, in the order in which they were accepted."""
-    joints: Joints
-    limits: JointLimits
-
-
-class Planned(NamedTuple):
-    """Where a move, or a servo, is to go."""
-
-    number: int
-    """As with `Target`."""
-    joints: Joints
-    """Joint positions (rad) at its end."""
-    blending_m: float
-    """Radius of the sphere round the TCP there in which it may leave its path for the next one; 0 for none,
-    also where joint positions say how far it may."""
-
-
-class StiffnessMove(NamedTuple):
-    """A move around which the robot gives way."""
-
-    move: Move
-    impedance: CartesianImpedance
-
-
-class Hold(NamedTuple):
-    """A gravity hold: springs that keep every joint where it is."""
-
-    number: int
-    stiffness_nm_per_rad: float
-
-
-class Tracked(NamedTuple):
-    """A joint trajectory, and how the robot follows it."""
-
-    number: int
-    way: Way
 
 
 class Motions:
@@ -203,12 +158,12 @@ class Motions:
             case Target(number=number, joints=joints):
                 return [Planned(number, joints, 0.0)]
             case StiffnessMove(move=move):
-                return [_planned(move)]
+                return [planned_of(move)]
         if self.holding:
             return []
         if self._following and self._newest is not None:
             return [Planned(self._newest, self._servo.goal, 0.0)] if self._servo.moving else []
-        return [_planned(move) for move in self._nominal.moves]
+        return [planned_of(move) for move in self._nominal.moves]
 
     def is_pending(self, number: int) -> bool:
         """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
@@ -374,8 +329,3 @@ class Motions:
             if self._impedance is not None and not self._drive.waiting:
                 follower.impedance, self._impedance = self._impedance, None
         follower.step(nominal.active.joints)
-
-
-def _planned(move: Move) -> Planned:
-    blending_m = move.zone.radius if isinstance(move.zone, Sphere) else 0.0
-    return Planned(move.number, move.path.end, blending_m)

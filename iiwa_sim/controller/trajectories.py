@@ -11,7 +11,6 @@ from iiwa_sim.controller.core import REPLACED, Core
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
-from iiwa_sim.controller.motions import Tracked
 from iiwa_sim.controller.trajectory_request import (
     SHORTEST_S,
     STOPPED_RAD_S,
@@ -20,6 +19,7 @@ from iiwa_sim.controller.trajectory_request import (
     bounds_of,
     knots_of,
 )
+from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.trajectory.reference import Beyond, Knot, Reference
 from iiwa_sim.robot.nearest import JOINT_LIMIT

@@ -116,7 +116,7 @@ class Drive:
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
-        self._waiting.append(move, slowed=self._time.part_to_keep != 1.0)
+        self._waiting.append(move, slowed=self._time.override.part_to_keep != 1.0)
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest after a stop now (rad)."""
@@ -191,7 +191,8 @@ class Drive:
     def step(self) -> None:
         """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
         the path's exception is raised."""
-        if self._ahead and not self._waiting.any and self._time.step_evenly():
+        waiting = self._waiting
+        if self._ahead and not waiting.planned and not waiting.again and self._time.step_evenly():
             self.joints = self._ahead.pop()
             return
         if not self.moving:
@@ -220,7 +221,7 @@ class Drive:
                 return
         elif not self._time.stopping and (self._ahead or self._time.standing or not self._time.even):
             # A tick that computes joint positions ahead has enough to do.
-            slowed = self._time.part_to_keep != 1.0
+            slowed = self._time.override.part_to_keep != 1.0
             chain = self._take(chain, self._look_ahead.step(chain, self._waiting.to_look_at(slowed=slowed)))
         self._time.step()
         while self._time.time_s >= chain.rest_s:

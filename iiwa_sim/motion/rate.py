@@ -18,7 +18,8 @@ class PlannedTime:
 
     def __init__(self, override: Override, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
         self.tick_s = override.tick_s
-        self._override = override
+        self.override = override
+        """What the rate follows but for a stop; shared with other motions."""
         self._stop_limits = largest_slope_per_s, largest_bend_per_s2
         self._task = InputParameter(1)
         self._task.control_interface = ControlInterface.Velocity
@@ -38,33 +39,23 @@ class PlannedTime:
 
         At the rate before, the motion would have reached `since_s` in this tick.
         """
-        before = self._override.rate
-        self._override.settle()
-        self.start(since_s * self._override.rate / before if since_s else 0.0)
-
-    @property
-    def part_to_keep(self) -> float:
-        """While the override decreases: requested value divided by the present rate; otherwise 1."""
-        return self._override.part_to_keep
+        before = self.override.rate
+        self.override.settle()
+        self.start(since_s * self.override.rate / before if since_s else 0.0)
 
     def running(self, plan: PlanAhead) -> Running:
         """The running motion for the override: a plan at this planned time."""
         return Running(plan, self.time_s, *self._stop_limits)
 
     @property
-    def changing(self) -> bool:
-        """Whether the override is changing."""
-        return self._override.changing
-
-    @property
     def even(self) -> bool:
         """Whether the rate is constant throughout this tick, and stays so without another request."""
-        return self._slowing is None and self._override.even
+        return self._slowing is None and self.override.even
 
     @property
     def standing(self) -> bool:
         """Whether no planned time has passed in the last tick, because of a pause."""
-        return self._slowing is None and self._override.advance_s == 0.0
+        return self._slowing is None and self.override.advance_s == 0.0
 
     @property
     def stopping(self) -> bool:
@@ -89,8 +80,8 @@ class PlannedTime:
 
     def _stopping_now(self) -> Trajectory:
         self._task.current_position = [self.time_s]
-        self._task.current_velocity = [self._override.rate]
-        self._task.current_acceleration = [self._override.slope_per_s]
+        self._task.current_velocity = [self.override.rate]
+        self._task.current_acceleration = [self.override.slope_per_s]
         self._task.target_velocity = [0.0]
         self._task.target_acceleration = [0.0]
         slowing = Trajectory(1)
@@ -101,17 +92,17 @@ class PlannedTime:
 
     def ticks(self, count: int) -> Array:
         """Planned times of this tick and the following ones while the rate is constant."""
-        tick_s = self.tick_s * self._override.rate
+        tick_s = self.tick_s * self.override.rate
         return self.time_s + tick_s * np.arange(count, dtype=np.float64)
 
     def ticks_until(self, time_s: float) -> int:
         """Number of ticks before a planned time while the rate is constant."""
-        tick_s = self._override.advance_s
+        tick_s = self.override.advance_s
         return max(int((time_s - self.time_s) / tick_s), 0) if tick_s > 0.0 else 0
 
     def step_evenly(self) -> bool:
         """Make one tick if the rate is constant and not 0 throughout it; otherwise returns False."""
-        override = self._override
+        override = self.override
         if self._slowing is not None or not override.even or override.advance_s == 0.0:
             return False
         self.time_s += override.advance_s
@@ -120,7 +111,7 @@ class PlannedTime:
     def step(self) -> None:
         """Make one tick."""
         if self._slowing is None:
-            self.time_s += self._override.advance_s
+            self.time_s += self.override.advance_s
         else:
             self._slowing_s += self.tick_s
             self.time_s = self._slowing.at_time(min(self._slowing_s, self._slowing.duration))[0][0]

@@ -95,7 +95,7 @@ class Servo:
         """
         if self._course is None and self._taken_over is None:
             self._time.begin()
-        part = self._time.part_to_keep
+        part = self._time.override.part_to_keep
         # While the override decreases, a course at full speed would be faster than requested.
         held = limits._replace(velocity=part * limits.velocity)
         course = self._find(target, held) if part >= LEAST_PART else None
@@ -138,7 +138,7 @@ class Servo:
 
         If no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
         """
-        if self._asks_again and (self._course is None or self._time.part_to_keep == 1.0):
+        if self._asks_again and (self._course is None or self._time.override.part_to_keep == 1.0):
             self._ask_again()
         if self._course is None:
             return

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from iiwa_sim.controller.motions import Motions, Target
+from iiwa_sim.controller.motions import Motions
+from iiwa_sim.controller.wanted import Target
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override

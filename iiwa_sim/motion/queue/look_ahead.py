@@ -173,7 +173,7 @@ class LookAhead:
     @property
     def kept_s(self) -> float:
         """From now on for so long (s) the plan must not change: as far as a changing override looks."""
-        return CHANGING_S if self._time.changing else 0.0
+        return CHANGING_S if self._time.override.changing else 0.0
 
     def _in_time(self, planned: Chain) -> bool:
         """Whether the front of a chain is still ahead, so that it can replace the one under way."""

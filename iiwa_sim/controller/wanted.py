@@ -1,0 +1,58 @@
+"""What motions are asked for, as values: stiffness moves, targets of servos, trajectories, holds."""
+
+from typing import NamedTuple
+
+from iiwa_sim.motion.compliance_kernel import CartesianImpedance
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import JointLimits
+from iiwa_sim.motion.path.zone import Sphere
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.trajectory.tracker import Way
+
+
+class Target(NamedTuple):
+    """Where a servo heads for, and within which limits."""
+
+    number: int
+    """Moves, targets and holds are numbered together, in the order in which they were accepted."""
+    joints: Joints
+    limits: JointLimits
+
+
+class Planned(NamedTuple):
+    """Where a move, or a servo, is to go."""
+
+    number: int
+    """As with `Target`."""
+    joints: Joints
+    """Joint positions (rad) at its end."""
+    blending_m: float
+    """Radius of the sphere round the TCP there in which it may leave its path for the next one; 0 for none,
+    also where joint positions say how far it may."""
+
+
+class StiffnessMove(NamedTuple):
+    """A move around which the robot gives way."""
+
+    move: Move
+    impedance: CartesianImpedance
+
+
+class Hold(NamedTuple):
+    """A gravity hold: springs that keep every joint where it is."""
+
+    number: int
+    stiffness_nm_per_rad: float
+
+
+class Tracked(NamedTuple):
+    """A joint trajectory, and how the robot follows it."""
+
+    number: int
+    way: Way
+
+
+def planned_of(move: Move) -> Planned:
+    """Where a move is to go."""
+    blending_m = move.zone.radius if isinstance(move.zone, Sphere) else 0.0
+    return Planned(move.number, move.path.end, blending_m)
