@@ -43,7 +43,8 @@ class Drive:
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        return self._chain is not None or self._waiting.any
+        # Asked for in every tick.
+        return self._chain is not None or bool(self._waiting.planned) or bool(self._waiting.again)
 
     @property
     def stopping(self) -> bool:
