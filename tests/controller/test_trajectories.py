@@ -279,8 +279,7 @@ def test_a_bad_trajectory_is_refused_with_its_reason_and_changes_nothing(name: s
     other.sends([TrajectoryPoint(1.0, NEAR), TrajectoryPoint(3.0, AWAY)])
     other.step(200)
     with pytest.raises(Refused) as refused:
-        following.sends(message.pop("points"), **message)
-    message["points"] = []
+        following.sends(**message)
     assert reason in refused.value.reason
     assert not following.ends
     assert following.controller.is_pending(number)
