@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import iiwa_sim.recordings.recorder
+import iiwa_sim.simulator  # noqa: F401  # pytest within this process then drops no part of them at its end
 from tests.recordings.recorded import contents
 
 TESTS = """
@@ -46,7 +48,7 @@ def project(pytester: pytest.Pytester) -> pytest.Pytester:
 
 def run(project: pytest.Pytester, code: str, *options: str) -> pytest.RunResult:
     project.makepyfile(textwrap.dedent(code))
-    return project.runpytest_subprocess("-W", "error", "-p", "no:cacheprovider", *options, timeout=240)
+    return project.runpytest_inprocess("-W", "error", "-p", "no:cacheprovider", *options)
 
 
 def test_recordings_of_failed_tests_are_kept_and_named(project: pytest.Pytester) -> None:
