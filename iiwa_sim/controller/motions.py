@@ -1,7 +1,7 @@
 """What moves the robot: one queue of moves, a servo, and how the robot gives way around either."""
 
 from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
-from iiwa_sim.motion.compliance_kernel import CartesianImpedance
+from iiwa_sim.controller.yielding import Yielding
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joints import Joints
@@ -31,11 +31,11 @@ class Motions:
         self._nominal = nominal
         self._drive, self._servo, self._tracker = nominal.drive, nominal.servo, nominal.tracker
         self._follower = follower
+        self._yielding = Yielding(nominal, follower)
         self._next: Target | Tracked | StiffnessMove | Hold | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
         self._following = False  # the servo is active for targets, and has not been stopped
         self._tracking = False  # the tracker is active, and has not been stopped
-        self._impedance: CartesianImpedance | None = None  # of a stiffness move that has not set out
 
     @property
     def tcp_contact(self) -> TcpContact | None:
@@ -101,9 +101,7 @@ class Motions:
     @property
     def yielding_from(self) -> Joints:
         """Where the next stiffness move begins (rad): where the nominal motion is, or where a stop ends."""
-        if self._follower.holding:
-            return self.joints
-        return self._nominal.begins if self._follower.yielding else self._nominal.active.rest
+        return self._yielding.begins if self._follower.yielding else self._nominal.active.rest
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest if it were stopped now (rad)."""
@@ -207,32 +205,20 @@ class Motions:
         """Carry out a move that begins at `yielding_from`, in place of what runs: from rest as any move, in
         mid-motion without a stop, or when a stop under way is over. Other motions must have been stopped."""
         self._newest = wanted.move.number
-        if self._follower.holding:
-            self._follower.let_go()
-            self._nominal.rest_at(self.joints)
-            self._nominal.begin_stream()
-        if self._follower.yielding and self._nominal.replace(wanted.move):
-            self._next, self._impedance = None, wanted.impedance
-        else:
-            self._next, self._impedance = wanted, None
+        replaced = self._follower.yielding and self._yielding.replace(wanted)
+        self._next = None if replaced else wanted
 
     def hold(self, wanted: Hold) -> None:
         """Hold the joints where the robot comes to rest. Other motions must have been stopped."""
         self._newest = wanted.number
-        if self._follower.holding:
-            self._follower.hold(wanted.stiffness_nm_per_rad)
-            return
-        if self._follower.yielding and self._nominal.moving:
-            self._nominal.stop()
-        self._next = wanted
+        held = self._follower.yielding and self._yielding.hold(wanted)
+        self._next = None if held else wanted
 
     def stop(self) -> None:
         """Stop, and forget what waits: on the path, or from the velocity of a robot that is off it."""
-        if self._follower.off_plan:
-            self._nominal.rest_at(self._follower.rest_after_stop())
-        self._follower.stop()
+        self._yielding.stop()
         self._nominal.stop()
-        self._next = self._newest = self._impedance = None
+        self._next = self._newest = None
         self._following = self._tracking = False
 
     def cancel(self) -> None:
@@ -275,8 +261,8 @@ class Motions:
             else:
                 if follower.braking:
                     follower.brake()
-                else:
-                    self._yield(follower)
+                elif self._yielding.step(self._next):
+                    self._next = None
                 self.joints = follower.joints
         except Exception:
             self.stop()
@@ -307,25 +293,7 @@ class Motions:
                 self._tracker.follow(way)
                 self._tracking = True
             case StiffnessMove() | Hold():
-                self._follower.start(nominal.active.joints)
-                nominal.begin_stream()
+                self._yielding.start()
             case None if self._drive.moving:
                 nominal.active = self._drive
         return nominal.active
-
-    def _yield(self, follower: Follower) -> None:
-        """A tick of a robot that yields."""
-        nominal = self._nominal
-        if self._next is not None and not nominal.moving:
-            match self._next:
-                case Hold(stiffness_nm_per_rad=stiffness):
-                    follower.hold(stiffness)
-                case StiffnessMove(move=move, impedance=impedance):
-                    nominal.begin(move)
-                    self._impedance = impedance
-            self._next = None
-        if not follower.holding:
-            nominal.step()
-            if self._impedance is not None and not self._drive.waiting:
-                follower.impedance, self._impedance = self._impedance, None
-        follower.step(nominal.active.joints)
