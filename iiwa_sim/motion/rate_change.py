@@ -13,21 +13,21 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.rate_kernel import Ahead
 
 CELL_S = 0.002
-"""About so long the second derivative of the rate is constant."""
+"""Length of a cell, about (s): over it the second derivative of the rate is constant."""
 STEP_S = 0.001
 SAMPLES = 256
-"""Of the plan ahead, so far apart in planned time; half of them at least lie ahead."""
+"""Number of samples of the plan, `STEP_S` apart; at least half of them lie ahead."""
 SPREAD = 1
-"""More of them on either side of a cell that are to keep it: a release is found before its cells come."""
+"""Samples beside either end of a cell that also keep the limits: a release is found before its cells come."""
 ALLOWED = 1.004
-"""Of the limits of acceleration and jerk. Where a plan uses more, it may."""
+"""Part of the limits of acceleration and jerk that may be used; where a plan uses more, so may the change."""
 LONGEST_STOP_S = 0.1
-"""A stop is to take no longer, also from a rate that rises."""
+"""The longest that a stop may take (s), also from a rate that rises."""
 LEAST_SLACK_S = 0.005
 THERE = 2e-9
-"""A rate so near to what is asked for is that."""
+"""A rate that is so near to the requested one is equal to it."""
 LEVEL = 1e-9
-"""Of a slope (1/s): less is none."""
+"""A slope of the rate (1/s) below this is 0."""
 
 
 class PlanAhead(Protocol):
@@ -35,7 +35,7 @@ class PlanAhead(Protocol):
 
     @property
     def version(self) -> int:
-        """Another number whenever what lies ahead was planned anew."""
+        """A number that differs whenever what lies ahead was planned anew."""
 
     def along(self, times: Array) -> tuple[Array, Array]:
         """At rising times (s) joint positions and their three derivatives (m, 4, n), and limits (m, 3, n).
@@ -49,15 +49,15 @@ class PlanAhead(Protocol):
 
 
 class Running(NamedTuple):
-    """What runs at the override."""
+    """A plan that runs at the override, and where it is."""
 
     plan: PlanAhead
     time_s: float
-    """Planned time now."""
+    """Planned time now (s)."""
     stop_slope_per_s: float
-    """How fast a stop slows planned time down,"""
+    """Largest slope of the rate in a stop (1/s)."""
     stop_bend_per_s2: float
-    """and how fast that comes about."""
+    """Largest second derivative of the rate in a stop (1/s^2)."""
 
 
 class RateChange:
@@ -76,16 +76,16 @@ class RateChange:
         self._renew_s = 0.0
 
     def redirect(self, goal: float) -> None:
-        """Go to another rate, when the cell under way has ended: only there a way out of it is known."""
+        """Head for another rate from the end of the cell under way on: only there is a release known."""
         self._goal = goal
 
     @property
     def done(self) -> bool:
-        """Whether the rate is what was asked for, and stays so."""
+        """Whether the rate is the requested one, and stays so."""
         return self.rate == self._goal and self.slope_per_s == 0.0
 
     def step(self, running: Running) -> float:
-        """One tick; gives how much planned time goes by in it (s)."""
+        """Make one tick; gives the planned time (s) that passes in it."""
         time_s = running.time_s
         for _ in range(self._cells):
             if self.done:
@@ -111,7 +111,7 @@ class RateChange:
 
     def _look(self, running: Running, time_s: float) -> Ahead:
         if self._ahead is None or self._version != running.plan.version or time_s > self._renew_s:
-            # At the same places whenever it is sampled, so that what was seen of a plan stays as it was.
+            # Always at multiples of the step, so that a plan that did not change has the same samples.
             first = int(time_s / STEP_S) - SPREAD
             slope, bend = running.stop_slope_per_s, running.stop_bend_per_s2
             self._ahead = Ahead(

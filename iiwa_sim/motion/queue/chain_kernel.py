@@ -28,10 +28,10 @@ MOST_OWN = cython.declare(cython.Py_ssize_t, 96)
 IN_CORNER = cython.declare(cython.Py_ssize_t, 16)
 IN_PIECE = cython.declare(cython.Py_ssize_t, 16)
 APART = cython.declare(cython.double, 1e-9)
-BORDER = cython.declare(cython.double, 1e-8)  # of a piece, so near to its ends
-MARKS = cython.declare(cython.Py_ssize_t, 10)  # in a corner: most may happen within little of x,
-BESIDE = cython.declare(cython.Py_ssize_t, 4)  # beside its ends more than elsewhere, most just beside them
-NEAR = cython.declare(cython.double, 1e-5)  # of either side, so near to an edge
+BORDER = cython.declare(cython.double, 1e-8)  # part of a piece from its end to the sample beside it
+MARKS = cython.declare(cython.Py_ssize_t, 10)  # even parts of a corner: there much may happen at once
+BESIDE = cython.declare(cython.Py_ssize_t, 4)  # more samples near each of its ends
+NEAR = cython.declare(cython.double, 1e-5)  # part of a side of a corner from an edge to a sample
 PLACES = cython.declare(cython.double, 1e-15)
 
 

@@ -19,11 +19,11 @@ class Corner(NamedTuple):
     """How two moves are added at the target between them."""
 
     before: float
-    """The part of the first move that is left when the second sets out,"""
+    """Part of the first move that is left when the second sets out."""
     after: float
-    """the part of the second that is done when the first ends;"""
+    """Part of the second move that is done when the first ends."""
     rho: float
-    """and the part of the corner in which accelerations build up (0..1]."""
+    """Part of the corner in which accelerations build up (0..1]."""
 
 
 def corner(first: Move, second: Move, lowest: Array, highest: Array) -> Corner | None:
@@ -44,6 +44,6 @@ def corner(first: Move, second: Move, lowest: Array, highest: Array) -> Corner |
 
 
 def side(move: Move, *, at_end: bool) -> Side:
-    """How a move comes to rest at its end, or how it sets out."""
+    """One side of a corner: a move that comes to rest at its end, or sets out."""
     path = move.path
     return Side(path.borders, path.offsets, path.coefficients, *move.limits, at_end)

@@ -11,15 +11,15 @@ from cython.cimports.libc.math import fabs, sqrt
 from numpy.typing import NDArray
 
 CELL_S = cython.declare(cython.double, 0.01)
-LEAST_CELLS = cython.declare(cython.Py_ssize_t, 24)  # but a chain has no fewer,
-LEAST_LEFT = cython.declare(cython.Py_ssize_t, 16)  # nor what is left of one: cells are like those before,
-CORNER_CELLS = cython.declare(cython.double, 12.0)  # and a corner has about so many:
-SHORTEST_S = cython.declare(cython.double, 0.0025)  # its accelerations come and go within some of them.
-BESIDE_S = cython.declare(cython.double, 0.08)  # so fast cells may change
-NEAR_S = cython.declare(cython.double, 0.2)  # farther than this from what happens, cells become longer,
-WIDER = cython.declare(cython.double, 0.1)  # in the end by this part of how far it is
-PER_CELL = cython.declare(cython.double, 0.2)  # places where that is found
-SWITCH = cython.declare(cython.double, 0.1)  # of the largest acceleration: it changes by so much at once
+LEAST_CELLS = cython.declare(cython.Py_ssize_t, 24)  # of a chain from rest
+LEAST_LEFT = cython.declare(cython.Py_ssize_t, 16)  # of the rest of a chain: cells are like those before
+CORNER_CELLS = cython.declare(cython.double, 12.0)  # about so many in a corner
+SHORTEST_S = cython.declare(cython.double, 0.0025)  # cell: accelerations of a corner come and go within some
+BESIDE_S = cython.declare(cython.double, 0.08)  # over so long the density of cells is averaged
+NEAR_S = cython.declare(cython.double, 0.2)  # cells farther than this from any event are longer
+WIDER = cython.declare(cython.double, 0.1)  # by this part of the distance, at the most
+PER_CELL = cython.declare(cython.double, 0.2)  # step of the grid of densities, in cells
+SWITCH = cython.declare(cython.double, 0.1)  # part of the largest acceleration: a larger change is an event
 FADE = cython.declare(cython.double, 0.8187307530779818)  # exp(-1/5): widths before are left in five cells
 GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
 LONGEST_S = cython.declare(cython.double, 1e7)
@@ -29,7 +29,7 @@ ALMOST = cython.declare(cython.double, 1e-9)
 
 
 def switches(times: cython.double[::1], speeds: cython.double[::1]) -> NDArray[np.float64]:
-    """When a run whose acceleration is constant between samples (m,) goes over from one to another."""
+    """Times at which the acceleration of a run, constant between samples (m,), changes by much."""
     m: cython.Py_ssize_t = times.shape[0]
     k: cython.Py_ssize_t
     most: cython.double = 0.0
@@ -53,7 +53,7 @@ def switches(times: cython.double[::1], speeds: cython.double[::1]) -> NDArray[n
 def _base(
     t: cython.double, before: cython.double, behind: cython.double, cell_s: cython.double
 ) -> cython.double:
-    """Cells per s between two events."""
+    """Density of cells (1/s) at a time between two events."""
     way: cython.double = behind - before
     far: cython.double
     if way <= 4.0 * NEAR_S:
