@@ -15,6 +15,7 @@ import tempfile
 from pathlib import Path
 
 import base
+import documented
 import engine
 import trial
 from engine import Engine, EngineFault, NoImagesHere
@@ -37,6 +38,7 @@ def main() -> None:
         base_mb = builder.size_mb(_base())
         print(f"base: {base_mb:.0f} MB", flush=True)
         trial.try_image(builder, "iiwa-sim", base_mb=base_mb)
+        documented.try_documented(builder)
         master = f"http://127.0.0.1:{(port := trial.free_port())}"
         with trial.running(
             builder,
