@@ -352,7 +352,7 @@ def aimed(
     return joints, robot.tcp_frame(joints)
 
 
-def send(robot: SteppedRobot, item: ChainMove | Between, last: Joints | None = None) -> bool:
+def send(robot: SteppedRobot, item: ChainMove | Between, last: Sequence[float] | None = None) -> bool:
     """Sends a move or a stop to a robot without a recorder; whether it was accepted.
 
     `last` is where the last move began, in place of where the robot is.
@@ -361,7 +361,7 @@ def send(robot: SteppedRobot, item: ChainMove | Between, last: Joints | None = N
         robot.stop()
         return True
     end = robot.controller.end_of_queue
-    target = aimed(item, robot, end, (last or robot.controller.joints, end))
+    target = aimed(item, robot, end, (robot.controller.joints if last is None else last, end))
     return _accepted(_order(item.kind, *target, item.speeds, item.blending_mm), robot.controller, True)
 
 
