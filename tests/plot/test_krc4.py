@@ -48,7 +48,7 @@ def test_the_targets_are_those_of_the_messages() -> None:
         ("Cmd I1=20 R0=9999", "out of reach"),
         ("Cmd I1", "'I1': expected NAME=VALUE"),
         ("Cmd I1=999", "no command has the id 999"),
-        ("hello", "a message begins with <; the connection ends; lines of text go to a robot with --dialect iiwa"),
+        ("hello", "with <; the connection ends; lines of text go to a robot with --dialect iiwa"),
         ("<Cmd>", "expected a whole message"),
         ("<Cmd I1='100'/><Cmd I1='100'/>", "expected one message"),
     ],
