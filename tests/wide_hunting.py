@@ -18,8 +18,9 @@ from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit
 from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.controller.requests import MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame, multiply, rotation_vector, transpose
+from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.queue.chain import Chain
 from tests.asked import (
@@ -37,7 +38,8 @@ from tests.asked import (
     ptp_stiff_move,
     smart_joint_move,
 )
-from tests.hunting import STEP_S, UNTIL_STOPPED, Hunt
+from tests.chains import UNTIL_STOPPED, ChainMove, aimed
+from tests.hunting import STEP_S, Hunt
 from tests.stepped import ROUNDING, Array, rotation_exp
 
 USUAL = 0.5  # part of what is said that `Hunt` says, too
@@ -90,7 +92,7 @@ class WideHunt(Hunt):
         """Whether it was taken."""
         robot, controller = self.robot, self.robot.controller
         robot.notice_mode()
-        end = np.array(controller.end_of_queue)
+        end = controller.end_of_queue
         begins_s = thread_time()
         try:
             controller.move(request)
@@ -100,10 +102,9 @@ class WideHunt(Hunt):
             self.slowest_command_s = max(self.slowest_command_s, thread_time() - begins_s)
             robot.notice_mode()
         self._starts.append(end)
-        drive = controller._core.motions._drive
-        waiting = drive._again or drive._waiting
-        if request.kind.value == "LIN" and waiting and waiting[-1].number == controller.accepted:
-            self._look_at_line(waiting[-1].path)
+        waiting = controller._core.motions._drive._waiting
+        if request.kind is Kind.LIN and waiting.any and waiting.last.number == controller.accepted:
+            self._look_at_line(waiting.last.path)
         return True
 
     def _says_one(self) -> None:
@@ -117,7 +118,7 @@ class WideHunt(Hunt):
             joints = self._singular(place, end, parts)
             frame = self.robot.tcp_frame(joints)
         else:
-            joints, frame = self._target("lin", place, parts, end)
+            joints, frame = self._aimed(place, parts)
         speed = self._one_of((1.0, 1.0, 0.5, 0.1))
         radius_mm = self._one_of((0.0, float(rng.uniform(0, 5)), float(rng.uniform(0, 80)), 500.0))
         if kind == "joint":
@@ -140,6 +141,13 @@ class WideHunt(Hunt):
                 request = joint_move(joints, [speed] * len(end))._replace(acceleration=cap)
         assert len(d.joints) == len(end)
         self._tell(request)
+
+    def _aimed(self, place: str, parts: Array) -> tuple[Joints, Frame]:
+        """Joints and frame of a target, seen from where the queue ends."""
+        end = self.robot.controller.end_of_queue
+        speeds = (1.0,) * len(end)
+        move = ChainMove("lin", place, tuple(parts.tolist()), speeds, 0.0, 0)
+        return aimed(move, self.robot, end, (self._starts[-1] if self._starts else end, end))
 
     def _singular(self, place: str, end: Array, parts: Array) -> tuple[float, ...]:
         """Joints near where the wrist or the arm is stretched, beyond that, or at position limits."""
@@ -206,7 +214,7 @@ class WideHunt(Hunt):
             robot.stop()
             return
         parts = rng.uniform(-1.0, 1.0, len(controller.joints))
-        _, frame = self._target("lin", self._one_of(("near", "shift")), parts, np.array(controller.joints))
+        _, frame = self._aimed(self._one_of(("near", "shift")), parts)
         move = self._one_of((lin_stiff_move, ptp_stiff_move))
         self._tell(move(frame, self._one_of((1.0, 0.3)), 2000.0, [0.0] * 6))
 
@@ -214,8 +222,7 @@ class WideHunt(Hunt):
         """A force move, and mostly a force that ends it."""
         rng, controller = self._rng, self.robot.controller
         parts = rng.uniform(-1.0, 1.0, len(controller.joints))
-        end = np.array(controller.end_of_queue)
-        _, frame = self._target("lin", self._one_of(("near", "shift")), parts, end)
+        _, frame = self._aimed(self._one_of(("near", "shift")), parts)
         move = self._one_of((lin_force_move, ptp_force_move))
         radius_mm = self._one_of((0.0, 30.0, 500.0))
         if not self._tell(move(frame, self._one_of((1.0, 0.3)), radius_mm, (10.0, None, 10.0))):
