@@ -62,7 +62,7 @@ def begun(move: Move) -> Chain:
     controls, cells_s = _checked(at_once(_nominal(course, front)))
     rows = at_once(rows_along(course, controls, None))
     c = steady(rows, cells_s / UNIT_S)
-    if not isfinite(float(rows.j3.sum())):
+    if not isfinite(float(np.asarray(rows.bounds.j3).sum())):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     rough = not quick(rows, c)
     return Chain(course, controls, c, front.times, rows, rough)

@@ -6,7 +6,7 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.rows_kernel import layout, write
 from iiwa_sim.motion.slices import Slices
-from iiwa_sim.motion.timing.rows import Rows
+from iiwa_sim.motion.timing.bounds_kernel import Rows
 
 UNIT_S = 0.01
 """The clock counts time in this unit."""
@@ -21,13 +21,10 @@ def rows_along(course: Course, controls: Array, kept: Rows | None) -> Slices[Row
         starts[: first + 1] = kept.starts
     way = course.way
     layout(way, way.edges, controls, first, starts)
-    rows = Rows.begun_with(kept, starts, course.joint_count)
+    rows: Rows = Rows(starts, course.joint_count, kept)
     scratch = np.empty((15, course.joint_count))
     for k in range(first, cells, CELLS_IN_SLICE):
         last = min(k + CELLS_IN_SLICE, cells)
-        write(
-            way, way.edges, controls, k, last, UNIT_S, starts, scratch,
-            *rows[:8], rows.parts, rows.per_limit,
-        )  # fmt: skip
+        write(way, way.edges, controls, k, last, UNIT_S, rows, scratch)
         yield
     return rows

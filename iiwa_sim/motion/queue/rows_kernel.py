@@ -11,8 +11,10 @@ from cython.cimports.libc.math import fabs
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Rows
 else:
     from iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
+    from iiwa_sim.motion.timing.bounds_kernel import Rows
 
 PEAK = cython.declare(cython.double, 1.1)  # of jerks inside a cell, over those at its ends
 PLAIN = cython.declare(cython.int, 5)  # places in a cell, its ends too,
@@ -144,18 +146,8 @@ def write(
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
     unit: cython.double,
-    starts: cython.Py_ssize_t[::1],
+    rows: Rows,
     scratch: cython.double[:, ::1],
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
-    inner: cython.double[:, :, ::1],
-    parts: cython.double[::1],
-    per_limit: cython.double[:, :, ::1],
 ) -> None:
     """Write what belongs to the cells first..last - 1 and their first knots, and to the last knot of all.
 
@@ -199,65 +191,67 @@ def write(
         _narrow(way, move, corner, limits)
         x = spline(controls, k, 1.0)
         used = 0
-        while e < edges.shape[0] and edges[e] < x and starts[k] + used + 2 < starts[k + 1]:
+        while e < edges.shape[0] and edges[e] < x and rows.starts[k] + used + 2 < rows.starts[k + 1]:
             used += 1
-            parts[starts[k] + used] = part_at(controls, k, edges[e])
+            rows.parts[rows.starts[k] + used] = part_at(controls, k, edges[e])
             e += 1
-        _spread(parts, starts[k], starts[k + 1], used)
+        _spread(rows.parts, rows.starts[k], rows.starts[k + 1], used)
         for o in range(3):
             for i in range(n):
-                inner[starts[k], o, i] = scratch[o, i]
+                rows.inner[rows.starts[k], o, i] = scratch[o, i]
         x = min(max(spline(controls, k, 0.0), way.first_x), way.end_x)
-        for p in range(starts[k] + 1, starts[k + 1]):
-            u = parts[p]
+        for p in range(rows.starts[k] + 1, rows.starts[k + 1]):
+            u = rows.parts[p]
             last_x, x = x, min(max(spline(controls, k, u), way.first_x), way.end_x)
             before_move, before_corner = move, corner
             move = way.find(x, move)
             corner = way.at(x, move, 3)
             if move != before_move or corner != before_corner:
                 _narrow(way, move, corner, limits)
-            _over_theta(way, controls, k, u, inner[p], 0)
-            if u - parts[p - 1] < AT_ONCE:
-                parts[p] = parts[p - 1]
+            _over_theta(way, controls, k, u, rows.inner[p], 0)
+            if u - rows.parts[p - 1] < AT_ONCE:
+                rows.parts[p] = rows.parts[p - 1]
             o = max(corner, before_corner)
             if o >= 0:
                 span = way.before[o] * (way.targets[o] - way.targets[o - 1])
                 span += way.after[o] * (way.targets[o + 1] - way.targets[o])
-                if x - last_x < JUMP * span and u - parts[p - 1] < SAME:
+                if x - last_x < JUMP * span and u - rows.parts[p - 1] < SAME:
                     # What is behind the jump is told for the place of the jump.
-                    y = u - parts[p - 1]
+                    y = u - rows.parts[p - 1]
                     for i in range(n):
-                        inner[p, 0, i] -= y * (inner[p, 1, i] - 0.5 * y * inner[p, 2, i])
-                        inner[p, 1, i] -= y * inner[p, 2, i]
-                    parts[p] = parts[p - 1]
+                        rows.inner[p, 0, i] -= y * (rows.inner[p, 1, i] - 0.5 * y * rows.inner[p, 2, i])
+                        rows.inner[p, 1, i] -= y * rows.inner[p, 2, i]
+                    rows.parts[p] = rows.parts[p - 1]
         _over_theta(way, controls, k, 1.0, scratch, 3)
         y = 1.0
         for o in range(3):
             y *= unit
             for i in range(n):
-                per_limit[k, o, i] = 1.0 / (limits[o, i] * y)
-        _knot(scratch, 0, k, cells, per_limit, a1, a2, cap, counts)
+                rows.per_limit[k, o, i] = 1.0 / (limits[o, i] * y)
+        _knot(scratch, 0, k, rows)
         if k == cells - 1:
-            _knot(scratch, 3, k + 1, cells, per_limit, a1, a2, cap, counts)
+            _knot(scratch, 3, k + 1, rows)
         # A corner may begin inside: then what asks most of a joint in that half stands for an end.
         for half in range(2):
             o = 2 * k + half
             for i in range(n):
-                y = per_limit[k, 2, i]
+                y = rows.per_limit[k, 2, i]
                 most = PEAK * max(fabs(scratch[2, i]), fabs(scratch[5, i]))
                 scratch[6, i] = scratch[3 * half, i]
                 scratch[7, i] = scratch[3 * half + 1, i]
                 scratch[8, i] = scratch[3 * half + 2, i]
-                for p in range(starts[k], starts[k + 1]):
-                    if (parts[p] < 0.5) == (half == 0) and fabs(inner[p, 2, i]) > most:
-                        most = fabs(inner[p, 2, i])
-                        scratch[6, i] = inner[p, 0, i]
-                        scratch[7, i] = inner[p, 1, i]
-                        scratch[8, i] = inner[p, 2, i]
-                j1[o, i] = 0.5 * scratch[6, i] * y
-                j2[o, i] = 1.5 * scratch[7, i] * y
-                j3[o, i] = scratch[8, i] * y
-            counts[k, 1 + half] = _chosen(j1[o], j2[o], j3[o], n, 3, scratch)
+                for p in range(rows.starts[k], rows.starts[k + 1]):
+                    if (rows.parts[p] < 0.5) == (half == 0) and fabs(rows.inner[p, 2, i]) > most:
+                        most = fabs(rows.inner[p, 2, i])
+                        scratch[6, i] = rows.inner[p, 0, i]
+                        scratch[7, i] = rows.inner[p, 1, i]
+                        scratch[8, i] = rows.inner[p, 2, i]
+                rows.bounds.j1[o, i] = 0.5 * scratch[6, i] * y
+                rows.bounds.j2[o, i] = 1.5 * scratch[7, i] * y
+                rows.bounds.j3[o, i] = scratch[8, i] * y
+            rows.bounds.counts[k, 1 + half] = _chosen(
+                rows.bounds.j1[o], rows.bounds.j2[o], rows.bounds.j3[o], n, 3, scratch
+            )
 
 
 @cython.cfunc
@@ -266,27 +260,24 @@ def _knot(
     scratch: cython.double[:, ::1],
     at: cython.Py_ssize_t,
     k: cython.Py_ssize_t,
-    cells: cython.Py_ssize_t,
-    per_limit: cython.double[:, :, ::1],
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    counts: cython.Py_ssize_t[:, ::1],
+    rows: Rows,
 ) -> cython.void:
     """Rows at a knot, from derivatives in the scratch."""
     i: cython.Py_ssize_t
     before: cython.Py_ssize_t = k - 1 if k > 0 else 0
-    behind: cython.Py_ssize_t = k if k < cells else cells - 1
+    behind: cython.Py_ssize_t = k if k < rows.bounds.cells else rows.bounds.cells - 1
     y: cython.double
-    cap[k] = 1e12
+    rows.bounds.cap[k] = 1e12
     for i in range(scratch.shape[1]):
-        y = max(per_limit[before, 1, i], per_limit[behind, 1, i])
-        a1[k, i] = 0.5 * scratch[at, i] * y
-        a2[k, i] = scratch[at + 1, i] * y
-        y = fabs(scratch[at, i]) * max(per_limit[before, 0, i], per_limit[behind, 0, i])
-        if y * y * cap[k] > 1.0:
-            cap[k] = 1.0 / (y * y)
-    counts[k, 0] = _chosen(a1[k], a2[k], a2[k], scratch.shape[1], 2, scratch)
+        y = max(rows.per_limit[before, 1, i], rows.per_limit[behind, 1, i])
+        rows.bounds.a1[k, i] = 0.5 * scratch[at, i] * y
+        rows.bounds.a2[k, i] = scratch[at + 1, i] * y
+        y = fabs(scratch[at, i]) * max(rows.per_limit[before, 0, i], rows.per_limit[behind, 0, i])
+        if y * y * rows.bounds.cap[k] > 1.0:
+            rows.bounds.cap[k] = 1.0 / (y * y)
+    rows.bounds.counts[k, 0] = _chosen(
+        rows.bounds.a1[k], rows.bounds.a2[k], rows.bounds.a2[k], scratch.shape[1], 2, scratch
+    )
 
 
 @cython.cfunc

@@ -10,6 +10,7 @@ import numpy as np
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.slices import Slices
+from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
 from iiwa_sim.motion.timing.clock_kernel import newton
 from iiwa_sim.motion.timing.guess_kernel import going_on, steady_loads
 from iiwa_sim.motion.timing.loads_kernel import (
@@ -20,7 +21,6 @@ from iiwa_sim.motion.timing.loads_kernel import (
     tightened,
     widened,
 )
-from iiwa_sim.motion.timing.rows import Rows
 
 CELL_STEPS = 1600
 """Newton steps times cells in a slice: half a millisecond."""
@@ -51,7 +51,7 @@ def steady(rows: Rows, widths: Array) -> Array:
     """The clock (N + 2,) that goes evenly over cells of nominal times (N,), as fast as all limits allow,
     almost."""
     c: Array = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
-    squares, cubes = steady_loads(*rows[:7], c)
+    squares, cubes = steady_loads(rows.bounds, c)
     scaled: Array = c * (0.999 * min(1.0 / max(squares, 1e-12), max(cubes, 1e-18) ** (-2.0 / 3.0)))
     return scaled
 
@@ -61,12 +61,12 @@ def quick(rows: Rows, c: Array, most_steps: int = 0, mu_end: float = MU_END) -> 
     Newton steps, or half a slice. Whether there is little left to gain."""
     cells = rows.cells
     vectors, band, loads = np.empty((3, cells + 2)), np.empty((cells + 2, 3)), np.empty((cells, 3))
-    bounds = rows.like_rows()
-    tightened(*rows[:7], rows.tight, *bounds)
+    bounds: Bounds = rows.bounds.like()
+    tightened(rows, bounds)
     c *= QUICK_START
     steps = most_steps or max(CELL_STEPS // cells, 1)
-    _, _, over = newton(*bounds, rows.counts, c, vectors, band, MU_WARM, mu_end, CUT, 0, steps)
-    inner_loads(*rows.inside, c, loads)
+    _, _, over = newton(bounds, c, vectors, band, MU_WARM, mu_end, CUT, 0, steps)
+    inner_loads(rows, c, loads)
     largest = _too_fast(loads)
     if largest > 1.0:
         c /= largest
@@ -78,10 +78,7 @@ def guess(rows: Rows, widths: Array, last: Array) -> Array:
     coefficients of what was there before."""
     c = np.empty(len(widths) + 2)
     c[:2] = last
-    going_on(
-        rows.a2, rows.cap, rows.j3, rows.counts, rows.inner, rows.starts, rows.per_limit, widths,
-        np.empty((2, len(widths))), c,
-    )  # fmt: skip
+    going_on(rows, widths, np.empty((2, len(widths))), c)
     return c
 
 
@@ -93,7 +90,8 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
     clock was found that does everywhere.
     """
     cells = rows.cells
-    bounds, wide = rows.like_rows(), rows.like_rows()
+    bounds: Bounds = rows.bounds.like()
+    wide: Bounds = bounds.like()
     vectors, band = np.empty((3, cells + 2)), np.empty((cells + 2, 3))
     loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
     chunk = max(CELL_STEPS // cells, 1)
@@ -102,26 +100,26 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
     mu_start = MU_WARM if fixed else MU_FRESH
     allowed = np.tile([1.0, KEPT, KEPT], (cells, 1))
     worst = np.empty(2, dtype=np.intp)
-    tight, most = rows.tight, np.full((cells + 1, 4), np.inf)
+    tight, most = np.asarray(rows.tight), np.full((cells + 1, 4), np.inf)
     if kept:
         # There may be no better way than the one that is kept: there no more is asked for.
-        inner_loads(*rows.inside, c, loads)
+        inner_loads(rows, c, loads)
         np.maximum(allowed[:kept], loads[:kept], out=allowed[:kept])
-        knot_loads(*rows[:7], c, ends)
+        knot_loads(rows.bounds, c, ends)
         most[:kept] = np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0)
         np.minimum(tight, most, out=tight)
-    tightened(*rows[:7], tight, *bounds)
+    tightened(rows, bounds)
     yield
     for repair in range(REPAIRS + 1):
         last = 1e30
         for k in range(ROUNDS):
-            load = widened(*bounds, rows.counts, c, *wide)
+            load = widened(bounds, c, wide)
             if load < 0.9999:
                 break
             if k > 4 and load - 1.0 > LITTLE_GAIN * (last - 1.0):
                 return _best(best, c, fixed)
             last = load
-            newton(*wide, rows.counts, c, vectors, band, 1.0, 1.0, 1.0, fixed, ROUND_STEPS)
+            newton(wide, c, vectors, band, 1.0, 1.0, 1.0, fixed, ROUND_STEPS)
             spent += ROUND_STEPS
             if spent >= chunk:
                 spent = 0
@@ -131,9 +129,7 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
         mu, steps, over = mu_start, 0, False
         while not over and steps < MOST_STEPS:
             most_steps = min(chunk - spent, MOST_STEPS - steps)
-            mu, done, over = newton(
-                *bounds, rows.counts, c, vectors, band, mu, MU_END, CUT, fixed, most_steps
-            )
+            mu, done, over = newton(bounds, c, vectors, band, mu, MU_END, CUT, fixed, most_steps)
             steps += done
             spent += done
             if spent >= chunk:
@@ -142,7 +138,7 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
         if _lifted(c, fixed):
             mu_start = 0.05
             continue
-        inner_loads(*rows.inside, c, loads)
+        inner_loads(rows, c, loads)
         over_allowed = (loads - allowed).max(axis=0).tolist()
         excess = 1.0 + max(
             (over_allowed[0] + 1.0 - KEPT_VELOCITY) / (KEPT_VELOCITY - 1.0),
@@ -152,10 +148,10 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
             best = excess, c.copy(), _too_fast(loads)
         if excess <= 1.0:
             return True
-        put_worst(*rows.inside, c, loads, allowed, kept, worst, *rows[:2], *rows[3:7])
-        knot_loads(*bounds, rows.counts, c, ends)
+        put_worst(rows, c, loads, allowed, kept, worst)
+        knot_loads(bounds, c, ends)
         tighten(loads, ends, allowed, kept, OVERDONE, 1.0 + MORE_EACH * repair, tight, most)
-        tightened(*rows[:7], tight, *bounds)
+        tightened(rows, bounds)
         mu_start = 0.05
     return _best(best, c, fixed)
 

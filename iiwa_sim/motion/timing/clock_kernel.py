@@ -1,20 +1,19 @@
 """The inner loops of the clock: an interior-point method for b(theta) = (dtheta/dt)^2, compiled by Cython.
 
 theta counts cells; c (N + 2) are the coefficients of a quadratic B-spline: at the knot k, b = (c[k] + c[k
-+ 1]) / 2 and db/dtheta = c[k + 1] - c[k]; in the cell k, d2b/dtheta2 = c[k] - 2 c[k + 1] + c[k + 2]. With
-the derivatives q', q'', q''' of a joint over theta its acceleration is q'' b + q' b' / 2 and its jerk
-sqrt(b) (q''' b + 3/2 q'' b' + q' b'' / 2).
-
-Rows are those factors over the limits, so that all of them have to stay within -1 and 1: `a1`, `a2` (N +
-1, n) of accelerations at knots, `cap` (N + 1,) what velocities leave b at knots, `j1`, `j2`, `j3` (2 N,
-n) of jerks at both ends of each cell. Only the first `counts` (N + 1, 3) of them count: at a knot, and at
-the beginning and the end of the cell behind it. All arrays are C-contiguous float64.
++ 1]) / 2 and db/dtheta = c[k + 1] - c[k]; in the cell k, d2b/dtheta2 = c[k] - 2 c[k + 1] + c[k + 2]. What
+bounds it is told in `bounds_kernel`. All arrays are C-contiguous float64.
 """
 
 # mypy: allow-untyped-decorators
 
 import cython
 from cython.cimports.libc.math import fabs, sqrt
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds
+else:
+    from iiwa_sim.motion.timing.bounds_kernel import Bounds
 
 LN2 = cython.declare(cython.double, 0.6931471805599453)
 FAR = cython.declare(cython.double, 1e300)  # the barrier where a limit is passed
@@ -68,20 +67,14 @@ def _mean_time(c: cython.double[::1], cells: cython.Py_ssize_t) -> cython.double
 
 @cython.cfunc
 def _barrier(
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
+    bounds: Bounds,
     c: cython.double[::1],
     mu: cython.double,
     fixed: cython.Py_ssize_t,
 ) -> cython.double:
     """The time that is to be least, plus mu times how near all limits are, and 0 is to each c, which stays
     above it; FAR where one is passed."""
-    cells: cython.Py_ssize_t = j1.shape[0] // 2
+    cells: cython.Py_ssize_t = bounds.cells
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     e: cython.Py_ssize_t
@@ -100,12 +93,12 @@ def _barrier(
         d = c[k + 1] - c[k]
         if not (b > 0.0 and c[k] > 0.0 and c[k + 1] > 0.0):
             return FAR
-        least = 1.0 - b / cap[k]
+        least = 1.0 - b / bounds.cap[k]
         if not least > 0.0:
             return FAR
         product *= least * c[k]
-        for i in range(counts[k, 0]):
-            y = a2[k, i] * b + a1[k, i] * d
+        for i in range(bounds.counts[k, 0]):
+            y = bounds.a2[k, i] * b + bounds.a1[k, i] * d
             x = 1.0 - y * y
             if x < least:
                 least = x
@@ -130,8 +123,8 @@ def _barrier(
             if e == 1:
                 b = 0.5 * (c[k + 1] + c[k + 2])
                 d = c[k + 2] - c[k + 1]
-            for i in range(counts[k, 1 + e]):
-                y = j3[2 * k + e, i] * b + j2[2 * k + e, i] * d + j1[2 * k + e, i] * dd
+            for i in range(bounds.counts[k, 1 + e]):
+                y = bounds.j3[2 * k + e, i] * b + bounds.j2[2 * k + e, i] * d + bounds.j1[2 * k + e, i] * dd
                 x = 1.0 - b * y * y
                 if x < least:
                     least = x
@@ -151,13 +144,7 @@ def _barrier(
 
 @cython.cfunc
 def _assemble(
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
+    bounds: Bounds,
     c: cython.double[::1],
     mu: cython.double,
     fixed: cython.Py_ssize_t,
@@ -166,7 +153,7 @@ def _assemble(
 ) -> cython.void:
     """Gradient and (Gauss-Newton) Hessian of the barrier; of the Hessian the diagonal and two bands beside
     it."""
-    cells: cython.Py_ssize_t = j1.shape[0] // 2
+    cells: cython.Py_ssize_t = bounds.cells
     m: cython.Py_ssize_t = cells + 2
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
@@ -229,15 +216,15 @@ def _assemble(
     for k in range(cells + 1):
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
-        inv = 1.0 / (cap[k] - b)
+        inv = 1.0 / (bounds.cap[k] - b)
         gb = mu * inv
         gd = 0.0
         hbb = mu * inv * inv
         hbd = 0.0
         hdd = 0.0
-        for i in range(counts[k, 0]):
-            f0 = a2[k, i]
-            f1 = a1[k, i]
+        for i in range(bounds.counts[k, 0]):
+            f0 = bounds.a2[k, i]
+            f1 = bounds.a1[k, i]
             y = f0 * b + f1 * d
             x = 1.0 / (1.0 - y * y)
             first = 2.0 * mu * y * x
@@ -284,11 +271,11 @@ def _assemble(
             h11 = 0.0
             h12 = 0.0
             h22 = 0.0
-            for i in range(counts[k, 1 + e]):
-                y = j3[o, i] * b + j2[o, i] * d + j1[o, i] * dd
-                f0 = half * y + root * j3[o, i]
-                f1 = root * j2[o, i]
-                f2 = root * j1[o, i]
+            for i in range(bounds.counts[k, 1 + e]):
+                y = bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd
+                f0 = half * y + root * bounds.j3[o, i]
+                f1 = root * bounds.j2[o, i]
+                f2 = root * bounds.j1[o, i]
                 y = root * y
                 x = 1.0 / (1.0 - y * y)
                 first = 2.0 * mu * y * x
@@ -375,13 +362,7 @@ def _solve(
 
 
 def newton(
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
+    bounds: Bounds,
     c: cython.double[::1],
     vectors: cython.double[:, ::1],
     band: cython.double[:, ::1],
@@ -398,7 +379,7 @@ def newton(
     cut, down to `mu_end`. Gives mu for the next call, the number of steps, and whether there is nothing
     left to gain. `vectors` (3, N + 2) and `band` (N + 2, 3) are scratch.
     """
-    cells: cython.Py_ssize_t = j1.shape[0] // 2
+    cells: cython.Py_ssize_t = bounds.cells
     m: cython.Py_ssize_t = cells + 2
     gradient: cython.double[::1] = vectors[0]
     step: cython.double[::1] = vectors[1]
@@ -415,11 +396,11 @@ def newton(
     moved: cython.bint
     over: cython.bint = False
     scale = _mean_time(c, cells)
-    value = _barrier(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed)
+    value = _barrier(bounds, c, mu * scale, fixed)
     if value >= FAR:
         return mu, 0, True
     while done < most:
-        _assemble(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed, gradient, band)
+        _assemble(bounds, c, mu * scale, fixed, gradient, band)
         if not _solve(gradient, band, step, fixed):
             over = True
             break
@@ -437,7 +418,7 @@ def newton(
         for _ in range(25):
             for i in range(fixed, m):
                 trial[i] = c[i] + t * step[i]
-            new = _barrier(a1, a2, cap, j1, j2, j3, counts, trial, mu * scale, fixed)
+            new = _barrier(bounds, trial, mu * scale, fixed)
             if new < value + 1e-4 * t * slope:
                 moved = True
                 break
@@ -454,5 +435,5 @@ def newton(
             if mu < mu_end:
                 mu = mu_end
         scale = _mean_time(c, cells)
-        value = _barrier(a1, a2, cap, j1, j2, j3, counts, c, mu * scale, fixed)
+        value = _barrier(bounds, c, mu * scale, fixed)
     return mu, done, over

@@ -1,6 +1,6 @@
 """First guesses of a clock: at an even pace over nominal time; compiled by Cython.
 
-Rows, c and theta as in `clock_kernel`, `inner`, `starts` and `per_limit` as in `loads_kernel`.
+c and theta as in `clock_kernel`, rows as in `bounds_kernel`.
 """
 
 # mypy: allow-untyped-decorators
@@ -9,8 +9,10 @@ import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
     from cython.cimports.iiwa_sim.motion.timing.run_kernel import root
 else:
+    from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
     from iiwa_sim.motion.timing.run_kernel import root
 
 PACE = cython.declare(cython.double, 0.98)  # of what limits allow at an even pace,
@@ -22,17 +24,11 @@ GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
 
 
 def steady_loads(
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
+    bounds: Bounds,
     c: cython.double[::1],
 ) -> tuple[float, float]:
     """The largest load of velocities (squared) and accelerations, and that of jerks."""
-    cells: cython.Py_ssize_t = j1.shape[0] // 2
+    cells: cython.Py_ssize_t = bounds.cells
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     o: cython.Py_ssize_t
@@ -44,28 +40,22 @@ def steady_loads(
     for k in range(cells + 1):
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
-        square = max(square, b / cap[k])
-        for i in range(counts[k, 0]):
-            square = max(square, fabs(a2[k, i] * b + a1[k, i] * d))
+        square = max(square, b / bounds.cap[k])
+        for i in range(bounds.counts[k, 0]):
+            square = max(square, fabs(bounds.a2[k, i] * b + bounds.a1[k, i] * d))
     for o in range(2 * cells):
         k = o // 2
         dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
         k += o % 2
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
-        for i in range(counts[o // 2, 1 + o % 2]):
-            cube = max(cube, sqrt(b) * fabs(j3[o, i] * b + j2[o, i] * d + j1[o, i] * dd))
+        for i in range(bounds.counts[o // 2, 1 + o % 2]):
+            cube = max(cube, sqrt(b) * fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd))
     return square, cube
 
 
 def going_on(
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
-    inner: cython.double[:, :, ::1],
-    starts: cython.Py_ssize_t[::1],
-    per_limit: cython.double[:, :, ::1],
+    rows: Rows,
     widths: cython.double[::1],
     scratch: cython.double[:, ::1],
     c: cython.double[::1],
@@ -76,7 +66,7 @@ def going_on(
     `scratch` is (2, M).
     """
     count: cython.Py_ssize_t = widths.shape[0]
-    behind: cython.Py_ssize_t = cap.shape[0] - 1 - count
+    behind: cython.Py_ssize_t = rows.bounds.cells - count
     k: cython.Py_ssize_t
     m: cython.Py_ssize_t
     i: cython.Py_ssize_t
@@ -90,17 +80,17 @@ def going_on(
     second: cython.double
     for k in range(count):
         m = behind + k
-        square = max(1.0 / cap[m], 1.0 / cap[m + 1])
+        square = max(1.0 / rows.bounds.cap[m], 1.0 / rows.bounds.cap[m + 1])
         for o in range(m, m + 2):
-            for i in range(counts[o, 0]):
-                square = max(square, fabs(a2[o, i]))
+            for i in range(rows.bounds.counts[o, 0]):
+                square = max(square, fabs(rows.bounds.a2[o, i]))
         jerk = 0.0
         for o in range(2):
-            for i in range(counts[m, 1 + o]):
-                jerk = max(jerk, fabs(j3[2 * m + o, i]))
-        for o in range(starts[m], starts[m + 1]):
-            for i in range(inner.shape[2]):
-                jerk = max(jerk, fabs(inner[o, 2, i]) * per_limit[m, 2, i])
+            for i in range(rows.bounds.counts[m, 1 + o]):
+                jerk = max(jerk, fabs(rows.bounds.j3[2 * m + o, i]))
+        for o in range(rows.starts[m], rows.starts[m + 1]):
+            for i in range(rows.inner.shape[2]):
+                jerk = max(jerk, fabs(rows.inner[o, 2, i]) * rows.per_limit[m, 2, i])
         even = 1.0 / widths[k]
         room = root(jerk * even * even * even) if jerk > 1e-12 else 0.0
         room = max(square * even * even, room * room)

@@ -1,6 +1,6 @@
 """How near a clock comes to the limits; compiled by Cython.
 
-Rows, c and theta as in `clock_kernel`.
+c and theta as in `clock_kernel`, rows as in `bounds_kernel`.
 """
 
 # mypy: allow-untyped-decorators
@@ -8,6 +8,11 @@ Rows, c and theta as in `clock_kernel`.
 import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
+else:
+    from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
 
 MORE = cython.declare(cython.double, 1.04)  # a broken limit is widened by so much more than needed,
 AND = cython.declare(cython.double, 2e-3)  # and this
@@ -21,27 +26,16 @@ BETWEEN = cython.declare(cython.int, 8)  # in so many parts
 
 
 def widened(
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
+    bounds: Bounds,
     c: cython.double[::1],
-    wide_a1: cython.double[:, ::1],
-    wide_a2: cython.double[:, ::1],
-    wide_cap: cython.double[::1],
-    wide_j1: cython.double[:, ::1],
-    wide_j2: cython.double[:, ::1],
-    wide_j3: cython.double[:, ::1],
+    wide: Bounds,
 ) -> float:
     """Write rows like the given ones, but so much wider, knot by knot and cell end by cell end, that c keeps
     them.
 
     Gives the largest load: below 1 all are as they were.
     """
-    cells: cython.Py_ssize_t = j1.shape[0] // 2
+    cells: cython.Py_ssize_t = bounds.cells
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     o: cython.Py_ssize_t
@@ -55,19 +49,19 @@ def widened(
     for k in range(cells + 1):
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
-        load = b / cap[k]
-        for i in range(counts[k, 0]):
-            y = fabs(a2[k, i] * b + a1[k, i] * d)
+        load = b / bounds.cap[k]
+        for i in range(bounds.counts[k, 0]):
+            y = fabs(bounds.a2[k, i] * b + bounds.a1[k, i] * d)
             if y > load:
                 load = y
         if load > largest:
             largest = load
         y = load * MORE + AND if load > 0.9998 else 1.0
-        wide_cap[k] = cap[k] * y
+        wide.cap[k] = bounds.cap[k] * y
         y = 1.0 / y
-        for i in range(counts[k, 0]):
-            wide_a1[k, i] = a1[k, i] * y
-            wide_a2[k, i] = a2[k, i] * y
+        for i in range(bounds.counts[k, 0]):
+            wide.a1[k, i] = bounds.a1[k, i] * y
+            wide.a2[k, i] = bounds.a2[k, i] * y
     for o in range(2 * cells):
         k = o // 2
         dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
@@ -76,76 +70,67 @@ def widened(
         d = c[k + 1] - c[k]
         root = sqrt(b)
         load = 0.0
-        for i in range(counts[o // 2, 1 + o % 2]):
-            y = root * fabs(j3[o, i] * b + j2[o, i] * d + j1[o, i] * dd)
+        for i in range(bounds.counts[o // 2, 1 + o % 2]):
+            y = root * fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd)
             if y > load:
                 load = y
         if load > largest:
             largest = load
         y = 1.0 / (load * MORE + AND) if load > 0.9998 else 1.0
-        for i in range(counts[o // 2, 1 + o % 2]):
-            wide_j1[o, i] = j1[o, i] * y
-            wide_j2[o, i] = j2[o, i] * y
-            wide_j3[o, i] = j3[o, i] * y
+        for i in range(bounds.counts[o // 2, 1 + o % 2]):
+            wide.j1[o, i] = bounds.j1[o, i] * y
+            wide.j2[o, i] = bounds.j2[o, i] * y
+            wide.j3[o, i] = bounds.j3[o, i] * y
     return float(largest)
 
 
 def inner_loads(
-    inner: cython.double[:, :, ::1],
-    starts: cython.Py_ssize_t[::1],
-    parts: cython.double[::1],
-    per_limit: cython.double[:, :, ::1],
+    rows: Rows,
     c: cython.double[::1],
     loads: cython.double[:, ::1],
 ) -> None:
-    """Write the largest velocity, acceleration and jerk over their limits in each cell (N, 3).
-
-    `inner` (m, 3, n) are the first three derivatives of joints over theta at rising parts (m,) of cells,
-    where those of the cell k are from `starts[k]` on; of two equal parts one is before a jump, the other
-    behind it. `per_limit` (N, 3, n) is 1 over limits, in the clock's unit of time.
-    """
+    """Write the largest velocity, acceleration and jerk over their limits in each cell (N, 3)."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     p: cython.Py_ssize_t
     order: cython.Py_ssize_t
     largest: cython.double
     most: cython.double
-    found: cython.double[:, :, ::1] = _room(starts, inner.shape[2])
-    for k in range(per_limit.shape[0]):
-        _fill(inner, starts, parts, per_limit, c, k, found)
+    found: cython.double[:, :, ::1] = _room(rows)
+    for k in range(rows.bounds.cells):
+        _fill(rows, c, k, found)
         for order in range(3):
             largest = 0.0
-            for i in range(inner.shape[2]):
+            for i in range(rows.inner.shape[2]):
                 most = 0.0
-                for p in range(starts[k + 1] - starts[k]):
+                for p in range(rows.starts[k + 1] - rows.starts[k]):
                     most = max(most, fabs(found[order, i, p]))
                 if most >= SMALL:
-                    for p in range(starts[k + 1] - starts[k]):
-                        most = max(most, _load(found, parts, starts[k], starts[k + 1], order, i, p))
+                    for p in range(rows.starts[k + 1] - rows.starts[k]):
+                        most = max(
+                            most, _load(found, rows.parts, rows.starts[k], rows.starts[k + 1], order, i, p)
+                        )
                         if order == 2 and fabs(found[2, i, p]) >= SMALL:
-                            most = max(most, _beside(inner, starts, parts, per_limit, c, k, i, p))
+                            most = max(most, _beside(rows, c, k, i, p))
                 largest = max(largest, most)
             loads[k, order] = largest
 
 
 @cython.cfunc
-def _room(starts: cython.Py_ssize_t[::1], joints: cython.Py_ssize_t) -> cython.double[:, :, ::1]:
+def _room(rows: Rows) -> cython.double[:, :, ::1]:
     """For `_fill`, in any cell."""
     k: cython.Py_ssize_t
     most: cython.Py_ssize_t = 0
-    for k in range(starts.shape[0] - 1):
-        most = max(most, starts[k + 1] - starts[k])
-    found: cython.double[:, :, ::1] = np.empty((3, joints, most))
+    for k in range(rows.bounds.cells):
+        most = max(most, rows.starts[k + 1] - rows.starts[k])
+    found: cython.double[:, :, ::1] = np.empty((3, rows.inner.shape[2], most))
     return found
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
 def _fill(
-    inner: cython.double[:, :, ::1],
-    starts: cython.Py_ssize_t[::1],
-    parts: cython.double[::1],
-    per_limit: cython.double[:, :, ::1],
+    rows: Rows,
     c: cython.double[::1],
     k: cython.Py_ssize_t,
     found: cython.double[:, :, ::1],
@@ -160,17 +145,19 @@ def _fill(
     dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
     root: cython.double
     y: cython.double
-    for o in range(starts[k], starts[k + 1]):
-        p = o - starts[k]
-        u = parts[o]
+    for o in range(rows.starts[k], rows.starts[k + 1]):
+        p = o - rows.starts[k]
+        u = rows.parts[o]
         d = (c[k + 1] - c[k]) + u * dd
         b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
         root = sqrt(b)
-        for i in range(inner.shape[2]):
-            found[0, i, p] = root * inner[o, 0, i] * per_limit[k, 0, i]
-            found[1, i, p] = (inner[o, 1, i] * b + 0.5 * inner[o, 0, i] * d) * per_limit[k, 1, i]
-            y = inner[o, 2, i] * b + 1.5 * inner[o, 1, i] * d + 0.5 * inner[o, 0, i] * dd
-            found[2, i, p] = root * y * per_limit[k, 2, i]
+        for i in range(rows.inner.shape[2]):
+            found[0, i, p] = root * rows.inner[o, 0, i] * rows.per_limit[k, 0, i]
+            found[1, i, p] = (rows.inner[o, 1, i] * b + 0.5 * rows.inner[o, 0, i] * d) * rows.per_limit[
+                k, 1, i
+            ]
+            y = rows.inner[o, 2, i] * b + 1.5 * rows.inner[o, 1, i] * d + 0.5 * rows.inner[o, 0, i] * dd
+            found[2, i, p] = root * y * rows.per_limit[k, 2, i]
 
 
 @cython.cfunc
@@ -222,10 +209,7 @@ def _load(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _beside(
-    inner: cython.double[:, :, ::1],
-    starts: cython.Py_ssize_t[::1],
-    parts: cython.double[::1],
-    per_limit: cython.double[:, :, ::1],
+    rows: Rows,
     c: cython.double[::1],
     k: cython.Py_ssize_t,
     i: cython.Py_ssize_t,
@@ -233,19 +217,18 @@ def _beside(
 ) -> cython.double:
     """The largest jerk of a joint, over its limit, between a place of the cell k and those beside it."""
     largest: cython.double = 0.0
-    o: cython.Py_ssize_t = starts[k] + p
+    o: cython.Py_ssize_t = rows.starts[k] + p
     if p > 0:
-        largest = _within(inner, parts, c, k, i, o - 1)
-    if o + 1 < starts[k + 1]:
-        largest = max(largest, _within(inner, parts, c, k, i, o))
-    return largest * per_limit[k, 2, i]
+        largest = _within(rows, c, k, i, o - 1)
+    if o + 1 < rows.starts[k + 1]:
+        largest = max(largest, _within(rows, c, k, i, o))
+    return largest * rows.per_limit[k, 2, i]
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
 def _within(
-    inner: cython.double[:, :, ::1],
-    parts: cython.double[::1],
+    rows: Rows,
     c: cython.double[::1],
     k: cython.Py_ssize_t,
     i: cython.Py_ssize_t,
@@ -256,14 +239,14 @@ def _within(
     The third derivative over theta is taken for the cubic that has its values at both places, and leads from
     the first and second derivatives at the one to those at the other.
     """
-    h: cython.double = parts[o + 1] - parts[o]
+    h: cython.double = rows.parts[o + 1] - rows.parts[o]
     if h < LEAST_GAP:
         return 0.0
-    first: cython.double = inner[o, 2, i]
-    last: cython.double = inner[o + 1, 2, i]
+    first: cython.double = rows.inner[o, 2, i]
+    last: cython.double = rows.inner[o + 1, 2, i]
     # The third derivative is first (1 - t) + last t + t (1 - t) (even + odd (2 t - 1)).
-    even: cython.double = 6.0 * ((inner[o + 1, 1, i] - inner[o, 1, i]) / h - 0.5 * (first + last))
-    odd: cython.double = (inner[o + 1, 0, i] - inner[o, 0, i] - h * inner[o, 1, i]) / (h * h)
+    even: cython.double = 6.0 * ((rows.inner[o + 1, 1, i] - rows.inner[o, 1, i]) / h - 0.5 * (first + last))
+    odd: cython.double = (rows.inner[o + 1, 0, i] - rows.inner[o, 0, i] - h * rows.inner[o, 1, i]) / (h * h)
     odd = 60.0 * (first / 3.0 + last / 6.0 + even / 12.0 - odd)
     dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
     largest: cython.double = 0.0
@@ -279,10 +262,10 @@ def _within(
         t = cython.cast(cython.double, m) / BETWEEN
         third = first + t * (last - first + (1.0 - t) * (even + odd * (2.0 * t - 1.0)))
         second = first * (1.0 - 0.5 * t) + t * (0.5 * last + even * (0.5 - t / 3.0))
-        second = inner[o, 1, i] + h * t * (second - odd * t * (0.5 - t * (1.0 - 0.5 * t)))
-        slope = inner[o, 0, i] + t * (inner[o + 1, 0, i] - inner[o, 0, i])
-        slope -= t * (1.0 - t) * 0.5 * h * (inner[o + 1, 1, i] - inner[o, 1, i])
-        u = parts[o] + t * h
+        second = rows.inner[o, 1, i] + h * t * (second - odd * t * (0.5 - t * (1.0 - 0.5 * t)))
+        slope = rows.inner[o, 0, i] + t * (rows.inner[o + 1, 0, i] - rows.inner[o, 0, i])
+        slope -= t * (1.0 - t) * 0.5 * h * (rows.inner[o + 1, 1, i] - rows.inner[o, 1, i])
+        u = rows.parts[o] + t * h
         d = (c[k + 1] - c[k]) + u * dd
         b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
         largest = max(largest, sqrt(b) * fabs(third * b + 1.5 * second * d + 0.5 * slope * dd))
@@ -290,19 +273,13 @@ def _within(
 
 
 def knot_loads(
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
+    bounds: Bounds,
     c: cython.double[::1],
     loads: cython.double[:, ::1],
 ) -> None:
     """Write the largest velocity (squared) and acceleration at each knot, and the jerks at the beginning and
     the end of the cell behind it (N + 1, 4), over what rows allow."""
-    cells: cython.Py_ssize_t = j1.shape[0] // 2
+    cells: cython.Py_ssize_t = bounds.cells
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     o: cython.Py_ssize_t
@@ -315,10 +292,10 @@ def knot_loads(
     for k in range(cells + 1):
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
-        loads[k, 0] = b / cap[k]
+        loads[k, 0] = b / bounds.cap[k]
         load = 0.0
-        for i in range(counts[k, 0]):
-            y = fabs(a2[k, i] * b + a1[k, i] * d)
+        for i in range(bounds.counts[k, 0]):
+            y = fabs(bounds.a2[k, i] * b + bounds.a1[k, i] * d)
             if y > load:
                 load = y
         loads[k, 1] = load
@@ -333,8 +310,8 @@ def knot_loads(
                 d = c[k + 2] - c[k + 1]
             o = 2 * k + e
             load = 0.0
-            for i in range(counts[k, 1 + e]):
-                y = fabs(j3[o, i] * b + j2[o, i] * d + j1[o, i] * dd)
+            for i in range(bounds.counts[k, 1 + e]):
+                y = fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd)
                 if y > load:
                     load = y
             loads[k, 2 + e] = sqrt(b) * load
@@ -344,10 +321,7 @@ def knot_loads(
 @cython.exceptval(check=False)
 def _worst(
     found: cython.double[:, :, ::1],
-    inner: cython.double[:, :, ::1],
-    starts: cython.Py_ssize_t[::1],
-    parts: cython.double[::1],
-    per_limit: cython.double[:, :, ::1],
+    rows: Rows,
     c: cython.double[::1],
     k: cython.Py_ssize_t,
     half: cython.int,
@@ -358,17 +332,17 @@ def _worst(
     i: cython.Py_ssize_t
     p: cython.Py_ssize_t
     y: cython.double
-    first: cython.Py_ssize_t = starts[k]
-    last: cython.Py_ssize_t = starts[k + 1]
+    first: cython.Py_ssize_t = rows.starts[k]
+    last: cython.Py_ssize_t = rows.starts[k + 1]
     most: cython.double = 1.0
     joint[0] = joint[1] = -1
     for p in range(last - first):
-        if (parts[first + p] < 0.5) != (half == 0):
+        if (rows.parts[first + p] < 0.5) != (half == 0):
             continue
         for i in range(found.shape[1]):
-            y = _load(found, parts, first, last, order, i, p)
+            y = _load(found, rows.parts, first, last, order, i, p)
             if order == 2 and y >= SMALL:
-                y = max(y, _beside(inner, starts, parts, per_limit, c, k, i, p))
+                y = max(y, _beside(rows, c, k, i, p))
             if y > most:
                 most = y
                 joint[0] = first + p
@@ -377,28 +351,19 @@ def _worst(
 
 
 def put_worst(
-    inner: cython.double[:, :, ::1],
-    starts: cython.Py_ssize_t[::1],
-    parts: cython.double[::1],
-    per_limit: cython.double[:, :, ::1],
+    rows: Rows,
     c: cython.double[::1],
     loads: cython.double[:, ::1],
     allowed: cython.double[:, ::1],
     first: cython.Py_ssize_t,
     joint: cython.Py_ssize_t[::1],
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
 ) -> None:
     """Where accelerations or jerks within a cell from `first` on are larger than allowed, add the row of the
     worst place and joint of either half to those of that end, so that it counts there as it does now.
 
     What is too much there is then as allowed for `tighten`. `joint` (2,) is scratch.
     """
-    slots: cython.Py_ssize_t = a1.shape[1]
+    slots: cython.Py_ssize_t = rows.bounds.a1.shape[1]
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     o: cython.Py_ssize_t
@@ -410,40 +375,42 @@ def put_worst(
     dd: cython.double
     y: cython.double
     most: cython.double
-    found: cython.double[:, :, ::1] = _room(starts, inner.shape[2])
-    for k in range(first, per_limit.shape[0]):
+    found: cython.double[:, :, ::1] = _room(rows)
+    for k in range(first, rows.bounds.cells):
         if loads[k, 1] <= allowed[k, 1] and loads[k, 2] <= allowed[k, 2]:
             continue
-        _fill(inner, starts, parts, per_limit, c, k, found)
+        _fill(rows, c, k, found)
         dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
         for order in range(1, 3):
             if loads[k, order] <= allowed[k, order]:
                 continue
             loads[k, order] = 0.0
             for half in range(2):
-                most = _worst(found, inner, starts, parts, per_limit, c, k, half, order, joint)
+                most = _worst(found, rows, c, k, half, order, joint)
                 if joint[0] < 0:
                     continue
                 p, i = joint[0], joint[1]
                 b = 0.5 * (c[k + half] + c[k + half + 1])
                 d = c[k + half + 1] - c[k + half]
-                y = per_limit[k, order, i]
+                y = rows.per_limit[k, order, i]
                 if order == 1:
-                    o = min(counts[k + half, 0], slots - 1)
-                    counts[k + half, 0] = o + 1
-                    y *= _times(most, y * fabs(inner[p, 1, i] * b + 0.5 * inner[p, 0, i] * d))
-                    a1[k + half, o] = 0.5 * inner[p, 0, i] * y
-                    a2[k + half, o] = inner[p, 1, i] * y
+                    o = min(rows.bounds.counts[k + half, 0], slots - 1)
+                    rows.bounds.counts[k + half, 0] = o + 1
+                    y *= _times(most, y * fabs(rows.inner[p, 1, i] * b + 0.5 * rows.inner[p, 0, i] * d))
+                    rows.bounds.a1[k + half, o] = 0.5 * rows.inner[p, 0, i] * y
+                    rows.bounds.a2[k + half, o] = rows.inner[p, 1, i] * y
                 else:
-                    o = min(counts[k, 1 + half], slots - 1)
-                    counts[k, 1 + half] = o + 1
+                    o = min(rows.bounds.counts[k, 1 + half], slots - 1)
+                    rows.bounds.counts[k, 1 + half] = o + 1
                     b = sqrt(b) * fabs(
-                        inner[p, 2, i] * b + 1.5 * inner[p, 1, i] * d + 0.5 * inner[p, 0, i] * dd
+                        rows.inner[p, 2, i] * b
+                        + 1.5 * rows.inner[p, 1, i] * d
+                        + 0.5 * rows.inner[p, 0, i] * dd
                     )
                     y *= _times(most, y * b)
-                    j1[2 * k + half, o] = 0.5 * inner[p, 0, i] * y
-                    j2[2 * k + half, o] = 1.5 * inner[p, 1, i] * y
-                    j3[2 * k + half, o] = inner[p, 2, i] * y
+                    rows.bounds.j1[2 * k + half, o] = 0.5 * rows.inner[p, 0, i] * y
+                    rows.bounds.j2[2 * k + half, o] = 1.5 * rows.inner[p, 1, i] * y
+                    rows.bounds.j3[2 * k + half, o] = rows.inner[p, 2, i] * y
 
 
 @cython.cfunc
@@ -501,35 +468,20 @@ def tighten(
                 tight[k, e] = min(tight[k, e] * over, most[k, e])
 
 
-def tightened(
-    rows_a1: cython.double[:, ::1],
-    rows_a2: cython.double[:, ::1],
-    rows_cap: cython.double[::1],
-    rows_j1: cython.double[:, ::1],
-    rows_j2: cython.double[:, ::1],
-    rows_j3: cython.double[:, ::1],
-    counts: cython.Py_ssize_t[:, ::1],
-    tight: cython.double[:, ::1],
-    a1: cython.double[:, ::1],
-    a2: cython.double[:, ::1],
-    cap: cython.double[::1],
-    j1: cython.double[:, ::1],
-    j2: cython.double[:, ::1],
-    j3: cython.double[:, ::1],
-) -> None:
-    """Write rows that count so many times (N + 1, 4) more."""
+def tightened(rows: Rows, bounds: Bounds) -> None:
+    """Write bounds of rows that count so many times more as `rows.tight` says."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     o: cython.Py_ssize_t
     y: cython.double
-    for k in range(cap.shape[0]):
-        cap[k] = rows_cap[k] / tight[k, 0]
-        for i in range(counts[k, 0]):
-            a1[k, i] = rows_a1[k, i] * tight[k, 1]
-            a2[k, i] = rows_a2[k, i] * tight[k, 1]
-    for o in range(j1.shape[0]):
-        y = tight[o // 2, 2 + o % 2]
-        for i in range(counts[o // 2, 1 + o % 2]):
-            j1[o, i] = rows_j1[o, i] * y
-            j2[o, i] = rows_j2[o, i] * y
-            j3[o, i] = rows_j3[o, i] * y
+    for k in range(bounds.cells + 1):
+        bounds.cap[k] = rows.bounds.cap[k] / rows.tight[k, 0]
+        for i in range(bounds.counts[k, 0]):
+            bounds.a1[k, i] = rows.bounds.a1[k, i] * rows.tight[k, 1]
+            bounds.a2[k, i] = rows.bounds.a2[k, i] * rows.tight[k, 1]
+    for o in range(2 * bounds.cells):
+        y = rows.tight[o // 2, 2 + o % 2]
+        for i in range(bounds.counts[o // 2, 1 + o % 2]):
+            bounds.j1[o, i] = rows.bounds.j1[o, i] * y
+            bounds.j2[o, i] = rows.bounds.j2[o, i] * y
+            bounds.j3[o, i] = rows.bounds.j3[o, i] * y

@@ -11,8 +11,14 @@ from hypothesis import strategies as st
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue import chain_kernel, corner_kernel, motion_kernel, rows_kernel
-from iiwa_sim.motion.timing import clock_kernel, guess_kernel, loads_kernel, run_kernel, widths_kernel
-from iiwa_sim.motion.timing.rows import Rows
+from iiwa_sim.motion.timing import (
+    bounds_kernel,
+    clock_kernel,
+    guess_kernel,
+    loads_kernel,
+    run_kernel,
+    widths_kernel,
+)
 from tests.interpreted import interpreted
 from tests.samples import some
 
@@ -21,6 +27,7 @@ COMPILED = SimpleNamespace(
     corner=corner_kernel,
     motion=motion_kernel,
     rows=rows_kernel,
+    bounds=bounds_kernel,
     clock=clock_kernel,
     guess=guess_kernel,
     loads=loads_kernel,
@@ -32,6 +39,7 @@ PLAIN = SimpleNamespace(
     corner=interpreted("iiwa_sim.motion.queue.corner_kernel"),
     motion=interpreted("iiwa_sim.motion.queue.motion_kernel"),
     rows=interpreted("iiwa_sim.motion.queue.rows_kernel"),
+    bounds=interpreted("iiwa_sim.motion.timing.bounds_kernel"),
     clock=interpreted("iiwa_sim.motion.timing.clock_kernel"),
     guess=interpreted("iiwa_sim.motion.timing.guess_kernel"),
     loads=interpreted("iiwa_sim.motion.timing.loads_kernel"),
@@ -87,43 +95,55 @@ def run_along(kernels: SimpleNamespace, way: Any) -> tuple[Array, Array, Array, 
     return samples, found, widths, mean[:40]
 
 
-def rows_of(kernels: SimpleNamespace, way: Any, controls: Array) -> Rows:
+def rows_of(kernels: SimpleNamespace, way: Any, controls: Array) -> Any:
     cells = len(controls) - 3
     starts = np.zeros(cells + 1, dtype=np.intp)
     kernels.rows.layout(way, way.edges, controls, 0, starts)
-    rows = Rows.begun_with(None, starts, JOINTS)
-    kernels.rows.write(
-        way, way.edges, controls, 0, cells, UNIT_S, starts, np.empty((15, JOINTS)), *rows[:8], rows.parts,
-        rows.per_limit,
-    )  # fmt: skip
+    rows = kernels.bounds.Rows(starts, JOINTS, None)
+    kernels.rows.write(way, way.edges, controls, 0, cells, UNIT_S, rows, np.empty((15, JOINTS)))
     return rows
 
 
-def clock_of(kernels: SimpleNamespace, rows: Rows, widths: Array) -> list[Array]:
+def arrays_of(bounds: Any) -> list[Array]:
+    return [np.asarray(getattr(bounds, each)) for each in ("a1", "a2", "cap", "j1", "j2", "j3", "counts")]
+
+
+def inside_of(rows: Any) -> list[Array]:
+    return [np.asarray(getattr(rows, each)) for each in ("inner", "starts", "parts", "per_limit", "tight")]
+
+
+def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
     """Some steps to a clock over these cells, and all that is found on the way."""
     cells = rows.cells
     c = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
-    c *= 0.3 / max(kernels.guess.steady_loads(*rows[:7], c))
+    c *= 0.3 / max(kernels.guess.steady_loads(rows.bounds, c))
     c[2:] *= 1.5  # which breaks something
-    bounds, wide = (tuple(map(np.zeros_like, rows[:6])) for _ in range(2))
-    kernels.loads.tightened(*rows[:7], rows.tight, *bounds)
-    kernels.loads.widened(*bounds, rows.counts, c, *wide)
+    bounds, wide = rows.bounds.like(), rows.bounds.like()
+    kernels.loads.tightened(rows, bounds)
+    kernels.loads.widened(bounds, c, wide)
     vectors, band = np.empty((3, cells + 2)), np.empty((cells + 2, 3))
-    told = kernels.clock.newton(*wide, rows.counts, c, vectors, band, 1.0, 0.1, 0.3, 2, 3)
+    told = kernels.clock.newton(wide, c, vectors, band, 1.0, 0.1, 0.3, 2, 3)
     loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
-    kernels.loads.inner_loads(*rows.inside, c, loads)
+    kernels.loads.inner_loads(rows, c, loads)
     allowed, most = 0.5 * loads.max(axis=0) * np.ones((cells, 1)), np.full((cells + 1, 4), 1.5)
     was = loads.copy()
     place = np.empty(2, dtype=np.intp)
-    kernels.loads.put_worst(*rows.inside, c, loads, allowed, cells // 2, place, *rows[:2], *rows[3:7])
-    kernels.loads.knot_loads(*rows[:7], c, ends)
+    kernels.loads.put_worst(rows, c, loads, allowed, cells // 2, place)
+    kernels.loads.knot_loads(rows.bounds, c, ends)
     kernels.loads.tighten(loads, ends, allowed, cells // 2, 2.2, 1.3, rows.tight, most)
     guess = c[2:].copy()
-    kernels.guess.going_on(
-        rows.a2, rows.cap, rows.j3, rows.counts, rows.inner, rows.starts, rows.per_limit, widths[2:],
-        np.empty((2, cells - 2)), guess,
-    )  # fmt: skip
-    return [np.array(told), c, was, loads, ends, guess, *wide, *rows]
+    kernels.guess.going_on(rows, widths[2:], np.empty((2, cells - 2)), guess)
+    return [
+        np.array(told),
+        c,
+        was,
+        loads,
+        ends,
+        guess,
+        *arrays_of(wide),
+        *arrays_of(rows.bounds),
+        *inside_of(rows),
+    ]
 
 
 def motion_of(kernels: SimpleNamespace, way: Any, controls: Array, clock: Array) -> list[Array]:
