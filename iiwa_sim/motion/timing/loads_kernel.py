@@ -96,6 +96,7 @@ def inner_loads(
     order: cython.Py_ssize_t
     largest: cython.double
     most: cython.double
+    y: cython.double
     found: cython.double[:, :, ::1] = _room(rows)
     for k in range(rows.bounds.cells):
         _fill(rows, c, k, found)
@@ -110,8 +111,11 @@ def inner_loads(
                         most = max(
                             most, _load(found, rows.parts, rows.starts[k], rows.starts[k + 1], order, i, p)
                         )
-                        if order == 2 and fabs(found[2, i, p]) >= SMALL:
-                            most = max(most, _beside(rows, c, k, i, p))
+                        # Each gap between places once.
+                        if order < 2 or p == 0 or max(fabs(found[2, i, p - 1]), fabs(found[2, i, p])) < SMALL:
+                            continue
+                        y = _within(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 2, i]
+                        most = max(most, y)
                 largest = max(largest, most)
             loads[k, order] = largest
 
