@@ -144,6 +144,15 @@ def test_angles_beyond_a_turn_get_a_hint_where_they_are_refused(line: str, angle
     assert "degrees" in talk.ask("is reachable : 2000 0 520 180 0 0")
 
 
+def test_a_place_in_metres_gets_a_hint_where_it_is_refused() -> None:
+    talk = Conversation(Controller(load_robot(), 0.002))
+    hint = "; 0.45 -0.1 0.52 is within the robot's foot: places are in mm, not in m"
+    assert talk.ask("lin move : 0.45 -0.1 0.52 0 -1.57079 0 0.5 0") == "error"
+    assert talk.ask("get error").endswith(hint)
+    assert talk.ask("is reachable : 0.45 -0.1 0.52 0 -1.57079 0").endswith(hint)
+    assert "foot" not in talk.ask("is reachable : 0 2000 0 0 0 0")
+
+
 @pytest.mark.parametrize(
     ("line", "told"),
     [

@@ -22,6 +22,7 @@ BETWEEN_PHRASES = "="
 """Stands in a line between two phrases of one command."""
 
 _CACHED_LINES = 1024
+_LONGEST_ARM_M = 3.0
 
 
 class Quantity(NamedTuple):
@@ -271,10 +272,19 @@ def in_degrees(request: Request) -> str:
     return ""
 
 
+def _in_metres(request: Request) -> str:
+    """A hint for a place within the foot of the robot, which may be meant in metres; empty without one."""
+    names = [each.name for each in request.command.parameters[:3]]
+    place = request.values[:3]
+    if names == ["x", "y", "z"] and any(place) and all(abs(each) <= _LONGEST_ARM_M for each in place):
+        shown = " ".join(f"{each:.7g}" for each in place)
+        return f"{shown} is within the robot's foot: places are in mm, not in m"
+    return ""
+
+
 def with_hint(reason: str, request: Request) -> str:
-    """Why a request is refused, and what to say of its angles."""
-    hint = in_degrees(request)
-    return f"{reason}; {hint}" if hint else reason
+    """Why a request is refused, and what to say of its angles and its place."""
+    return "; ".join(each for each in (reason, in_degrees(request), _in_metres(request)) if each)
 
 
 def _commas(text: bytes) -> str:
