@@ -143,7 +143,7 @@ class Backdoor(Faults):
         controller, tool = self._controller, tool_in_flange.to_transform()
         tcp = compose(controller.flange_frame().to_transform(), tool)
         surfaces.check_outside(list(controller.load.world.surfaces.values()), tcp.translation)
-        controller.set_tool(tool)
+        controller.injected.set_tool(tool)
 
     @called
     def tool(self) -> Frame:
@@ -222,10 +222,10 @@ class Backdoor(Faults):
         Refused while anything moves or waits, outside the limits, and with the TCP within a surface.
         """
         controller = self._controller
-        controller.check_place(joints)
+        controller.injected.check_place(joints)
         tcp = controller.tcp(tuple(joints))
         surfaces.check_outside(list(controller.load.world.surfaces.values()), tcp.translation)
-        controller.place(joints)
+        controller.injected.place(joints)
 
     @called
     def robot(self) -> DescribedRobot:

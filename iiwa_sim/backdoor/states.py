@@ -59,12 +59,12 @@ class States:
             raise Refused(EXECUTION, harmless(f"no state {name!r}: there are {there_are}"))
         state, controller = self._kept[name], self._controller
         world = controller.load.world
-        controller.place(state.joints)
+        controller.injected.place(state.joints)
         for there in world.surfaces:
             world.remove(there)
         for surface in state.surfaces:
             world.put(surface)
-        controller.set_tool(state.tool_in_flange)
+        controller.injected.set_tool(state.tool_in_flange)
         controller.set_override(state.override)
         for number, on in enumerate(state.inputs, 1):
             controller.io.wire(number, on)

@@ -1,6 +1,6 @@
 """The emulated controller, stepped: it takes commands between ticks and moves the robot in them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import dist
 
 from iiwa_sim.contact.load import ExternalLoad
@@ -79,7 +79,7 @@ class Controller:
         self._moves = Moves(self._core)
         self._trajectories = Trajectories(self._core)
         self.injected = Injected(self._core)
-        """What a test bench makes go wrong."""
+        """What a test bench does to the robot."""
         self.endings = self._core.endings
         """Tells its listeners how each move ended."""
         self.step = self._core.step
@@ -109,8 +109,7 @@ class Controller:
         return self._trajectories.take(request, when_ended)
 
     def cancel_trajectory(self, number: int) -> bool:
-        """Stop the trajectory of this number on its way, and hold; gives whether it was followed or
-        waited."""
+        """Stop the trajectory of this number on its way; gives whether it was followed or waited."""
         return self._trajectories.cancel(number)
 
     @property
@@ -177,35 +176,6 @@ class Controller:
         """The error remains, to be reset."""
         self._core.faults.release_emergency_stop()
 
-    def place(self, joints: Sequence[float]) -> None:
-        """Be at rest at joint positions (rad), without a way there, in no mode.
-
-        Raises `Refused` outside the limits, and while anything moves or waits.
-        """
-        checked = self.check_place(joints)
-        self._core.begin_anew(checked)
-        self._core.joints_before = checked
-        self.load.place(checked, self._core.tool_in_flange)
-
-    def check_place(self, joints: Sequence[float]) -> Joints:
-        """Raises `Refused` where `place` would; changes nothing."""
-        self._check_rest()
-        return self._core.planner.joint_target(joints, [1.0] * len(joints))
-
-    def set_tool(self, tool_in_flange: Transform) -> None:
-        """Take the TCP to be there from now on, in no mode; raises `Refused` while anything moves or waits.
-
-        What waits was planned with the tool before.
-        """
-        self._check_rest()
-        self._core.tool_in_flange = tool_in_flange
-        self._core.begin_anew(self.joints)
-        self.load.place(self.joints, tool_in_flange)
-
-    def _check_rest(self) -> None:
-        if self.moving:
-            raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")
-
     @property
     def tick(self) -> int:
         """How many there have been."""
@@ -262,10 +232,8 @@ class Controller:
 
     @property
     def under_way(self) -> bool:
-        """Whether the robot moves, and will stop without another command.
-
-        That is not so while an override of 0 pauses it, and in a gravity hold.
-        """
+        """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
+        nor in a gravity hold."""
         return self.moving and not self._core.motions.pausing and not self._core.motions.holding
 
     @property
@@ -299,10 +267,8 @@ class Controller:
 
     @property
     def goal_joints(self) -> Joints:
-        """Joint positions (rad) at the end of the move under way, not the last of the queue.
-
-        In servo modes those of the target, during a stop those at which it ends, at rest the present ones.
-        """
+        """Joint positions (rad) at the end of the move under way, of a servo's target or of a stop; at rest
+        the present ones."""
         return self._core.motions.goal
 
     def goal_frame(self) -> Frame:

@@ -1,13 +1,17 @@
-"""What a test bench makes go wrong in the robot; no driver can."""
+"""What a test bench does to the robot: where it stands, its tool, and what goes wrong; no driver can."""
+
+from collections.abc import Sequence
 
 from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.faults import DRIVES_OFF
 from iiwa_sim.controller.modes import SERVO_MODES
+from iiwa_sim.frames import Transform
+from iiwa_sim.motion.joints import Joints
 
 
 class Injected:
-    """Faults of one robot. Each takes effect at once."""
+    """Deeds of a test bench on one robot. Each takes effect at once."""
 
     def __init__(self, core: Core) -> None:
         self._core = core
@@ -36,3 +40,33 @@ class Injected:
             modes = " or ".join(mode.value for mode in SERVO_MODES)
             raise Refused(EXECUTION, f"the mode is {mode.value}: expected {modes}")
         self._core.end_servo(f"no {mode.value} command in time: the robot stops")
+
+    def place(self, joints: Sequence[float]) -> None:
+        """Be at rest at joint positions (rad), without a way there, in no mode.
+
+        Raises `Refused` outside the limits, and while anything moves or waits.
+        """
+        checked = self.check_place(joints)
+        self._core.begin_anew(checked)
+        self._core.joints_before = checked
+        self._core.load.place(checked, self._core.tool_in_flange)
+
+    def check_place(self, joints: Sequence[float]) -> Joints:
+        """Raises `Refused` where `place` would; changes nothing."""
+        self._check_rest()
+        return self._core.planner.joint_target(joints, [1.0] * len(joints))
+
+    def set_tool(self, tool_in_flange: Transform) -> None:
+        """Take the TCP to be there from now on, in no mode; raises `Refused` while anything moves or waits.
+
+        What waits was planned with the tool before.
+        """
+        self._check_rest()
+        joints = self._core.motions.joints
+        self._core.tool_in_flange = tool_in_flange
+        self._core.begin_anew(joints)
+        self._core.load.place(joints, tool_in_flange)
+
+    def _check_rest(self) -> None:
+        if self._core.motions.moving:
+            raise Refused(EXECUTION, "the robot has to be at rest, with nothing waiting")

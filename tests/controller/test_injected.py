@@ -172,7 +172,7 @@ def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
     elif before == "smart":
         controller.move(smart_joint_move([0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0], FULL))
     robot.runs_until_stopped()
-    controller.place(AWAY)
+    controller.injected.place(AWAY)
     assert controller.joints == controller.goal_joints == tuple(AWAY)
     assert controller.joint_velocity() == (0.0,) * 7
     assert controller.mode is Mode.UNKNOWN
@@ -184,7 +184,7 @@ def test_the_robot_is_placed_and_goes_on_from_there(before: str) -> None:
         robot.runs_until_stopped()
         assert_within_limits(robot)
         assert controller.joints == pytest.approx((0.1, 0.5, 0.1, -1.0, 0.1, 1.5, 0.1), abs=1e-9)
-        controller.place(AWAY)
+        controller.injected.place(AWAY)
 
 
 def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
@@ -196,8 +196,8 @@ def test_a_robot_that_moves_is_neither_placed_nor_given_another_tool() -> None:
     robot.step()
     tool = controller.tool_in_flange
     for change in (
-        lambda: controller.place(AWAY),
-        lambda: controller.set_tool(Frame(0, 0, 99, 0, 0, 0).to_transform()),
+        lambda: controller.injected.place(AWAY),
+        lambda: controller.injected.set_tool(Frame(0, 0, 99, 0, 0, 0).to_transform()),
     ):
         with pytest.raises(Refused, match="the robot has to be at rest, with nothing waiting"):
             change()
@@ -210,7 +210,7 @@ def test_a_place_outside_the_limits_is_refused() -> None:
     controller = SteppedRobot().controller
     home = controller.joints
     with pytest.raises(Refused, match="A4 at 3 rad is outside") as refused:
-        controller.place([0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
+        controller.injected.place([0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0])
     assert refused.value.code == JOINT_LIMIT
     assert controller.joints == home
 
@@ -219,7 +219,7 @@ def test_a_new_tool_is_where_the_tcp_is_and_what_moves_are_for() -> None:
     robot = SteppedRobot()
     controller = robot.controller
     tool = Frame(10.0, -20.0, 200.0, 0.1, 0.2, 0.3).to_transform()
-    controller.set_tool(tool)
+    controller.injected.set_tool(tool)
     expected = Frame.from_transform(compose(robot.model.flange(controller.joints), tool))
     assert controller.tool_frame() == pytest.approx(expected, abs=1e-9)
     target = expected._replace(y_mm=expected.y_mm + 50.0)

@@ -145,7 +145,7 @@ def test_a_pause_and_the_way_back_take_little_longer_than_the_joints_need(name: 
         for part in (0.2, 0.45, 0.7):
             robot = SteppedRobot(name)
             controller = robot.controller
-            controller.place(corner.start)
+            controller.injected.place(corner.start)
             robot.joints, robot.under_way = [controller.joints], [0]
             for move in corner.moves:
                 move.to(controller)

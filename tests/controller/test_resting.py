@@ -142,8 +142,8 @@ class Program:
             lambda c: c.load.seed(number),
             *[floor] * 2,
             no_floor,
-            lambda c: c.place(joints(c)),
-            lambda c: c.set_tool(Frame(0.0, depth_mm, 100.0, 0.0, 0.0, 0.0).to_transform()),
+            lambda c: c.injected.place(joints(c)),
+            lambda c: c.injected.set_tool(Frame(0.0, depth_mm, 100.0, 0.0, 0.0, 0.0).to_transform()),
         ]
         return picks.choice(actions)
 
