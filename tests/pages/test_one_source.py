@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cli.server_options import server_parser
-from iiwa_sim.pytest_plugin import DEFAULT_CLOCK
+from iiwa_sim.pytest_options import DEFAULT_CLOCK
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.simulator import Simulator
 
