@@ -202,11 +202,14 @@ def _controls(front: Front, mean: Array, widths: Array, end_x: float) -> Array:
 def _keep_rising(controls: Array, x: Array) -> None:
     """Let x never go back: where cells are too wide for how it changes, control points (m,), but for the
     first and the last three, are brought between the values beside theirs, `x[k + 1]` for the point k."""
-    falls = np.flatnonzero(np.diff(controls) < 0.0)
-    if len(falls) == 0:
+    falls = np.diff(controls) < 0.0
+    if not falls.any():
         return
-    k = np.unique(np.concatenate([falls, falls + 1]))
-    k = k[(k > 0) & (k < len(controls) - 3)]
+    beside = np.append(falls, False)
+    beside[1:] |= falls
+    beside[0] = False
+    beside[-3:] = False
+    k = np.flatnonzero(beside)
     controls[k] = np.clip(controls[k], 0.5 * (x[k] + x[k + 1]), 0.5 * (x[k + 1] + x[k + 2]))
     controls[:-3] = np.minimum(np.maximum.accumulate(controls[:-3]), controls[-1])
 
