@@ -53,24 +53,23 @@ CELL_SUFFIX = ".toml"
 class Simulator(LoopOrThread):
     """A robot that listens and moves while the context is open: in a thread of its own,
 
-        with Simulator("lbr_iiwa_14_r820", clock="fast") as simulator:
-            driver = MyDriver(simulator.host, simulator.port)
+    with Simulator("lbr_iiwa_14_r820", clock="fast") as simulator: driver = MyDriver(simulator.host,
+    simulator.port)
 
     or inside the caller's asyncio loop.
 
-        async with Simulator() as simulator:
-            reader, writer = await asyncio.open_connection(simulator.host, simulator.port)
+    async with Simulator() as simulator: reader, writer = await asyncio.open_connection(simulator.host,
+    simulator.port)
 
     With a thread, the methods here may be called from any other thread, and wait until they are done; what
     else there is (`controller`, `clock`, `dialogue`) belongs to the thread: reach it through `call`. In a
     loop, the methods that let time pass raise RuntimeError: there, await those of `clock`.
 
     `robot` is the name of a robot that comes along, or a robot's folder; None is the default one. Or `cell`,
-    or `robot` where it ends with .toml, is the path of a cell.toml, which names its robot; or
-    one that has been read, for simulators that have the same. `clock` says how
-    simulated time passes, "real", "10x" or any other multiple, "fast" or "stepped", see
-    `iiwa_sim.clock.clock`; a servo mode ends when it hears of no command for `servo_timeout_s`, None for
-    never.
+    or `robot` where it ends with .toml, is the path of a cell.toml, which names its robot; or one that has
+    been read, for simulators that have the same. `clock` says how simulated time passes, "real", "10x" or any
+    other multiple, "fast" or "stepped", see `iiwa_sim.clock.clock`; a servo mode ends when it hears of no
+    command for `servo_timeout_s`, None for never.
 
     Each of the `dialects`, "iiwa" and "krc4", is spoken on a port of its own: `port` has one for each, or 0
     for any that are free. All of them move the one robot, and serve their clients together.
@@ -79,15 +78,16 @@ class Simulator(LoopOrThread):
     second of simulated time. With a `rosbridge_port` the robot is on ROS there (docs/ros.md), for clients
     that know the `rosbridge_secret` if there is one; for web pages of this machine and of the
     `rosbridge_origins` (scheme://host[:port]), by the addresses of this machine, localhost and the names
-    `rosbridge_hosts`. With `ros` it is a node of ROS 1, of which a process has one. Both follow the
-    `ros_conventions`.
+    `rosbridge_hosts`. With `ros` it is a node of ROS 1, of which a process has one; with `ros2` one of ROS 2
+    (docs/ros2.md), under `ros_namespace`, in a process of the interpreter `ros2_python`, or of the one that
+    `iiwa-sim ros2-env` has made. All follow the `ros_conventions`.
 
     With `strict`, a line of the iiwa's protocol with more values than its command takes is an `error`; else
     they are ignored, as by the original, and told in the log.
 
-    With `exclusive`, clients are served one after the other, and in any case the next one
-    `reconnect_pause_s` after the last has gone. `on_bye` is called when a client has said bye, as one can in
-    iiwa, and been answered: there the caller may leave the context.
+    With `exclusive`, clients are served one after the other, and in any case the next one `reconnect_pause_s`
+    after the last has gone. `on_bye` is called when a client has said bye, as one can in iiwa, and been
+    answered: there the caller may leave the context.
 
     `backdoor` is what a test bench does to robot, cell and wire. With a `backdoor_port`, 0 for a free one, it
     can be reached as lines, too, and with a `backdoor_http_port` as JSON over HTTP; at `backdoor_host`, which
@@ -126,6 +126,9 @@ class Simulator(LoopOrThread):
         rosbridge_origins: Sequence[str] = (),
         rosbridge_hosts: Sequence[str] = (),
         ros: bool = False,
+        ros2: bool = False,
+        ros2_python: str | Path | None = None,
+        ros_namespace: str = "",
         ros_conventions: Conventions = TODAYS,
         strict: bool = False,
         exclusive: bool = False,
@@ -229,7 +232,7 @@ class Simulator(LoopOrThread):
                 budget=budget,
             )
         self._ros: RosSide | None = None
-        if rosbridge_port is not None or ros:
+        if rosbridge_port is not None or ros or ros2:
             from iiwa_sim.ros import side
             from iiwa_sim.ros.arm.arm import LocalArm
             from iiwa_sim.ros.rmi.local import LocalRobot
@@ -247,6 +250,9 @@ class Simulator(LoopOrThread):
                 budget=budget,
                 access=WebAccess(rosbridge_origins, rosbridge_hosts),
                 arm=LocalArm(self._controller),
+                ros2=ros2,
+                ros2_python=None if ros2_python is None else Path(ros2_python),
+                ros_namespace=ros_namespace,
             )
 
     @property
@@ -286,6 +292,11 @@ class Simulator(LoopOrThread):
         """Port on which the robot is on ROS by rosbridge, if it is."""
         address = None if self._ros is None else self._ros.rosbridge_address
         return None if address is None else address[1]
+
+    @property
+    def ros2_node(self) -> str | None:
+        """The name of the node of ROS 2 that the robot is, if it is one."""
+        return None if self._ros is None else self._ros.ros2_node
 
     @property
     def ros_master(self) -> str | None:

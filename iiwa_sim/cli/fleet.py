@@ -72,6 +72,9 @@ def robots_of(parser: Parser, options: argparse.Namespace) -> list[Robot]:
         return [Robot("", options)]
     if options.ros:
         error("argument --ros: expected one robot: a process is one node of ROS 1")
+    namespaces = [robot.options.ros_namespace.strip("/") for robot in robots if robot.options.ros2]
+    if len(set(namespaces)) < len(namespaces):
+        error("argument --ros-namespace: expected one of its own for each robot on ROS 2")
     _check_ports(error, robots)
     _check_files(error, robots)
     return robots

@@ -11,10 +11,11 @@ CHECK = "check"
 BRIDGE = "bridge"
 HEALTH = "health"
 ROS_PACKAGE_PATH = "ros-package-path"
+ROS2_ENV = "ros2-env"
 COMPLETION = "completion"
 VIEW = "view"
 SUBCOMMANDS = (
-    *(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH),
+    *(PLOT, CHECK_CELL, REPLAY, EXPORT, SHOW, CHECK, BRIDGE, VIEW, HEALTH, ROS_PACKAGE_PATH, ROS2_ENV),
     COMPLETION,
 )
 """The first arguments that select a subcommand."""

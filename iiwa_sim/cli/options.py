@@ -6,7 +6,7 @@ from pathlib import Path
 
 from iiwa_sim import log
 from iiwa_sim.cli.addresses import ROSBRIDGE_PORT
-from iiwa_sim.cli.names import ROS_PACKAGE_PATH
+from iiwa_sim.cli.names import ROS2_ENV, ROS_PACKAGE_PATH
 from iiwa_sim.cli.parsing import Error, Parser, whole
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
@@ -138,6 +138,28 @@ def add_ros_conventions(parser: Parser) -> None:
         default=Reference.APPLY.value,
         help="what becomes of a pose_reference_frame with values, unless pose_reference names the base: "
         "apply it, or ignore it, since the pose is in the base already (default: %(default)s)",
+    )
+
+
+def add_ros2(parser: Parser) -> None:
+    parser.add_argument(
+        "--ros2",
+        action="store_true",
+        help="be a node of ROS 2, in a process of its own: joint states, /clock, joint trajectories and "
+        "more; found from this machine only, unless ROS_AUTOMATIC_DISCOVERY_RANGE says otherwise",
+    )
+    parser.add_argument(
+        "--ros2-python",
+        type=Path,
+        metavar="PATH",
+        help=f"the interpreter of that process, which has rclpy (default: that of iiwa-sim {ROS2_ENV}, or a "
+        "sourced distribution's)",
+    )
+    parser.add_argument(
+        "--ros-namespace",
+        default="",
+        metavar="NAME",
+        help="put that node, its topics and services under this namespace (default: none)",
     )
 
 

@@ -129,6 +129,9 @@ def _simulator(
             rosbridge_origins=options.rosbridge_origin,
             rosbridge_hosts=options.rosbridge_host,
             ros=options.ros,
+            ros2=options.ros2,
+            ros2_python=options.ros2_python,
+            ros_namespace=options.ros_namespace,
             ros_conventions=ros_conventions(options),
             strict=options.strict,
             exclusive=options.exclusive,
@@ -162,6 +165,8 @@ def _announcement(named: _Named) -> str:
     lines = [f"{what} on {host_and_port(*place)}\n" for what, place in places.items()]
     if simulator.ros_master is not None:
         lines.append(f"ROS node at {simulator.ros_master}\n")
+    if simulator.ros2_node is not None:
+        lines.append(f"ROS 2 node {simulator.ros2_node}\n")
     if simulator.backdoor_port is not None:
         lines.append(f"backdoor on {host_and_port(simulator.backdoor_host, simulator.backdoor_port)}\n")
     if simulator.backdoor_http_port is not None:

@@ -14,6 +14,7 @@ from iiwa_sim.cli.options import (
     add_rate,
     add_robot,
     add_ros,
+    add_ros2,
     add_ros_conventions,
     add_ros_stamps,
     add_rosbridge,
@@ -117,6 +118,7 @@ def server_parser() -> Parser:
     add_rosbridge(parser)
     add_ros(parser)
     add_ros_conventions(parser)
+    add_ros2(parser)
     add_ros_stamps(parser)
     parser.add_argument(
         "--backdoor-port",

@@ -22,6 +22,7 @@ from iiwa_sim.serve.web_access import WebAccess
 
 if TYPE_CHECKING:
     from iiwa_sim.ros.ros1.node import Ros1Node
+    from iiwa_sim.ros.ros2.node import Ros2Node
     from iiwa_sim.ros.rosbridge.server import RosbridgeServer
     from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 
@@ -53,11 +54,14 @@ class RosSide:
         budget: Budget | None = None,
         access: WebAccess | None = None,
         arm: Arm | None = None,
+        ros2: bool = False,
+        ros2_python: Path | None = None,
+        ros_namespace: str = "",
     ) -> None:
-        """With an `arm` there is the joint level of ROS 2, too.
+        """With an `arm` there is the joint level of ROS 2, too, and with `ros2` a node of it, in a process of
+        the interpreter `ros2_python`, or of one that is found.
 
-        `on_heard` is called after a message that may
-        have started a command.
+        `on_heard` is called after a message that may have started a command.
 
         `budget` may be shared with other servers of the loop; `access` tells which web pages may use
         rosbridge.
@@ -80,6 +84,9 @@ class RosSide:
             self._rosbridge = front(budget, access or WebAccess())
         if rospy:
             self._ros1 = _ros1(self._node, log, on_heard, budget)
+        self._ros2: Ros2Node | None = None
+        if ros2 and self._arm is not None:
+            self._ros2 = _ros2(self._node, self._arm, ros2_python, ros_namespace, log, on_heard, budget)
 
     def tick(self) -> None:
         """To be called after every tick."""
@@ -107,9 +114,17 @@ class RosSide:
                 if isinstance(fault, NodeFault):
                     raise RosFault(str(fault)) from None
                 raise
+        if self._ros2 is not None:
+            try:
+                await self._ros2.start()
+            except BaseException:
+                await self.close()
+                raise
 
     async def close(self) -> None:
         """Stop serving."""
+        if self._ros2 is not None:
+            await self._ros2.close()
         if self._ros1 is not None:
             await self._ros1.close()
         if self._rosbridge is not None:
@@ -129,6 +144,11 @@ class RosSide:
     def rosbridge_address(self) -> tuple[str, int] | None:
         """Host and port of rosbridge, if it is served."""
         return None if self._rosbridge is None else self._rosbridge.address
+
+    @property
+    def ros2_node(self) -> str | None:
+        """The name of the node of ROS 2, if there is one."""
+        return None if self._ros2 is None else self._ros2.name
 
     @property
     def ros_master(self) -> str | None:
@@ -177,3 +197,18 @@ def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Bud
             "setup.bash of a ROS 1"
         ) from None
     return Ros1Node(node, log, on_heard, budget)
+
+
+def _ros2(
+    node: Node,
+    arm: JointLevel,
+    python: Path | None,
+    namespace: str,
+    log: DialectLog,
+    on_heard: Callable[[], None],
+    budget: Budget,
+) -> "Ros2Node":
+    from iiwa_sim.ros.ros2.environment import found_python
+    from iiwa_sim.ros.ros2.node import Ros2Node
+
+    return Ros2Node(node, arm, python or found_python(), namespace, log, on_heard, budget)

@@ -31,6 +31,9 @@ EXAMPLES = {  # of a value other than the default, as text
     "ros": "1",
     "ros_result": "2016",
     "ros_reference": "ignore",
+    "ros2": "1",
+    "ros2_python": "/no/such/python",
+    "ros_namespace": "cell",
     "ros_stamps": "simulated",
     "backdoor_port": "31003",
     "backdoor_http_port": "31004",
@@ -81,6 +84,7 @@ WRONG = {
     "ros": "yes",
     "ros_result": "1999",
     "ros_reference": "maybe",
+    "ros2": "yes",
     "ros_stamps": "maybe",
     "backdoor_port": "many",
     "backdoor_http_port": "many",
@@ -95,7 +99,7 @@ WRONG = {
     "log_json": "json",
 }
 ANY_TEXT = {
-    *("cell", "fleet", "robot", "host", "transcript", "record"),
+    *("cell", "fleet", "robot", "host", "transcript", "record", "ros2_python", "ros_namespace"),
     *("backdoor_host", "backdoor_token", "view_host", "view_token"),
 }
 

@@ -1,0 +1,34 @@
+"""`iiwa-sim ros2-env`: makes an environment with rclpy for `--ros2`, from wheels."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from iiwa_sim.cli.names import ROS2_ENV
+from iiwa_sim.cli.output import say
+from iiwa_sim.cli.parsing import Parser
+
+
+def run(given: Sequence[str]) -> int:
+    from iiwa_sim.ros.ros2.environment import default_folder, make, python_in
+
+    folder = _parser().parse_args(given).folder or default_folder()
+    make(folder)
+    say(f"{python_in(folder)}\n")
+    return 0
+
+
+def _parser() -> Parser:
+    parser = Parser(
+        prog=f"iiwa-sim {ROS2_ENV}",
+        description="Makes a Python environment with rclpy, from wheels on PyPI for x86-64 Linux (270 MB), "
+        "and prints its interpreter. iiwa-sim --ros2 finds it in the default folder.",
+        examples={"": "makes the environment that --ros2 looks for"},
+    )
+    parser.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        metavar="FOLDER",
+        help="where it is made (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)",
+    )
+    return parser

@@ -1,0 +1,190 @@
+"""The robot as a node of ROS 2, with rclpy in processes and an environment of their own."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from iiwa_sim.ros.conventions import Conventions, Stamps
+from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.ros.ros2 import environment
+from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
+from iiwa_sim.simulator import Simulator
+from tests.needed import lacks
+from tests.processes import IIWA_SIM, running
+from tests.talking import DEADLINE_S, Client, until
+
+EXAMPLE = Path(__file__).parent.parent / "examples" / "ros2_rclpy.py"
+FIRST_DOMAIN = 40
+"""Of DDS: each worker of the tests has one of its own, so that they do not meet."""
+NODE = "ROS 2 node /cell/iiwa_sim\n"
+LISTENER = """
+import sys
+import time
+
+import rclpy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+PATIENCE_S = 50.0
+COUNT = 50
+
+rclpy.init()
+node = rclpy.create_node("listener", namespace=sys.argv[1])
+clocks, states = [], []
+best_effort = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+node.create_subscription(Clock, "/clock", clocks.append, best_effort)
+node.create_subscription(JointState, "joint_states", states.append, best_effort)
+end_s = time.monotonic() + PATIENCE_S
+while not (clocks and len(states) >= COUNT):
+    if time.monotonic() > end_s:
+        sys.exit(f"{len(clocks)} of /clock, {len(states)} joint states")
+    rclpy.spin_once(node, timeout_sec=0.1)
+print("clock", clocks[-1].clock.sec * 10**9 + clocks[-1].clock.nanosec)
+print(*(state.header.stamp.sec * 10**9 + state.header.stamp.nanosec for state in states), flush=True)
+node.destroy_node()
+rclpy.shutdown()
+"""
+"""Of a user: prints the time of /clock, then the stamps of 50 joint states, in ns."""
+
+
+@pytest.fixture
+def python(monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An interpreter that has rclpy."""
+    found = python_in(default_folder())
+    if not found.exists():
+        lacks("an environment of iiwa-sim ros2-env")
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(FIRST_DOMAIN + int(worker) % 50))
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    return found
+
+
+def said_by(python: Path, *arguments: str) -> list[str]:
+    """The lines of a user's program that succeeds."""
+    said = subprocess.run(
+        [python, *arguments],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    assert said.returncode == 0, said.stderr
+    return said.stdout.splitlines()
+
+
+def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> None:
+    with running("--ros2", "--ros2-python", str(python), "--ros-namespace", "cell") as process:
+        assert process.line() == NODE
+        lines = said_by(python, str(EXAMPLE), "cell")
+        code, log = process.ends(signal.SIGTERM)
+    assert lines == ["joints A1 A2 A3 A4 A5 A6 A7", "there", "stop True"]
+    assert code == 0, log
+    assert "positions that are not finite" in log
+    assert "has 3 positions: expected 7" in log
+
+
+async def test_states_come_100_times_in_a_second_of_simulated_time_also_where_that_is_stepped(
+    python: Path,
+) -> None:
+    conventions = Conventions(stamps=Stamps.SIMULATED)
+    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_conventions": conventions}
+    async with Simulator(clock="stepped", ros_namespace="cell", **options) as simulator:
+        assert simulator.ros2_node == "/cell/iiwa_sim"
+        listening = asyncio.create_task(asyncio.to_thread(said_by, python, "-c", LISTENER, "cell"))
+        while not listening.done():  # time passes in steps until it has heard enough
+            await simulator.clock.advance(0.1)
+            await asyncio.wait([listening], timeout=0.05)
+        clock, stamps = await listening
+        now_ns = round(1e9 * simulator.controller.tick * simulator.clock.tick_s)
+    times = [int(each) for each in stamps.split()]
+    apart = {later - earlier for earlier, later in pairwise(times)}
+    assert all(each > 0 and each % 10_000_000 == 0 for each in apart), "one each 10 ms, but for those lost"
+    assert 0 < int(clock.split()[1]) <= now_ns
+    assert times[-1] <= now_ns
+
+
+async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
+    async with Simulator(ros2=True, ros2_python=python) as simulator:
+        assert simulator._ros is not None
+        node = simulator._ros._ros2
+        assert node is not None
+        first = node._process
+        assert first is not None
+        first.kill()
+        await until(lambda: node._process not in (None, first))
+        client = await Client.connect(simulator.port)
+        assert await client.ask("get status") == "stopped"
+        await client.leaves()
+        second = node._process
+    assert second is not None
+    assert second.returncode == 0, "it ends with the robot"
+
+
+def ends_with(*options: str) -> str:
+    """What `iiwa-sim` says that ends at once with exit code 2."""
+    said = subprocess.run(
+        [*IIWA_SIM, "--port", "0", "--ros2", *options],
+        capture_output=True,
+        text=True,
+        timeout=DEADLINE_S,
+        check=False,
+    )
+    assert (said.returncode, said.stdout) == (2, "")
+    return said.stderr
+
+
+def test_a_namespace_that_is_none_is_told(python: Path) -> None:
+    said = ends_with("--ros2-python", str(python), "--ros-namespace", "a b")
+    assert said.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")
+    assert said.count("\n") == 1
+
+
+def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    said = ends_with("--ros2-python", sys.executable)
+    assert "has no rclpy that works" in said
+    assert said.endswith("iiwa-sim ros2-env makes an environment that has it\n")
+    assert said.count("\n") == 1
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    said = ends_with()
+    assert said.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
+    assert ends_with("--ros2-python", str(tmp_path / "none")).endswith(
+        "cannot be run: No such file or directory\n"
+    )
+    assert ends_with("--ros2-python", "/bin/true").endswith("has ended before it was a node of ROS 2\n")
+
+
+def test_an_interpreter_is_found_where_a_distribution_is_sourced(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "/opt/ros/kilted")
+    assert found_python() == Path("/usr/bin/python3")
+    made = python_in(default_folder())
+    made.parent.mkdir(parents=True)
+    made.touch()
+    assert found_python() == made
+
+
+def test_no_environment_is_made_where_there_are_no_wheels(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(environment.sys, "platform", "darwin")
+    with pytest.raises(RosFault, match="x86-64 Linux alone"):
+        make(tmp_path / "env")
+    assert not (tmp_path / "env").exists()
+
+
+def test_a_fleet_needs_a_namespace_for_each() -> None:
+    said = ends_with("--count", "2")
+    assert "--ros-namespace: expected one of its own for each robot on ROS 2" in said
