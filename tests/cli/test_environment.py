@@ -60,6 +60,8 @@ NEEDED_WITH = {
     "rosbridge_secret": ("--rosbridge-port", "0"),
     "rosbridge_origin": ("--rosbridge-port", "0"),
     "rosbridge_host": ("--rosbridge-port", "0"),
+    "ros2_python": ("--ros2",),
+    "ros_namespace": ("--ros2",),
     "backdoor_host": ("--backdoor-port", "0"),
     "backdoor_token": ("--backdoor-port", "0"),
     "backdoor_token_file": ("--backdoor-port", "0"),
