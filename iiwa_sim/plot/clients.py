@@ -1,8 +1,6 @@
 """The client of a recording, by dialect: it sends the lines of a script and reports the targets of its
 moves."""
 
-import re
-from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.cell.cell import Cell
@@ -16,11 +14,11 @@ from iiwa_sim.dialect.ports import IIWA, KRC4
 from iiwa_sim.dialect.wire.table import ERROR, UNKNOWN_COMMAND, Request
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.frames import Frame, Transform, compose
+from iiwa_sim.plot.names import MOVE, named
 from iiwa_sim.robot.model import Model
 
 SERVO_MODES = ("smart", "direct")
 NORMAL = "normal"
-_MOVE = " move"
 
 
 class Asked(NamedTuple):
@@ -66,18 +64,15 @@ class IiwaClient:
         move, request = self._controller.accepted or None, load_table(IIWA).parse(line)
         if not isinstance(request, Request):
             return Asked(move)
-        named = {
-            parameter.name: value
-            for parameter, value in zip(request.command.parameters, request.values, strict=True)
-        }
-        x, y, z = (named.get(f"threshold{axis.upper()}") for axis in AXES)
-        blending_mm = named.get("blending", 0.0)
-        tcp = self._tcp(request)
-        return Asked(move, tcp, blending_mm, request.command.mode, _name(request, named), (x, y, z))
+        parameters = [each.name for each in request.command.parameters]
+        values = dict(zip(parameters, request.values, strict=True))
+        x, y, z = (values.get(f"threshold{axis.upper()}") for axis in AXES)
+        name, blending_mm = named(request)
+        return Asked(move, self._tcp(request), blending_mm, request.command.mode, name, (x, y, z))
 
     def _tcp(self, request: Request) -> Transform | None:
         """The target of a move: as it was asked for, else where the moves that wait will end."""
-        if not request.command.name.endswith(_MOVE):
+        if not request.command.name.endswith(MOVE):
             return None
         names = [each.name for each in request.command.parameters]
         tool = self._cell.tool_in_flange
@@ -123,14 +118,6 @@ class Krc4Client:
 
 
 CLIENTS: dict[str, type[IiwaClient] | type[Krc4Client]] = {IIWA: IiwaClient, KRC4: Krc4Client}
-
-
-def _name(request: Request, named: Mapping[str, float]) -> str:
-    speeds = [value for name, value in named.items() if name == "speed" or re.fullmatch(r"v\d", name)]
-    words = [request.command.name.removesuffix(_MOVE).upper()]
-    words += ["-".join(f"{each:g}" for each in sorted({min(speeds), max(speeds)}))] if speeds else []
-    words += [f"r{named['blending']:g}"] if named.get("blending") else []
-    return " ".join(words)
 
 
 class _Krc4Session(Krc4Session):

@@ -1,6 +1,7 @@
 """A recording in MCAP, as what is drawn."""
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -8,11 +9,13 @@ import numpy as np
 
 from iiwa_sim.backdoor.described import surface_from
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.dialect.wire.dialogue import Direction
 from iiwa_sim.plot.fault import PlotFault
+from iiwa_sim.plot.names import Named, named_in
 from iiwa_sim.plot.record import Array, Recording, Target
 from iiwa_sim.plot.script import Script
 from iiwa_sim.recordings import watch
-from iiwa_sim.recordings.read import Recorded
+from iiwa_sim.recordings.read import Recorded, Spoken
 from iiwa_sim.recordings.schemas import CELL
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 
@@ -56,15 +59,31 @@ def drawn_from(recorded: Recorded) -> Recording:
 
 def _targets(recorded: Recorded, first: int, step: int, count: int) -> tuple[Target, ...]:
     begun: dict[int, Target] = {}
+    known = _named(recorded)
     for event in recorded.events():
         if event.kind == watch.BEGINS and len(event.goal_frame) == 6:
             x, y, z = event.goal_frame[:3]
-            begun[event.move] = Target(0, (x, y, z), 0.0, event.text)
+            name, blending_mm = known.get(event.move, Named())
+            begun[event.move] = Target(0, (x, y, z), blending_mm, event.text, name=name)
         elif event.kind == watch.ENDS and event.code == 0 and event.move in begun:
             place = min(max(round((event.tick - first) / step), 0), count - 1)
-            target = begun[event.move]
-            begun[event.move] = Target(0, target.tcp_mm, 0.0, target.mode, place)
+            begun[event.move] = replace(begun[event.move], done_tick=place)
     return tuple(begun.values())
+
+
+def _named(recorded: Recorded) -> dict[int, Named]:
+    """What lines say of the moves they ask for, by the moves' numbers.
+
+    A move is accepted between a line and its reply; one that no line asks for, as over ROS, has no name.
+    """
+    found: dict[int, Named] = {}
+    line = ""
+    for each in recorded.said_and_happened():
+        if isinstance(each, Spoken):
+            line = each.text if each.direction == Direction.FROM_CLIENT.value else ""
+        elif line and each.kind == watch.ACCEPTED:
+            found[each.move] = named_in(line)
+    return found
 
 
 def _surfaces(recorded: Recorded) -> tuple[Surface, ...]:

@@ -140,14 +140,26 @@ class Recorded:
         """What happened. Raises RecordingFault for a message that is no event."""
         return self._decoded(EVENTS, Happened)
 
+    def said_and_happened(self) -> Iterator[Spoken | Happened]:
+        """Dialogue and events in the order in which they were recorded. Raises RecordingFault as they do."""
+        spoken, happened = msgspec.json.Decoder(Spoken), msgspec.json.Decoder(Happened)
+        for message in self.messages((DIALOGUE, EVENTS)):
+            if message.topic == DIALOGUE:
+                yield self._content(message, spoken)
+            else:
+                yield self._content(message, happened)
+
     def _decoded(self, topic: str, kind: type[T]) -> Iterator[T]:
-        decode = msgspec.json.Decoder(kind).decode
+        decoder = msgspec.json.Decoder(kind)
         for message in self.messages((topic,)):
-            try:
-                yield decode(message.data)
-            except (msgspec.DecodeError, UnicodeDecodeError) as fault:
-                told = f"{self.path}: {topic}: expected messages as iiwa-sim writes them: {fault}"
-                raise RecordingFault(told) from None
+            yield self._content(message, decoder)
+
+    def _content(self, message: Read, decoder: msgspec.json.Decoder[T]) -> T:
+        try:
+            return decoder.decode(message.data)
+        except (msgspec.DecodeError, UnicodeDecodeError) as fault:
+            told = f"{self.path}: {message.topic}: expected messages as iiwa-sim writes them: {fault}"
+            raise RecordingFault(told) from None
 
     def _records(self) -> Iterator[McapRecord]:
         """Up to the end, or to what is damaged. Raises RecordingFault where that is the beginning."""

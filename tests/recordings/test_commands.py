@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.cli import main
 from iiwa_sim.client import CommandError, Iiwa, Krc4
 from iiwa_sim.plot.recorded import drawn_from
@@ -21,6 +22,8 @@ from tests.recordings.recorded import FAR, Robot, contents
 from tests.talking import DEADLINE_S
 
 SPEEDS = [0.3] * 7
+DOWN = (3.14159265359, 0, 3.14159265359)
+TABLE = Path(__file__).parents[2] / "examples" / "table.toml"
 
 
 @pytest.fixture(scope="module")
@@ -102,12 +105,31 @@ def test_plot_draws_the_joints_of_every_tick(run: Path, tmp_path: Path) -> None:
     assert recording.tick_s == 0.002
     assert recording.description.name == "LBR iiwa 7 R800"
     assert [target.mode for target in recording.targets] == ["normal", "normal"]
+    assert [target.name for target in recording.targets] == ["JOINT 0.3", "JOINT 0.3"]
     ends = [event["tick"] for event in contents(run, "/events") if event["kind"] == "move ends"]
     assert [target.done_tick for target in recording.targets] == ends
     assert recording.targets[1].tcp_mm == pytest.approx(tuple(recording.tcp_mm[-1]), abs=1e-3)
     picture = tmp_path / "run.png"
     assert main(["plot", str(run), "-o", str(picture)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+def test_plot_names_moves_by_their_lines_and_draws_what_stood_there(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    with (
+        Simulator(cell=TABLE, dialects=["iiwa", "krc4"], clock="stepped", record=path) as simulator,
+        Iiwa(simulator.host, simulator.ports["iiwa"]) as driver,
+        Krc4(simulator.host, simulator.ports["krc4"], axes=7) as plc,
+    ):
+        driver.lin_move((600, 0, 420, *DOWN), 0.5, 20)
+        driver.lin_move((600, 40, 420, *DOWN), 0.25, 0)
+        plc.pta((0, 30, 0, -60, 0, 90, 10))
+        simulator.run_until_stopped()
+    recording = drawn_from(Recorded(path))
+    named = [(target.name, target.blending_mm) for target in recording.targets]
+    assert named == [("LIN 0.5 r20", 20.0), ("LIN 0.25", 0.0), ("PTP", 0.0)]
+    assert [surface.name for surface in recording.surfaces] == ["table", "knob"]
+    assert recording.surfaces == load_cell(TABLE).surfaces
 
 
 def test_plot_draws_states_of_any_rate_and_in_any_number(
@@ -201,6 +223,7 @@ def test_a_recording_names_its_own_robot(
 WITHOUT = """
 import sys
 sys.modules["mcap"] = None
+from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.cli import main
 sys.exit(main(sys.argv[1:]))
 """
