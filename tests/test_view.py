@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import pytest
 
 from iiwa_sim.view.lines import Lines
-from tests.processes import IIWA_SIM, running
+from tests.processes import IIWA_SIM, next_line, running
 from tests.talking import DEADLINE_S
 from tests.view.viewer import viewing
 
@@ -64,6 +64,21 @@ def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
             finally:
                 page.kill()
         assert simulator.ends(signal.SIGTERM) == (0, "")
+
+
+def test_a_page_of_its_own_shows_robots_of_several_addresses() -> None:
+    with running("--status-port", "0") as left, running("--status-port", "0") as right:
+        statuses = [next_line(each.process).split()[-1] for each in (left, right)]
+        command = [*IIWA_SIM, "view", *statuses, "--port", "0", "--name", "left", "--name", "right"]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as page:
+            try:
+                with viewing(page_port([next_line(page).strip()])) as viewer:
+                    viewer.until(lambda message: message.get("props", {}).get("text") == "left")
+                    viewer.until(lambda message: message.get("props", {}).get("text") == "right")
+                    viewer.clicks("Robot", "right")
+                    viewer.until(lambda message: "stopped" in str(message.get("updates")))
+            finally:
+                page.kill()
 
 
 def test_a_page_that_is_killed_pushes_no_more() -> None:
@@ -116,6 +131,7 @@ def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> Non
         (["view", "127.0.0.1:1", "--host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
         (["view", "127.0.0.1:1", "--port", "0"], "the status port 127.0.0.1:1: Connection refused"),
         (["show", "run.mcap", "--host", "0.0.0.0"], "the page at '0.0.0.0' can be reached from other"),
+        (["view", "h:1", "h:2", "--backdoor", "h:3"], "argument --backdoor: 1 given, expected one for each"),
         (["view", "30001"], "'30001' is not HOST:PORT"),
     ],
 )

@@ -1,24 +1,29 @@
-"""`iiwa-sim view`: the live page of a robot that runs elsewhere."""
+"""`iiwa-sim view`: the live page of robots that run elsewhere."""
 
 import asyncio
 import signal
 import sys
 import threading
 from collections.abc import Sequence
+from itertools import zip_longest
 
 from iiwa_sim import log
 from iiwa_sim.cli.names import VIEW
-from iiwa_sim.cli.options import add_log, add_robot, add_server, secret_in, server_address
+from iiwa_sim.cli.options import add_log, add_robot, secret_in, server_address
 from iiwa_sim.cli.output import say
 from iiwa_sim.cli.page import add_page, check_library, page_token, page_url
 from iiwa_sim.cli.parsing import Parser
-from iiwa_sim.serve.listening import open_listener
+from iiwa_sim.serve.listening import host_and_port, open_listener
 
 
 def run(given: Sequence[str]) -> int:
     parser = _parser()
     options = parser.parse_args(given)
     token = page_token(parser, options)
+    for option in OF_EACH:
+        given_so_often = len(getattr(options, option))
+        if given_so_often not in (0, len(options.servers)):
+            parser.error(f"argument --{option}: {given_so_often} given, expected one for each HOST:PORT")
     check_library()
     log.configure(options.log_level, options.log_json, sys.stderr.fileno())
     over = threading.Event()
@@ -28,17 +33,22 @@ def run(given: Sequence[str]) -> int:
         from iiwa_sim.view.live import run_page
         from iiwa_sim.view.station import Place
 
-        place = Place(
-            status=options.server,
-            backdoor=options.backdoor,
-            token=options.backdoor_token_file or "",
-            driver=options.driver,
-            robot=options.robot,
-        )
+        of_each = zip_longest(options.servers, *(getattr(options, option) for option in OF_EACH))
+        places = [
+            Place(
+                name=name or host_and_port(*status),
+                status=status,
+                backdoor=backdoor,
+                token=options.backdoor_token_file or "",
+                driver=driver,
+                robot=options.robot,
+            )
+            for status, backdoor, driver, name in of_each
+        ]
         stdout = sys.stdout  # viser's own words go nowhere
         run_page(
             listening,
-            [place],
+            places,
             over,
             token,
             lambda: say(f"page on {page_url(listening)}\n", stdout),
@@ -46,34 +56,56 @@ def run(given: Sequence[str]) -> int:
     return 0
 
 
+OF_EACH = ("backdoor", "driver", "name")
+"""Options that are given once for each robot, in the order of their addresses, or not at all."""
+
+
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {VIEW}",
-        description="Serves a web page that shows a robot as it moves. With its backdoor one can push it "
-        "there, stop it, and break its replies.",
+        description="Serves a web page that shows robots as they move. With a backdoor one can push them "
+        "there, stop them, and break their replies.",
         examples={
             "127.0.0.1:30001": "the robot of that status port, to look at and to stop",
             "127.0.0.1:30001 --backdoor 127.0.0.1:30002": "the same, with all that a test bench can do",
+            "10.0.0.5:30001 10.0.0.6:30001": "two robots; a click on one brings its panel",
         },
     )
-    add_server(parser)
+    parser.add_argument(
+        "servers",
+        type=server_address,
+        nargs="+",
+        metavar="HOST:PORT",
+        help="where a status port listens; of several the page shows all robots",
+    )
     parser.add_argument(
         "--backdoor",
         type=server_address,
+        action="append",
+        default=[],
         metavar="HOST:PORT",
-        help="where the robot's backdoor listens (default: the page only shows the robot, and stops it)",
+        help="where the robot's backdoor listens; of several once for each, in their order, as --driver "
+        "and --name (default: the page only shows the robot, and stops it)",
     )
     parser.add_argument(
         "--backdoor-token-file",
         type=secret_in,
         metavar="FILE",
-        help="the token of the backdoor is in this file (default: it asks for none)",
+        help="the token of the backdoor, or of all, is in this file (default: it asks for none)",
     )
     parser.add_argument(
         "--driver",
         type=server_address,
+        action="append",
+        default=[],
         metavar="HOST:PORT",
         help="where the robot speaks the iiwa's text protocol, to type commands on the page (default: none)",
+    )
+    parser.add_argument(
+        "--name",
+        action="append",
+        default=[],
+        help="what the robot is called, where there are several (default: its HOST:PORT)",
     )
     add_robot(parser)
     add_page(parser)

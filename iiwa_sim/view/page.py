@@ -21,6 +21,7 @@ from websockets.http11 import Request, Response
 
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.throttle import Throttle
+from iiwa_sim.view.acting import acting
 from iiwa_sim.view.gate import (
     AT_ONCE,
     MESSAGES_PER_S,
@@ -34,6 +35,7 @@ from iiwa_sim.view.gate import (
 from iiwa_sim.wording import harmless, shortened
 
 TITLE = "iiwa-sim"
+LOOKS: dict[str, Any] = {"show_logo": False, "show_share_button": False}
 _LOOKED_AT = ("host", "origin", "cookie", "authorization")
 _TOLD_PER_S = 1
 """Lines in the log of what browsers do wrong; how many more there were is told after it."""
@@ -70,11 +72,23 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
         finally:
             websockets.asyncio.server.serve = real  # type: ignore[misc]
         server.request_share_url = _no_url  # type: ignore[assignment,method-assign]
-        server.gui.configure_theme(show_logo=False, show_share_button=False, dark_mode=False)
+        server.gui.configure_theme(**LOOKS, dark_mode=False)
         try:
             yield server
         finally:
             server.stop()
+
+
+def add_light_or_dark(server: viser.ViserServer) -> None:
+    """A button by which each viewer has the page dark, or light again."""
+    dark: set[int] = set()  # viewers, by their numbers
+
+    def turn(event: Any) -> None:
+        number = event.client.client_id
+        dark.symmetric_difference_update({number})
+        event.client.gui.configure_theme(**LOOKS, dark_mode=number in dark)
+
+    server.gui.add_button("Light or dark", hint="for yourself only").on_click(acting(turn))
 
 
 def _no_url(_verbose: bool = True) -> None:

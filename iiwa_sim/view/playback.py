@@ -19,7 +19,7 @@ from iiwa_sim.view.acting import acting
 from iiwa_sim.view.charts import Charts
 from iiwa_sim.view.dialogue import MOST, DialogueList
 from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.page import open_page
+from iiwa_sim.view.page import add_light_or_dark, open_page
 from iiwa_sim.view.readout import Readout
 from iiwa_sim.view.scene import Scene
 
@@ -61,6 +61,7 @@ def run_playback(
             "/ground", width=4.0, height=4.0, cell_size=0.1, section_size=1.0, position=(0.0, 0.0, -0.002)
         )
         playback = Playback(server, timeline, drawing)
+        add_light_or_dark(server)
         opened()
         before_s = time.monotonic()
         while not over.is_set():

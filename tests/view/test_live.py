@@ -268,6 +268,19 @@ def test_without_a_backdoor_it_finds_the_robot_and_can_stop_it(simulator: Simula
         assert robot.get_status() == "stopped"
 
 
+def test_each_viewer_chooses_light_or_dark(simulator: Simulator) -> None:
+    def dark(message: Message) -> bool:
+        return message["type"] == "ThemeConfigurationMessage" and bool(message["dark_mode"])
+
+    with page_of(simulator) as port, viewing(port) as viewer, viewing(port) as other:
+        shows(other, "stopped")
+        viewer.clicks("Light or dark")
+        viewer.until(dark)
+        viewer.clicks("Emergency stop")
+        shows(other, "pressed")
+        assert not any(map(dark, other.seen))
+
+
 def test_nobody_looking_costs_the_robot_nothing(simulator: Simulator) -> None:
     with page_of(simulator):
         assert simulator.call(lambda: len(simulator._status.connections)) == 0  # type: ignore[union-attr]
