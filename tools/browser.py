@@ -1,0 +1,229 @@
+"""Tries the live page in a real browser, Chromium without a window, and says what it found.
+
+    .venv/bin/pip install playwright
+    .venv/bin/python -m tools.browser --shots build/shots
+
+A robot is started with a page, and somebody opens that, with nothing but this machine within reach: pushes the
+arm in a gravity hold with the mouse, presses the emergency stop, releases and resets it, has a reply lost, and
+finds it in the dialogue; then turns the page dark, and opens it on a telephone. At each step it is looked at
+what the robot does, by its own ports, and a picture is kept. At last the browser's frames are counted. Exit
+code 1 where a step has not come to pass.
+
+It is run by hand: Chromium draws in software on a machine without a GPU, and on one that is busy it may take
+minutes for what a test has to be able to wait for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import json
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.view.lines import Lines
+
+SLOW_S = 180.0
+"""So long a step may take; what a quick machine needs is some 20 s for all of them."""
+MS = 1000.0
+SIZE = {"width": 900, "height": 600}
+WRIST = (480, 250)
+"""Where the arm's last links are in a window of that size, at home, as the camera first stands."""
+PHONE = {"width": 390, "height": 844}
+SMALL = {"width": 480, "height": 320}
+COUNTED_S = 10.0
+GOAL_HZ = 25.0
+ARGUMENTS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+COUNT = """async milliseconds => {
+    let frames = 0;
+    const end = performance.now() + milliseconds;
+    await new Promise(done => {
+        const next = () => { frames += 1; performance.now() < end ? requestAnimationFrame(next) : done(); };
+        requestAnimationFrame(next);
+    });
+    return frames;
+}"""
+
+
+class Robot(NamedTuple):
+    """One that has been started, with its page."""
+
+    url: str
+    driver: Iiwa
+    bench: Lines
+
+    def state(self) -> dict[str, Any]:
+        """As the status port tells it."""
+        state: dict[str, Any] = json.loads(self.bench.do("get state"))
+        return state
+
+
+class Missed(Exception):
+    """A step that has not come to pass. The message says which."""
+
+
+def main() -> int:
+    options = _options()
+    options.shots.mkdir(parents=True, exist_ok=True)
+    playwright = importlib.import_module("playwright.sync_api").sync_playwright
+    try:
+        with _robot() as robot, playwright() as library:
+            browser = library.chromium.launch(executable_path=options.browser, args=[*ARGUMENTS])
+            _walk(browser, robot, options.shots)
+            for kind, picture in (("telephone", PHONE), ("small window", SMALL)):
+                frames_hz = _frames_hz(browser, robot, picture, options.shots / f"{kind.split()[0]}.png")
+                print(f"{kind}, {picture['width']} x {picture['height']}: {frames_hz:.1f} frames a second")
+            print(f"goal: {GOAL_HZ:g} at a small size, on a machine with nothing else to do")
+            browser.close()
+    except Missed as missed:
+        print(f"not seen: {missed}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _options() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="tools.browser", description=__doc__.partition("\n")[0])
+    parser.add_argument("--shots", type=Path, default=Path("build/shots"), help="folder for pictures")
+    parser.add_argument("--browser", default=shutil.which("chromium"), help="the program")
+    return parser.parse_args()
+
+
+@contextlib.contextmanager
+def _robot() -> Iterator[Robot]:
+    """A robot with its ports and its page, until the context is left."""
+    ports = ("--port", "--status-port", "--backdoor-port", "--view-port")
+    command = [sys.executable, "-m", "iiwa_sim", *(word for port in ports for word in (port, "0"))]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            told = dict(process.stdout.readline().split(" on ") for _ in ports)
+            where = {kind: address.strip() for kind, address in told.items()}
+            bench = Lines(_address(where["backdoor"]))
+            with Iiwa(*_address(where["listening"])) as driver:
+                yield Robot(where["page"], driver, bench)
+        finally:
+            process.terminate()
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    return host, int(port)
+
+
+def _walk(browser: Any, robot: Robot, shots: Path) -> None:
+    """All that a person does, one after the other."""
+    context = browser.new_context(viewport=SIZE)
+    page = context.new_page()
+    page.set_default_timeout(SLOW_S * MS)
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    _step("the page opens", lambda: _open(page, robot), page, shots / "1-open.png")
+    elsewhere = [url for url in asked if not url.startswith((robot.url, f"blob:{robot.url}", "data:"))]
+    if elsewhere:
+        raise Missed(f"a page that asks nobody else: it asks for {elsewhere[0]}")
+    print(f"the page has asked for {len(asked)} things, all of them of itself")
+
+    def pushed() -> None:
+        robot.driver.start_gravity(300.0)
+        x, y = WRIST
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for step in range(1, 9):
+            page.mouse.move(x - 12 * step, y - 4 * step)
+            page.wait_for_timeout(100.0)
+        _until("a force on the robot", lambda: any(robot.state()["joint_torque"]))
+        _until("the robot gives way", lambda: max(map(abs, robot.state()["joint_velocity"])) > 1e-4)
+        page.get_by_text(" N", exact=False).first.wait_for()
+
+    def let_go() -> None:
+        page.mouse.up()
+        _until("no force any more", lambda: not any(robot.state()["joint_torque"]))
+
+    def stopped() -> None:
+        page.get_by_role("button", name="Emergency stop").click()
+        _until("the emergency stop", lambda: robot.state()["error"]["code"] == 3030)
+        page.get_by_text("pressed").wait_for()
+
+    def reset() -> None:
+        page.get_by_role("button", name="Release").click()
+        _until("the release", lambda: robot.state()["robot_status"][1] == 0)
+        page.get_by_role("button", name="Reset error").click()
+        _until("the reset", lambda: robot.state()["error"]["code"] == 0)
+
+    def broken() -> None:
+        page.get_by_role("tab", name="Faults").click()
+        page.get_by_role("button", name="Set", exact=True).click()
+        page.wait_for_timeout(500.0)
+        robot.driver.get_status()
+        page.get_by_role("tab", name="Dialogue").click()
+        page.get_by_text("get status").first.wait_for()
+        page.get_by_text("~").first.wait_for()
+
+    _step("a drag pushes the arm, in a gravity hold", pushed, page, shots / "2-push.png")
+    _step("who lets go pushes no more", let_go, page)
+    _step("a click on the emergency stop reaches the robot", stopped, page, shots / "3-stop.png")
+    _step("release and reset", reset, page)
+    _step("a reply comes late, and is found in the dialogue", broken, page, shots / "4-dialogue.png")
+    dark = page.get_by_role("button", name="Light or dark")
+    _step("the page goes dark", dark.click, page, shots / "5-dark.png")
+    context.close()
+
+
+def _open(page: Any, robot: Robot) -> None:
+    page.goto(robot.url)
+    page.get_by_role("button", name="Emergency stop").wait_for()
+    page.get_by_text("450.00").wait_for()
+
+
+def _frames_hz(browser: Any, robot: Robot, size: dict[str, int], shot: Path) -> float:
+    """Frames that the browser makes in a second, by its own count, while the arm moves."""
+    context = browser.new_context(viewport=size)
+    page = context.new_page()
+    page.set_default_timeout(SLOW_S * MS)
+    page.goto(f"{robot.url}?fixedDpr=0.5")
+    page.get_by_text("iiwa-sim").first.wait_for()
+    robot.driver.stop()
+    there, back = (0.4, 0.6, 0.2, -1.2, 0.2, 1.3, 0.4), (-0.4, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0)
+    for _ in range(8):
+        robot.driver.joint_move(there, [0.15] * 7)
+        robot.driver.joint_move(back, [0.15] * 7)
+    frames = page.evaluate(COUNT, COUNTED_S * MS)
+    with contextlib.suppress(Exception):  # a picture takes long where the machine is busy
+        page.screenshot(path=shot)
+    robot.driver.stop()
+    context.close()
+    return float(frames) / COUNTED_S
+
+
+def _step(what: str, act: Callable[[], object], page: Any, shot: Path | None = None) -> None:
+    began_s = time.monotonic()
+    try:
+        act()
+    except Exception as fault:
+        with contextlib.suppress(Exception):
+            page.screenshot(path="build/shots/missed.png")
+        raise Missed(f"{what}: {str(fault).splitlines()[0]}") from fault
+    took_s = time.monotonic() - began_s
+    if shot is not None:
+        page.wait_for_timeout(700.0)
+        page.screenshot(path=shot)
+    print(f"{what}: {took_s:.1f} s{f', {shot}' if shot else ''}")
+
+
+def _until(what: str, true: Callable[[], bool]) -> None:
+    end_s = time.monotonic() + SLOW_S
+    while not true():
+        if time.monotonic() > end_s:
+            raise Missed(what)
+        time.sleep(0.05)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
