@@ -31,6 +31,7 @@ from benchmarks import (
     servo,
     start,
     status,
+    view,
 )
 from benchmarks.figures import Figure, as_json, table
 
@@ -59,6 +60,7 @@ PARTS = {
     "servo": Part(servo.measure, gated=False),
     "status": Part(status.measure, gated=True),
     "recordings": Part(recordings.measure, gated=True, of_gate=recordings.gate),
+    "view": Part(view.measure, gated=False),
     "fleet": Part(fleet.measure, gated=False),
     "rest": Part(rest.measure, gated=True, of_gate=rest.gate),
     "floods": Part(floods.measure, gated=True, of_gate=floods.gate),

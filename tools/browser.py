@@ -3,11 +3,11 @@
     .venv/bin/pip install playwright
     .venv/bin/python -m tools.browser --shots build/shots
 
-A robot is started with a page, and somebody opens that, with nothing but this machine within reach: pushes the
-arm in a gravity hold with the mouse, presses the emergency stop, releases and resets it, has a reply lost, and
-finds it in the dialogue; then turns the page dark, and opens it on a telephone. At each step it is looked at
-what the robot does, by its own ports, and a picture is kept. At last the browser's frames are counted. Exit
-code 1 where a step has not come to pass.
+A robot is started with a page, and somebody opens that, with nothing but this machine within reach: pushes
+the arm in a gravity hold with the mouse, presses the emergency stop, releases and resets it, has a reply come
+late, and finds it in the dialogue; then turns the page dark, and opens it on a telephone. At each step it is
+looked at what the robot does, by its own ports, and a picture is kept. At last the browser's frames are
+counted. Exit code 1 where a step has not come to pass.
 
 It is run by hand: Chromium draws in software on a machine without a GPU, and on one that is busy it may take
 minutes for what a test has to be able to wait for.
