@@ -22,9 +22,13 @@ from websockets.typing import Subprotocol
 
 from benchmarks.figures import Figure, percentile
 from benchmarks.peers import IIWA_SIM, Line, listening
-from benchmarks.replies import ASKS_PER_BLOCK, BLOCKS, QUESTION, check_moving, keep_moving
+from benchmarks.replies import QUESTION, check_moving, keep_moving
 
 VIEWERS = 3
+ASKS, WARM_UP = 4000, 200
+PERIOD_S = 0.005
+"""Between two questions to one robot: a driver that asks 200 times a second. For one that never waits the
+recording would have to write as many lines."""
 STARTS_S = 60.0
 CAMERA = {
     "type": "ViewerCameraMessage",
@@ -42,7 +46,7 @@ CAMERA = {
 
 
 def measure() -> list[Figure]:
-    """Blocks of both robots alternate, so that other load affects both; viewers draw nothing."""
+    """Questions to both robots alternate, so that other load affects both; viewers draw nothing."""
     page, status = _free_port(), _free_port()
     of_watched: list[float] = []
     of_alone: list[float] = []
@@ -55,12 +59,14 @@ def measure() -> list[Figure]:
         for line in (watched, alone):
             keep_moving(line)
         first_tick, first_s = _tick(status)
-        for block in range(BLOCKS + 2):
+        for ask in range(ASKS + WARM_UP):
             for line, samples in ((watched, of_watched), (alone, of_alone)):
-                block_of = [line.timed(QUESTION)[0] for _ in range(ASKS_PER_BLOCK)]
-                if block >= 2:  # warm-up
-                    samples += block_of
-                check_moving(line)
+                time.sleep(0.5 * PERIOD_S)
+                took_us = line.timed(QUESTION)[0]
+                if ask >= WARM_UP:
+                    samples.append(took_us)
+        for line in (watched, alone):
+            check_moving(line)
         last_tick, last_s = _tick(status)
     return [
         Figure(
