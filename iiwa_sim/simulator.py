@@ -162,6 +162,7 @@ class Simulator(LoopOrThread):
             world=self.cell.world(),
             noise=self.cell.noise(),
             io=Io(self.cell.input_names, self.cell.output_names),
+            safety=self.cell.safety,
             servo_timeout_s=servo_timeout_s,
             on_fault=self._robot_fault,
             on_contact=self._robot_contact,

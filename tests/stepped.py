@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -34,6 +35,12 @@ VELOCITY_TOLERANCE = 1.001
 ROUNDING = 1e-9
 
 
+def strong(name: str) -> RobotDescription:
+    """A robot that no force stops, for what is tested beyond the torque limits of its joints."""
+    description = load_robot(name)
+    return replace(description, torque=(1e9,) * len(description.joints))
+
+
 class SteppedRobot:
     """A controller whose every tick is recorded."""
 
@@ -61,6 +68,7 @@ class SteppedRobot:
             start=cell.start,
             tool_in_flange=cell.tool_in_flange,
             noise=cell.noise(),
+            safety=cell.safety,
             servo_timeout_s=servo_timeout_s,
             on_fault=lambda code, reason: self.faults.append((code, reason)),
             on_contact=self._meets,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 Array = NDArray[np.float64]
@@ -30,10 +30,10 @@ START_MM = {ARMS[0]: (600.0, 0.0, 410.410161514), ARMS[1]: (445.0, 0.0, 660.0)}
 CLOSE = 0.01
 
 
-def probe(name: str, *surfaces: Surface) -> SteppedRobot:
+def probe(robot: str | RobotDescription, *surfaces: Surface) -> SteppedRobot:
     """A robot with a probe that points down at START_MM, among surfaces."""
     tool = Frame(0.0, 0.0, 150.0, 0.0, 0.0, 0.0).to_transform()
-    description = load_robot(name)
+    description = load_robot(robot) if isinstance(robot, str) else robot
     return SteppedRobot(cell=Cell(description, description.home, tool, RADIUS, surfaces))
 
 

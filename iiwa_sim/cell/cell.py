@@ -11,6 +11,7 @@ from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS
+from iiwa_sim.controller.protection import NOTHING_MORE, Safety
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
@@ -32,6 +33,8 @@ class Cell:
     noise_levels: NoiseLevels | None = None
     input_names: tuple[str, ...] = DEFAULT_INPUTS
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
+    safety: Safety = NOTHING_MORE
+    """What the robot watches besides the torques on its joints."""
     path: Path | None = field(default=None, compare=False)
     """The file it was read from, if it was."""
 
@@ -79,6 +82,7 @@ def load_cell(path: str | Path) -> Cell:
         else NoiseLevels(noise.seed, noise.force_n, noise.torque_nm, noise.joint_torque_nm),
         input_names=settings.io.input_names(),
         output_names=settings.io.output_names(),
+        safety=settings.safety.safety(),
         path=file,
     )
     _check_start(reader, settings, cell)
@@ -129,10 +133,14 @@ def surface_of(settings: AnySurface) -> Surface:
 
 def _check_start(reader: Reader, settings: CellSettings, cell: Cell) -> None:
     """Check the start pose: the sphere round the TCP may press against a surface, but the TCP may not be
-    within one."""
-    if not cell.surfaces:
+    within one, nor out of the box that it may not leave."""
+    if not cell.surfaces and cell.safety.box is None:
         return
     x, y, z = compose(Model(cell.description).flange(cell.start), cell.tool_in_flange).translation
+    if cell.safety.box is not None:
+        for axis, low, at, high in zip("xyz", cell.safety.box[0], (x, y, z), cell.safety.box[1], strict=True):
+            within = f"a pose with the TCP in the box of [safety], not at {axis} {1e3 * at:.1f} mm"
+            reader.check("start_deg", settings.start_deg, low <= at <= high, within)
     for surface in cell.surfaces:
         depth_mm = -1e3 * surface.nearest(x, y, z)[0]
         outside = f"a pose with the TCP outside of surface {surface.name!r}, not {depth_mm:.3f} mm within it"

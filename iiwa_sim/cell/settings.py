@@ -8,7 +8,8 @@ import msgspec
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.controller.io import DEFAULT_COUNT
-from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.controller.protection import GREATEST, Safety
+from iiwa_sim.frames import Frame, Transform, Vector
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.settings import ANGLE, LENGTH, ToolSettings
 from iiwa_sim.settings import Range, Reader, SettingsFault
@@ -44,6 +45,9 @@ OTHER_RANGES: dict[str, Range] = {
     "noise.force_n": (0.0, 1000.0, " N"),
     "noise.torque_nm": (0.0, 1000.0, " Nm"),
     "noise.joint_torque_nm": (0.0, 1000.0, " Nm"),
+    "safety.collision_force_n": (0.1, GREATEST, " N"),
+    "safety.collision_torque_nm": (0.1, GREATEST, " Nm"),
+    "safety.tcp_speed_mm_per_s": (1.0, 100_000.0, " mm/s"),
 }
 """Least and greatest value, and the unit."""
 
@@ -124,6 +128,26 @@ class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     joint_torque_nm: float = 0.0
 
 
+class SafetySettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the robot watches besides the torques on its joints."""
+
+    collision_force_n: float | None = None
+    collision_torque_nm: float | None = None
+    tcp_speed_mm_per_s: float | None = None
+    box_min_mm: tuple[float, float, float] | None = None
+    box_max_mm: tuple[float, float, float] | None = None
+
+    def safety(self) -> Safety:
+        """What a controller takes."""
+        speed_mm, low_mm, high_mm = self.tcp_speed_mm_per_s, self.box_min_mm, self.box_max_mm
+        return Safety(
+            self.collision_force_n,
+            self.collision_torque_nm,
+            None if speed_mm is None else 1e-3 * speed_mm,
+            None if low_mm is None or high_mm is None else (_metres(low_mm), _metres(high_mm)),
+        )
+
+
 class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     inputs: int | list[str] = DEFAULT_COUNT
     outputs: int | list[str] = DEFAULT_COUNT
@@ -146,6 +170,7 @@ class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     cylinder: list[CylinderSettings] = []
     noise: NoiseSettings | None = None
     io: IoSettings = IoSettings()
+    safety: SafetySettings = SafetySettings()
 
     def surfaces(self) -> dict[str, AnySurface]:
         """All surfaces, each with its key in the file."""
@@ -162,9 +187,12 @@ def read_settings(path: str, text: str) -> CellSettings:
     settings = reader.settings(text, CellSettings)
     for key, allowed in OTHER_RANGES.items():
         table = key.rpartition(".")[0]
-        if not table or attrgetter(table)(settings) is not None:
-            reader.check_range(key, attrgetter(key)(settings), allowed)
+        if (not table or attrgetter(table)(settings) is not None) and (
+            value := attrgetter(key)(settings)
+        ) is not None:
+            reader.check_range(key, value, allowed)
     _check_surfaces(reader, settings.surfaces())
+    _check_box(reader, settings.safety)
     _check_io(reader, "io.inputs", settings.io.inputs)
     _check_io(reader, "io.outputs", settings.io.outputs)
     return settings
@@ -192,6 +220,19 @@ def check_surface(reader: Reader, prefix: str, surface: AnySurface) -> None:
                 reader.check_range(f"{prefix}{key}[{index}]", each, SURFACE_RANGES[key])
 
 
+def _check_box(reader: Reader, safety: SafetySettings) -> None:
+    low, high = safety.box_min_mm, safety.box_max_mm
+    for key, given, other in (("box_min_mm", low, high), ("box_max_mm", high, low)):
+        missing = given is None and other is not None
+        reader.check(f"safety.{key}", None, not missing, "both corners of the box, or none")
+        for axis, value in enumerate(given or ()):
+            reader.check_range(f"safety.{key}[{axis}]", value, LENGTH)
+    if low is not None and high is not None:
+        for axis in range(3):
+            above = f"more than {low[axis]:g} mm, box_min_mm there"
+            reader.check(f"safety.box_max_mm[{axis}]", high[axis], high[axis] > low[axis], above)
+
+
 def _check_io(reader: Reader, key: str, given: int | list[str]) -> None:
     if isinstance(given, int):
         reader.check_range(key, given, (0, LARGEST_IO_COUNT, " of them"))
@@ -200,6 +241,11 @@ def _check_io(reader: Reader, key: str, given: int | list[str]) -> None:
     for index, name in enumerate(given):
         reader.check_name(f"{key}[{index}]", name)
         reader.check(f"{key}[{index}]", name, name not in given[:index], "each name once")
+
+
+def _metres(place_mm: Vector) -> Vector:
+    x, y, z = place_mm
+    return 1e-3 * x, 1e-3 * y, 1e-3 * z
 
 
 def _names(kind: str, given: int | list[str]) -> tuple[str, ...]:

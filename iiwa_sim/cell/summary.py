@@ -3,6 +3,7 @@
 from math import degrees
 
 from iiwa_sim.cell.cell import Cell
+from iiwa_sim.controller.protection import Safety
 from iiwa_sim.frames import Frame, compose
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
@@ -27,8 +28,24 @@ def summary(cell: Cell) -> str:
     if not cell.surfaces:
         lines.append("no surfaces")
     lines.append("no noise" if cell.noise_levels is None else f"noise with seed {cell.noise_levels.seed}")
+    lines.append(_watched(cell.safety))
     lines.append(f"{len(cell.input_names)} inputs, {len(cell.output_names)} outputs")
     return "".join(f"{line}\n" for line in lines)
+
+
+def _watched(safety: Safety) -> str:
+    """What stops the robot, as the cell asks for it."""
+    parts = ["torques of the joints"]
+    if safety.force_n is not None:
+        parts.append(f"{_numbers(safety.force_n)} N")
+    if safety.torque_nm is not None:
+        parts.append(f"{_numbers(safety.torque_nm)} Nm at the TCP")
+    if safety.tcp_speed_m_per_s is not None:
+        parts.append(f"{_numbers(1e3 * safety.tcp_speed_m_per_s)} mm/s")
+    if safety.box is not None:
+        low, high = (_numbers(*(1e3 * at for at in corner)) for corner in safety.box)
+        parts.append(f"a box from {low} to {high} mm")
+    return f"protective stop: {', '.join(parts)}"
 
 
 def _frame(frame: Frame) -> str:

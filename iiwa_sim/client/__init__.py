@@ -30,6 +30,7 @@ from iiwa_sim.client._generated.krc4 import Krc4
 from iiwa_sim.client.faults import CommandError, Krc4Error, ReplyError, UnknownCommandError
 from iiwa_sim.client.replies import (
     CartesianForce,
+    CollisionThresholds,
     Frame,
     JointPosition,
     JointTorque,
@@ -43,6 +44,7 @@ __all__ = [
     "AsyncIiwa",
     "AsyncKrc4",
     "CartesianForce",
+    "CollisionThresholds",
     "CommandError",
     "Frame",
     "Iiwa",

@@ -49,6 +49,13 @@ class CartesianForce(NamedTuple):
     tz: float
 
 
+class CollisionThresholds(NamedTuple):
+    """Force (N) and torque (Nm) from outside at the TCP that stop the robot; 0 for one that is off."""
+
+    force: float
+    torque: float
+
+
 class LastError(NamedTuple):
     """A result code of robot_movement_interface, and the reason in words."""
 

@@ -1,13 +1,14 @@
 """The external load on the arm: pushes and contacts, and their readings."""
 
 from collections.abc import Sequence
-from math import isfinite
+from math import hypot, isfinite
 
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import AT_REST, World
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.robot.model import Model
+from iiwa_sim.robot.tcp_kernel import Tcp
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add
 
 NEVER = -1
@@ -41,6 +42,8 @@ class ExternalLoad:
         self._place: Vector | None = None  # position of the TCP at the last evaluation of the surfaces
         self._joints: Sequence[float] = ()  # at the last tick
         self._settled = NEVER  # the number of changes of the world when a tick left all contacts unchanged
+        self.lever_m = _longest_lever(self._tcp)
+        """No joint's axis is farther from the TCP (m), wherever the robot is."""
         self._feel(self._tcp.pose(joints), 0.0)
 
     @property
@@ -121,6 +124,7 @@ class ExternalLoad:
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
         self._tcp = self._model.tcp(tool_in_flange)
+        self.lever_m = _longest_lever(self._tcp)
         self.world.forget()
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
@@ -132,19 +136,12 @@ class ExternalLoad:
 
     def cartesian_force(self) -> Wrench:
         """The reading of the wrench at the TCP, along its axes."""
-        wrench = self._acting()
+        wrench = self.acting
         return wrench if self._noise is None else add(wrench, self._noise.wrench)
 
     def joint_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
-        """The reading of the external torque (Nm) on each joint, with the robot at `joints` (rad).
-
-        Applied torques, and the wrench at the TCP by the transposed Jacobian.
-        """
-        torques = self._joint_push
-        wrench = self._acting()
-        if any(wrench):
-            made = self._tcp.torques(joints, wrench)
-            torques = tuple(a + b for a, b in zip(torques, made, strict=True))
+        """The reading of the external torque (Nm) on each joint, with the robot at `joints` (rad)."""
+        torques = self.exact_torques(joints)
         if self._noise is not None:
             torques = tuple(a + b for a, b in zip(torques, self._noise.joint_torques, strict=True))
         return torques
@@ -155,7 +152,26 @@ class ExternalLoad:
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 
-    def _acting(self) -> Wrench:
+    def exact_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
+        """The external torque (Nm) on each joint, without noise, with the robot at `joints` (rad).
+
+        Applied torques, and the wrench at the TCP by the transposed Jacobian.
+        """
+        torques = self._joint_push
+        wrench = self.acting
+        if any(wrench):
+            made = self._tcp.torques(joints, wrench)
+            torques = tuple(a + b for a, b in zip(torques, made, strict=True))
+        return torques
+
+    @property
+    def acts(self) -> bool:
+        """Whether anything pushes the robot: exactly nothing does in free space."""
+        return self._touch is not NO_WRENCH or self._wrench != NO_WRENCH or any(self._joint_push)
+
+    @property
+    def acting(self) -> Wrench:
+        """The wrench at the TCP, along its axes, without noise."""
         if self._touch is NO_WRENCH:
             return self._wrench
         return self._touch if self._wrench is NO_WRENCH else add(self._touch, self._wrench)
@@ -165,6 +181,11 @@ class ExternalLoad:
         velocity = AT_REST if self._place is None else velocity_between(self._place, place, tick_s)
         self._place = place
         self._touch = seen_from(rotation, self.world.feel(place, velocity, tick_s))
+
+
+def _longest_lever(tcp: Tcp) -> float:
+    """The arm stretched from the first joint's axis on: all translations from there in a row (m)."""
+    return sum(hypot(*row[9:]) for row in tcp.fixed[1:].tolist())
 
 
 def _check(name: str, values: Sequence[float], count: int) -> None:

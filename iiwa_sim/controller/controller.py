@@ -15,6 +15,7 @@ from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
 from iiwa_sim.controller.moves import Moves
+from iiwa_sim.controller.protection import NOTHING_MORE, Protection, Safety
 from iiwa_sim.controller.reading import Reading, read
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
@@ -51,18 +52,20 @@ class Controller:
         world: World | None = None,
         noise: Noise | None = None,
         io: Io | None = None,
+        safety: Safety = NOTHING_MORE,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
     ) -> None:
         """At rest at `start` (rad, within the limits), None for home; the TCP is the robot's own for None.
 
-        The TCP touches the surfaces of `world`; the robot goes where it is sent, however hard it presses.
-        `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
-        16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
-        None for never. `on_fault` is told the code and the reason of what goes wrong between commands,
-        `on_contact` which force has ended a move. Raises `RobotFault` where the robot's folder does not fit
-        together, and ValueError for a timeout out of range.
+        The TCP touches the surfaces of `world`; the robot goes where it is sent, until the torque on a joint
+        passes its limit, or what `safety` has it watch: then it stops, and is in error. `noise` is added to
+        the readings of forces and torques. There are the inputs and outputs of `io`, or 16 of each. The robot
+        stops by itself when a servo mode hears of no command for `servo_timeout_s`, None for never.
+        `on_fault` is told the code and the reason of what goes wrong between commands, `on_contact` which
+        force has ended a move. Raises `RobotFault` where the robot's folder does not fit together, and
+        ValueError for a timeout out of range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
@@ -75,7 +78,10 @@ class Controller:
         model = Model(description)
         self.load = ExternalLoad(model, tool, start, world, noise)
         """What pushes the robot from outside, and what it touches."""
-        self._core = Core(model, tick_s, start, tool, self.load, servo_timeout_s, on_fault, on_contact)
+        protection = Protection(description.joints, description.torque, safety)
+        self._core = Core(
+            model, tick_s, start, tool, self.load, protection, servo_timeout_s, on_fault, on_contact
+        )
         self._moves = Moves(self._core)
         self._trajectories = Trajectories(self._core)
         self.injected = Injected(self._core)
@@ -158,6 +164,19 @@ class Controller:
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
         self._core.motions.set_override(override)
+
+    def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
+        """Stop, in error, when what acts on the TCP from outside is greater; 0 where that is not watched.
+
+        Raises `Refused` for numbers out of range.
+        """
+        self._core.protection.set_collision_detection(force_n, torque_nm)
+
+    @property
+    def collision_detection(self) -> tuple[float, float]:
+        """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
+        safety = self._core.protection.safety
+        return safety.force_n or 0.0, safety.torque_nm or 0.0
 
     def reset_error(self) -> None:
         """End the state of error, and forget the last refusal.

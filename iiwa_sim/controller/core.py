@@ -22,6 +22,7 @@ from iiwa_sim.controller.modes import (
 )
 from iiwa_sim.controller.motions import Motions
 from iiwa_sim.controller.planner import Planner
+from iiwa_sim.controller.protection import Protection
 from iiwa_sim.controller.targets import Targets
 from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.joints import Joints
@@ -41,11 +42,13 @@ class Core:
         start: Joints,
         tool_in_flange: Transform,
         load: ExternalLoad,
+        protection: Protection,
         servo_timeout_s: float | None,
         on_fault: Callable[[int, str], None] | None,
         on_contact: Callable[[Contact], None] | None,
     ) -> None:
-        """At rest at `start` (rad), and pushed by `load`; the rest is as `Controller` is given it."""
+        """At rest at `start` (rad), pushed by `load` and watched by `protection`; the rest is as `Controller`
+        is given it."""
         self.tick_s = tick_s
         self.tick = 0
         self.mode = Mode.UNKNOWN
@@ -54,6 +57,7 @@ class Core:
         self.targets = Targets(self.planner, model.description)
         self.tool_in_flange = tool_in_flange
         self.load = load
+        self.protection = protection
         self.motions = self._motions_from(start)
         self.joints_before = start  # at the last tick
         self.endings = Endings(self.is_pending)
@@ -97,6 +101,8 @@ class Core:
             load.step(motions.joints, self.tick_s, motions.tcp_contact)
         if endings.pending and (guard := endings.pending[0].guard) is not None:
             self._watch_forces(guard)
+        if load.acts or self.protection.watches_tcp:
+            self._protect()
 
     @property
     def resting(self) -> bool:
@@ -109,6 +115,7 @@ class Core:
             self.joints_before != self.motions.joints
             or self.endings.pending
             or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
+            or (self.load.acts and not self.protection.knows(self.load))
         ) and (self.motions.settled and self.load.settled)
 
     def skip(self, ticks: int) -> None:
@@ -158,6 +165,22 @@ class Core:
                 self.motions.cancel()
             if self._on_contact is not None:
                 self._on_contact(contact)
+
+    def _protect(self) -> None:
+        """Stop a robot that is pushed too hard, or runs where or faster than it may."""
+        joints, standing = self.motions.joints, self.faults.standing is not None
+        why = self.protection.overload(self.load, joints, standing)
+        if self.protection.watches_tcp:
+            before, now = self.tcp(self.joints_before).translation, self.tcp(joints).translation
+            why = self.protection.trespass(before, now, self.tick_s, standing) or why
+        if why is not None:
+            self.fail(STOP_TRIGGERED, f"protective stop: {why}")
+
+    def fail(self, code: int, reason: str) -> None:
+        """Stop the robot, and take no moves until the error is reset."""
+        self.faults.fail(code, reason)
+        self.halt(code, reason)
+        self.tell(code, reason)
 
     def tell(self, code: int, reason: str) -> None:
         """Tell of what has gone wrong between commands."""

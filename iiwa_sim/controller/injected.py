@@ -18,9 +18,7 @@ class Injected:
 
     def fail(self, code: int, reason: str) -> None:
         """Stop the robot as `Controller.stop` does, and take no moves until the error is reset."""
-        self._core.faults.fail(code, reason)
-        self._core.halt(code, reason)
-        self._core.tell(code, reason)
+        self._core.fail(code, reason)
 
     def switch_drives(self, on: bool) -> None:
         """Off: stop as `Controller.stop` does, and take no moves until they are on and the error reset."""

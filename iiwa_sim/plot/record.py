@@ -139,6 +139,7 @@ class _Recorder:
             world=cell.world(),
             noise=cell.noise(),
             io=Io(cell.input_names, cell.output_names),
+            safety=cell.safety,
             on_contact=self._met,
         )
         self._client: Client = CLIENTS[script.dialect](self._controller, cell, script.path)

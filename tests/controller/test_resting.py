@@ -268,7 +268,13 @@ class TestWhatStillTakesTime:
     def test_what_does_not_move_the_robot_needs_no_tick(self) -> None:
         controller = self.robot()
         controller.io.set_output(1, on=True)
-        controller.load.wrench = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         controller.record_error(1, "refused")
         controller.emergency_stop()
+        assert controller.resting
+
+    def test_a_push_is_looked_at_in_one_tick(self) -> None:
+        controller = self.robot()
+        controller.load.wrench = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        assert not controller.resting
+        controller.step()
         assert controller.resting

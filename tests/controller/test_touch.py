@@ -23,7 +23,7 @@ from iiwa_sim.frames import IDENTITY, Frame, Transform
 from tests import asked
 from tests.asked import lin_force_move, lin_move
 from tests.samples import some
-from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, strong
 from tests.touching import START_MM, Array, Law, Way, assert_touched, ball, beside, flat, probe
 
 DEPTH_MM = 150.0
@@ -194,7 +194,7 @@ def test_a_push_in_mid_air(name: str, speed: float, share: float, push_n: float)
 def test_every_run_is_the_same_to_the_last_bit(name: str) -> None:
     runs = []
     for _ in range(2):
-        robot = probe(name, table(name, 20.0, 2e4, damping=0.5, friction=0.3)[0])
+        robot = probe(strong(name), table(name, 20.0, 2e4, damping=0.5, friction=0.3)[0])
         down, up = beside(robot, x_mm=40.0, z_mm=-60.0), beside(robot, y_mm=50.0)
         for speed in (0.1, 0.7):
             force_move("lin", down, speed, (6.0, None, 20.0))(robot)
@@ -233,7 +233,7 @@ def test_moves_behind_a_touch_run_on(name: str) -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_each_force_move_counts_from_the_force_at_its_own_command(name: str) -> None:
-    robot = probe(name, table(name, 20.0, 2e4)[0])
+    robot = probe(strong(name), table(name, 20.0, 2e4)[0])
     c = robot.controller
     down, up = beside(robot, z_mm=-60.0), beside(robot)
     first = force_move("lin", down, 0.2, watching("z", 10.0))(robot)
@@ -267,7 +267,7 @@ def test_each_force_move_counts_from_the_force_at_its_own_command(name: str) -> 
 def test_a_touch_in_a_chain_of_blends(name: str, speed: float, blending_mm: float, threshold: float) -> None:
     """The second of three blended moves meets the table: the same path up to there, then the stop on it."""
     surface, law = table(name, 40.0, 2e4)
-    robot = probe(name, surface)
+    robot = probe(strong(name), surface)
     c = robot.controller
     over, down, back = beside(robot, y_mm=80.0), beside(robot, y_mm=160.0, z_mm=-80.0), beside(robot)
 

@@ -32,6 +32,7 @@ class FakeRobot:
         self.mode = Mode.UNKNOWN
         self.io = Io()
         self.override = 1.0
+        self.collision_detection = (0.0, 0.0)
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
@@ -55,6 +56,9 @@ class FakeRobot:
         self.asked.append(request)
         if self.refuses is not None:
             raise self.refuses
+
+    def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
+        self.collision_detection = force_n, torque_nm
 
     def record_error(self, code: int, reason: str) -> None:
         self.last_error = ErrorRecord(code, reason)

@@ -27,6 +27,7 @@ ROWS = {
     tuple(f"j{i}" for i in range(7)): "JointPosition",
     tuple(f"t{i}" for i in range(7)): "JointTorque",
     ("fx", "fy", "fz", "tx", "ty", "tz"): "CartesianForce",
+    ("max_force", "max_torque"): "CollisionThresholds",
     (
         "mode",
         "e_stopped",

@@ -23,6 +23,7 @@ from iiwa_sim.client.readers import (
 )
 from iiwa_sim.client.replies import (
     CartesianForce,
+    CollisionThresholds,
     Frame,
     JointPosition,
     JointTorque,
@@ -455,6 +456,19 @@ class AsyncIiwa(AsyncConnection[str, str]):
     async def get_override(self) -> float:
         """Gives the override that was set last."""
         return await self._do(request(number, "get override"))
+
+    async def set_collision_detection(self, max_force: float, max_torque: float) -> None:
+        """Stops the robot, in error, when a greater force or torque acts on the TCP from outside; 0 switches
+        one off.
+
+        max_force: greatest force from outside at the TCP, 0 for off (N), 0 <= max_force <= 100000
+        max_torque: greatest torque from outside at the TCP, 0 for off (Nm), 0 <= max_torque <= 100000
+        """
+        await self._do(request(nothing("done"), "set collision detection", max_force, max_torque))
+
+    async def get_collision_detection(self) -> CollisionThresholds:
+        """Gives the greatest force and torque that may act on the TCP from outside; 0 for one that is off."""
+        return await self._do(request(numbers(CollisionThresholds._make, 2), "get collision detection"))
 
     async def cancel_move(self) -> None:
         """Ends the move that runs: brings the robot to rest on its path, and goes on with the next from

@@ -179,6 +179,8 @@ COMMANDS: dict[str, Handler] = {
     "reset error": _does(lambda robot, _: robot.reset_error()),
     "set override": _does(lambda robot, v: robot.set_override(v[0])),
     "get override": _gives(lambda robot: (robot.override,)),
+    "set collision detection": _does(lambda robot, v: robot.set_collision_detection(v[0], v[1])),
+    "get collision detection": _gives(lambda robot: robot.collision_detection),
     "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),
     "get output": _counts(lambda robot, v: [robot.io.output(int(v[0]))]),
     "get inputs": _counts(lambda robot, _: robot.io.inputs),

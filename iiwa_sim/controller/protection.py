@@ -1,0 +1,145 @@
+"""A robot that protects itself: what it watches in each tick, and when it stops for that.
+
+A model of what such a robot does, and no safety device.
+"""
+
+from collections.abc import Sequence
+from math import dist, hypot
+from typing import NamedTuple
+
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Vector
+
+EASE = 1.02
+"""What is beyond its limit when the error is reset may grow by this factor before it stops the robot anew."""
+GREATEST = 1e5
+"""Of the thresholds (N, Nm)."""
+ROUNDING = 1e-6
+"""Part of a speed by which differences of places may be off."""
+
+
+class Safety(NamedTuple):
+    """What a robot watches besides the torques on its joints; None for what it does not."""
+
+    force_n: float | None = None
+    """Greatest force (N) from outside at the TCP."""
+    torque_nm: float | None = None
+    """Greatest torque (Nm) from outside at the TCP."""
+    tcp_speed_m_per_s: float | None = None
+    """Greatest speed of the TCP."""
+    box: tuple[Vector, Vector] | None = None
+    """Least and greatest x y z (m, in the base) of the TCP."""
+
+
+NOTHING_MORE = Safety()
+
+
+class _Watch:
+    """Whether a quantity beyond its limit stops the robot.
+
+    After a reset it may stay beyond, or nobody could lead the robot out; but it may not grow.
+    """
+
+    def __init__(self) -> None:
+        self.allowed = 0.0
+        """How far beyond the limit the quantity may be: not at all, but for what a stop has left."""
+
+    def stops(self, excess: float, standing: bool) -> bool:
+        """Whether the robot has to stop: `excess` is how far beyond the limit the quantity is, 0 within.
+
+        `standing` says that an error has stopped the robot before.
+        """
+        if standing or excess > self.allowed * EASE:
+            self.allowed = excess
+            return not standing
+        self.allowed = min(self.allowed, excess)
+        return False
+
+
+class Protection:
+    """What one robot watches. All of it is exact: without the noise of the readings."""
+
+    def __init__(self, joints: Sequence[str], torque_limits: Sequence[float], safety: Safety) -> None:
+        """Joints by name and with their torque limits (Nm), base first."""
+        self._joints = tuple(joints)
+        self._torque_limits = tuple(torque_limits)
+        self._least_limit = min(torque_limits)
+        self.safety = safety
+        self._torque, self._force, self._moment, self._speed, self._place = (_Watch() for _ in range(5))
+        self._judged: tuple[object, ...] = ()
+
+    def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
+        """Watch the force and the torque from outside at the TCP; 0 for what is not watched.
+
+        Raises `Refused` for what is no number from 0 to 1e5.
+        """
+        for value, unit in ((force_n, "N"), (torque_nm, "Nm")):
+            if not 0.0 <= value <= GREATEST:
+                raise Refused(
+                    EXECUTION, f"threshold {value:g} {unit}: expected 0, for off, to {GREATEST:g} {unit}"
+                )
+        self.safety = self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None)
+        self._judged = ()
+
+    def knows(self, load: ExternalLoad) -> bool:
+        """Whether the last look was at what is applied now."""
+        return self._judged == (load.wrench, load.joint_push)
+
+    def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
+        """Why the load at joint positions (rad) stops the robot; None if it does not."""
+        self._judged = (load.wrench, load.joint_push)
+        x, y, z, a, b, c = load.acting
+        force_n, torque_nm = hypot(x, y, z), hypot(a, b, c)
+        greatest = force_n * load.lever_m + torque_nm + max(map(abs, load.joint_push))
+        if greatest > self._least_limit or self._torque.allowed:  # else no joint can be beyond: most ticks
+            why = self._overloaded_joint(load.exact_torques(joints), standing)
+            if why is not None:
+                return why
+        safety = self.safety
+        return _collision(self._force, "force", force_n, "N", safety.force_n, standing) or _collision(
+            self._moment, "torque", torque_nm, "Nm", safety.torque_nm, standing
+        )
+
+    def _overloaded_joint(self, torques: Sequence[float], standing: bool) -> str | None:
+        parts = [abs(torque) / limit for torque, limit in zip(torques, self._torque_limits, strict=True)]
+        part = max(parts)
+        if not self._torque.stops(part if part > 1.0 else 0.0, standing):
+            return None
+        joint = parts.index(part)
+        return (
+            f"the external torque on {self._joints[joint]} is {abs(torques[joint]):.1f} Nm, "
+            f"its limit is {self._torque_limits[joint]:g} Nm"
+        )
+
+    @property
+    def watches_tcp(self) -> bool:
+        """Whether the speed or the place of the TCP is watched."""
+        return self.safety.tcp_speed_m_per_s is not None or self.safety.box is not None
+
+    def trespass(self, before: Vector, tcp: Vector, tick_s: float, standing: bool) -> str | None:
+        """Why a tick that moved the TCP from `before` to `tcp` (m, in the base) stops the robot, or None."""
+        limit, box = self.safety.tcp_speed_m_per_s, self.safety.box
+        if limit is not None:
+            speed = dist(before, tcp) / tick_s
+            if self._speed.stops(max(0.0, speed - limit * (1.0 + ROUNDING)), standing):
+                return f"the TCP runs at {1e3 * speed:.1f} mm/s, its limit is {1e3 * limit:g} mm/s"
+        if box is not None:
+            beyond = [
+                max(low - at, at - high, 0.0) for low, at, high in zip(box[0], tcp, box[1], strict=True)
+            ]
+            if self._place.stops(max(beyond), standing):
+                axis = beyond.index(max(beyond))
+                within = f"{1e3 * box[0][axis]:g} to {1e3 * box[1][axis]:g} mm"
+                return f"the TCP is at {'xyz'[axis]} {1e3 * tcp[axis]:.1f} mm, its box is {within}"
+        return None
+
+
+def _collision(
+    watch: _Watch, what: str, value: float, unit: str, limit: float | None, standing: bool
+) -> str | None:
+    if limit is None or not watch.stops(max(0.0, value - limit), standing):
+        return None
+    return (
+        f"collision: the external {what} at the TCP is {value:.1f} {unit}, its threshold is {limit:g} {unit}"
+    )

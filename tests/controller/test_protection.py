@@ -1,0 +1,257 @@
+"""The robot protects itself: torques on joints, collisions, the speed and the place of the TCP."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
+from iiwa_sim.controller.protection import Protection, Safety
+from iiwa_sim.frames import Frame
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.model import Model
+from tests.asked import gravity_hold, joint_move, lin_force_move, lin_move, lin_stiff_move
+from tests.samples import some
+from tests.stepped import ARMS, SteppedRobot
+
+TICK_S = 0.002
+NO_PUSH = (0.0,) * 6
+TORQUE_LIMITS = {name: load_robot(name).torque for name in ARMS}
+
+
+def watched(
+    name: str = ARMS[0], *, floor_mm: float | None = None, stiffness: float = 50_000.0, **safety: object
+) -> SteppedRobot:
+    """At home, which is `floor_mm` above a hard floor if there is one."""
+    robot = SteppedRobot(name)
+    surfaces = []
+    if floor_mm is not None:
+        top_mm = robot.controller.tool_frame().z_mm - floor_mm
+        pose = Frame(0.0, 0.0, top_mm, 0.0, 0.0, 0.0).to_transform()
+        surfaces = [Surface("floor", Plane(), pose, stiffness, 0.0, 0.0)]
+    robot.controller = Controller(
+        robot.description,
+        TICK_S,
+        world=World(surfaces, 0.0),
+        safety=Safety(**safety),  # type: ignore[arg-type]
+        on_fault=lambda code, reason: robot.faults.append((code, reason)),
+    )
+    robot.joints = [robot.controller.joints]
+    return robot
+
+
+def down(robot: SteppedRobot, by_mm: float) -> Frame:
+    here = robot.controller.tool_frame()
+    return here._replace(z_mm=here.z_mm - by_mm)
+
+
+def largest_part(robot: SteppedRobot) -> float:
+    """Of the torque limits of the joints, of what presses on them now."""
+    c = robot.controller
+    torques = np.abs(c.load.exact_torques(c.joints))
+    return float(np.max(torques / np.array(robot.description.torque)))
+
+
+def assert_stopped_itself(robot: SteppedRobot, *words: str) -> None:
+    """In error with one reason, told once, and no move is taken before a reset."""
+    assert len(robot.faults) == 1
+    code, reason = robot.faults[0]
+    assert code == STOP_TRIGGERED
+    assert reason.startswith("protective stop: ")
+    assert all(word in reason for word in words), reason
+    assert robot.controller.last_error == (code, reason)
+    assert (robot.controller.status().in_error, robot.controller.status().error_code) == (1, STOP_TRIGGERED)
+    with pytest.raises(Refused, match="no move before reset error: protective stop"):
+        robot.controller.move(joint_move(robot.controller.joints, [0.1] * len(robot.controller.joints)))
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_robot_that_presses_too_hard_stops_in_the_tick_in_which_a_joint_passes_its_torque_limit(
+    name: str,
+) -> None:
+    robot = watched(name, floor_mm=5.0)
+    waits = robot.controller.move(lin_move(down(robot, 60.0), 0.2, 0.0))
+    while not robot.faults:
+        assert largest_part(robot) <= 1.0
+        robot.step()
+    assert largest_part(robot) > 1.0
+    assert_stopped_itself(robot, "torque on A", "its limit is")
+    assert not robot.controller.is_pending(waits)
+    robot.runs_until_stopped()
+    assert robot.controller.tool_frame().z_mm > down(robot, 0.0).z_mm - 1e-6
+    assert len(robot.faults) == 1
+
+
+def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:
+    robot = watched(floor_mm=5.0)
+    start = robot.controller.tool_frame()
+    robot.controller.move(lin_move(down(robot, 60.0), 0.2, 0.0))
+    robot.runs_until_stopped()
+    robot.controller.reset_error()
+    robot.step(5)
+    assert len(robot.faults) == 1, "it may stay where it is"
+    robot.controller.move(lin_move(down(robot, 10.0), 0.1, 0.0))
+    robot.runs_until_stopped()
+    assert len(robot.faults) == 2
+    robot.controller.reset_error()
+    robot.controller.move(lin_move(start, 0.2, 0.0))
+    robot.runs_until_stopped()
+    assert len(robot.faults) == 2
+    assert robot.controller.tool_frame() == pytest.approx(start, abs=1e-6)
+    robot.controller.move(lin_move(down(robot, 60.0), 0.2, 0.0))
+    robot.runs_until_stopped()
+    assert len(robot.faults) == 3, "it is watched as before"
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_pushes_on_joints_count_one_by_one_at_rest_too(name: str) -> None:
+    for joint, limit in enumerate(TORQUE_LIMITS[name]):
+        robot = watched(name)
+        push = [0.0] * len(TORQUE_LIMITS[name])
+        for part, stops in ((0.999, False), (-0.999, False), (-1.001, True)):
+            push[joint] = part * limit
+            robot.controller.load.joint_push = tuple(push)
+            assert not robot.controller.resting
+            robot.step()
+            assert bool(robot.faults) == stops
+            assert robot.controller.resting
+        assert_stopped_itself(robot, f"on A{joint + 1} is {1.001 * limit:.1f} Nm")
+
+
+def test_a_force_move_ends_at_its_threshold_before() -> None:
+    robot = watched(floor_mm=5.0, stiffness=5_000.0)
+    robot.controller.move(lin_force_move(down(robot, 60.0), 0.02, 0.0, (10.0, 10.0, 10.0)))
+    robot.runs_until_stopped()
+    assert not robot.faults
+    assert robot.controller.last_error is None
+
+
+@pytest.mark.parametrize(
+    ("safety", "push", "words"),
+    [
+        ({"force_n": 50.0}, (30.0, -30.0, 30.0, 0.0, 0.0, 0.0), ("collision", "force", "52.0 N", "50 N")),
+        ({"torque_nm": 2.0}, (0.0, 0.0, 0.0, 0.0, 2.5, 0.0), ("collision", "torque", "2.5 Nm", "2 Nm")),
+    ],
+)
+def test_a_collision_is_a_force_or_torque_at_the_tcp_above_its_threshold(
+    safety: dict[str, float], push: tuple[float, ...], words: tuple[str, ...]
+) -> None:
+    robot = watched(**safety)
+    robot.controller.load.wrench = tuple(0.7 * value for value in push)
+    robot.step(3)
+    assert not robot.faults
+    robot.controller.load.wrench = push
+    robot.step()
+    assert_stopped_itself(robot, *words)
+    unwatched = watched()
+    unwatched.controller.load.wrench = push
+    unwatched.step()
+    assert not unwatched.faults
+
+
+@pytest.mark.parametrize("move", ["lin", "stiff", "hold"])
+def test_every_mode_ends_in_a_collision(move: str) -> None:
+    robot = watched()
+    robot.controller.set_collision_detection(20.0, 0.0)
+    target = down(robot, 100.0)
+    robot.controller.move(
+        {
+            "lin": lin_move(target, 0.1, 0.0),
+            "stiff": lin_stiff_move(target, 0.1, 2000.0, NO_PUSH),
+            "hold": gravity_hold(500.0),
+        }[move]
+    )
+    robot.step(20)
+    assert robot.controller.moving
+    robot.controller.load.wrench = (0.0, 25.0, 0.0, 0.0, 0.0, 0.0)
+    robot.step()
+    assert_stopped_itself(robot, "collision")
+    robot.step(200)
+    assert not robot.controller.moving
+
+
+def test_collision_detection_is_set_read_and_switched_off() -> None:
+    robot = watched(torque_nm=3.0)
+    assert robot.controller.collision_detection == (0.0, 3.0)
+    robot.controller.set_collision_detection(10.0, 0.0)
+    assert robot.controller.collision_detection == (10.0, 0.0)
+    for wrong in ((-1.0, 0.0), (0.0, float("nan")), (2e5, 0.0)):
+        with pytest.raises(Refused, match="expected 0, for off, to 100000 N"):
+            robot.controller.set_collision_detection(*wrong)
+    assert robot.controller.collision_detection == (10.0, 0.0)
+    robot.controller.load.wrench = (0.0, 0.0, 11.0, 0.0, 0.0, 0.0)
+    robot.controller.set_collision_detection(0.0, 0.0)
+    robot.step()
+    assert not robot.faults
+    robot.controller.set_collision_detection(10.0, 0.0)
+    assert not robot.controller.resting, "what is applied has to be judged anew"
+    robot.step()
+    assert_stopped_itself(robot, "11.0 N")
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_tcp_runs_no_faster_than_its_limit_by_more_than_a_tick(name: str) -> None:
+    robot = watched(name, tcp_speed_m_per_s=0.25)
+    start = robot.controller.tool_frame()
+    robot.controller.move(lin_move(start._replace(y_mm=start.y_mm + 200.0), 1.0, 0.0))
+    before = start
+    while not robot.faults:
+        before = robot.controller.tool_frame()
+        robot.step()
+    after = robot.controller.tool_frame()
+    assert np.linalg.norm(np.subtract(after[:3], before[:3])) / TICK_S > 250.0
+    assert_stopped_itself(robot, "mm/s, its limit is 250 mm/s")
+    robot.runs_until_stopped()
+    robot.controller.reset_error()
+    robot.controller.set_override(0.05)
+    robot.controller.move(lin_move(start, 1.0, 0.0))
+    robot.runs_until_stopped()
+    assert len(robot.faults) == 1
+
+
+def test_a_tcp_that_leaves_its_box_stops_and_may_come_back() -> None:
+    robot = watched()
+    x, y, z = (1e-3 * at for at in robot.controller.tool_frame()[:3])
+    robot = watched(box=((x - 1.0, y - 1.0, z - 1.0), (x + 1.0, y + 0.05, z + 1.0)))
+    start = robot.controller.tool_frame()
+    outside = start._replace(y_mm=start.y_mm + 150.0)
+    robot.controller.move(lin_move(outside, 0.2, 0.0))
+    robot.runs_until_stopped()
+    assert_stopped_itself(robot, "TCP is at y", "its box is")
+    robot.controller.reset_error()
+    robot.controller.move(lin_move(outside, 0.2, 0.0))
+    robot.runs_until_stopped()
+    assert len(robot.faults) == 2
+    robot.controller.reset_error()
+    robot.controller.move(lin_move(start, 0.2, 0.0))
+    robot.runs_until_stopped()
+    assert len(robot.faults) == 2
+
+
+@settings(max_examples=some(100), deadline=None)
+@given(
+    name=st.sampled_from(ARMS),
+    part=st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7),
+    wrench=st.lists(st.floats(-300.0, 300.0), min_size=6, max_size=6),
+    push=st.lists(st.floats(-50.0, 50.0), min_size=7, max_size=7),
+)
+def test_no_overload_is_missed_by_the_quick_look(
+    name: str, part: list[float], wrench: list[float], push: list[float]
+) -> None:
+    """Most ticks look at a bound of all torques only."""
+    description = load_robot(name)
+    joints: Joints = tuple(p * high for p, high in zip(part, description.position_max, strict=False))
+    load = ExternalLoad(Model(description), description.tool_in_flange, description.home)
+    load.wrench = tuple(wrench)  # type: ignore[assignment]
+    load.joint_push = tuple(push[: len(joints)])
+    protection = Protection(description.joints, description.torque, Safety())
+    parts = np.abs(load.exact_torques(joints)) / np.array(description.torque)
+    assert (protection.overload(load, joints, standing=False) is not None) == bool(np.max(parts) > 1.0)
