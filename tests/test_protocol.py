@@ -54,8 +54,8 @@ APPENDIX_B = {
 UNITS = {
     "mm": "x y z blending distance dx dy dz",
     "rad": f"alpha beta gamma dalpha dbeta dgamma r {JOINTS}",
-    "N": f"fx fy fz {THRESHOLDS}",
-    "Nm": "tx ty tz t0 t1 t2 t3 t4 t5 t6",
+    "N": f"fx fy fz max_force {THRESHOLDS}",
+    "Nm": "tx ty tz max_torque t0 t1 t2 t3 t4 t5 t6",
     "N/m": "stiffness",
     "Nm/rad": "joint_stiffness",
     "1": f"speed {SPEEDS} override n value moves {QUATERNION} {ROBOT_STATUS}",

@@ -66,6 +66,8 @@ class Protection:
         self._torque_limits = tuple(torque_limits)
         self._least_limit = min(torque_limits)
         self.safety = safety
+        self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
+        """Whether the speed or the place of the TCP is watched."""
         self._torque, self._force, self._moment, self._speed, self._place = (_Watch() for _ in range(5))
         self._judged: tuple[object, ...] = ()
 
@@ -111,11 +113,6 @@ class Protection:
             f"the external torque on {self._joints[joint]} is {abs(torques[joint]):.1f} Nm, "
             f"its limit is {self._torque_limits[joint]:g} Nm"
         )
-
-    @property
-    def watches_tcp(self) -> bool:
-        """Whether the speed or the place of the TCP is watched."""
-        return self.safety.tcp_speed_m_per_s is not None or self.safety.box is not None
 
     def trespass(self, before: Vector, tcp: Vector, tick_s: float, standing: bool) -> str | None:
         """Why a tick that moved the TCP from `before` to `tcp` (m, in the base) stops the robot, or None."""

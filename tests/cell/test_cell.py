@@ -11,6 +11,7 @@ import pytest
 
 from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.cell.settings import CellFault
+from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import RobotFault, load_robot
@@ -84,6 +85,19 @@ def test_surfaces_in_metres(tmp_path: Path) -> None:
     assert ball.pose == Frame(1, 2, 3, 0.1, 0.2, 0.3).to_transform()
     assert (ball.stiffness, ball.damping, ball.friction) == (5000.0, 0.5, 0.3)
     assert rod.shape == Cylinder(0.01, 0.15)
+
+
+def test_what_the_robot_watches(tmp_path: Path) -> None:
+    text = (
+        "[safety]\ncollision_force_n = 80\ntcp_speed_mm_per_s = 250\n"
+        "box_min_mm = [200, -400, 250]\nbox_max_mm = [800, 400, 900]\n"
+    )
+    cell = cell_from(tmp_path, text)
+    assert cell.safety == (80.0, None, 0.25, ((0.2, -0.4, 0.25), (0.8, 0.4, 0.9)))
+    assert "protective stop: torques of the joints, 80 N, 250 mm/s, a box from 200 -400 250 to" in summary(
+        cell
+    )
+    assert cell_from(tmp_path, "").safety == (None,) * 4
 
 
 def test_noise_and_io(tmp_path: Path) -> None:
@@ -186,6 +200,23 @@ FAULTS = [
     (f"[noise]\nseed = 0x{'f' * 5000}", "noise.seed", "a very long int", "a number from 0 to"),
     ("[noise]\nforce_n = -1", "noise.force_n", "-1.0", "a number from 0 to 1000 N$"),
     ("[noise]\ntorque_nm = inf", "noise.torque_nm", "inf", "a number from 0 to 1000 Nm"),
+    ("[safety]\ncollision_force_n = 0", "safety.collision_force_n", "0.0", "a number from 0.1 to 100000 N$"),
+    ("[safety]\ncollision_torque_nm = nan", "safety.collision_torque_nm", "nan", "a number from 0.1"),
+    ("[safety]\ntcp_speed_mm_per_s = -5", "safety.tcp_speed_mm_per_s", "-5.0", "a number from 1 to 100000"),
+    ("[safety]\nspeed = 5", "safety.speed", "5", "no key of this name"),
+    ("[safety]\nbox_min_mm = [0, 0, 0]", "safety.box_max_mm", "None", "both corners of the box, or none"),
+    (
+        "[safety]\nbox_min_mm = [0, 0, 0]\nbox_max_mm = [900, 0, 900]",
+        r"safety.box_max_mm\[1\]",
+        "0.0",
+        "more than 0 mm",
+    ),
+    (
+        "[safety]\nbox_min_mm = [0, 0, 0]\nbox_max_mm = [100, 900, 900]",
+        "start_deg",
+        "'home'",
+        "in the box of .safety., not at x",
+    ),
     ("[noise]\nforce = 1", "noise.force", "1", "no key of this name"),
     ("[io]\ninputs = -1", "io.inputs", "-1", "a number from 0 to 499"),
     ("[io]\noutputs = 500", "io.outputs", "500", "a number from 0 to 499"),
