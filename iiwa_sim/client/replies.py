@@ -52,8 +52,8 @@ class CartesianForce(NamedTuple):
 class CollisionThresholds(NamedTuple):
     """Force (N) and torque (Nm) from outside at the TCP that stop the robot; 0 for one that is off."""
 
-    force: float
-    torque: float
+    max_force: float
+    max_torque: float
 
 
 class LastError(NamedTuple):
