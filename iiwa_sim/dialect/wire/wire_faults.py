@@ -65,6 +65,7 @@ class Pass(NamedTuple):
     """The reply is sent unchanged."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         return [Send(reply)]
 
 
@@ -74,6 +75,7 @@ class Delay(NamedTuple):
     seconds: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         return [Wait(self.seconds), Send(reply)]
 
 
@@ -85,6 +87,7 @@ class Split(NamedTuple):
     pause_s: float
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         if self.byte >= len(reply):
             return [Send(reply)]
         return [Send(reply[: self.byte]), Wait(self.pause_s), Send(reply[self.byte :])]
@@ -94,6 +97,7 @@ class Drop(NamedTuple):
     """The reply is not sent."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         return []
 
 
@@ -102,6 +106,7 @@ class Garble(NamedTuple):
     round it."""
 
     def steps(self, reply: bytes, random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         begin, text, end = _framed(reply)
         noise = bytes(random.choice([b for b in _PRINTABLE if b != byte]) for byte in text)
         return [Send(begin + noise + end)]
@@ -118,6 +123,7 @@ class CloseBefore(NamedTuple):
     """The connection is closed instead of sending the reply."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         return [Close()]
 
 
@@ -125,6 +131,7 @@ class CloseAfter(NamedTuple):
     """The connection is closed after the reply."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         return [Send(reply), Close()]
 
 
@@ -132,6 +139,7 @@ class ResetBefore(NamedTuple):
     """The connection is reset instead of sending the reply."""
 
     def steps(self, _reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         return [Reset()]
 
 
@@ -139,6 +147,7 @@ class Silence(NamedTuple):
     """Lines are neither answered nor carried out; they wait until the fault is cleared."""
 
     def steps(self, reply: bytes, _random: Random) -> list[Step]:
+        """The steps that replace sending this reply."""
         return [Send(reply)]  # replies of lines that were carried out before
 
 
