@@ -54,16 +54,17 @@ _LEGEND: dict[str, Any] = {
 }
 _NOW: dict[str, Any] = {"color": "#555555", "linewidth": 1.0}
 _ELSEWHERE = re.compile(r"<link\b[^>]*>")
-# The player's buttons have their symbols from a font of another host, which the page does without.
+# The player's buttons have their symbols from a font of another host, which the page does without. These are
+# in most fonts, which those of video players are not.
 _SYMBOLS = {
-    "minus": "2212",
-    "fast-backward": "23EE",
-    "step-backward": "23EA",
-    "play": "25B6",
-    "pause": "23F8",
-    "step-forward": "23E9",
-    "fast-forward": "23ED",
-    "plus": "2B",
+    "minus": r"\2212",
+    "fast-backward": r"|\25C0",
+    "step-backward": r"\2039",
+    "play": r"\25B6",
+    "pause": "||",
+    "step-forward": r"\203A",
+    "fast-forward": r"\25B6|",
+    "plus": "+",
 }
 
 
@@ -166,7 +167,7 @@ class _Stage:
 
 def _by_itself(page: str) -> str:
     """A page that asks no other host for anything."""
-    symbols = "\n".join(f'.fa-{name}::before {{ content: "\\{code}" }}' for name, code in _SYMBOLS.items())
+    symbols = "\n".join(f'.fa-{name}::before {{ content: "{text}" }}' for name, text in _SYMBOLS.items())
     flipped = ".fa-flip-horizontal { display: inline-block; transform: scaleX(-1) }"
     style = f"<style>\n.fa {{ font-style: normal }}\n{symbols}\n{flipped}\n</style>\n"
     return _ELSEWHERE.sub("", page) + style
