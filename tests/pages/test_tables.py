@@ -5,6 +5,7 @@ from __future__ import annotations
 import iiwa_sim
 from iiwa_sim.cli.names import SUBCOMMANDS
 from iiwa_sim.cli.server_options import server_parser
+from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.remembered import Exchange
@@ -64,17 +65,27 @@ def test_a_command_has_its_usage_dialogue_refusals_and_requirements() -> None:
 def test_refusals_are_those_of_a_robot_that_was_asked() -> None:
     table = load_table("iiwa").commands
     with refusals.asker() as robot:
-        found = {
-            name: robot.refusals(table[name]) for name in ("linr move", "direct joint move", "get status")
-        }
+        asked = ("linr move", "direct joint move", "get status", "bye")
+        found = {name: robot.refusals(refusals.lines(table[name])) for name in asked}
     codes = {name: {each.code for each in told} for name, told in found.items()}
     assert codes["linr move"] >= {3010, 3021, 3022, 3023, 3030, 3040, 3060}
     assert codes["direct joint move"] >= {3010, 3020, 3023, 3030, 3040, 3060}
-    assert codes["get status"] == set()
+    assert codes["get status"] == codes["bye"] == set()
     assert set().union(*codes.values()) <= set(load_error_codes())
     reasons = [each.told for each in found["linr move"]]
     assert len(reasons) == len(set(reasons))
     assert any("gravity hold" in each for each in reasons)
+
+
+def test_refusals_of_messages_are_those_of_a_robot_that_was_asked() -> None:
+    table = {each.tag: each for each in load_krc4_table().commands.values()}
+    with refusals.krc4_asker() as robot:
+        found = {tag: robot.refusals(refusals.messages(table[tag])) for tag in ("LIN", "PTA", "SIO", "FIN")}
+    codes = {tag: {each.code for each in told} for tag, told in found.items()}
+    assert codes["LIN"] >= {3010, 3021, 3030, 3060}
+    assert codes["PTA"] == {3010, 3023, 3030, 3060}
+    assert codes["SIO"] == {1, 2, 3040}
+    assert codes["FIN"] == set()
 
 
 def test_a_dialogue_begins_with_what_was_said_before() -> None:

@@ -47,7 +47,7 @@ def _iiwa() -> Iterable[Page]:
     said = dialogues.held()
     with refusals.asker() as robot:
         for command in commands:
-            page = _command(command, said, robot.refusals(command))
+            page = _command(command, said, robot.refusals(refusals.lines(command)))
             yield Page(f"reference/commands/{slug(command.name)}.md", page)
     groups = {
         "Of the original protocol": [each for each in commands if not each.extension],
@@ -155,20 +155,24 @@ def _requirements(names: Sequence[str]) -> str:
 def _krc4() -> Iterable[Page]:
     messages = load_krc4_table().commands.values()
     said = dialogues.held("krc4")
-    for message in messages:
-        yield Page(f"reference/messages/{slug(message.tag)}.md", _message(message, said))
+    with refusals.krc4_asker() as robot:
+        for message in messages:
+            page = _message(message, said, robot.refusals(refusals.messages(message)))
+            yield Page(f"reference/messages/{slug(message.tag)}.md", page)
     rows = [f"| [`{each.tag}`]({slug(each.tag)}.md) | {each.id} | {each.summary} |" for each in messages]
     head = ["# KRC4 messages", "", "How they are written and read: [KRC4 messages](../../krc4.md).", ""]
     yield Page("reference/messages/index.md", "\n".join([*head, "| | id | |", "|---|---|---|", *rows, ""]))
 
 
-def _message(message: Message, said: Sequence[Sequence[Turn]]) -> str:
+def _message(message: Message, said: Sequence[Sequence[Turn]], refused: Sequence[Refusal]) -> str:
     rows = [(register, "request", meaning) for register, meaning in message.inputs.items()]
     rows += [(register, "reply", meaning) for register, meaning in message.outputs.items()]
     if message.joints:
         way = "request" if message.joints == "input" else "reply"
         rows.append(("R0 ...", way, "joint positions of all axes, deg"))
     told = [f"| `{register}` | {way} | {meaning} |" for register, way, meaning in rows]
+    codes = {each.code for each in refused}  # replies in the transcripts have no reasons
+    others = dialogues.refused_messages(said, message.tag)
     parts = [
         f"# {message.tag}",
         f"{message.summary} In `I1` it is {message.id}.",
@@ -176,7 +180,7 @@ def _message(message: Message, said: Sequence[Sequence[Turn]]) -> str:
         "## A dialogue",
         "In the [short form](../../krc4.md#recorded-replayed-drawn): values that are 0 are left out.",
         f"```\n{dialogues.text(dialogues.example(said, message.tag))}\n```",
-        _refusals(dialogues.refused_messages(said, message.tag)),
+        _refusals([row for row in others if int(row[1].split()[0]) not in codes], refused),
         _requirements(message.requirements),
         _method("Krc4", message.tag.lower()),
     ]

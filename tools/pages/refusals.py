@@ -8,13 +8,16 @@ refused one line is kept for each code and situation.
 from __future__ import annotations
 
 import socket
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import product
 from math import pi
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
+from iiwa_sim.dialect.krc4.short import from_short, to_xml
+from iiwa_sim.dialect.krc4.table import Command as Message
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import DialogueLine
 from iiwa_sim.dialect.wire.table import Command, Quantity
@@ -22,7 +25,7 @@ from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.simulator import Simulator
 
 PATIENCE_S = 60.0
-REFUSED = "error"
+SIX_AXES = "kr_6_r900_sixx"
 FAREWELL = "bye"
 """It ends the connection, and nothing refuses it."""
 
@@ -54,6 +57,21 @@ JOINTS = (
 )
 REDUNDANCIES = (0.0, 1.5, 2.9)
 NUMBERS = (1, 17)
+# Of KRC4 messages, in mm and degrees, for six axes. The first ones do, here, too.
+FRAMES_DEG = (
+    (445, 100, 810, 180, 0, 180),
+    (9999, 0, 810, 180, 0, 180),
+    (-445, 0, 810, 180, 0, 180),
+    (445, 0, 810, 0, 0, 180),
+    (445, 300, 500, 90, 0, 90),
+)
+JOINTS_DEG = (
+    (10, -90, 90, 0, 80, 0),
+    (180, -90, 90, 0, 80, 0),
+    (0, -90, 90, 0, 0, 0),
+    (0, -90, 90, 0, 90, 350),
+)
+IOS = ((1, 1), (99, 1), (17, 1), (1, 2))
 
 
 class Refusal(NamedTuple):
@@ -67,7 +85,6 @@ class Refusal(NamedTuple):
 
 
 SITUATIONS: dict[str, Callable[[Backdoor], None]] = {
-    "": lambda _: None,
     "the emergency stop is pressed": Backdoor.emergency_stop,
     "the drives are off": lambda backdoor: backdoor.switch_drives(on=False),
     "after a protective stop": Backdoor.protective_stop,
@@ -78,39 +95,45 @@ HOLDS = "start gravity : 100"
 
 @contextmanager
 def asker() -> Iterator[Asker]:
-    """Of the default robot."""
-    with Simulator(clock="stepped") as simulator:
-        found = Asker(simulator)
-        try:
-            yield found
-        finally:
-            found.close()
+    """Of the default robot, in the iiwa's protocol."""
+    with Simulator(clock="stepped") as simulator, LineAsker(simulator) as found:
+        yield found
 
 
-class Asker:
+@contextmanager
+def krc4_asker() -> Iterator[Asker]:
+    """Of a robot with six axes, in KRC4 messages."""
+    with (
+        Simulator(SIX_AXES, dialects=["krc4"], clock="stepped") as simulator,
+        MessageAsker(simulator) as found,
+    ):
+        yield found
+
+
+class Asker(ABC):
     """A robot in stepped time, and a driver of it."""
 
     def __init__(self, simulator: Simulator) -> None:
-        self._simulator = simulator
+        self.simulator = simulator
         self._why = ""  # of the last refusal: get error tells the state of error first, if there is one
         simulator.dialogue.listeners.append(self._hear)
-        self._socket = socket.create_connection((simulator.host, simulator.port), timeout=PATIENCE_S)
-        self._replies = self._socket.makefile("r")
+        self.socket = socket.create_connection((simulator.host, simulator.port), timeout=PATIENCE_S)
 
-    def close(self) -> None:
-        """Hang up."""
-        self._replies.close()
-        self._socket.close()
+    def __enter__(self) -> Self:
+        return self
 
-    def refusals(self, command: Command) -> list[Refusal]:
-        """What a command is refused for, in the order of the codes."""
+    def __exit__(self, *_: object) -> None:
+        self.socket.close()
+
+    def refusals(self, lines: Sequence[str]) -> list[Refusal]:
+        """What is refused, by code: of all lines, and of the first one in each situation."""
         found: list[Refusal] = []
-        if command.name == FAREWELL:
-            return found
-        for situation in (*SITUATIONS, HOLD):
-            for line in lines(command) if not situation else [_line(command, _fine(command))]:
+        for situation in ("", *self.situations):
+            for line in lines if not situation else lines[:1]:
                 self._prepare(situation)
-                if self._say(line) != REFUSED:
+                self._why = ""
+                self.say(line)
+                if not self._why:
                     continue
                 new = Refusal(int(self._why.split()[0]), situation, line, self._why)
                 if not any(
@@ -120,33 +143,93 @@ class Asker:
                     found.append(new)
         return sorted(found, key=lambda each: each.code)
 
+    @property
+    def situations(self) -> tuple[str, ...]:
+        """Those it can get into."""
+        return tuple(SITUATIONS)
+
+    @abstractmethod
+    def say(self, line: str) -> None:
+        """Say it, and wait for the reply."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Stop the robot."""
+
     def _prepare(self, situation: str) -> None:
-        self._say("stop")
-        self._simulator.run_until_stopped()
-        self._simulator.backdoor.restore_state("start")
-        if situation == HOLD:
-            self._say(HOLDS)
-        else:
-            SITUATIONS[situation](self._simulator.backdoor)
+        self.stop()
+        self.simulator.run_until_stopped()
+        self.simulator.backdoor.restore_state("start")
+        if situation in SITUATIONS:
+            SITUATIONS[situation](self.simulator.backdoor)
+        elif situation:
+            self.say(HOLDS)
 
     def _hear(self, line: DialogueLine) -> None:
         self._why = line.reason or self._why
 
-    def _say(self, line: str) -> str:
-        self._socket.sendall(f"{line}\r\n".encode())
-        return self._replies.readline().strip()
+
+class LineAsker(Asker):
+    """Speaks the iiwa's protocol."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        super().__init__(simulator)
+        self._replies = self.socket.makefile("rb")
+
+    def __exit__(self, *given: object) -> None:
+        self._replies.close()
+        super().__exit__(*given)
+
+    @property
+    def situations(self) -> tuple[str, ...]:
+        return (*SITUATIONS, HOLD)
+
+    def say(self, line: str) -> None:
+        self.socket.sendall(f"{line}\r\n".encode())
+        self._replies.readline()
+
+    def stop(self) -> None:
+        self.say("stop")
 
 
-def lines(command: Command) -> Iterator[str]:
-    """A command with values of many kinds, of which some may be refused."""
+class MessageAsker(Asker):
+    """Speaks KRC4 messages, given in their short form."""
+
+    def say(self, line: str) -> None:
+        self.socket.sendall(to_xml(from_short(line)))
+        reply = b""
+        while not reply.endswith(b"</Res>"):
+            reply += self.socket.recv(4096)
+
+    def stop(self) -> None:
+        self.say("Cmd I1=1")
+
+
+def messages(message: Message) -> list[str]:
+    """A message of KRC4 with values of many kinds, the first of which do."""
+    frames = FRAMES_DEG if "R5" in message.inputs else [()]
+    targets = JOINTS_DEG if message.joints == "input" else frames
+    numbers = IOS if "I2" in message.inputs else [()]
+    found = []
+    for reals, integers in product(targets, numbers):
+        values = [f"I{place}={value}" for place, value in enumerate(integers, start=2)]
+        values += [f"R{place}={value:g}" for place, value in enumerate(reals)]
+        found.append(" ".join(["Cmd I0=1", f"I1={message.id}", *values]))
+    return found
+
+
+def lines(command: Command) -> list[str]:
+    """A command with values of many kinds, the first of which do; none for what ends the connection."""
+    return [] if command.name == FAREWELL else list(dict.fromkeys(_lines(command)))
+
+
+def _lines(command: Command) -> Iterator[str]:
     fine = _fine(command)
     for frame, joints, r, number in product(FRAMES, JOINTS, REDUNDANCIES, NUMBERS):
         different = [(frame, FRAMES), (joints, JOINTS), (r, REDUNDANCIES), (number, NUMBERS)]
         if sum(value != values[0] for value, values in different) > 1:
             continue
-        line = _line(command, _with(command, fine, frame, joints, r, number))
-        if line != _line(command, fine) or frame == FRAMES[0]:
-            yield line
+        yield _line(command, _with(command, fine, frame, joints, r, number))
     if command.parameters:
         yield _line(command, fine[:-1])
     for place, quantity in enumerate(command.parameters):
