@@ -157,8 +157,12 @@ class Motions:
                 return [Planned(number, joints, 0.0)]
             case StiffnessMove(move=move):
                 return [planned_of(move)]
+            case Tracked(number=number, way=way):
+                return [Planned(number, way.reference.end, 0.0)]
         if self.holding:
             return []
+        if self.tracked is not None and self._newest is not None:
+            return [Planned(self._newest, self.tracked.goal, 0.0)]
         if self._following and self._newest is not None:
             return [Planned(self._newest, self._servo.goal, 0.0)] if self._servo.moving else []
         return [planned_of(move) for move in self._nominal.moves]

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.requests import Compliance, Kind, MoveRequest
+from iiwa_sim.controller.trajectory_request import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
 from tests.samples import some
@@ -95,4 +96,18 @@ def test_a_stiffness_move_is_told_and_a_hold_is_none() -> None:
     controller.move(MoveRequest(Kind.HOLD, hold_nm_per_rad=300.0))
     assert controller.planned == []
     robot.step(600)
+    assert controller.planned == []
+
+
+def test_of_a_trajectory_it_is_its_end_also_while_it_waits() -> None:
+    robot = SteppedRobot()
+    controller = robot.controller
+    controller.move(joint_move(READY, FULL))
+    robot.step(50)
+    points = [TrajectoryPoint(2.0, READY), TrajectoryPoint(4.0, AWAY)]
+    controller.follow(TrajectoryRequest(robot.description.joints, points), lambda _: None)
+    assert [(each.number, each.joints) for each in controller.planned] == [(2, AWAY)], "the robot stops first"
+    robot.step(300)
+    assert [(each.number, each.joints) for each in controller.planned] == [(2, AWAY)]
+    controller.stop()
     assert controller.planned == []
