@@ -368,10 +368,9 @@ def test_messages_that_are_none_are_refused_in_one_line(terminal: Terminal, robo
         "class Long(made):\n"
         "    def serialize(self, buff): buff.write(b'\\0' * 300000)\n"
         "rospy.init_node('publisher', disable_rosout=True)\n"
-        "publisher = rospy.Publisher('/command_list', made, queue_size=10)\n"
+        "publisher = rospy.Publisher('/command_list', made, queue_size=None)\n"  # sent when `publish` returns
         "while not publisher.get_num_connections(): time.sleep(0.01)\n"
         "for each in (Wrong, Long, Wrong): publisher.publish(each())\n"
-        "time.sleep(0.5)"  # or rospy's end would cut them off
     )
     assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
     log = _stops(robot)
