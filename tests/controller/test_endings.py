@@ -120,7 +120,8 @@ def test_a_servo_target_is_reached_replaced_or_given_up(robot: SteppedRobot, end
     assert endings[1:] == [Ending(2, SUCCESS, "")]
     robot.controller.move(smart_joint_move(HOME, [0.01] * 7))
     robot.step(300)
-    assert [(ending.move, ending.code) for ending in endings[2:]] == [(3, COMMUNICATION_FAILURE)]
+    told = "no smart command for 0.5 s: the robot stops"
+    assert endings[2:] == [Ending(3, COMMUNICATION_FAILURE, told)]
 
 
 def test_a_force_ends_a_move_with_success_and_says_so(robot: SteppedRobot, endings: list[Ending]) -> None:

@@ -140,6 +140,7 @@ def test_a_relative_move_out_of_reach_is_told_in_the_words_of_who_asked(
         assert refused is not None
         asked = " ".join(f"{mm:.1f}" for mm in way[:3])
         assert refused[0] == OUT_OF_REACH
+        assert refused[1].startswith(("the TCP at ", "no arm reaches farther"))
         assert refused[1].endswith(f"; asked for as a way of {asked} mm in the axes of the {axes}")
 
 

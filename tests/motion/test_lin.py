@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Frame
+from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from tests.asked import lin_joint_move, lin_move, ptp_move
 from tests.samples import some
@@ -133,6 +134,25 @@ def test_lines_from_or_to_poses_that_no_line_can_leave_are_refused(
             robot.controller.move(lin_move(target, 1.0, 0.0, redundancy))
         assert refused.value.code == CROSSING_SINGULARITY
         assert "singular" in refused.value.reason
+
+
+def test_a_line_to_joints_on_another_branch_says_what_lies_between() -> None:
+    robot = SteppedRobot()
+    robot.goes_to((0.3, 0.6, 0.4, -1.3, 0.3, 0.9, -0.5))
+    inverse, here = inverse_of(robot.model), robot.controller.joints
+    branches = dict(inverse.branches(robot.model.flange(here), here[2], here))
+    low, high = robot.description.position_min, robot.description.position_max
+    others = [
+        joints
+        for status, joints in branches.items()
+        if status != inverse.status(here) and (np.clip(joints, low, high) == joints).all()
+    ]
+    assert others
+    for joints in others:
+        told = "a line to that pose ends in other joint positions, with the arm bent another way"
+        with pytest.raises(Refused, match=told) as refused:
+            robot.controller.move(lin_joint_move(joints, 1.0, 0.0))
+        assert refused.value.code == CROSSING_SINGULARITY
 
 
 STRETCHED = atan2(35.0, 420.0)  # A3 of the KR 6 where its wrist is farthest from A2
