@@ -26,7 +26,7 @@ SHORT_S = 0.05
 out, where the first of them, alone from rest to rest, takes between `TINY_S` and `LONG_ENOUGH_S`."""
 LONG_ENOUGH_S = 0.2
 TINY_S = 0.035
-"""Below this there is nothing to gain."""
+"""Below this there is nothing to gain, but with several such moves that take twice as long together."""
 ENOUGH_S = 0.3
 """As many short moves are planned together as take this long, and no more than `MOST_AT_FIRST`."""
 MOST_AT_FIRST = 12
@@ -327,7 +327,21 @@ def _are_short(waiting: deque[Move]) -> bool:
     """Whether the first moves that wait are short, and to be planned together before the robot sets out."""
     if len(waiting) < 2 or waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
         return False
-    return TINY_S < _alone_s(waiting[0]) < LONG_ENOUGH_S
+    alone_s = _alone_s(waiting[0])
+    return TINY_S < alone_s < LONG_ENOUGH_S or (alone_s <= TINY_S and _are_worth_it(waiting))
+
+
+def _are_worth_it(waiting: deque[Move]) -> bool:
+    """Whether tiny moves are so many that there is something to gain, all together."""
+    gain_s = 0.0
+    for one, other in pairwise(islice(waiting, MOST_AT_FIRST)):
+        alone_s = _alone_s(one)
+        if alone_s > 2.0 * TINY_S or not may_blend(one, other):
+            return False
+        gain_s += alone_s
+        if gain_s > 2.0 * TINY_S:
+            return True
+    return False
 
 
 def may_blend(first: Move, second: Move) -> bool:

@@ -21,6 +21,7 @@ MOST_TIMES = cython.declare(cython.double, 2.0)
 ALMOST = cython.declare(cython.double, 1.001)
 LEAST_LOAD = cython.declare(cython.double, 0.4)
 SMALL = cython.declare(cython.double, 0.75)  # a load: what is between such places does not matter
+NEARLY = cython.declare(cython.double, 0.97)  # a velocity: the same
 LEAST_GAP = cython.declare(cython.double, 1e-3)  # of a cell, between places that are looked at,
 BETWEEN = cython.declare(cython.int, 8)  # in so many parts
 
@@ -112,9 +113,15 @@ def inner_loads(
                             most, _load(found, rows.parts, rows.starts[k], rows.starts[k + 1], order, i, p)
                         )
                         # Each gap between places once.
-                        if order < 2 or p == 0 or max(fabs(found[2, i, p - 1]), fabs(found[2, i, p])) < SMALL:
+                        if p == 0:
                             continue
-                        y = _within(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 2, i]
+                        y = max(fabs(found[order, i, p - 1]), fabs(found[order, i, p]))
+                        if order == 2 and y >= SMALL:
+                            y = _within(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 2, i]
+                        elif order == 0 and y >= NEARLY:
+                            y = _fastest(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 0, i]
+                        else:
+                            continue
                         most = max(most, y)
                 largest = max(largest, most)
             loads[k, order] = largest
@@ -273,6 +280,38 @@ def _within(
         d = (c[k + 1] - c[k]) + u * dd
         b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
         largest = max(largest, sqrt(b) * fabs(third * b + 1.5 * second * d + 0.5 * slope * dd))
+    return largest
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _fastest(
+    rows: Rows,
+    c: cython.double[::1],
+    k: cython.Py_ssize_t,
+    i: cython.Py_ssize_t,
+    o: cython.Py_ssize_t,
+) -> cython.double:
+    """The largest velocity of a joint between the places o and o + 1 of the cell k.
+
+    The first derivative over theta is taken for the parabola that leads from the one to the other.
+    """
+    h: cython.double = rows.parts[o + 1] - rows.parts[o]
+    bend: cython.double = 0.5 * h * (rows.inner[o + 1, 1, i] - rows.inner[o, 1, i])
+    slope: cython.double
+    largest: cython.double = 0.0
+    u: cython.double
+    t: cython.double
+    m: cython.int
+    if h < LEAST_GAP:
+        return 0.0
+    for m in range(1, BETWEEN):
+        t = cython.cast(cython.double, m) / BETWEEN
+        slope = rows.inner[o, 0, i] + t * (rows.inner[o + 1, 0, i] - rows.inner[o, 0, i])
+        slope -= t * (1.0 - t) * bend
+        u = rows.parts[o] + t * h
+        u = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * (c[k] - 2.0 * c[k + 1] + c[k + 2])
+        largest = max(largest, sqrt(u) * fabs(slope))
     return largest
 
 
