@@ -174,6 +174,8 @@ class Mix:
             "override": picks.choice([0.0, 1.0, 0.5, 1e-12, picks.random()]),
             "n": picks.choice([0.0, 1.0, 16.0, 17.0, 1e300]),
             "value": 1.0,
+            "max_force": 0.0,  # off: what a collision does is tested by itself
+            "max_torque": 0.0,
         }
 
     def _speed(self) -> float:
