@@ -29,9 +29,7 @@ def accept_patiently() -> None:
         try:
             return of_xmlrpc(server)
         except OSError as fault:
-            if (
-                server.socket.fileno() < 0
-            ):  # or its thread would spin, where the process goes on without a node
+            if server.socket.fileno() < 0:  # not as an OSError, which would be retried without end
                 raise RuntimeError("rospy has closed its XML-RPC server") from fault
             wait_if_used_up(fault)
             raise
