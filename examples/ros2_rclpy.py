@@ -39,17 +39,19 @@ def there(position):
     return max(abs(a - b) for a, b in zip(states[-1].position, position, strict=True)) < 1e-6
 
 
-def send(position, seconds):
-    message = JointTrajectory(joint_names=states[-1].name, points=[JointTrajectoryPoint(positions=position)])
-    message.points[0].time_from_start.sec = seconds
-    trajectories.publish(message)
+def send(*points):
+    trajectories.publish(JointTrajectory(joint_names=states[-1].name, points=points))
+
+
+def point(position, seconds):
+    message = JointTrajectoryPoint(positions=position)
+    message.time_from_start.sec = seconds
+    return message
 
 
 wait_until(lambda: states and trajectories.get_subscription_count())
 print("joints", *states[-1].name, flush=True)
-send([float("nan")] * 7, 1)  # refused, as the robot's log says
-send(AWAY[:3], 1)
-send(AWAY, 1)
+send(point(AWAY, 1))
 wait_until(lambda: there(AWAY))
 print("there", flush=True)
 

@@ -69,6 +69,36 @@ def python(monkeypatch: pytest.MonkeyPatch) -> Path:
     return found
 
 
+BAD = """
+import sys
+import time
+
+import rclpy
+from rclpy.duration import Duration
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+PATIENCE_S = 50.0
+
+rclpy.init()
+node = rclpy.create_node("bad", namespace=sys.argv[1])
+publisher = node.create_publisher(JointTrajectory, "joint_trajectory_controller/joint_trajectory", 10)
+end_s = time.monotonic() + PATIENCE_S
+while not publisher.get_subscription_count():
+    if time.monotonic() > end_s:
+        sys.exit("nobody listens")
+    rclpy.spin_once(node, timeout_sec=0.1)
+names = [f"A{k}" for k in range(1, 8)]
+for positions, count in (([float("nan")] * 7, 1), ([0.0] * 3, 1), ([0.0] * 7, 20_000)):
+    points = [JointTrajectoryPoint(positions=positions)] * count
+    publisher.publish(JointTrajectory(joint_names=names, points=points))
+assert publisher.wait_for_all_acked(Duration(seconds=PATIENCE_S))
+print("sent", flush=True)
+node.destroy_node()
+rclpy.shutdown()
+"""
+"""Of a user: sends what is refused."""
+
+
 def said_by(python: Path, *arguments: str) -> list[str]:
     """The lines of a user's program that succeeds."""
     said = subprocess.run(
@@ -85,12 +115,15 @@ def said_by(python: Path, *arguments: str) -> list[str]:
 def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> None:
     with running("--ros2", "--ros2-python", str(python), "--ros-namespace", "cell") as process:
         assert process.line() == NODE
+        assert said_by(python, "-c", BAD, "cell") == ["sent"]
         lines = said_by(python, str(EXAMPLE), "cell")
         code, log = process.ends(signal.SIGTERM)
+    # What was sent first was taken first: the robot's log has it.
     assert lines == ["joints A1 A2 A3 A4 A5 A6 A7", "there", "stop True"]
     assert code == 0, log
     assert "positions that are not finite" in log
     assert "has 3 positions: expected 7" in log
+    assert "bytes as JSON: that is too long" in log
 
 
 async def test_states_come_100_times_in_a_second_of_simulated_time_also_where_that_is_stepped(
