@@ -76,7 +76,7 @@ class Bounds(NamedTuple):
 
 def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:
     """The points in the order of the robot's joints, at their times from now on. Raises `Refused`."""
-    order = _order(request.joints, names)
+    order = order_of(request.joints, names)
     count = len(request.points)
     if not count:
         raise Refused(EXECUTION, "a trajectory without points")
@@ -112,8 +112,8 @@ def bounds_of(
     return Bounds(position, tuple(_bound(each.velocity, stopped_rad_s) for each in told)), remark
 
 
-def _order(joints: Sequence[str], names: Sequence[str]) -> list[int]:
-    """Where each of the robot's joints is among those of the trajectory."""
+def order_of(joints: Sequence[str], names: Sequence[str]) -> list[int]:
+    """Where each of the robot's joints, `names`, is among those of a message. Raises `Refused`."""
     if not joints:
         raise Refused(EXECUTION, "joint_names is empty")
     for name in joints:

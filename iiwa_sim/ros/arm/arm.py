@@ -1,10 +1,11 @@
 """An arm for the joint level of ROS 2: the controller in this process."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EMERGENCY_STOP, Refused
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.trajectories import Progress, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import TrajectoryRequest
 from iiwa_sim.frames import Transform
@@ -38,6 +39,10 @@ class Arm(Protocol):
         """rad"""
 
     @property
+    def velocities(self) -> tuple[float, ...]:
+        """rad/s"""
+
+    @property
     def tool_in_flange(self) -> Transform:
         """The TCP in the flange."""
 
@@ -60,6 +65,9 @@ class Arm(Protocol):
 
     def cancel(self, number: int) -> None:
         """Stop the trajectory of this number, if it is followed or waits."""
+
+    def head_for(self, joints: Sequence[float]) -> None:
+        """Head for near joint positions (rad) as a direct move does. Raises `Refused`."""
 
     def stop(self) -> None:
         """Stop the robot, and forget what waits."""
@@ -88,6 +96,10 @@ class LocalArm:
     @property
     def joints(self) -> tuple[float, ...]:
         return self._controller.joints
+
+    @property
+    def velocities(self) -> tuple[float, ...]:
+        return self._controller.joint_velocity()
 
     @property
     def tool_in_flange(self) -> Transform:
@@ -119,6 +131,14 @@ class LocalArm:
 
     def cancel(self, number: int) -> None:
         self._controller.cancel_trajectory(number)
+
+    def head_for(self, joints: Sequence[float]) -> None:
+        request = MoveRequest(Kind.DIRECT, tuple(joints), speeds=(1.0,) * len(self.joint_names))
+        try:
+            self._controller.move(request)
+        except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
+            raise
 
     def stop(self) -> None:
         self._controller.stop()

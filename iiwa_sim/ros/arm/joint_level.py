@@ -7,7 +7,8 @@ Messages are in ROS 2's form. Rates count simulated time.
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.trajectory_request import order_of
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.arm import Arm
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
@@ -15,6 +16,7 @@ from iiwa_sim.ros.arm.links import Links, tool_transform
 from iiwa_sim.ros.arm.messages import (
     BadGoal,
     FollowJointTrajectory,
+    JointState,
     JointTrajectory,
     SetBool,
     Trigger,
@@ -30,6 +32,10 @@ CONTROLLER = "/joint_trajectory_controller"
 ACTION = f"{CONTROLLER}/follow_joint_trajectory"
 ACTION_TYPE = "control_msgs/action/FollowJointTrajectory"
 TRAJECTORY = f"{CONTROLLER}/joint_trajectory"
+COMMANDS = "/robot_joint_commands"
+"""Where joint_state_topic_hardware_interface publishes, with which ros2_control drives a robot."""
+STATES = "/robot_joint_states"
+"""Where it expects the robot's joint states."""
 TOOL = "tool"
 """The frame of the TCP."""
 FEEDBACK_HZ = 20
@@ -38,13 +44,17 @@ PUBLISHED: Mapping[str, tuple[str, int]] = {
     "/clock": ("rosgraph_msgs/msg/Clock", 100),
     "/tf": ("tf2_msgs/msg/TFMessage", 100),
     "/wrench": ("geometry_msgs/msg/WrenchStamped", 100),
+    STATES: ("sensor_msgs/msg/JointState", 100),
     "/diagnostics": ("diagnostic_msgs/msg/DiagnosticArray", 1),
     "/tf_static": ("tf2_msgs/msg/TFMessage", 0),
     "/robot_description": ("std_msgs/msg/String", 0),
 }
 """Type of each topic, and its rate in Hz of simulated time; 0 for those that a listener gets once, at
 once."""
-SUBSCRIBED: Mapping[str, str] = {TRAJECTORY: "trajectory_msgs/msg/JointTrajectory"}
+SUBSCRIBED: Mapping[str, str] = {
+    TRAJECTORY: "trajectory_msgs/msg/JointTrajectory",
+    COMMANDS: "sensor_msgs/msg/JointState",
+}
 SERVICES: Mapping[str, str] = {
     "/stop": "std_srvs/srv/Trigger",
     "/reset_error": "std_srvs/srv/Trigger",
@@ -89,15 +99,23 @@ class JointLevel:
         """Remove a listener."""
         self._listeners[topic].remove(listener)
 
-    def receive(self, content: Any, who: str) -> None:
-        """Take a message for the topic of `SUBSCRIBED`. Raises `BadGoal` and `Refused`: nothing has changed
-        then.
+    def receive(self, topic: str, content: Any, who: str) -> None:
+        """Take a message for a topic of `SUBSCRIBED`. Raises `BadGoal` and `Refused`: nothing changes then.
 
         `who` has sent it, for the log.
         """
+        if topic == COMMANDS:
+            self._head_for(converted(content, JointState))
+            return
         trajectory = converted(content, JointTrajectory)
         request = read_trajectory(trajectory, self.now_ns())._replace(may_end_fast=True)
         self._noted(self._arm.follow(request, None), who)
+
+    def _head_for(self, wanted: JointState) -> None:
+        order = order_of(wanted.name, self._arm.joint_names)
+        if len(wanted.position) != len(order):
+            raise Refused(EXECUTION, f"{len(wanted.position)} positions: expected {len(order)}")
+        self._arm.head_for([wanted.position[place] for place in order])
 
     def send_goal(self, args: Any, ended: Callable[[GoalEnd], None], hear: Listener | None, who: str) -> int:
         """Follow a trajectory; gives the number by which it can be cancelled. Raises `BadGoal` and `Refused`.
@@ -187,6 +205,14 @@ class JointLevel:
             moving = [*self._links.moving(arm.joints), tool_transform(arm.flange, TOOL, arm.tool_in_flange)]
             return {"transforms": self._stamped(moving)}
         stamp = time_of(self.now_ns())
+        if topic == STATES:
+            return {
+                "header": {"stamp": stamp, "frame_id": ""},
+                "name": list(arm.joint_names),
+                "position": list(arm.joints),
+                "velocity": list(arm.velocities),
+                "effort": [],
+            }
         if topic == "/wrench":
             force, torque = arm.wrench[:3], arm.wrench[3:]
             parts = {

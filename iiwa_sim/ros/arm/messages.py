@@ -88,6 +88,16 @@ class FollowJointTrajectory(Struct, forbid_unknown_fields=True):
     goal_time_tolerance: Time = field(default_factory=Time)
 
 
+class JointState(Struct, forbid_unknown_fields=True):
+    """sensor_msgs/JointState."""
+
+    header: Header = field(default_factory=Header)
+    name: list[str] = field(default_factory=list)
+    position: list[float] = field(default_factory=list)
+    velocity: list[float] = field(default_factory=list)
+    effort: list[float] = field(default_factory=list)
+
+
 class SetBool(Struct, forbid_unknown_fields=True):
     """The request of std_srvs/SetBool."""
 

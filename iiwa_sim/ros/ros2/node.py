@@ -268,7 +268,7 @@ class Ros2Node:
         if "long" in told:
             return f"a message of {told['long']} bytes as JSON: that is too long"
         try:
-            self._arm.receive(told["msg"], who)
+            self._arm.receive(f"/{told['topic'].lstrip('/')}", told["msg"], who)
         except BadGoal as fault:
             return str(fault)
         except Refused as refused:

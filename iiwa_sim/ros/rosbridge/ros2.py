@@ -117,7 +117,7 @@ class Ros2Client:
             return
         assert self._arm is not None
         try:
-            self._arm.receive(content, self._name)
+            self._arm.receive(topic, content, self._name)
         except BadGoal as fault:
             raise BadMessage(str(fault)) from None
         except Refused as refused:

@@ -7,17 +7,27 @@ from collections.abc import Sequence
 from typing import Any
 
 import cbor2
+import numpy as np
 import pytest
 
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.ros.arm.arm import LocalArm
-from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, PUBLISHED, TRAJECTORY, JointLevel
+from iiwa_sim.ros.arm.joint_level import (
+    ACTION,
+    ACTION_TYPE,
+    COMMANDS,
+    PUBLISHED,
+    STATES,
+    TRAJECTORY,
+    JointLevel,
+)
 from iiwa_sim.ros.rmi.node import PUBLISHED as OF_NODE
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 from tests.ros_robot import NOW_NS, RosRobot, ptp
+from tests.stepped import assert_within_limits
 
 HERE = [0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0]
 AWAY = [0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2]
@@ -237,6 +247,47 @@ def test_trajectories_come_by_topic_and_a_bad_one_is_told(client: Client, robot:
     assert "3 positions" in status["msg"]
     client.runs()
     assert robot.controller.joints == tuple(AWAY)
+
+
+def test_ros2_control_drives_it_by_the_topics_of_its_hardware_interface(
+    client: Client, robot: Ros2Robot
+) -> None:
+    client.says("subscribe", topic=STATES, type="sensor_msgs/msg/JointState", queue_length=1000)
+    names = list(reversed(robot.description.joints))
+    home = np.array(robot.controller.joints)
+    wanted = home
+    for k in range(300):
+        wanted = home + 0.2 * (1.0 - np.cos(0.02 * k))
+        message = {"name": names, "position": wanted[::-1].tolist()}
+        assert all(each["op"] == "publish" for each in client.says("publish", topic=COMMANDS, msg=message))
+        robot.notice_mode()
+        robot.step(5)
+        off = np.abs(np.subtract(robot.controller.joints, wanted)).max()
+        assert off < 0.05, "it does not follow"
+    robot.runs_until_stopped()
+    assert robot.controller.joints == pytest.approx(wanted, abs=1e-9)
+    assert robot.controller.mode is Mode.DIRECT
+    assert_within_limits(robot)
+    states = [each["msg"] for each in client.hears()]
+    assert states[-1]["name"] == list(robot.description.joints)
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ({"name": ["A1"], "position": [0.0]}, "each of"),
+        ({"name": ["B1"], "position": [0.0]}, "no joint 'B1'"),
+        ({"position": [0.0]}, "joint_names is empty"),
+        ({"name": [f"A{k}" for k in range(1, 8)], "position": [0.0] * 6}, "6 positions: expected 7"),
+        ({"name": [f"A{k}" for k in range(1, 8)], "position": [0.0] * 7}, "a direct move goes"),
+    ],
+)
+def test_a_bad_joint_command_is_told(
+    client: Client, robot: Ros2Robot, message: dict[str, Any], words: str
+) -> None:
+    (status,) = client.says("publish", topic=COMMANDS, msg=message)
+    assert words in status["msg"]
+    assert not robot.controller.moving
 
 
 def test_a_client_that_goes_leaves_its_goal_going(client: Client, robot: Ros2Robot) -> None:
