@@ -114,7 +114,10 @@ def test_as_a_process_with_the_token_in_a_file(tmp_path: Path) -> None:
             ("--backdoor-port", "0", "--backdoor-host", "0.0.0.0"),
             "--backdoor-host: the backdoor at '0.0.0.0' can be",
         ),
-        (("--backdoor-http-port", "0", "--backdoor-host", "robot"), "from other machines: expected a token"),
+        (
+            ("--backdoor-http-port", "0", "--backdoor-host", "robot"),
+            "machines: expected a token, as by --backdoor-token-file",
+        ),
         (
             ("--backdoor-host", "127.0.0.1"),
             "--backdoor-host: expected --backdoor-port or --backdoor-http-port with",

@@ -34,11 +34,15 @@ class Token:
         return hmac.compare_digest(self._text, given)
 
 
-def check_reach(host: str, token: Token | None, what: str = "backdoor") -> None:
-    """Raises ValueError if other machines can reach `host` and there is no token; `what` listens there."""
+def check_reach(host: str, token: Token | None, what: str = "backdoor", option: str = "") -> None:
+    """Raises ValueError if other machines can reach `host` and there is no token.
+
+    `what` listens there, and `option` of the command line would name a token.
+    """
     if token is None and not _is_loopback(host):
         shown = shortened(repr(host), 40)
-        raise ValueError(f"the {what} at {shown} can be reached from other machines: expected a token")
+        remedy = f"expected a token{f', as by {option}' if option else ''}"
+        raise ValueError(f"the {what} at {shown} can be reached from other machines: {remedy}")
 
 
 def _is_loopback(host: str) -> bool:

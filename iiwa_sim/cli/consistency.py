@@ -50,7 +50,8 @@ def _check_backdoor(error: Error, options: argparse.Namespace) -> None:
         error("argument --backdoor-token-file: expected no --backdoor-token with it")
     text = options.backdoor_token if options.backdoor_token is not None else options.backdoor_token_file
     try:
-        check_reach(options.backdoor_host or LOOPBACK, None if text is None else Token(text))
+        token = None if text is None else Token(text)
+        check_reach(options.backdoor_host or LOOPBACK, token, option="--backdoor-token-file")
     except ValueError as fault:
         error(f"argument --backdoor-{'host' if text is None else 'token'}: {fault}")
 
@@ -68,7 +69,8 @@ def _check_view(error: Error, options: argparse.Namespace) -> None:
         error("argument --view-token-file: expected no --view-token with it")
     text = options.view_token if options.view_token is not None else options.view_token_file
     try:
-        check_reach(options.view_host, None if text is None else Token(text), "page")
+        token = None if text is None else Token(text)
+        check_reach(options.view_host, token, "page", "--view-token-file")
     except ValueError as fault:
         error(f"argument --view-{'host' if text is None else 'token'}: {fault}")
     if options.status_port is None:

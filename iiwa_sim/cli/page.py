@@ -72,7 +72,7 @@ def page_token(parser: Parser, options: argparse.Namespace) -> Token | None:
     text = options.token if options.token is not None else options.token_file
     try:
         token = None if text is None else Token(text)
-        check_reach(options.host, token, "page")
+        check_reach(options.host, token, "page", "--token-file")
     except ValueError as fault:
         parser.error(f"argument --{'host' if text is None else 'token'}: {fault}")
     return token
