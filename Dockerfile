@@ -42,10 +42,31 @@ RUN SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM="${VERSION}" \
         /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
     && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py \
     && /opt/iiwa-sim/bin/python -I tools/stand_in.py libassimp.so Assimp \
-    && find /opt/iiwa-sim -type f -name '*.so*' -not -path '*/numpy.libs/*' -exec strip --strip-unneeded {} + \
+    && find /opt/iiwa-sim -type f '(' -name '*.so' -o -name '*.so.*' ')' -not -path '*/numpy.libs/*' \
+        -exec strip --strip-unneeded {} + \
     && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py --check \
     && /opt/iiwa-sim/bin/pip uninstall --yes setuptools pip \
     && rm -f /opt/iiwa-sim/lib/python/site-packages/*.dist-info/RECORD
+
+
+# What the live page needs on top, as a tree to be laid over the other: its libraries, of which websockets may be another
+# than that of rosbridge, which takes either; and parts of numpy that are left out above.
+FROM build AS build-view
+
+WORKDIR /opt/view
+RUN python -c "import tomllib; p = tomllib.load(open('/src/pyproject.toml', 'rb'))['project']; \
+        print(*p['optional-dependencies']['view'], sep='\n')" > /src/view.txt \
+    && python -m venv /opt/pip \
+    && /opt/iiwa-sim/bin/python -c "import numpy; print('numpy ==', numpy.__version__)" >> /src/view.txt \
+    && /opt/pip/bin/pip install --no-cache-dir --target . --requirement /src/view.txt \
+    && numpy="/opt/over$(realpath /opt/iiwa-sim/lib/python)/site-packages/numpy" \
+    && mkdir -p "$numpy" \
+    && mv numpy/fft numpy/ma numpy/testing "$numpy" \
+    && rm -rf bin msgspec* numpy numpy-* numpy.libs \
+    && mv /opt/view /opt/over/opt \
+    && find /opt/over -type d -name tests -prune -exec rm -rf {} + \
+    && find /opt/over -type f '(' -name '*.so' -o -name '*.so.*' ')' -not -path '*.libs/*' \
+        -exec strip --strip-unneeded {} +
 
 
 FROM ${BASE} AS robot
@@ -81,6 +102,16 @@ EXPOSE 30000 54600 9090
 HEALTHCHECK --interval=10s --timeout=5s --start-period=10s --start-interval=1s \
     CMD ["iiwa-sim", "health"]
 ENTRYPOINT ["iiwa-sim"]
+
+
+# docker build --target view: with the live page at port 8080, which wants a token: IIWA_SIM_VIEW_TOKEN.
+FROM robot AS view
+
+COPY --from=build-view /opt/over /
+ENV PYTHONPATH=/opt/view \
+    IIWA_SIM_VIEW_HOST=0.0.0.0 \
+    IIWA_SIM_VIEW_PORT=8080
+EXPOSE 8080
 
 
 # docker build --target ros: a node of ROS 1, with a master and the tools to try it with. Debian 12 has these packages.

@@ -1,4 +1,4 @@
-"""`make image`: build both images, iiwa-sim and iiwa-sim-ros, and try them; exit code 1 with what is wrong.
+"""`make image`: build all images and try them; exit code 1 with what is wrong.
 
 Exit code 75, with the reason in one line, where this machine can build and run no images at all: neither
 docker nor podman runs so much as `true`, or there is no base to build on. make makes a 2 of either.
@@ -24,7 +24,11 @@ SOURCE = Path(__file__).parent.parent.parent
 DOCKERFILE = SOURCE / "Dockerfile"
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "iiwa-sim" / "images"
 NO_IMAGES_HERE = os.EX_TEMPFAIL  # 75
-IMAGES = {"iiwa-sim": [], "iiwa-sim-ros": ["--target", "ros"]}
+IMAGES = {
+    "iiwa-sim": [],
+    "iiwa-sim-view": ["--target", "view"],
+    "iiwa-sim-ros": ["--target", "ros"],
+}
 
 
 def main() -> None:
@@ -39,6 +43,7 @@ def main() -> None:
         print(f"base: {base_mb:.0f} MB", flush=True)
         trial.try_image(builder, "iiwa-sim", base_mb=base_mb)
         documented.try_documented(builder)
+        trial.try_page(builder, "iiwa-sim-view")
         master = f"http://127.0.0.1:{(port := trial.free_port())}"
         with trial.running(
             builder,

@@ -130,6 +130,31 @@ def try_image(engine: Engine, image: str, *options: str, base_mb: float | None =
             raise EngineFault(f"{image}: {what} takes {took:.2f} s of CPU, more than {GOALS_S[what]:g}")
 
 
+def try_page(engine: Engine, image: str) -> None:
+    """As `try_image`, of an image that serves the page, which is to be had with the token only."""
+    told = ("--env", f"IIWA_SIM_VIEW_TOKEN={TOKEN}")
+    try_image(engine, image, *told, "--env", "IIWA_SIM_VIEW_PORT=0")
+    port, page_port = free_port(), free_port()
+    variables = (*told, "--env", f"IIWA_SIM_PORT={port}", "--env", f"IIWA_SIM_VIEW_PORT={page_port}")
+    with running(engine, image, *variables) as container:
+        _demand(container.answer(port, b"hello\r\n"), b"hello\r\n", "with the page, it answers hello")
+        _demand(_page(page_port, {}), (401, False), "the page is answered without the token with")
+        _demand(_page(page_port, {"Authorization": f"Bearer {TOKEN}"}), (200, True), "and with it with")
+
+
+def _page(port: int, headers: dict[str, str]) -> tuple[int, bool]:
+    """Status of the page at another address, and whether it brings its program along."""
+    connection = http.client.HTTPConnection("127.0.0.2", port, timeout=BOUND_S)
+    try:
+        connection.request("GET", "/", headers=headers)
+        answer = connection.getresponse()
+        return answer.status, b"<script" in answer.read()
+    except (OSError, http.client.HTTPException) as fault:
+        raise EngineFault(f"the page does not answer: {fault}") from None
+    finally:
+        connection.close()
+
+
 def _is_steered_from_outside(engine: Engine, image: str, *options: str) -> None:
     """The backdoor over HTTP, set up by variables: from another address, and by who knows the token only."""
     port, http_port = free_port(), free_port()
