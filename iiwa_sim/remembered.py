@@ -26,9 +26,9 @@ class Exchange(NamedTuple):
     command: str
     """Its name as in protocol/iiwa.toml, or that of a KRC4 message such as GOA; the line where it is none."""
     line: str
-    """As it was said, without its line end."""
+    """The line as the driver said it, without its line end."""
     reply: str
-    """As the robot answered; what a fault on the wire made of it is not told here."""
+    """The reply as the robot gave it; what a fault on the wire made of it is not told here."""
 
 
 @dataclass

@@ -41,7 +41,7 @@ def called(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P]
 
 
 def acts(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], T]:
-    """As `called`, of a method that changes something: listeners are told when it has."""
+    """Decorator: the method changes something; it runs between two ticks, and listeners are told of it."""
 
     @wraps(method)
     def act(self: C, /, *args: P.args, **kwargs: P.kwargs) -> T:

@@ -37,7 +37,7 @@ class DescribedCell(msgspec.Struct, frozen=True):
     """Names of the digital inputs, from number 1 on."""
     outputs: tuple[str, ...]
     surfaces: tuple[dict[str, object], ...]
-    """As they stand now: `shape` is plane, box, sphere or cylinder."""
+    """The surfaces as they stand now: `shape` is plane, box, sphere or cylinder."""
 
 
 class DescribedMove(msgspec.Struct, frozen=True):

@@ -15,7 +15,7 @@ class Pace:
     """One of `REAL`, `FAST`, `STEPPED`, or `multiple(speed)`."""
 
     name: str
-    """As one writes it: real, 10x, fast, stepped."""
+    """The pace as users write it: real, 10x, fast, stepped."""
     speed: float
     """Simulated seconds in a real one; for `FAST` while the robot rests, 0 for `STEPPED`."""
     ticks_in_haste: bool = False

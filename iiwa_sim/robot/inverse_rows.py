@@ -32,9 +32,12 @@ def solved_rows(
     seed: Sequence[float],
     aligned: float,
 ) -> NDArray[np.float64]:
-    """See `Inverse.joints_batch`. Rows near singular poses are solved one by one, following the seed.
+    """Joint positions (rad, (N, n)) for rotations (N, 3, 3), translations (N, 3) in m and redundancies (N,).
 
-    With axes `aligned` to this angle (rad) a joint is free and keeps its position in the seed.
+    The status is one for all or (N,). Rows out of reach are NaN.
+
+    Rows near singular poses are solved one by one, following the seed. With the axes of two joints parallel
+    to `aligned` (rad) one of these is free, and keeps its position in the seed.
     """
     count = len(redundancies)
     poses = np.empty((count, 12))

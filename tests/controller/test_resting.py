@@ -63,7 +63,7 @@ class Robot:
             self.controller.step()
 
     def tick_or_skip(self, ticks: int) -> None:
-        """The same, but that rest is left out; in up to three parts, as if somebody had looked."""
+        """Make ticks, but leave out those at rest: in up to three parts, as if somebody had looked."""
         while ticks:
             if self.controller.resting:
                 part = max(1, ticks // 3)

@@ -34,7 +34,7 @@ FOUND_WIDELY = {
     100628: "1.014 of a jerk at the border of a corner of micrometres",
     200462: "1.0016 of a velocity between places of a cell in a corner",
 }
-"""The same of what is told and looked at in `WideHunt`."""
+"""Seeds, and what was found there by a `WideHunt`."""
 
 
 def assert_within_limits(hunt: Hunt) -> None:

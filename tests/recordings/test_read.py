@@ -60,7 +60,7 @@ def messages_in(data: bytes) -> tuple[int, bool]:
 
 
 def outcome(data: bytes) -> tuple[int, bool] | str:
-    """The same, or what is told."""
+    """`messages_in` some bytes, or what is told of their fault."""
     try:
         return messages_in(data)
     except RecordingFault as fault:

@@ -46,7 +46,7 @@ class Links:
         ]
 
     def fixed(self) -> list[dict[str, Any]]:
-        """The same of joints that do not move."""
+        """geometry_msgs/TransformStamped, without headers' stamps, of the joints that do not move."""
         return [_transform(joint.parent, joint.child, joint.place, joint.turn) for joint in self._fixed]
 
 

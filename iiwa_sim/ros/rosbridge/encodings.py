@@ -32,8 +32,8 @@ _newest: dict[tuple[str, str], tuple[dict[str, Any], str | bytes]] = {}
 def encoded_once(
     compression: str, topic: str, kind: str, content: dict[str, Any], now: Callable[[], dict[str, int]]
 ) -> str | bytes:
-    """As `encoded`, with ROS time from `now`: the newest message of a topic is encoded once for all
-    clients."""
+    """The `publish` frame of a message, with ROS time from `now`: the newest message of a topic is encoded
+    once for all clients."""
     known = _newest.get((compression, topic))
     if known is not None and known[0] is content:
         return known[1]
