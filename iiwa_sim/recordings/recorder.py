@@ -29,8 +29,8 @@ from iiwa_sim.recordings.writer import Writer
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
 _LEVELS = {watch.FAULT: _ERROR, watch.LOST: _ERROR, watch.REFUSED: _WARNING, watch.CONTACT: _WARNING}
 _OF_MOVES = (watch.ACCEPTED, watch.BEGINS, watch.ENDS)
-AT_ONCE = 25
-"""Ticks whose states are put together, if nothing is said between: 0.05 s at 500 Hz."""
+BLOCKS_HZ = 20
+"""So often in a simulated second states are put, those of 25 ticks at 500 Hz; and when anything is said."""
 MOST_MOVES = 10
 """So many are recorded of those that run and wait ..."""
 MOVES_HZ = 10
@@ -232,7 +232,7 @@ class Recorder:
 
     def _put_block(self) -> None:
         block = self._block
-        self._block_due = self._controller.tick + AT_ONCE
+        self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
         if block.readings:
             self._block = Block([], [])
             told = Told(STATE, block, block.readings[0].tick, block.real_ns[0])

@@ -21,7 +21,7 @@ from iiwa_sim.dialect.status import status_line
 from iiwa_sim.dialect.wire.wire_faults import Drop
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
 from iiwa_sim.recordings.fault import RecordingFault
-from iiwa_sim.recordings.recorder import MOVES_HZ
+from iiwa_sim.recordings.recorder import BLOCKS_HZ, MOVES_HZ
 from iiwa_sim.recordings.schemas import (
     DIALOGUE,
     EVENTS,
@@ -293,6 +293,17 @@ def test_the_record_rate_is_that_of_the_states(tmp_path: Path, rate_hz: int, eve
     assert set(range(every, 1250, every)) <= set(ticks)
     assert len(ticks) <= 1250 // every + 2
     assert [event["kind"] for event in contents(path, EVENTS)][:3] == ["mode", "move accepted", "move begins"]
+
+
+@pytest.mark.parametrize("rate_hz", [500, 30, 3])
+def test_a_state_is_handed_over_soon_also_where_there_are_few(tmp_path: Path, rate_hz: int) -> None:
+    """So that what kills the process costs no more of it."""
+    robot = Robot(tmp_path / "a.mcap", rate_hz=rate_hz)
+    for _ in range(400):
+        robot.step()
+        kept = robot.recorder._block.readings
+        assert not kept or robot.controller.tick - kept[0].tick < RATE_HZ // BLOCKS_HZ
+    robot.end()
 
 
 @pytest.mark.parametrize("rate_hz", [0, 501, -1])
