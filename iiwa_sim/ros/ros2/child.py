@@ -1,12 +1,21 @@
 """The node of ROS 2, run by an interpreter that has rclpy and nothing of iiwa-sim.
 
 It knows nothing of robots: standard input tells it line by line, as JSON, what to publish, and on standard
-output it tells what it has heard. It ends when standard input does.
+output it tells what it has heard. It ends when standard input does. The lines that come in, the first of
+which says what there shall be:
 
-in: {"node": ..., "namespace": ..., "publish": [[topic, type, latched]], "subscribe": [[topic, type]],
-"serve": [[service, type]]} the first line {"topic": ..., "msg": {...}} publish this {"answer": number,
-"response": {...}} out: {"ready": [...]} what has no type here, by name {"fault": "..."} one line; the process
-ends then {"topic": ..., "msg": {...}} heard {"call": number, "service": ..., "request": {...}}
+- {"node": ..., "namespace": ..., "publish": [[topic, type, latched]], "subscribe": [[topic, type]],
+  "serve": [[service, type]]}
+- {"topic": ..., "msg": {...}}, to be published
+- {"answer": number, "response": {...}}, of a call
+
+The lines that go out, the first of which is one of the first two:
+
+- {"ready": [names]}, of what has no type here
+- {"fault": "..."}, in one line; the process ends then
+- {"topic": ..., "msg": {...}}, heard
+- {"topic": ..., "long": bytes}, heard and too long to be told
+- {"call": number, "service": ..., "request": {...}}
 """
 
 import array
