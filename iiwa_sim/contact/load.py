@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import hypot, isfinite
+from operator import add as add_numbers
 
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
 from iiwa_sim.contact.noise import Noise
@@ -33,6 +34,8 @@ class ExternalLoad:
         """The robot is at rest at `joints` (rad), and `tool_in_flange` is the pose of the TCP."""
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: tuple[float, ...] = (0.0,) * model.joint_count
+        self._pushed = False  # by one of these two
+        self._joints_pushed = False
         self._touch: Wrench = NO_WRENCH
         self._model = model
         self._tcp = model.tcp(tool_in_flange)
@@ -42,8 +45,8 @@ class ExternalLoad:
         self._place: Vector | None = None  # position of the TCP at the last evaluation of the surfaces
         self._joints: Sequence[float] = ()  # at the last tick
         self._settled = NEVER  # the number of changes of the world when a tick left all contacts unchanged
-        self.lever_m = _longest_lever(self._tcp)
-        """No joint's axis is farther from the TCP (m), wherever the robot is."""
+        self.levers_m = _longest_levers(self._tcp)
+        """No joint's axis is farther from the TCP (m), wherever the robot is; base first."""
         self._feel(self._tcp.pose(joints), 0.0)
 
     @property
@@ -58,6 +61,7 @@ class ExternalLoad:
     def wrench(self, wrench: Wrench) -> None:
         _check("wrench", wrench, len(NO_WRENCH))
         self._wrench = wrench
+        self._pushed = any(wrench) or self._joints_pushed
 
     @property
     def joint_push(self) -> tuple[float, ...]:
@@ -71,6 +75,8 @@ class ExternalLoad:
     def joint_push(self, torques: tuple[float, ...]) -> None:
         _check("joint_push", torques, len(self._joint_push))
         self._joint_push = torques
+        self._joints_pushed = any(torques)
+        self._pushed = any(self._wrench) or self._joints_pushed
 
     @property
     def changes(self) -> bool:
@@ -124,7 +130,7 @@ class ExternalLoad:
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
         self._tcp = self._model.tcp(tool_in_flange)
-        self.lever_m = _longest_lever(self._tcp)
+        self.levers_m = _longest_levers(self._tcp)
         self.world.forget()
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
@@ -157,17 +163,21 @@ class ExternalLoad:
 
         Applied torques, and the wrench at the TCP by the transposed Jacobian.
         """
-        torques = self._joint_push
         wrench = self.acting
-        if any(wrench):
-            made = self._tcp.torques(joints, wrench)
-            torques = tuple(a + b for a, b in zip(torques, made, strict=True))
-        return torques
+        if not any(wrench):
+            return self._joint_push
+        made: tuple[float, ...] = self._tcp.torques(joints, wrench)
+        return tuple(map(add_numbers, self._joint_push, made)) if self._joints_pushed else made
 
     @property
     def acts(self) -> bool:
         """Whether anything pushes the robot: exactly nothing does in free space."""
-        return self._touch is not NO_WRENCH or self._wrench != NO_WRENCH or any(self._joint_push)
+        return self._pushed or self._touch is not NO_WRENCH
+
+    @property
+    def greatest_joint_push(self) -> float:
+        """The greatest torque (Nm) that is applied to a joint, either way round."""
+        return max(map(abs, self._joint_push)) if self._joints_pushed else 0.0
 
     @property
     def acting(self) -> Wrench:
@@ -183,9 +193,10 @@ class ExternalLoad:
         self._touch = seen_from(rotation, self.world.feel(place, velocity, tick_s))
 
 
-def _longest_lever(tcp: Tcp) -> float:
-    """The arm stretched from the first joint's axis on: all translations from there in a row (m)."""
-    return sum(hypot(*row[9:]) for row in tcp.fixed[1:].tolist())
+def _longest_levers(tcp: Tcp) -> tuple[float, ...]:
+    """The arm stretched from each joint's axis on: all translations from there in a row (m), base first."""
+    ways = [hypot(*row[9:]) for row in tcp.fixed.tolist()]
+    return tuple(sum(ways[joint:]) for joint in range(1, len(ways)))
 
 
 def _check(name: str, values: Sequence[float], count: int) -> None:

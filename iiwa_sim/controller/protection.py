@@ -5,6 +5,7 @@ A model of what such a robot does, and no safety device.
 
 from collections.abc import Sequence
 from math import dist, hypot
+from operator import truediv
 from typing import NamedTuple
 
 from iiwa_sim.contact.load import ExternalLoad
@@ -65,6 +66,8 @@ class Protection:
         self._joints = tuple(joints)
         self._torque_limits = tuple(torque_limits)
         self._least_limit = min(torque_limits)
+        self._levers_m: tuple[float, ...] = ()
+        self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
         self.safety = safety
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
         """Whether the speed or the place of the TCP is watched."""
@@ -93,18 +96,25 @@ class Protection:
         self._judged = (load.wrench, load.joint_push)
         x, y, z, a, b, c = load.acting
         force_n, torque_nm = hypot(x, y, z), hypot(a, b, c)
-        greatest = force_n * load.lever_m + torque_nm + max(map(abs, load.joint_push))
-        if greatest > self._least_limit or self._torque.allowed:  # else no joint can be beyond: most ticks
+        if load.levers_m is not self._levers_m:
+            self._levers_m = load.levers_m
+            self._part_per_n = max(map(truediv, load.levers_m, self._torque_limits))
+        most = force_n * self._part_per_n + (torque_nm + load.greatest_joint_push) / self._least_limit
+        if most > 1.0 or self._torque.allowed:  # else no joint can be beyond its limit: most ticks
             why = self._overloaded_joint(load.exact_torques(joints), standing)
             if why is not None:
                 return why
         safety = self.safety
+        if safety.force_n is None and safety.torque_nm is None:
+            return None
         return _collision(self._force, "force", force_n, "N", safety.force_n, standing) or _collision(
             self._moment, "torque", torque_nm, "Nm", safety.torque_nm, standing
         )
 
     def _overloaded_joint(self, torques: Sequence[float], standing: bool) -> str | None:
-        parts = [abs(torque) / limit for torque, limit in zip(torques, self._torque_limits, strict=True)]
+        if max(map(abs, torques)) <= self._least_limit and not self._torque.allowed:
+            return None  # most ticks, also of a robot in contact
+        parts = list(map(truediv, map(abs, torques), self._torque_limits))
         part = max(parts)
         if not self._torque.stops(part if part > 1.0 else 0.0, standing):
             return None
