@@ -34,7 +34,7 @@ MOST_WAIT_S = 0.1
 """The longest that the robot waits for short moves to be planned."""
 WORTH_WAITING = 0.5
 """It waits no longer than this part of the time that planning them together can gain."""
-SHORTEST_S = 0.1
+SHORTEST_S = 0.08
 """A chain that takes less is not planned on into short moves: they are planned together while it runs. For
 two moves, the first of which takes more alone, the robot does not wait at all."""
 SLICE_S = 0.0025
