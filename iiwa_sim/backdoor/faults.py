@@ -4,15 +4,8 @@
 from iiwa_sim.backdoor.core import Core, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
-from iiwa_sim.dialect.wire.wire_faults import (
-    EVERY,
-    FAULTS,
-    LONGEST_WAIT_S,
-    Close,
-    Fault,
-    Reset,
-    Silence,
-)
+from iiwa_sim.dialect.wire.steps import Close, Reset
+from iiwa_sim.dialect.wire.wire_faults import EVERY, FAULTS, LONGEST_WAIT_S, Fault, Silence
 from iiwa_sim.wording import harmless, shortened
 
 ON_PURPOSE = "made to fail through the backdoor"

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from iiwa_sim.dialect.session import Session
-from iiwa_sim.dialect.wire.wire_faults import Reset, Send, Step, Wait
+from iiwa_sim.dialect.wire.steps import Reset, Send, Step, Wait
 from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
 from iiwa_sim.serve.in_order import InOrder
 from iiwa_sim.serve.listening import peer_of, why

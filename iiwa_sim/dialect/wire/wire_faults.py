@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED, CannedReplies
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
-from iiwa_sim.wording import shortened
+from iiwa_sim.dialect.wire.steps import Close, Reset, Send, Step, Wait, text_of
 
 EVERY = 0
 """Stands for all connections, present and future."""
@@ -28,30 +28,6 @@ _REPLIES = re.compile(rb"\xff[^\n]{2}|<Res>.*?</Res>|[^\xff\n]*\n")
 # The bytes that frame a reply, which a garbled reply keeps.
 _FRAMED = re.compile(rb"(<Res>|)(.*?)(</Res>|[\r\n]*)", re.DOTALL)
 _PRINTABLE = range(33, 127)
-_LONGEST_TOLD = 80  # characters of a reply shown in the log
-
-
-class Send(NamedTuple):
-    """Send bytes in one write."""
-
-    data: bytes
-
-
-class Wait(NamedTuple):
-    """Wait for real seconds: a driver knows no other time."""
-
-    seconds: float
-
-
-class Close:
-    """Close the connection by FIN. Commands without a reply get none."""
-
-
-class Reset:
-    """Reset the connection by RST. Data that the client has not received is lost."""
-
-
-Step = Send | Wait | Close | Reset
 
 
 class Fault(Protocol):
@@ -232,7 +208,7 @@ class WireFaults:
         """End a connection, after replies that are delayed. Raises `Refused` if there is no such
         connection."""
         for peer, name, _ in self._peers_of(connection):
-            self._tell(name, _text(step, b""))
+            self._tell(name, text_of(step, b""))
             peer.take([step])
 
     def clear(self) -> None:
@@ -269,7 +245,7 @@ class WireFaults:
                     self._rules.remove(rule)
             made = rule.fault.steps(reply, self._random)
             if made != [Send(reply)]:
-                told = ", ".join(_text(step, reply) for step in made) or "nothing"
+                told = ", ".join(text_of(step, reply) for step in made) or "nothing"
                 self._tell(self._peers[connection][1], told)
             for step in made:
                 yield step
@@ -289,18 +265,3 @@ class WireFaults:
             there_are = f"there are {', '.join(map(str, self._peers))}" if self._peers else "there are none"
             raise Refused(EXECUTION, f"no connection {connection}: {there_are}")
         return [self._peers[connection]]
-
-
-def _text(step: Step, reply: bytes) -> str:
-    """A step as text for people."""
-    match step:
-        case Send(data):
-            text = data.decode("ascii", "backslashreplace")
-            text = text.replace("\r", "\\r").replace("\n", "\\n")
-            return "the reply" if data == reply else f"'{shortened(text, _LONGEST_TOLD)}'"
-        case Wait(seconds):
-            return f"{seconds:g} s of silence"
-        case Close():
-            return "the end (FIN)"
-        case Reset():
-            return "the end (RST)"

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
+from iiwa_sim.dialect.wire.steps import Close, Reset, Send, Step, Wait
 from iiwa_sim.dialect.wire.wire_faults import (
     EVERY,
     NEXT,
-    Close,
     CloseAfter,
     CloseBefore,
     Delay,
@@ -21,13 +21,9 @@ from iiwa_sim.dialect.wire.wire_faults import (
     Fault,
     Garble,
     Pass,
-    Reset,
     ResetBefore,
-    Send,
     Silence,
     Split,
-    Step,
-    Wait,
     WireFaults,
 )
 from tests.samples import some
