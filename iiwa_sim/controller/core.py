@@ -91,7 +91,7 @@ class Core:
             self.endings.lost(0, EXECUTION, reason)
             self.halt(STOP_TRIGGERED, "stopped")
             raise
-        if self.watch_trajectory is not None and motions.tracked is not None:
+        if motions.tracking and motions.tracked is not None and self.watch_trajectory is not None:
             self.watch_trajectory()
         # Of what most ticks have nothing of only that is asked: they cost 1.5 us together.
         endings = self.endings

@@ -35,7 +35,8 @@ class Motions:
         self._next: Target | Tracked | StiffnessMove | Hold | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
         self._following = False  # the servo is active for targets, and has not been stopped
-        self._tracking = False  # the tracker is active, and has not been stopped
+        self.tracking = False
+        """Whether the tracker is active, and has not been stopped."""
 
     @property
     def tcp_contact(self) -> TcpContact | None:
@@ -117,7 +118,7 @@ class Motions:
     @property
     def tracked(self) -> Tracker | None:
         """What follows a joint trajectory and has not been stopped; None while none is followed."""
-        return self._tracker if self._tracking and self._tracker.moving else None
+        return self._tracker if self.tracking and self._tracker.moving else None
 
     def plan_way(self, reference: Reference) -> Way:
         """How to follow a trajectory in place of the one before, or from where the robot will rest.
@@ -194,7 +195,7 @@ class Motions:
         if self.tracked:
             self._tracker.follow(wanted.way)
         else:
-            self._next, self._tracking = wanted, False
+            self._next, self.tracking = wanted, False
         self._newest = wanted.number
 
     def end_trajectory(self) -> None:
@@ -203,7 +204,7 @@ class Motions:
             self._next = self._newest = None
         elif self.tracked:
             self._tracker.stop()
-            self._tracking, self._newest = False, None
+            self.tracking, self._newest = False, None
 
     def yield_around(self, wanted: StiffnessMove) -> None:
         """Carry out a move that begins at `yielding_from`, in place of what runs: from rest as any move, in
@@ -223,7 +224,7 @@ class Motions:
         self._yielding.stop()
         self._nominal.stop()
         self._next = self._newest = None
-        self._following = self._tracking = False
+        self._following = self.tracking = False
 
     def cancel(self) -> None:
         """End what runs, or begins in the next tick: a move as `Drive.cancel` does, a trajectory, a target.
@@ -234,10 +235,10 @@ class Motions:
             return
         if self._next is not None:
             self._next = self._newest = None
-        elif self._following or self._tracking or self._follower.yielding:
+        elif self._following or self.tracking or self._follower.yielding:
             if self._nominal.moving:
                 self._nominal.stop()
-                self._following = self._tracking = False
+                self._following = self.tracking = False
             self._newest = None
         else:
             self._drive.cancel()
@@ -255,7 +256,8 @@ class Motions:
     def step(self) -> None:
         """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
         follower, active = self._follower, self._nominal.active
-        self._override.step(None if follower.active or active is not self._drive else self._drive)
+        if not self._override.level:
+            self._override.step(None if follower.active or active is not self._drive else self._drive)
         try:
             if not follower.active and not active.moving:
                 active = self._hand_over()
@@ -295,7 +297,7 @@ class Motions:
                 nominal.activate_tracker()
                 self._next = None
                 self._tracker.follow(way)
-                self._tracking = True
+                self.tracking = True
             case StiffnessMove() | Hold():
                 self._yielding.start()
             case None if self._drive.moving:

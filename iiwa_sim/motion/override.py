@@ -63,7 +63,8 @@ class Override:
         self._task.max_velocity = [min(f, fastest)]
         self._task.max_acceleration = [f * g / 2.0]
         self._task.max_jerk = [f * g / 2.0 * g]
-        self._level = False  # kept in each tick until another value is requested
+        self.level = False
+        """Whether a tick changes nothing of this: so until another value is requested."""
         self._begins = False  # another value has been requested since the last tick
         self._on_plan: RateChange | None = None
         self._change: Trajectory | None = None
@@ -89,7 +90,7 @@ class Override:
         self.value = self.rate = value
         self.slope_per_s, self.even = 0.0, True
         self._begins, self._on_plan, self._change = False, None, None
-        self._level = False
+        self.level = False
 
     @property
     def part_to_keep(self) -> float:
@@ -106,11 +107,11 @@ class Override:
     def go_to(self, value: float) -> None:
         """Change the rate to `value` (0..1), as fast as the limits allow."""
         if value != self.value:
-            self.value, self.even, self._begins, self._level = value, False, True, False
+            self.value, self.even, self._begins, self.level = value, False, True, False
 
     def step(self, motion: "Runs | None" = None) -> None:
         """Make one tick; `motion` gives what runs at this rate, or is None."""
-        if self._level:
+        if self.level:
             return
         running = motion.running if motion is not None else None
         if self._begins:
@@ -124,7 +125,7 @@ class Override:
             self._step_anywhere(self._change)
         else:
             self.advance_s = self.tick_s * self.rate
-            self._level = self.even
+            self.level = self.even
 
     def _begin(self, running: Running | None) -> None:
         self._begins = False

@@ -23,6 +23,7 @@ FOUND = {
     10290: "1.38 of a jerk where a clock came near to 0 within a cell, whose time was not exact then",
     10727: "1.85 of a jerk in a corner from a third of a second into a move of micrometres",
     10756: "437 of a jerk for less than a tick in such a corner, in a plan",
+    31510: "a plan of 40 days for a line of 276 mm, which bends so fast where it begins that it stood there",
 }
 """Seeds, and what was found there by hunting."""
 

@@ -209,9 +209,14 @@ def run(
     speeds[m - 1] = 0.0
     for k in range(m - 1, 0, -1):
         b = speeds[k]
-        y = b + 2.0 * (x[k] - x[k - 1]) * _room(derivatives, acceleration, k, b, -1.0)
+        width = x[k] - x[k - 1]
+        y = b + 2.0 * width * _room(derivatives, acceleration, k, b, -1.0)
         if y < 0.0:
-            y = 0.0
+            # Not even from rest at the sample before is that to be reached: slower here, not at rest there.
+            while y < b:
+                b *= 0.5
+                y = b + 2.0 * width * _room(derivatives, acceleration, k, b, -1.0)
+            speeds[k] = b
         speeds[k - 1] = min(squares[k - 1], y)
     b = start_speed * start_speed
     for k in range(m - 1):
