@@ -39,7 +39,7 @@ def send(*points):
 
 
 send(point(1, [0.2, 0.4, 0.0, -1.2, 0.0, 1.4, 0.0]), point(2, [0.0, 0.5236, 0.0, -1.0472, 0.0, 1.5708, 0.0]))
-print("joint A1 is", feedback.get(timeout=PATIENCE_S)["actual"]["positions"][0])
+print("joint A1 is", round(feedback.get(timeout=PATIENCE_S)["actual"]["positions"][0], 3))
 print("reached:", results.get(timeout=PATIENCE_S))
 
 goal_id = send(point(20, [1.0, 0.4, 0.0, -1.2, 0.0, 1.4, 0.0]))
