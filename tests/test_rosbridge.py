@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import re
 import shutil
 import socket
-import re
 import subprocess
 import sys
 from collections.abc import AsyncIterator
