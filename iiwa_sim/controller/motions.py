@@ -151,8 +151,7 @@ class Motions:
 
     @property
     def planned(self) -> list[Planned]:
-        """What runs, and is not being stopped, and what waits, in the order in which it is done; holds have
-        no target and are left out."""
+        """What runs, and is not being stopped, and what waits, in its order; holds, without a target, not."""
         match self._next:
             case Target(number=number, joints=joints):
                 return [Planned(number, joints, 0.0)]
@@ -162,10 +161,9 @@ class Motions:
                 return [Planned(number, way.reference.end, 0.0)]
         if self.holding:
             return []
-        if self.tracked is not None and self._newest is not None:
-            return [Planned(self._newest, self.tracked.goal, 0.0)]
-        if self._following and self._newest is not None:
-            return [Planned(self._newest, self._servo.goal, 0.0)] if self._servo.moving else []
+        if (self._following or self._tracking) and self._newest is not None:
+            active = self._nominal.active
+            return [Planned(self._newest, active.goal, 0.0)] if active.moving else []
         return [planned_of(move) for move in self._nominal.moves]
 
     def is_pending(self, number: int) -> bool:
@@ -181,8 +179,7 @@ class Motions:
         self._drive.append(move)
 
     def head_for(self, target: Target) -> None:
-        """Head for a target at once, or when the robot has come to rest. Other motions must have been
-        stopped."""
+        """Head for a target, at once or from rest. Other motions must have been stopped."""
         if self._following:
             self._servo.head_for(target.joints, target.limits)
         else:
