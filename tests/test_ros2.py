@@ -163,6 +163,7 @@ async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
         second = node._process
     assert second is not None
     assert second.returncode == 0, "it ends with the robot"
+    assert len(asyncio.all_tasks()) == 1, "nothing watches over it any more"
 
 
 def ends_with(*options: str) -> str:

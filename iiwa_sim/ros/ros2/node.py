@@ -88,22 +88,22 @@ class Ros2Node:
         self._heard: deque[bytes] = deque()
         self._room = asyncio.Event()
         self._process: Process | None = None
-        self._tasks: list[asyncio.Task[None]] = []
+        self._watching: asyncio.Task[None] | None = None
+        self._reading: list[asyncio.Task[None]] = []  # what one process writes
         self._ended: list[Callable[[], None]] = []  # how what was begun for a process is ended
         self._without: list[str] = []
 
     async def start(self) -> None:
         """Be a node. Raises RosFault."""
         await self._begin()
-        self._tasks.append(asyncio.create_task(self._watch()))
+        self._watching = asyncio.create_task(self._watch())
 
     async def close(self) -> None:
         """End the node and its process."""
-        for task in self._tasks:
-            task.cancel()
-        if self._tasks:
-            await asyncio.wait(self._tasks)
-        self._tasks.clear()
+        if self._watching is not None:
+            self._watching.cancel()
+            await asyncio.wait([self._watching])
+            self._watching = None
         self._share.leave()
         await self._end()
 
@@ -123,7 +123,7 @@ class Ros2Node:
                 )
             except OSError as fault:
                 raise RosFault(f"{self._python} cannot be run: {fault.strerror}") from None
-        self._tasks = [asyncio.create_task(_told(process))]
+        self._reading.append(asyncio.create_task(_told(process)))
         self._say(
             node=NAME,
             namespace=self._namespace,
@@ -143,7 +143,7 @@ class Ros2Node:
             self._without = told["ready"]
             logger.info("ROS 2 has no types here for %s: left out", ", ".join(self._without))
         self._room.set()
-        self._tasks.append(asyncio.create_task(self._read(process)))
+        self._reading.append(asyncio.create_task(self._read(process)))
         self._listen()
 
     async def _first_line(self, process: Process) -> dict[str, Any]:
@@ -179,6 +179,11 @@ class Ros2Node:
             with contextlib.suppress(ProcessLookupError):
                 process.kill()
             await process.wait()
+        for task in self._reading:
+            task.cancel()
+        if self._reading:
+            await asyncio.wait(self._reading)
+        self._reading.clear()
 
     async def _watch(self) -> None:
         """Start the process again whenever it has ended by itself."""
