@@ -161,7 +161,7 @@ class Motions:
                 return [Planned(number, way.reference.end, 0.0)]
         if self.holding:
             return []
-        if (self._following or self._tracking) and self._newest is not None:
+        if (self._following or self.tracking) and self._newest is not None:
             active = self._nominal.active
             return [Planned(self._newest, active.goal, 0.0)] if active.moving else []
         return [planned_of(move) for move in self._nominal.moves]
