@@ -13,4 +13,4 @@ async def test_a_lin_move_and_a_tick_pass_few_files() -> None:
     assert len(command.steps) <= 75
     assert all(tick.steps[0].file == "controller/core.py" for tick in ticks)
     widths = sorted(len(tick.files) for tick in ticks)
-    assert widths[len(widths) // 2] <= 5
+    assert widths[len(widths) // 2] <= 4
