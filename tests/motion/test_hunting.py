@@ -33,6 +33,7 @@ FOUND_WIDELY = {
     100343: "1.52 of a jerk in the first hundredth of a line of micrometres, which turns the wrist",
     100561: "1.014 of a jerk between places of a cell whose clock bends much",
     100628: "1.014 of a jerk at the border of a corner of micrometres",
+    501314: "1.0011 of a velocity in a plan that was taken although it was known",
     200462: "1.0016 of a velocity between places of a cell in a corner",
 }
 """Seeds, and what was found there by a `WideHunt`."""

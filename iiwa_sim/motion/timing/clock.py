@@ -44,6 +44,8 @@ ROOM = 0.9998
 STUCK = 0.02
 """Of what is beside it: a coefficient below is where nearly nothing moves any more."""
 KEPT_VELOCITY = 1.0009
+VELOCITY_SLACK = 3e-4
+"""So much more of a velocity counts like `KEPT` - 1 more of an acceleration: less than 1.001 is accepted."""
 MU_FRESH, MU_WARM, MU_END, CUT = 2.0, 0.3, 0.003, 0.3
 
 
@@ -141,7 +143,7 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
         inner_loads(rows, c, loads)
         over_allowed = (loads - allowed).max(axis=0).tolist()
         excess = 1.0 + max(
-            (over_allowed[0] + 1.0 - KEPT_VELOCITY) / (KEPT_VELOCITY - 1.0),
+            (over_allowed[0] + 1.0 - KEPT_VELOCITY) / VELOCITY_SLACK,
             max(over_allowed[1:]) / (KEPT - 1.0),
         )
         if best is None or excess < best[0]:
