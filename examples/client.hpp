@@ -83,8 +83,10 @@ public:
         std::ostringstream line;
         line << std::setprecision(12) << name << (parameters.empty() ? "" : " :");
         for (const double each : parameters) line << ' ' << each;
-        if (const std::string reply = ask(line.str()); reply != "done")
-            throw std::runtime_error("'" + line.str() + "' was answered '" + reply + "'");
+        if (const std::string reply = ask(line.str()); reply != "done") {
+            const std::string reason = reply == "error" ? ": " + ask("get error") : "";
+            throw std::runtime_error("'" + line.str() + "' was answered '" + reply + "'" + reason);
+        }
     }
 
     // The numbers that a `get` command answers.

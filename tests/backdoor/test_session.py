@@ -206,7 +206,7 @@ def test_the_state_is_that_of_the_status_port() -> None:
     [
         ("", "error 3040 empty line"),
         ("push", "error 3040 push takes fx fy fz tx ty tz: 6 values, got 0"),
-        ("jump : 1", "error 3040 no such command"),
+        ("jump : 1", "error 3040 no such command; help lists them"),
         ("push : 1 2 3 4 5 nan", "error 3040 tz = nan: expected a number"),
         ("add sphere : 600 300 50 0 0 0 40 5e4 1 0", "error 3040 add sphere takes name and x y z alpha"),
         (

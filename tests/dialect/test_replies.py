@@ -116,7 +116,7 @@ def test_a_strict_server_refuses_values_beyond_and_says_what_it_takes() -> None:
         ("get stauts", "no such command; did you mean get status"),
         ("lin mov : 1", "no such command; did you mean lin move"),
         ("LIN MOOVE : 1", "no such command; did you mean lin move"),
-        ("launch", "no such command"),
+        ("launch", "no such command; help lists them"),
         ("<Cmd I0='1' I1='100'/>", "no such command; messages in XML go to a robot with --dialect krc4"),
     ],
 )

@@ -16,7 +16,7 @@ def test_the_tests_of_the_pages_pass(pytester: pytest.Pytester) -> None:
     assert PAGES
     count = 0
     for page in PAGES:
-        (code,) = PYTHON.findall(page.read_text())
+        code = "\n\n".join(PYTHON.findall(page.read_text()))
         count += code.count("\ndef test_")
         pytester.path.joinpath(f"test_{page.stem.replace('-', '_')}.py").write_text(code)
     pytester.makeini("[pytest]\nasyncio_default_fixture_loop_scope = function\n")

@@ -246,7 +246,7 @@ class Table:
         if words[0].startswith("<"):
             return "no such command; messages in XML go to a robot with --dialect krc4"
         meant = self._names.nearest(spelling)
-        return f"no such command; did you mean {meant}" if meant else "no such command"
+        return f"no such command; did you mean {meant}" if meant else "no such command; help lists them"
 
     def _remember(self, line: bytes, request: Request) -> Request:
         if len(self._lines) >= _CACHED_LINES:

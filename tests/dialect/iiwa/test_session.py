@@ -256,7 +256,7 @@ def test_the_last_error_can_be_asked_for():
     told = "3040 lin move takes x y z alpha beta gamma speed blending: 8 values, got 2"
     assert talk.ask("get error") == told
     talk.ask("\u00fc")
-    assert talk.ask("get error") == "3040 no such command"
+    assert talk.ask("get error") == "3040 no such command; help lists them"
     robot.refuses = Refused(3021, "out\n of r\u00e9ach\x1b")
     other.ask(LIN)
     assert talk.ask("get error") == r"3021 out\n of r\xe9ach\x1b"
