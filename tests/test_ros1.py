@@ -89,8 +89,9 @@ def shared_robot(environment: Terminal, sharing: Sharing) -> Process:
 
 
 @pytest.fixture
-def alone(sharing: Sharing) -> None:
+def alone(environment: Terminal, sharing: Sharing) -> None:
     """No robot is a node yet: another one would take its name from it."""
+    del environment
     sharing.close()
     sharing.robot = None
 

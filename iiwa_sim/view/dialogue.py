@@ -36,7 +36,7 @@ class DialogueList:
     def __init__(self, gui: viser.GuiApi) -> None:
         self._lines: deque[Line] = deque(maxlen=MOST)
         self._client: Any = gui.add_dropdown("Client", (EVERYBODY,))
-        self._filter: Any = gui.add_text("Filter", "", hint="only lines with this text")
+        self._filter: Any = gui.add_text("Filter", "", hint="text, a mark such as ~, or refused")
         self._html: Any = gui.add_html("")
         self._changed = True
         self._next_s = 0.0
@@ -71,15 +71,20 @@ class DialogueList:
 
 
 def listed(lines: Sequence[Line] | deque[Line], client: str = EVERYBODY, text: str = "") -> str:
-    """Lines as HTML: of one client, with this text in them."""
+    """Lines as HTML: of one client, with this text, mark, or the word refused in them."""
     shown = [
         _row(line)
         for line in lines
-        if client in (EVERYBODY, line["session"])
-        and text.lower() in f"{line['text']} {line.get('reason', '')}".lower()
-    ]
+        if client in (EVERYBODY, line["session"]) and text.strip().lower() in _sought(line)
+    ] or [f"<div>no line with {html.escape(text)}</div>" if text else ""]
     # The box is filled from below, so that the newest line is in sight; that reverses the order.
     return f'<div style="{_BOX}">{"".join(reversed(shown))}</div>'
+
+
+def _sought(line: Line) -> str:
+    """What the filter looks for a text in."""
+    reason = f"refused {line['reason']}" if line.get("reason") else ""
+    return f"{line['mark']} {line['text']} {reason}".lower()
 
 
 def _row(line: Line) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from iiwa_sim.view.acting import acting
+from iiwa_sim.view.acting import acting, confirm
 
 if TYPE_CHECKING:
     import viser
@@ -43,17 +43,26 @@ class Faults:
             self._replies: Any = gui.add_number("How many", 1, min=0, step=1, hint="0: until cleared")
             self._seconds: Any = gui.add_number("Seconds", 0.5, min=0.0, max=3600.0, step=0.1)
             self._byte: Any = gui.add_number("Bytes first", 3, min=1, step=1, hint="of a reply in two pieces")
-            gui.add_button("Set", color="orange").on_click(acting(lambda _: station.act(self.wire_line())))
-            gui.add_button("Clear all faults").on_click(acting(lambda _: station.act("clear faults")))
+            gui.add_button("Set", color="orange").on_click(
+                acting(lambda event: self._do(event, self.wire_line()))
+            )
+            gui.add_button("Clear all faults").on_click(acting(lambda event: self._do(event, "clear faults")))
             gui.add_button_group("New clients", tuple(ENTRANCE)).on_click(
-                acting(lambda event: station.act(ENTRANCE[event.target.value]))
+                acting(lambda event: self._do(event, ENTRANCE[event.target.value]))
             )
         with gui.add_folder("Robot", expand_by_default=False):
             self._robot: Any = gui.add_dropdown("What fails", tuple(ROBOT))
             self._code: Any = gui.add_number("Code", 4711, min=1, max=2**31 - 1, step=1)
             gui.add_button("Have it fail", color="orange").on_click(
-                acting(lambda _: station.act(ROBOT[self._robot.value].format(code=int(self._code.value))))
+                acting(
+                    lambda event: self._do(event, ROBOT[self._robot.value].format(code=int(self._code.value)))
+                )
             )
+
+    def _do(self, event: Any, line: str) -> None:
+        """Have the backdoor carry out a line, and tell so: nothing else on the page shows it."""
+        self._station.act(line)
+        confirm(event.client, line)
 
     def wire_line(self) -> str:
         """The line of the backdoor for what is chosen."""

@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from iiwa_sim.view.station import Station
 
 
+PUSH = """\
+Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold; for one, type
+`start gravity : 200` under Dialogue, and `stop` to end it. At the flange the force is one at the TCP,
+elsewhere it is torques on the joints. Drag surfaces with Shift."""
+
+
 class Panel:
     """All that one can read and do at a robot. Use it as a context, in which it pushes."""
 
@@ -37,7 +43,7 @@ class Panel:
         tabs = self._pendant.tabs
         with tabs.add_tab("Push"):
             self._pushing = Pushing(server, station)
-            gui.add_markdown("Drag the arm: a spring pulls at it. Drag surfaces with Shift.")
+            gui.add_markdown(PUSH)
         self._surfaces = SurfaceDrags(station)
         with tabs.add_tab("Dialogue"):
             if station.driver is not None:
@@ -88,6 +94,7 @@ class Panel:
             assert station.driver is not None
             line = " ".join(command.value.split())
             if line:
+                command.value = ""
                 station.driver.ask(line)
                 station.look_now()
 

@@ -45,4 +45,6 @@ def test_the_filter_is_of_clients_and_of_text_with_reasons() -> None:
     assert len(texts(listed(LINES, "127.0.0.1:40002"))) == 2
     assert len(texts(listed(LINES, text="STATUS"))) == 1
     assert len(texts(listed(LINES, text="8 values"))) == 1
-    assert texts(listed(LINES, "127.0.0.1:40001", "stopped")) == []
+    assert len(texts(listed(LINES, text="#"))) == 1
+    assert len(texts(listed(LINES, text="Refused"))) == 1
+    assert texts(listed(LINES, "127.0.0.1:40001", "stopped <i>")) == ["no line with stopped &lt;i&gt;"]

@@ -173,14 +173,14 @@ def test_in_a_stiffness_move_the_robot_yields_to_a_drag_and_ends_at_its_target(s
     with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
         shows(viewer, "stopped")
         target = robot.get_tool_frame()
-        robot.linstiff_move((*target[:2], target[2] - 60.0, *target[3:]), 0.01, 1000.0, (0.0,) * 6)
+        robot.linstiff_move((*target[:2], target[2] - 15.0, *target[3:]), 0.01, 1000.0, (0.0,) * 6)
         shows(viewer, "impedance")
         viewer.drags("link_7", "start", 0.6, 0.0, 0.6)
         viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
         until(lambda: simulator.state().tool_frame.y_mm > target[1] + 40.0)
         viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
         viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
-        end = pytest.approx((*target[:2], target[2] - 60.0), abs=0.1)
+        end = pytest.approx((*target[:2], target[2] - 15.0), abs=0.1)
         until(lambda: simulator.state().tool_frame[:3] == end)
 
 
