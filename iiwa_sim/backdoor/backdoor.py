@@ -26,7 +26,7 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 PROTECTIVE_STOP = "protective stop"
 MOST_MOVES = 50
-"""So many are told of those that run and wait."""
+"""Moves that `moves` tells at most, of those that run and wait."""
 
 
 class Backdoor(Faults):

@@ -32,9 +32,9 @@ _OF_MOVES = (watch.ACCEPTED, watch.BEGINS, watch.ENDS)
 BLOCKS_HZ = 20
 """So often in a simulated second states are put, those of 25 ticks at 500 Hz; and when anything is said."""
 MOST_MOVES = 10
-"""So many are recorded of those that run and wait ..."""
+"""Moves that are recorded at most, of those that run and wait."""
 MOVES_HZ = 10
-"""... and so often in a simulated second at most: a driver may send hundreds of moves in one."""
+"""Times in a simulated second at which moves are recorded, at most: a driver may send hundreds."""
 
 
 class Recorder:

@@ -39,7 +39,7 @@ class Stamps(Enum):
 
     REAL = "real"
     SIMULATED = "simulated"
-    """That of /clock, for nodes with use_sim_time."""
+    """The time of /clock, for nodes with use_sim_time."""
 
 
 class Conventions(NamedTuple):

@@ -28,7 +28,7 @@ LONG_ENOUGH_S = 0.2
 TINY_S = 0.035
 """Below this there is nothing to gain, but with several such moves that take twice as long together."""
 ENOUGH_S = 0.3
-"""So many short moves are planned together as take this long, and no more than `MOST_AT_FIRST`."""
+"""Short moves are planned together until they take this long, or are `MOST_AT_FIRST`."""
 MOST_AT_FIRST = 12
 MOST_WAIT_S = 0.1
 """The longest that the robot waits for short moves to be planned."""

@@ -65,7 +65,7 @@ class Waiting:
         return deque(move for move in self.planned if move.number < self._apart)
 
     def take(self, count: int) -> None:
-        """So many moves do not wait any more."""
+        """The first `count` moves do not wait any more."""
         for _ in range(count):
             self.planned.popleft()
 

@@ -39,7 +39,7 @@ class Bounds:
         return found
 
     def part(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> Bounds:
-        """Those of the cells first..last - 1."""
+        """The bounds of the cells first..last - 1."""
         found: Bounds = Bounds.__new__(Bounds)
         found.cells = last - first
         found.a1, found.a2 = self.a1[first : last + 1], self.a2[first : last + 1]
