@@ -35,6 +35,7 @@ FOUND_WIDELY = {
     100628: "1.014 of a jerk at the border of a corner of micrometres",
     501314: "1.0011 of a velocity in a plan that was taken although it was known",
     200462: "1.0016 of a velocity between places of a cell in a corner",
+    700510: "1.021 of a jerk where a corner of unequal sides ended, told for a place 0.2 ms before that",
 }
 """Seeds, and what was found there by a `WideHunt`."""
 

@@ -31,7 +31,7 @@ APART = cython.declare(cython.double, 1e-9)
 BORDER = cython.declare(cython.double, 1e-8)  # part of a piece from its end to the sample beside it
 MARKS = cython.declare(cython.Py_ssize_t, 10)  # even parts of a corner: there much may happen at once
 BESIDE = cython.declare(cython.Py_ssize_t, 4)  # more samples near each of its ends
-NEAR = cython.declare(cython.double, 1e-5)  # part of a side of a corner from an edge to a sample
+NEAR = cython.declare(cython.double, 1e-5)  # part of the shorter side of a corner from an edge to a sample
 PLACES = cython.declare(cython.double, 1e-15)
 
 
@@ -172,9 +172,10 @@ class Way:
                 marks += [v for i in range(1, BESIDE + 1) for v in (0.2 * i / MARKS, 1.0 - 0.2 * i / MARKS)]
                 marks += [0.1 / MARKS, 1.0 - 0.1 / MARKS]
                 found = [self._place(k, v) for v in marks]
+                length = NEAR * min(length, next_length)
                 for v in (0.0, y, 1.0 - y, 1.0):
                     # There third derivatives jump.
-                    found += [self._place(k, v) - NEAR * length, self._place(k, v) + NEAR * next_length]
+                    found += [self._place(k, v) - length, self._place(k, v) + length]
                 edges += found
             if pieces[k + 1] - pieces[k] > 2:
                 # Where a path is made of pieces it may bend much within little; third derivatives may jump.
