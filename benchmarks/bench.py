@@ -1,7 +1,8 @@
 """`make bench`: runs all benchmarks on one machine, side by side with a bare echo server.
 
 `make bench ARGS="core --json FILE"` runs one part and writes JSON to a file. The exit code is 1 if a goal of
-simulated time, CPU time or a ratio is missed; missed goals of wall time are only reported.
+simulated time, CPU time or a ratio is missed; missed goals of wall time and of ratios of p99 are only
+reported.
 
 `make bench ARGS=--gate` is for CI: it runs the parts that have such goals, with a margin for each against
 other work on the machine. A part with a missed goal is measured again, at most twice: the cost of our code
@@ -42,7 +43,7 @@ class Part(NamedTuple):
 
     measure: Callable[[], list[Figure]]
     gated: bool
-    """Whether it has goals other than of wall time, which CI checks."""
+    """Whether it has goals which CI checks: neither of wall time nor of a p99."""
     of_gate: Callable[[], list[Figure]] | None = None
     """Measures a part for which CI has time, if that is not all."""
 

@@ -58,7 +58,6 @@ def gate() -> list[Figure]:
             "s",
             at_most=0.35,
             kind=Kind.CPU,
-            margin=2.0,
         )
     ]
     packages = list(cheapest["packages"].items())
