@@ -1,19 +1,139 @@
-"""A protective stop, as a driver sees it."""
+"""A robot that protects itself, as a driver, ROS, the status port and the page see it."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import socket
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from websockets.sync.client import connect
 
 from iiwa_sim import Iiwa, Simulator
+from iiwa_sim.controller.snapshot import ErrorState
+from iiwa_sim.transcript.lines import Said, Transcript, Wait, read, shipped
+from iiwa_sim.transcript.replay import replay
+from iiwa_sim.view.readout import figures
+from tests.cell.cells import EXAMPLES
+from tests.ros_robot import ptp
+from tests.simulated_time import SimulatedTime
+from tests.states import state
+from tests.talking import DEADLINE_S
+
+PROTECTED = EXAMPLES / "protected.toml"
+TRANSCRIPTS = {transcript.name: transcript for transcript in shipped("protection")}
+CAUSES = {
+    "joint_torque.txt": r"the external torque on A4 is [\d.]+ Nm, its limit is 110 Nm",
+    "force.txt": r"collision: the external force at the TCP is [\d.]+ N, its threshold is 80 N",
+    "torque.txt": r"collision: the external torque at the TCP is [\d.]+ Nm, its threshold is 1 Nm",
+    "tcp_speed.txt": r"the TCP runs at [\d.]+ mm/s, its limit is 500 mm/s",
+    "box.txt": r"the TCP is at y [\d.]+ mm, its box is -300 to 250 mm",
+}
+PAGE = (Path(__file__).parent.parent / "docs" / "protection.md").read_text()
 
 
-def test_a_driver_reads_why_the_robot_stopped_itself_and_resets_it() -> None:
-    with Simulator(port=0, clock="stepped") as simulator, Iiwa("127.0.0.1", simulator.port) as robot:
-        robot.set_collision_detection(80.0, 0.0)
-        assert robot.get_collision_detection() == (80.0, 0.0)
-        simulator.backdoor.push((0.0, 0.0, 90.0, 0.0, 0.0, 0.0))
-        simulator.advance(0.01)
-        assert (robot.get_robot_status().in_error, robot.get_robot_status().error_code) == (1, 3060)
-        error = robot.get_error()
-        assert error.code == 3060
-        assert error.reason == (
-            "protective stop: collision: the external force at the TCP is 90.0 N, its threshold is 80 N"
-        )
-        robot.reset_error()
-        assert robot.get_error().code == 0
+def deviations(transcript: Transcript, cell: Path) -> list[str]:
+    with Simulator(cell=cell, clock="stepped") as simulator:
+        passing = SimulatedTime(simulator)
+        played = replay(transcript, simulator.host, simulator.port, timeout_s=30, robot_time=passing)
+        return [f"{transcript.name}:{each.line}: {each}" for each in played]
+
+
+def test_each_cause_has_its_transcript() -> None:
+    assert set(TRANSCRIPTS) == set(CAUSES)
+
+
+@pytest.mark.parametrize("name", TRANSCRIPTS)
+def test_a_transcript_is_answered_as_it_says(name: str) -> None:
+    assert deviations(TRANSCRIPTS[name], PROTECTED) == []
+
+
+def test_the_dialogue_of_the_page_is_answered_as_it_says() -> None:
+    (dialogue,) = re.findall(r"```\n(> lin move.*?)```", PAGE, re.DOTALL)
+    waits = re.sub(r"(> lin move .*\n< done\n)", r"\1wait stopped\n", dialogue)
+    assert deviations(read("protection.md", waits), EXAMPLES / "table.toml") == []
+
+
+def until_it_stops(simulator: Simulator, name: str) -> None:
+    """A driver says what it says in a transcript, up to the stop."""
+    with socket.create_connection((simulator.host, simulator.port), DEADLINE_S) as driver:
+        file = driver.makefile("rwb")
+        for step in TRANSCRIPTS[name].steps:
+            if isinstance(step, Wait):
+                simulator.run_until_stopped()
+            elif isinstance(step, Said):
+                if step.text == "get error":
+                    return
+                file.write(f"{step.text}\r\n".encode())
+                file.flush()
+                assert not file.readline().startswith(b"error"), step.text
+
+
+@pytest.mark.parametrize("name", CAUSES)
+def test_it_shows_everywhere_the_error_is_told(name: str, caplog: pytest.LogCaptureFixture) -> None:
+    reason = f"protective stop: {CAUSES[name]}"
+    with Simulator(cell=PROTECTED, clock="stepped", status_port=0, rosbridge_port=0) as simulator:
+        until_it_stops(simulator, name)
+        (told,) = caplog.messages
+        assert re.fullmatch(reason, told), "the log"
+        with Iiwa(simulator.host, simulator.port) as robot:
+            assert robot.get_error() == (3060, told)
+            status = robot.get_robot_status()
+        assert (status.in_error, status.error_code, status.motion_possible) == (1, 3060, 0)
+        seen = simulator.call(simulator.backdoor.state)
+        assert (seen.error, seen.robot_status) == (ErrorState(3060, told), tuple(status))
+        line = on_the_status_port(simulator)
+        assert line["error"] == {"code": 3060, "reason": told}
+        assert line["robot_status"] == list(status)
+        page = figures(line, {"name": "", "joints": simulator.cell.description.joints})
+        assert html.escape(f"3060 {told}") in page
+        ros = on_ros(simulator)
+    assert (ros["/robot_status"][-1]["in_error"], ros["/robot_status"][-1]["error_code"]) == (
+        {"val": 1},
+        3060,
+    )
+    (result,) = ros["/command_result"]
+    assert (result["result_code"], told in result["additional_information"]) == (3060, True)
+    (diagnosis,) = ros["/diagnostics"][-1]["status"]
+    assert (diagnosis["level"], diagnosis["message"]) == (2, told)
+
+
+def on_the_status_port(simulator: Simulator) -> dict[str, Any]:
+    """A line of it."""
+    assert simulator.status_port is not None
+    with socket.create_connection((simulator.host, simulator.status_port), DEADLINE_S) as reader:
+        end_s = time.monotonic() + DEADLINE_S
+        while not simulator.call(lambda: bool(simulator._status and simulator._status.connections)):
+            assert time.monotonic() < end_s
+        simulator.advance(0.1)
+        return state(reader.makefile("rb").readline())
+
+
+def on_ros(simulator: Simulator) -> dict[str, list[Any]]:
+    """The messages of some topics, in a second and more in which a move is sent."""
+    url = f"ws://{simulator.host}:{simulator.rosbridge_port}"
+    heard: dict[str, list[Any]] = {"/robot_status": [], "/command_result": [], "/diagnostics": []}
+    with connect(url, open_timeout=DEADLINE_S, close_timeout=1.0) as ros:
+
+        def says(operation: str, **fields: Any) -> None:
+            ros.send(json.dumps({"op": operation, **fields}))
+
+        def hears_all() -> None:
+            """All that has been sent up to now."""
+            says("call_service", service="/rosapi/nodes", id="now")
+            while (message := json.loads(ros.recv(DEADLINE_S))).get("id") != "now":
+                heard[message["topic"]].append(message["msg"])
+
+        for topic in ("/robot_status", "/command_result"):
+            says("subscribe", topic=topic, queue_length=100)
+        says("subscribe", topic="/diagnostics", type="diagnostic_msgs/msg/DiagnosticArray")
+        away = [0.3, 0.3, 0.0, -1.2, 0.0, 1.0, 0.0]
+        says("publish", topic="/command_list", msg={"commands": [ptp(1, away)]})
+        hears_all()
+        simulator.advance(1.1)
+        hears_all()
+    return heard

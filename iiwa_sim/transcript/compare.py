@@ -20,6 +20,12 @@ def deviation(expected: Answered, reply: str, heard: Mapping[str, str]) -> str:
     if expected.compare is Compare.EXACT:
         wanted = wanted.replace("\\x7b", "{")
         return "" if reply == wanted else f"expected '{wanted}', got '{reply}'"
+    if not all(map(_is_number, wanted.split())):
+        return (
+            ""
+            if _near(expected.within, wanted.split(), reply.split())
+            else (f"expected '{wanted}', its numbers within {expected.within:g}, got '{reply}'")
+        )
     try:
         wanted_numbers, numbers = _numbers(wanted), _numbers(reply)
     except ValueError as fault:
@@ -52,6 +58,21 @@ def filled(text: str, heard: Mapping[str, str]) -> str:
         return " ".join(f"{number + other:.9f}" for number, other in zip(numbers, more, strict=True))
 
     return _HEARD.sub(last, text)
+
+
+def _near(within: float, wanted: list[str], words: list[str]) -> bool:
+    """Whether words are equal to those that are wanted, but for numbers, which may differ."""
+    return len(words) == len(wanted) and all(
+        abs(float(word) - float(other)) <= within if _is_number(word) and _is_number(other) else word == other
+        for word, other in zip(words, wanted, strict=True)
+    )
+
+
+def _is_number(word: str) -> bool:
+    try:
+        return math.isfinite(float(word))
+    except ValueError:
+        return False
 
 
 def _numbers(text: str) -> list[float]:

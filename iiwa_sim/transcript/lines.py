@@ -7,6 +7,7 @@ r"""Transcripts read: which client says what when, and what it is to be answered
     > get status                    said
     < stopped                       and answered so, word for word
     <~0.5 450 0 520 0 -1.57 0       numbers, as many, each within 0.5; `<~` alone: within 1e-6; `<~inf`: any
+    <~0.5 the force is 81 N         these words, each number among them within 0.5
     <? 3021 out of reach            whatever it is: what stands here is not compared
     wait stopped                    `get status` is asked until it says stopped
     wait 0.5                        seconds

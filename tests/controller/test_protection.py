@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
 from iiwa_sim.controller.protection import Protection, Safety
-from iiwa_sim.frames import Frame
+from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
-from tests.asked import gravity_hold, joint_move, lin_force_move, lin_move, lin_stiff_move
+from tests.asked import (
+    direct_joint_move,
+    gravity_hold,
+    joint_move,
+    lin_force_move,
+    lin_move,
+    lin_stiff_move,
+    ptp_move,
+    smart_joint_move,
+)
 from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot
 
@@ -255,3 +267,72 @@ def test_no_overload_is_missed_by_the_quick_look(
     protection = Protection(description.joints, description.torque, Safety())
     parts = np.abs(load.exact_torques(joints)) / np.array(description.torque)
     assert (protection.overload(load, joints, standing=False) is not None) == bool(np.max(parts) > 1.0)
+
+
+FREE_MOVES = st.tuples(
+    st.sampled_from(["joint", "ptp", "lin", "smart", "direct", "stiff", "hold", "stop", "override"]),
+    st.lists(st.floats(-1.0, 1.0), min_size=7, max_size=7),
+    st.floats(0.05, 1.0),
+    st.integers(1, 150),
+)
+
+
+@settings(max_examples=some(60), deadline=None)
+@given(name=st.sampled_from(ARMS), program=st.lists(FREE_MOVES, min_size=1, max_size=6))
+def test_no_free_motion_stops_itself(name: str, program: list[tuple[str, list[float], float, int]]) -> None:
+    """Neither with the least thresholds, nor with a speed and a box that it keeps just so."""
+    least = {"force_n": 1e-9, "torque_nm": 1e-9}
+    way = np.array(free_way(name, program, Safety(**least)))
+    speed = np.linalg.norm(np.diff(way, axis=0), axis=1).max() / TICK_S
+    box = tuple(way.min(axis=0).tolist()), tuple(way.max(axis=0).tolist())
+    again = free_way(name, program, Safety(**least, tcp_speed_m_per_s=speed, box=box))  # type: ignore[arg-type]
+    assert np.array_equal(again, way)
+
+
+def free_way(name: str, program: list[tuple[str, list[float], float, int]], safety: Safety) -> list[Vector]:
+    """Where the TCP is after each tick (m), far from a floor and with readings that are mostly noise; nothing
+    stops it."""
+    description = load_robot(name)
+    faults: list[str] = []
+    below = Frame(0.0, 0.0, -5000.0, 0.0, 0.0, 0.0).to_transform()
+    c = Controller(
+        description,
+        TICK_S,
+        world=World([Surface("floor", Plane(), below, 1e5, 0.0, 0.5)], 0.01),
+        noise=Noise(NoiseLevels(1, 100.0, 10.0, 10.0), len(description.joints)),
+        safety=safety,
+        on_fault=lambda _, reason: faults.append(reason),
+    )
+    way = [c.tcp().translation]
+    for kind, part, speed, ticks in program:
+        lows, highs = description.position_min, description.position_max
+        joints = [
+            0.5 * (low + high + p * (high - low)) for low, high, p in zip(lows, highs, part, strict=False)
+        ]
+        near = [q + 0.02 * p for q, p in zip(c.joints, part, strict=False)]
+        frame = c.tcp_frame_at(tuple(joints if kind == "ptp" else near))
+        with suppress(Refused):
+            match kind:
+                case "stop":
+                    c.stop()
+                case "override":
+                    c.set_override(speed)
+                case "joint":
+                    c.move(joint_move(joints, [speed] * len(joints)))
+                case "ptp":
+                    c.move(ptp_move(frame, speed, 10.0))
+                case "lin":
+                    c.move(lin_move(frame, speed, 10.0))
+                case "smart":
+                    c.move(smart_joint_move(joints, [speed] * len(joints)))
+                case "direct":
+                    c.move(direct_joint_move(near, [speed] * len(joints)))
+                case "stiff":
+                    c.move(lin_stiff_move(frame, speed, 2000.0, NO_PUSH))
+                case "hold":
+                    c.move(gravity_hold(100.0 * speed))
+        for _ in range(ticks):
+            c.step()
+            assert not faults
+            way.append(c.tcp().translation)
+    return way
