@@ -1,0 +1,464 @@
+"""The same commands of Appendix A give the same results over every front: rosbridge in the words of ROS 1 and
+of ROS 2, and ROS 1's own bytes; what ROS 2's node has of it is what it says of where the robot is.
+
+Numbers have no more digits than float32 holds, to which ROS 1 rounds them on the way and JSON does not.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from websockets.sync.client import ClientConnection, connect
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.ros.rmi.definitions import Definition, message, service, type_of
+from iiwa_sim.ros.rmi.node import SUBSCRIBED
+from iiwa_sim.ros.rmi.serialized import deserialized, serialized
+from iiwa_sim.ros.ros2.environment import default_folder, python_in
+from iiwa_sim.ros.rosbridge.outbox import Outbox
+from iiwa_sim.ros.rosbridge.rosapi import RosApi
+from iiwa_sim.ros.rosbridge.session import RosbridgeSession
+from tests.needed import lacks
+from tests.processes import next_line, running
+from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
+from tests.ros_robot import RosRobot, command
+from tests.samples import some
+from tests.talking import DEADLINE_S
+
+HOME = [0.0, 0.5, 0.0, -1.0, 0.0, 1.5, 0.0]
+HOME_POSE = [0.5, 0.0, 0.4, 0.0, 1.5, 0.0]  # m, rad
+COMMAND_LIST, RESULTS, STATES = "/command_list", "/command_result", "/joint_states"
+LONGEST_S = 120.0
+"""Simulated time in which every list has its results."""
+DOMAIN = "95"
+"""Of DDS, which no other test has."""
+
+
+def _float32(value: float) -> float:
+    """The shortest decimal that float32 does not tell from it, as ROS 1's bytes are read here."""
+    return float(str(np.float32(value)))
+
+
+def _near(places: list[float], by: float) -> st.SearchStrategy[list[float]]:
+    away = st.floats(-by, by)
+    return st.tuples(*(away for _ in places)).map(
+        lambda found: [_float32(place + each) for place, each in zip(places, found, strict=True)]
+    )
+
+
+SPEEDS = [("%", [0.5]), ("%", [1.0]), ("PERCENT", [25.0])]
+WRONG = st.sampled_from(
+    [
+        {"command_type": "CIRC"},
+        {"velocity": []},
+        {"velocity": [2.0]},
+        {"velocity_type": "KNOTS"},
+        {"pose": [0.25, 0.5]},
+        {"pose": [3.5] * 7},
+        {"pose_type": "POLAR"},
+        {"blending_type": "%", "blending": [1.5]},
+        {"effort": [1.0]},
+        {"additional_values": [1.0]},
+        {"acceleration_type": "M/S^2", "acceleration": [0.5]},
+    ]
+)
+BLENDINGS = st.sampled_from([{}, {}, {"blending_type": "%", "blending": [0.25]}])
+CAPS = st.sampled_from([{}, {}, {"acceleration_type": "%", "acceleration": [0.5]}])
+
+
+@st.composite
+def commands(draw: st.DrawFn) -> dict[str, Any]:
+    """Mostly right ones."""
+    kind = draw(st.sampled_from(["PTP", "PTP", "LIN", "LIN", "DIRECT", "SMART"]))
+    identifier, speeds, more = draw(st.integers(0, 2**32 - 1)), SPEEDS, {}
+    if kind in ("PTP", "DIRECT") or draw(st.integers(0, 3)) == 0:
+        told = command(identifier, kind, "JOINTS", draw(_near(HOME, 0.05 if kind == "DIRECT" else 0.4)))
+        speeds = speeds if kind == "LIN" else [*speeds, ("RAD/S", [0.5])]
+    else:
+        told = command(identifier, kind, "EULER_INTRINSIC_ZYX", draw(_near(HOME_POSE, 0.1)))
+        speeds = [*speeds, ("M/S", [0.25])] if kind == "LIN" else speeds
+    if kind in ("PTP", "LIN"):
+        more = draw(BLENDINGS) | draw(CAPS)
+    velocity_type, velocity = draw(st.sampled_from(speeds))
+    told |= {"velocity_type": velocity_type, "velocity": velocity, **more}
+    if draw(st.integers(0, 9)) == 0:
+        told |= draw(WRONG)
+    if draw(st.integers(0, 9)) == 0:
+        told |= {"pose_reference": "/tool", "pose_reference_frame": {"x": 0.125}}
+    return told
+
+
+lists = st.lists(commands(), max_size=5)
+calls = st.sampled_from(
+    [
+        ("/scale_speed", {"value": 0.5}),
+        ("/scale_speed", {"value": -1.0}),
+        ("/scale_speed", {"value": 0.0}),
+        ("/scale_speed", {"value": 1.0}),
+        ("/stop_robot_right_now", {}),
+        ("/set_io", {"number": 3, "value": True}),
+        ("/set_io", {"number": 40, "value": True}),
+        ("/get_io", {"number": 3}),
+        ("/robot/set_digital_ios", {"ios": [{"id": {"group_id": "DO", "pin_number": 2}, "value": True}]}),
+        ("/robot/get_digital_ios", {"ios": [{"group_id": "DO", "pin_number": 2}, {"group_id": "XX"}]}),
+    ]
+)
+
+
+class Said(NamedTuple):
+    """What a client does, and how many ticks then pass."""
+
+    list: list[dict[str, Any]] | None
+    replace: bool
+    call: tuple[str, dict[str, Any]] | None
+    ticks: int
+
+
+dialogues = st.lists(
+    st.builds(Said, st.none() | lists, st.booleans(), st.none() | calls, st.integers(0, 600)),
+    min_size=1,
+    max_size=5,
+)
+
+
+class Front(Protocol):
+    """One way in to a robot."""
+
+    robot: RosRobot
+
+    def sends(self, told: list[dict[str, Any]], replace: bool) -> None:
+        """Publish a list of commands."""
+
+    def calls(self, name: str, request: dict[str, Any]) -> Any:
+        """The response, in the words of ROS 1."""
+
+    def results(self) -> list[tuple[int, int, str]]:
+        """All that have come by now."""
+
+
+class Rosbridge:
+    """By JSON, in the words of ROS 1 or of ROS 2."""
+
+    def __init__(self, *, ros2: bool) -> None:
+        self.robot = RosRobot()
+        self._ros2 = ros2
+        self._outbox = Outbox(lambda: None)
+        api = RosApi(self.robot.node)
+        self._session = RosbridgeSession(self.robot.node, api, self._outbox, self.robot.log, "test")
+        self._results: list[tuple[int, int, str]] = []
+        self._says("subscribe", topic=RESULTS, type=self._named("Result"))
+        self._says("advertise", topic=COMMAND_LIST, type=self._named("CommandList"))
+
+    def sends(self, told: list[dict[str, Any]], replace: bool) -> None:
+        content = {"commands": told, "replace_previous_commands": replace}
+        assert self._says("publish", topic=COMMAND_LIST, msg=content) == []
+
+    def calls(self, name: str, request: dict[str, Any]) -> Any:
+        (response,) = self._says("call_service", service=name, args=request)
+        assert response["result"] is True
+        values = response["values"]
+        for each in values.get("ios", []):
+            assert set(each["stamp"]) == ({"sec", "nanosec"} if self._ros2 else {"secs", "nsecs"})
+            each["stamp"] = list(each["stamp"].values())
+        return values
+
+    def results(self) -> list[tuple[int, int, str]]:
+        self._hears()
+        return self._results
+
+    def _named(self, kind: str) -> str:
+        return f"robot_movement_interface/{'msg/' if self._ros2 else ''}{kind}"
+
+    def _says(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
+        self._session.receive(json.dumps({"op": operation, **fields}).encode())
+        return self._hears()
+
+    def _hears(self) -> list[dict[str, Any]]:
+        replies = []
+        while (frame := self._outbox.next(0.0).message) is not None:
+            heard = json.loads(frame)
+            if heard.get("topic") == RESULTS:
+                told = heard["msg"]
+                assert ("seq" in told["header"]) is not self._ros2
+                self._results.append(
+                    (told["command_id"], told["result_code"], told["additional_information"])
+                )
+            else:
+                replies.append(heard)
+        return replies
+
+
+class Ros1Bytes:
+    """By the bytes of TCPROS."""
+
+    def __init__(self) -> None:
+        self.robot = RosRobot()
+
+    def sends(self, told: list[dict[str, Any]], replace: bool) -> None:
+        definition = message(SUBSCRIBED[COMMAND_LIST])
+        content = {"commands": told, "replace_previous_commands": replace}
+        data = serialized(definition, _whole(definition, content))
+        self.robot.node.receive(COMMAND_LIST, _read(definition, data))
+
+    def calls(self, name: str, request: dict[str, Any]) -> Any:
+        kind = service(self.robot.node.services[name])
+        there = _read(kind.request, serialized(kind.request, _whole(kind.request, request)))
+        answers: list[Any] = []
+        self.robot.node.call(name, there, answers.append, answers.append)
+        (answer,) = answers
+        back = _read(kind.response, serialized(kind.response, answer))
+        for each in back.get("ios", []):
+            each["stamp"] = list(each["stamp"].values())
+        return back
+
+    def results(self) -> list[tuple[int, int, str]]:
+        definition = self.robot.node.definition("robot_movement_interface/Result")
+        told = [_read(definition, serialized(definition, each)) for each in self.robot.heard[RESULTS]]
+        return [(each["command_id"], each["result_code"], each["additional_information"]) for each in told]
+
+
+def _whole(definition: Definition, content: dict[str, Any]) -> dict[str, Any]:
+    """A message with the defaults of ROS where a field is not given."""
+    whole: dict[str, Any] = msgspec.to_builtins(msgspec.convert(content, type_of(definition)))
+    return whole
+
+
+def _read(definition: Definition, data: bytes) -> dict[str, Any]:
+    steps = deserialized(definition, data)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as done:
+            found: dict[str, Any] = done.value
+            return found
+
+
+def plays(front: Front, dialogue: list[Said]) -> tuple[list[Any], list[tuple[float, ...]]]:
+    """What a client hears, and where the robot is after each tick."""
+    robot, heard = front.robot, list[Any]()
+    for said in dialogue:
+        if said.list is not None:
+            robot.notice_mode()
+            front.sends(said.list, said.replace)
+        if said.call is not None:
+            heard.append(front.calls(*said.call))
+        robot.step(said.ticks)
+        heard.append(len(front.results()))
+    heard.append(front.calls("/scale_speed", {"value": 1.0}))  # at 0 nothing would end
+    ticks = round(LONGEST_S / robot.tick_s)
+    while not robot.node._queue.empty:
+        robot.step()
+        ticks -= 1
+        assert ticks, "a command has no result"
+    return [heard, list(front.results())], robot.joints
+
+
+@settings(max_examples=some(60))
+@given(dialogues)
+def test_results_and_motion_are_the_same_over_every_front(dialogue: list[Said]) -> None:
+    """Tick by tick, to the last bit."""
+    ros1, joints = plays(Rosbridge(ros2=False), dialogue)
+    for other in (Rosbridge(ros2=True), Ros1Bytes()):
+        assert plays(other, dialogue) == (ros1, joints)
+
+
+OF_ROS1 = """
+import json, sys, threading
+import rospy
+from genpy.message import fill_message_args
+from roslib.message import get_message_class
+from sensor_msgs.msg import JointState
+
+rospy.init_node("user", anonymous=True, disable_rosout=True)
+made = get_message_class("robot_movement_interface/CommandList")
+heard = []
+changed = threading.Condition()
+
+def hear(result):
+    with changed:
+        heard.append((result.command_id, result.result_code, result.additional_information))
+        changed.notify()
+
+results = rospy.Subscriber("/command_result", get_message_class("robot_movement_interface/Result"), hear)
+lists = rospy.Publisher("/command_list", made, queue_size=10)
+while not (results.get_num_connections() and lists.get_num_connections()):
+    rospy.sleep(0.01)
+print("ready", flush=True)
+for line in sys.stdin:
+    told = json.loads(line)
+    if told is None:  # where is it?
+        asked = rospy.Time.now()
+        while (state := rospy.wait_for_message("/joint_states", JointState)).header.stamp < asked:
+            pass
+        print(json.dumps(state.position), flush=True)
+        continue
+    if isinstance(told, dict):
+        message = made()
+        fill_message_args(message, [told])
+        lists.publish(message)
+        print("true", flush=True)
+        continue
+    with changed:
+        changed.wait_for(lambda: len(heard) >= told)
+        print(json.dumps(heard), flush=True)
+        heard.clear()
+"""
+"""A user's node of ROS 1: publishes a list that it reads, prints as many results as it is told to, or where
+the robot is."""
+
+OF_ROS2 = """
+import json, sys
+import rclpy
+from rclpy.time import Time
+from sensor_msgs.msg import JointState
+
+rclpy.init()
+node = rclpy.create_node("user")
+states = []
+node.create_subscription(JointState, "joint_states", states.append, 10)
+while not states:
+    rclpy.spin_once(node)
+print("ready", flush=True)
+for line in sys.stdin:
+    asked = node.get_clock().now()
+    while Time.from_msg(states[-1].header.stamp) < asked:
+        rclpy.spin_once(node)
+    print(json.dumps(states[-1].position.tolist()), flush=True)
+    del states[:-1]
+node.destroy_node()
+rclpy.shutdown()
+"""
+"""A user's node of ROS 2: prints where the robot is, whenever it reads a line."""
+
+
+class User:
+    """A program that answers each line with one."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self._process = process
+        assert next_line(process) == "ready\n"
+
+    def asks(self, told: Any) -> Any:
+        assert self._process.stdin is not None
+        self._process.stdin.write(json.dumps(told) + "\n")
+        self._process.stdin.flush()
+        return json.loads(next_line(self._process))
+
+
+@contextlib.contextmanager
+def user(*command: str, env: dict[str, str]) -> Iterator[User]:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=env, stdin=pipe, stdout=pipe, text=True) as process:
+        try:
+            yield User(process)
+        finally:
+            process.kill()
+
+
+class Socket:
+    """A user of rosbridge, in the words of ROS 1 or of ROS 2."""
+
+    def __init__(self, connection: ClientConnection, *, ros2: bool) -> None:
+        self._connection = connection
+        between = "/msg/" if ros2 else "/"
+        self._states = f"sensor_msgs{between}JointState"
+        self._says("subscribe", topic=RESULTS, type=f"robot_movement_interface{between}Result")
+
+    def asks(self, told: Any) -> Any:
+        if told is None:
+            self._says("subscribe", topic=STATES, type=self._states)
+            place = self._hears(STATES)["position"]
+            self._says("unsubscribe", topic=STATES)
+            return place
+        if isinstance(told, dict):
+            self._says("publish", topic=COMMAND_LIST, msg=told)
+            return True
+        return [list(self._hears(RESULTS).values())[1:] for _ in range(told)]
+
+    def _says(self, operation: str, **fields: Any) -> None:
+        self._connection.send(json.dumps({"op": operation, **fields}))
+
+    def _hears(self, topic: str) -> dict[str, Any]:
+        while (heard := json.loads(self._connection.recv(DEADLINE_S))).get("topic") != topic:
+            assert heard["op"] == "publish", heard
+        told: dict[str, Any] = heard["msg"]
+        return told
+
+
+class Users(NamedTuple):
+    """Of one robot; those who can send lists of commands, and one who cannot, since the wheels of ROS 2 have
+    no types for them."""
+
+    senders: list[User | Socket]
+    watcher: User
+    telnet: Iiwa
+
+
+@pytest.fixture(scope="module")
+def users(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Users]:
+    needs_ros()
+    python = python_in(default_folder())
+    if not python.exists():
+        lacks("an environment of iiwa-sim ros2-env")
+    with (
+        contextlib.ExitStack() as there,
+        master(tmp_path_factory.mktemp("home")) as terminal,
+        pytest.MonkeyPatch.context() as monkeypatch,
+    ):
+        for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
+            monkeypatch.setenv(name, terminal.environment[name])
+        monkeypatch.setenv("ROS_DOMAIN_ID", DOMAIN)
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield _users(there, terminal, python)
+
+
+def _users(there: contextlib.ExitStack, terminal: Terminal, python: Path) -> Users:
+    options = ("--clock", "fast", "--rosbridge-port", "0", "--ros", "--ros2", "--ros2-python", str(python))
+    process = there.enter_context(running(*options, stderr=subprocess.DEVNULL))
+    said = process.line()
+    while not said.startswith("rosbridge on "):
+        assert said
+        said = process.line()
+    url = f"ws://{said.removeprefix('rosbridge on ').strip()}"
+    sockets = [there.enter_context(connect(url)) for _ in range(2)]
+    ros1 = there.enter_context(user(SYSTEM_PYTHON, "-c", OF_ROS1, env=terminal.environment))
+    environment = terminal.environment | {
+        "ROS_DOMAIN_ID": DOMAIN,
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+    }
+    ros2 = there.enter_context(user(str(python), "-c", OF_ROS2, env=environment))
+    telnet = there.enter_context(Iiwa("127.0.0.1", process.port))
+    return Users([Socket(sockets[0], ros2=False), Socket(sockets[1], ros2=True), ros1], ros2, telnet)
+
+
+@pytest.mark.slow
+@settings(max_examples=some(60), deadline=None)
+@given(lists.filter(bool))
+def test_results_are_the_same_over_sockets_and_all_see_the_robot_at_one_place(
+    users: Users, told: list[dict[str, Any]]
+) -> None:
+    seen = []
+    for sender in users.senders:
+        users.telnet.joint_move(HOME, [1.0] * 7)
+        users.telnet.wait_until_stopped(DEADLINE_S)
+        assert sender.asks({"commands": told}) is True
+        results, *others = [each.asks(len(told)) for each in users.senders]
+        assert others == [results, results], "all hear the same"
+        users.telnet.stop()
+        users.telnet.wait_until_stopped(DEADLINE_S)
+        place = list(users.telnet.get_joint_position())
+        for each in (*users.senders, users.watcher):
+            assert each.asks(None) == pytest.approx(place, abs=1e-6), "telnet tells six digits"
+        seen.append((results, place))
+    assert seen[0] == seen[1]
+    assert seen[0] == seen[2]
