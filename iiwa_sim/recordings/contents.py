@@ -15,7 +15,7 @@ from iiwa_sim.recordings.writer import Message
 SECOND_NS = 1_000_000_000
 READING_BYTES = 1200
 """A line of state has about so many, and so has what waits to be one."""
-AT_ONCE = 40
+AT_ONCE = 25
 """States whose lines are made together, which takes 0.3 ms or so: then the other threads get their turn."""
 _LINE_BYTES = 300  # of a line of the dialogue, beside its text
 

@@ -1,13 +1,33 @@
-"""An MCAP file while it is written: its head at once, then messages in chunks."""
+"""An MCAP file while it is written: its head at once, then messages in chunks, and at last where what is."""
 
-from collections.abc import Mapping
+import zlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
-from mcap.writer import CompressionType, Writer
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from mcap.writer import MCAP0_MAGIC
 
+from iiwa_sim.recordings.chunk import ChunkBuilder
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.schemas import channels
 
@@ -16,6 +36,8 @@ CHUNK_BYTES = 64 * 1024
 
 METADATA = "iiwa_sim"
 """The name of the metadata record by which a recording of ours is known."""
+
+_CRC_BYTES = 4
 
 
 class Head(NamedTuple):
@@ -33,6 +55,13 @@ class McapFile:
 
     def __init__(self, path: Path, head: Head) -> None:
         """Overwrites a file that is there. Raises RecordingFault where it cannot be written."""
+        self._chunk = ChunkBuilder()
+        self._schemas: list[Schema] = []
+        self._channels: list[Channel] = []
+        self._chunks: list[ChunkIndex] = []
+        self._attachments: list[AttachmentIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self._counts: Counter[int] = Counter()  # of messages, by their channels
         try:
             if path.exists() and not path.is_file() and not path.is_char_device():
                 raise RecordingFault(f"{path}: expected the name of a file, to write a recording there")
@@ -42,28 +71,34 @@ class McapFile:
         try:
             if self._stream.isatty() or not self._stream.seekable():
                 raise RecordingFault(f"{path}: expected the name of a file, to write a recording there")
-            self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
-            self._channels = self._begin(head)
+            self._begin(head)
         except OSError as fault:
             self.abandon()
             raise _unwritable(path, fault) from None
         except RecordingFault:
             self.abandon()
             raise
+        self._ids = {channel.topic: channel.id for channel in self._channels}
 
     def add(self, topic: str, data: bytes, log_ns: int, publish_ns: int, number: int) -> None:
         """A message: its simulated and its real time (ns since 1970), and its number among all."""
-        self._writer.add_message(self._channels[topic], log_ns, data, publish_ns, number & 0xFFFF_FFFF)
+        self._chunk.add(self._ids[topic], log_ns, data, publish_ns, number & 0xFFFF_FFFF)
+        if self._chunk.size > CHUNK_BYTES:
+            self._end_chunk()
 
     def flush(self) -> None:
         """End the present chunk and hand all to the system."""
-        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._end_chunk()
+        self._stream.flush()
 
     def finish(self, lost: int) -> None:
         """Write how many messages were lost, the index, and close."""
         try:
-            self._writer.add_metadata(f"{METADATA}_end", {"lost_messages": str(lost)})
-            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._end_chunk()
+            self._tell(f"{METADATA}_end", {"lost_messages": str(lost)})
+            self._write(_bytes_of([DataEnd(0)]))
+            self._summarize()
+            self._stream.write(MCAP0_MAGIC)
             self._stream.flush()
         except OSError:
             self.abandon()
@@ -75,20 +110,84 @@ class McapFile:
         with suppress(OSError):  # what is in its buffer finds no room either; the descriptor is closed
             self._stream.close()
 
-    def _begin(self, head: Head) -> dict[str, int]:
-        writer = self._writer
-        writer.start(profile="", library=f"iiwa-sim {head.metadata['version']}")
-        writer.add_metadata(METADATA, dict(head.metadata))
+    def _begin(self, head: Head) -> None:
+        self._position = 0
+        self._write(MCAP0_MAGIC)
+        self._write(_bytes_of([Header("", f"iiwa-sim {head.metadata['version']}")]))
+        self._tell(METADATA, dict(head.metadata))
         for name, (media_type, content) in head.attachments.items():
-            writer.add_attachment(head.began_ns, head.began_ns, name, media_type, content)
-        ids = {}
-        for channel in channels():
-            schema = writer.register_schema(
-                channel.schema_name, "jsonschema", msgspec.json.encode(channel.schema)
-            )
-            ids[channel.topic] = writer.register_channel(channel.topic, "json", schema)
+            ns, offset = head.began_ns, self._position
+            length = self._write(_bytes_of([Attachment(ns, ns, name, media_type, content)]))
+            index = AttachmentIndex(offset, length, ns, ns, len(content), name, media_type)
+            self._attachments.append(index)
+        for number, channel in enumerate(channels(), 1):
+            text = msgspec.json.encode(channel.schema)
+            self._schemas.append(Schema(number, text, "jsonschema", channel.schema_name))
+            self._channels.append(Channel(number, channel.topic, "json", {}, number))
+        pairs = zip(self._schemas, self._channels, strict=True)
+        self._chunk.begin_with(_bytes_of([record for pair in pairs for record in pair]))
         self._stream.flush()
-        return ids
+
+    def _tell(self, name: str, metadata: dict[str, str]) -> None:
+        offset = self._position
+        length = self._write(_bytes_of([Metadata(name, metadata)]))
+        self._metadata.append(MetadataIndex(offset, length, name))
+
+    def _end_chunk(self) -> None:
+        ended = self._chunk.end(self._position)
+        if ended is not None:
+            written, index, counts = ended
+            self._write(written)
+            self._chunks.append(index)
+            self._counts.update(counts)
+
+    def _summarize(self) -> None:
+        """Tell where what is: https://mcap.dev/spec#summary-section"""
+        begins = self._position
+        groups: list[tuple[Opcode, Sequence[McapRecord]]] = [
+            (Opcode.SCHEMA, self._schemas),
+            (Opcode.CHANNEL, self._channels),
+            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.CHUNK_INDEX, self._chunks),
+            (Opcode.ATTACHMENT_INDEX, self._attachments),
+            (Opcode.METADATA_INDEX, self._metadata),
+        ]
+        summary, offsets = b"", []
+        for opcode, group in groups:
+            if group:
+                told = _bytes_of(group)
+                offsets.append(SummaryOffset(opcode, begins + len(summary), len(told)))
+                summary += told
+        offsets_begin = begins + len(summary)
+        summary += _bytes_of(offsets)
+        footer = _bytes_of([Footer(begins, offsets_begin, 0)])[:-_CRC_BYTES]
+        crc = zlib.crc32(footer, zlib.crc32(summary))
+        self._write(summary + footer + crc.to_bytes(_CRC_BYTES, "little"))
+
+    def _statistics(self) -> Statistics:
+        return Statistics(
+            attachment_count=len(self._attachments),
+            channel_count=len(self._channels),
+            channel_message_counts=self._counts,
+            chunk_count=len(self._chunks),
+            message_count=self._counts.total(),
+            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
+            message_start_time=min((chunk.message_start_time for chunk in self._chunks), default=0),
+            metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )
+
+    def _write(self, data: bytes) -> int:
+        """How many bytes it was."""
+        self._position += len(data)
+        return self._stream.write(data)
+
+
+def _bytes_of(records: Sequence[McapRecord]) -> bytes:
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]
 
 
 def _unwritable(path: Path, fault: Exception) -> RecordingFault:

@@ -2,7 +2,7 @@
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
-from math import cos, sin
+from math import cos, floor, sin
 from typing import Any, NamedTuple
 
 from iiwa_sim.backdoor.described import DescribedMove
@@ -19,8 +19,8 @@ from iiwa_sim.frames import (
     transform_from_euler,
 )
 
-DIGITS = 7
-"""Behind the point, of lengths (m) and quaternions: 0.1 um. More would only make files larger."""
+STEPS = 1e7
+"""Per unit of lengths (m) and quaternions: of 0.1 um. More would only make files larger."""
 TCP = "tcp"
 GOAL = "goal"
 DELETES_ALL = 1
@@ -244,7 +244,7 @@ def _vector(values: Sequence[float]) -> Message:
 
 
 def _rounded_vector(pose: Transform) -> Message:
-    return _vector([round(value, DIGITS) for value in pose.translation])
+    return _vector([floor(value * STEPS + 0.5) / STEPS for value in pose.translation])
 
 
 def _quaternion(pose: Transform) -> Message:
@@ -252,8 +252,8 @@ def _quaternion(pose: Transform) -> Message:
 
 
 def _rounded_quaternion(quaternion: Quaternion) -> Message:
-    x, y, z, w = quaternion
-    return {"x": round(x, DIGITS), "y": round(y, DIGITS), "z": round(z, DIGITS), "w": round(w, DIGITS)}
+    x, y, z, w = [floor(value * STEPS + 0.5) / STEPS for value in quaternion]  # a third of what `round` takes
+    return {"x": x, "y": y, "z": z, "w": w}
 
 
 def _turned(quaternion: Quaternion, axis: Vector, angle: float) -> Quaternion:

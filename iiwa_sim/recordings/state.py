@@ -1,6 +1,7 @@
 """The state of the robot as it is recorded: readings of ticks, made lines of JSON many at a time."""
 
 from collections.abc import Sequence
+from itertools import compress
 from math import pi
 
 import msgspec
@@ -73,18 +74,18 @@ class StateLines:
     def lines(self, readings: Sequence[Reading]) -> list[bytes]:
         """The states of ticks as JSON, fit for `protocol/status.schema.json`."""
         befores = [self._before, *readings[:-1]]
-        changed = [now for before, now in zip(befores, readings, strict=True) if _moved(before, now)]
-        moved = iter(self._all_moved(changed) if changed else [])
+        changed = [_moved(before, now) for before, now in zip(befores, readings, strict=True)]
+        moved = iter(self._all_moved(list(compress(readings, changed))) if any(changed) else [])
         lines = []
-        for before, now in zip(befores, readings, strict=True):
-            if _moved(before, now):
-                self._moved = self._encode(next(moved))
+        for before, now, has_moved in zip(befores, readings, changed, strict=True):
+            if has_moved:
+                self._moved = self._encode(next(moved))[1:-1]
             if before is None or now.goal != before.goal or now.tool_in_flange != before.tool_in_flange:
-                self._goal = self._encode(self._goal_of(now))
+                self._goal = self._encode(self._goal_of(now))[1:-1]
             if before is None or now[_STANDING] != before[_STANDING]:
-                self._standing = self._encode(_standing(now))
+                self._standing = self._encode(_standing(now))[1:]
             time_s = self._encode(round(now.tick * self._tick_s, 9))  # 1.4, not 1.4000000000000001
-            rest = (self._moved[1:-1], self._goal[1:-1], self._standing[1:])
+            rest = (self._moved, self._goal, self._standing)
             lines.append(b'{"time_s":%b,"tick":%d,%b,%b,%b' % (time_s, now.tick, *rest))
         self._before = readings[-1]
         return lines
@@ -94,15 +95,13 @@ class StateLines:
         joints = np.array([each.joints for each in readings])
         before = np.array([each.joints_before for each in readings])
         velocities = _rounded((joints - before) / self._tick_s, PER_UNIT)
-        forces = _rounded(np.array([each.force for each in readings]), PER_N)
-        torques = _rounded(np.array([each.torques for each in readings]), PER_N)
+        forces = _each_rounded([each.force for each in readings])
+        torques = _each_rounded([each.torques for each in readings])
         flanges = [self._model.flange(each.joints) for each in readings]
         tools = [compose(pose, each.tool_in_flange) for pose, each in zip(flanges, readings, strict=True)]
-        columns = (velocities, _frames(flanges), _frames(tools), forces, torques)
-        return [
-            _Moved(each.joints, *row)
-            for each, *row in zip(readings, *(column.tolist() for column in columns), strict=True)
-        ]
+        poses = _frames([*flanges, *tools]).tolist()
+        columns = (velocities.tolist(), poses[: len(flanges)], poses[len(flanges) :], forces, torques)
+        return [_Moved(each.joints, *row) for each, *row in zip(readings, *columns, strict=True)]
 
     def _goal_of(self, reading: Reading) -> _Goal:
         tool = compose(self._model.flange(reading.goal), reading.tool_in_flange)
@@ -132,6 +131,14 @@ def _standing(reading: Reading) -> _Standing:
         reading.outputs,
         ErrorState(error.code, error.reason),
     )
+
+
+def _each_rounded(rows: Sequence[tuple[float, ...]]) -> Sequence[list[float]]:
+    """Forces or torques. Those of a robot that nothing touches are one and the same in all ticks."""
+    if all(row is rows[0] for row in rows):
+        return [_rounded(np.array(rows[0]), PER_N).tolist()] * len(rows)
+    found: list[list[float]] = _rounded(np.array(rows), PER_N).tolist()
+    return found
 
 
 def _rounded(values: Array, steps: float | Array) -> Array:
