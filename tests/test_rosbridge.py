@@ -166,6 +166,30 @@ def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
     ]
 
 
+def test_roslibjs_sends_goals_as_on_ros_2(roslibjs: Path) -> None:
+    script = shutil.copy(EXAMPLES / "ros2_roslibjs.mjs", roslibjs)
+    with running("--rosbridge-port", "0") as process:
+        said = subprocess.run(
+            ["node", str(script), f"ws://127.0.0.1:{port_of(process)}"],
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE_S,
+            check=False,
+        )
+    assert said.returncode == 0, said.stderr
+    *lines, rejected, kind, stamp = said.stdout.splitlines()
+    cancelled = 'GoalError: Action was canceled: {"error_code":0,"error_string":"cancelled"}'
+    assert lines == [
+        "action /joint_trajectory_controller/follow_joint_trajectory",
+        "feedback of A1 A2 A3 A4 A5 A6 A7",
+        "reached, 0",
+        cancelled,
+        cancelled,
+    ]
+    assert "Action goal was rejected: after " in rejected
+    assert (kind, stamp) == ("type sensor_msgs/msg/JointState", "stamp sec nanosec")
+
+
 async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, roslibjs: Path) -> None:
     script = roslibjs / "cbor.mjs"
     script.write_text("""
@@ -191,7 +215,7 @@ async def test_roslibjs_reads_cbor_and_asks_what_there_is(simulator: Simulator, 
     async with asyncio.timeout(DEADLINE_S):
         said, faults = await node.communicate()
     assert node.returncode == 0, faults
-    assert said.decode().splitlines() == ["Float64Array 7", "0,0,128,63", "float32 data", "0", "null"]
+    assert said.decode().splitlines() == ["Float64Array 7", "0,0,128,63", "float32 data", "1", "null"]
 
 
 async def test_a_robot_of_six_joints_whose_own_messages_are_krc4() -> None:

@@ -6,7 +6,7 @@ and actions that only ROS 2 has are served in its form to whoever asks for them.
 """
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import msgspec
@@ -21,6 +21,7 @@ from iiwa_sim.ros.arm.messages import BadGoal, in_ros1, in_ros2, ros1_name
 from iiwa_sim.ros.rmi.definitions import message
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.ros.rosbridge.outbox import Outbox
+from iiwa_sim.ros.rosbridge.rosapi_ros2 import Ros2Api
 
 CANCEL_SERVICE = f"{ACTION}/_action/cancel_goal"
 """How roslibjs cancels all goals of an action."""
@@ -192,6 +193,11 @@ class Ros2Client:
         if len(self._goals) >= MOST_GOALS or str(asked.get("id")) in self._goals:
             return "expected an id of its own"
         return None
+
+    @cached_property
+    def api(self) -> Ros2Api:
+        """What there is, in the words of ROS 2."""
+        return Ros2Api(self._node, self._arm)
 
     @staticmethod
     def _key(topic: str) -> str:

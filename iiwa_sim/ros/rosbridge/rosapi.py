@@ -1,4 +1,4 @@
-"""The introspection services for clients of rosbridge: those of the package rosapi."""
+"""The introspection services for clients of rosbridge, in the words of ROS 1: those of the package rosapi."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -9,6 +9,7 @@ from iiwa_sim.ros.rmi.definitions import PRIMITIVES, Definition, full_text, part
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Node
 
 Values = dict[str, Any]
+Call = Callable[[Values], Values]
 
 NODE = "/iiwa_sim"
 _LIST, _SINGLE = 0, -1  # of fieldarraylen
@@ -21,33 +22,33 @@ class RosApi:
         self._node = node
         self._topics = {name: kind for name, (kind, _) in PUBLISHED.items()} | dict(SUBSCRIBED)
         topic, service_name, kind = ("topic",), ("service",), ("type",)
-        calls: dict[str, tuple[str, tuple[str, ...], Callable[[Values], Values]]] = {
+        calls: dict[str, tuple[str, tuple[str, ...], Call]] = {
             "topics": ("Topics", (), lambda _: self._topics_and_types()),
             "topics_and_raw_types": ("TopicsAndRawTypes", (), lambda _: self._topics_and_raw_types()),
-            "topic_type": ("TopicType", topic, lambda v: {"type": self._topics.get(_named(v, "topic"), "")}),
-            "topics_for_type": ("TopicsForType", kind, lambda v: {"topics": _of_type(self._topics, v)}),
+            "topic_type": ("TopicType", topic, lambda v: {"type": self._topics.get(named(v, "topic"), "")}),
+            "topics_for_type": ("TopicsForType", kind, lambda v: {"topics": of_type(self._topics, v)}),
             "services": ("Services", (), lambda _: {"services": list(self._services)}),
             "service_type": (
                 "ServiceType",
                 service_name,
-                lambda v: {"type": self._services.get(_named(v, "service"), "")},
+                lambda v: {"type": self._services.get(named(v, "service"), "")},
             ),
             "services_for_type": (
                 "ServicesForType",
                 kind,
-                lambda v: {"services": _of_type(self._services, v)},
+                lambda v: {"services": of_type(self._services, v)},
             ),
             "nodes": ("Nodes", (), lambda _: {"nodes": [NODE]}),
             "node_details": ("NodeDetails", ("node",), self._node_details),
             "publishers": (
                 "Publishers",
                 topic,
-                lambda v: {"publishers": _if(_named(v, "topic") in PUBLISHED)},
+                lambda v: {"publishers": _if(named(v, "topic") in PUBLISHED)},
             ),
             "subscribers": (
                 "Subscribers",
                 topic,
-                lambda v: {"subscribers": _if(_named(v, "topic") in SUBSCRIBED)},
+                lambda v: {"subscribers": _if(named(v, "topic") in SUBSCRIBED)},
             ),
             "action_servers": ("GetActionServers", (), lambda _: {"action_servers": []}),
             "message_details": ("MessageDetails", kind, lambda v: _details(node.definition(_kind(v)))),
@@ -81,7 +82,7 @@ class RosApi:
         return {**self._topics_and_types(), "typedefs_full_text": texts}
 
     def _node_details(self, values: Values) -> Values:
-        here = _named(values, "node") == NODE
+        here = named(values, "node") == NODE
         return {
             "publishing": list(PUBLISHED) if here else [],
             "subscribing": list(SUBSCRIBED) if here else [],
@@ -94,7 +95,8 @@ def rooted(name: str) -> str:
     return name if name.startswith("/") else f"/{name}"
 
 
-def _named(values: Values, field: str) -> str:
+def named(values: Values, field: str) -> str:
+    """The name that an argument is, with its slash."""
     return rooted(str(values.get(field, "")))
 
 
@@ -116,7 +118,8 @@ def _param(values: Values) -> Values:
     return {"value": default}
 
 
-def _of_type(all_of_them: dict[str, str], values: Values) -> list[str]:
+def of_type(all_of_them: dict[str, str], values: Values) -> list[str]:
+    """The names of what is of the type that the arguments name."""
     return [name for name, kind in all_of_them.items() if kind == values.get("type")]
 
 

@@ -25,6 +25,7 @@ from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import LONGEST_FEED, Outbox
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE, Ros2Client, is_ros2
 from iiwa_sim.ros.rosbridge.rosapi import RosApi, rooted
+from iiwa_sim.ros.rosbridge.rosapi_ros2 import ACTION_SERVERS, ONLY_HERE
 from iiwa_sim.wording import harmless, shortened
 
 LEVELS = ("none", "error", "warning", "info")
@@ -270,6 +271,7 @@ class RosbridgeSession:
             respond(reason, result=False)
 
         service_name, arguments = rooted(name), message.get("args", {})
+        self._speaks_ros2 = self._speaks_ros2 or is_ros2(message.get("type")) or service_name in ONLY_HERE
         try:
             _compression(message, ("none",))
             _check_whole(message)
@@ -285,15 +287,22 @@ class RosbridgeSession:
                     answer = partial(_respond_in_ros2, respond, definition)
                 self._node.call(service_name, request, answer, fail)
                 return
-            names, call = self._api.calls[service_name]
-            request = _request(names, arguments)
-            values = call(request if isinstance(request, dict) else {})
+            values = self._call_rosapi(service_name, arguments)
         except (_Misuse, BadMessage, BadGoal) as fault:
             fail(str(fault))
         except KeyError as missing:
             fail(f"there is no {_shown(missing.args[0])}")
         else:
             respond(values)
+
+    def _call_rosapi(self, name: str, arguments: Any) -> Any:
+        names, _ = self._api.calls.get(name) or self._ros2.api.calls[name]
+        request = _request(names, arguments)
+        request = request if isinstance(request, dict) else {}
+        self._speaks_ros2 = self._speaks_ros2 or is_ros2(request.get("type"))
+        in_ros2 = self._speaks_ros2 or name == ACTION_SERVERS  # a robot has no actions of ROS 1
+        _, call = (self._ros2.api.calls if in_ros2 else self._api.calls)[name]
+        return call(request)
 
     @staticmethod
     def _call_arm(arm: JointLevel, name: str, arguments: Any) -> Any:

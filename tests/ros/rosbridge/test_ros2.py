@@ -25,10 +25,12 @@ from iiwa_sim.ros.rmi.node import PUBLISHED as OF_NODE
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
+from iiwa_sim.ros.rosbridge.rosapi_ros2 import ONLY_HERE
 from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 from tests.ros_robot import NOW_NS, RosRobot, ptp
 from tests.stepped import assert_within_limits
 
+PARTS = ("goal", "result", "feedback")
 HERE = [0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0]
 AWAY = [0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2]
 NOW = {"sec": NOW_NS // 10**9, "nanosec": NOW_NS % 10**9}
@@ -366,6 +368,67 @@ def test_cbor_is_cbor(client: Client, robot: Ros2Robot) -> None:
     assert len(client.hears()[0]["msg"]["transforms"]) == 8
     (status,) = client.says("subscribe", topic="/wrench", compression="cbor-raw")
     assert "expected none, cbor" in status["msg"]
+
+
+def asks(client: Client, of: str, **args: Any) -> Any:
+    (response,) = client.says("call_service", service=f"/rosapi/{of}", args=args)
+    assert response["result"] is True, response
+    return response["values"]
+
+
+def test_rosapi_answers_in_the_words_in_which_it_is_asked(client: Client) -> None:
+    assert asks(client, "action_servers") == {"action_servers": [ACTION]}
+    assert asks(client, "topic_type", topic="/joint_states") == {"type": "sensor_msgs/JointState"}
+    assert asks(client, "get_time")["time"]["secs"] == NOW["sec"]
+    (header, *_) = asks(client, "message_details", type="std_msgs/msg/Header")["typedefs"]
+    assert (header["type"], header["fieldnames"]) == ("std_msgs/Header", ["stamp", "frame_id"])
+    assert asks(client, "topic_type", topic="/joint_states") == {"type": "sensor_msgs/msg/JointState"}
+    assert asks(client, "get_time") == {"time": NOW}
+
+
+@pytest.mark.parametrize("service", sorted(ONLY_HERE))
+def test_who_asks_what_only_ros_2_has_is_answered_in_its_words(client: Client, service: str) -> None:
+    client.says("call_service", service=service)
+    assert asks(client, "service_type", service="/stop") == {"type": "std_srvs/srv/Trigger"}
+
+
+def test_rosapi_tells_all_there_is(client: Client, robot: Ros2Robot) -> None:
+    assert asks(client, "get_ros_version")["version"] == 2
+    topics = asks(client, "topics_and_raw_types")
+    named = dict(zip(topics["topics"], topics["types"], strict=True))
+    assert set(named) == {*PUBLISHED, *OF_NODE, TRAJECTORY, COMMANDS, "/command_list"}
+    assert all(kind.split("/")[1] == "msg" for kind in named.values())
+    texts = dict(zip(topics["topics"], topics["typedefs_full_text"], strict=True))
+    assert "MSG: geometry_msgs/Transform\n" in texts["/tf"]
+    services = asks(client, "services")["services"]
+    assert {"/stop", "/get_io", "/rosapi/topics", *robot.node.services} <= set(services)
+    types = {name: asks(client, "service_type", service=name)["type"] for name in services}
+    assert all(kind.split("/")[1] == "srv" for kind in types.values())
+    assert {*named.values(), *types.values(), ACTION_TYPE} == set(asks(client, "interfaces")["interfaces"])
+    for kind in set(types.values()):
+        if not kind.startswith("rosapi_msgs/"):  # their definitions are rosbridge's own
+            assert asks(client, "service_request_details", type=kind)["typedefs"]
+            assert asks(client, "service_response_details", type=kind)["typedefs"]
+    assert asks(client, "action_type", action=ACTION) == {"type": ACTION_TYPE}
+    parts = [asks(client, f"action_{part}_details", type=ACTION_TYPE)["typedefs"] for part in PARTS]
+    assert [part[0]["type"] for part in parts] == [
+        f"control_msgs/FollowJointTrajectory_{part.capitalize()}" for part in PARTS
+    ]
+    assert ("SUCCESSFUL", "0") in zip(parts[1][0]["constnames"], parts[1][0]["constvalues"], strict=True)
+    assert asks(client, "service_node", service="stop") == {"node": "/iiwa_sim"}
+    assert asks(client, "publishers", topic="tf") == {"publishers": ["/iiwa_sim"]}
+    assert asks(client, "subscribers", topic="tf") == {"subscribers": []}
+    assert asks(client, "topics_for_type", type="tf2_msgs/msg/TFMessage") == {"topics": ["/tf", "/tf_static"]}
+    assert asks(client, "node_details", node="/iiwa_sim")["subscribing"] == [
+        "/command_list",
+        TRAJECTORY,
+        COMMANDS,
+    ]
+    assert asks(client, "get_param", name="/x:y")["successful"] is False
+    (response,) = client.says(
+        "call_service", service="/rosapi/message_details", args={"type": "std_srvs/srv/Trigger"}
+    )
+    assert (response["result"], response["values"]) == (False, "there is no std_srvs/srv/Trigger")
 
 
 def test_a_robot_without_joint_level_says_so(robot: Ros2Robot) -> None:
