@@ -69,6 +69,7 @@ class SteppedRobot:
             tool_in_flange=cell.tool_in_flange,
             noise=cell.noise(),
             safety=cell.safety,
+            tool=cell.tool,
             servo_timeout_s=servo_timeout_s,
             on_fault=lambda code, reason: self.faults.append((code, reason)),
             on_contact=self._meets,

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Transform
@@ -26,6 +27,7 @@ class State(NamedTuple):
     wrench: Wrench
     joint_push: tuple[float, ...]
     surfaces: tuple[Surface, ...]
+    tool_load: ToolLoad
 
 
 class States:
@@ -71,6 +73,7 @@ class States:
         for number, on in enumerate(state.outputs, 1):
             controller.io.set_output(number, on)
         controller.load.wrench, controller.load.joint_push = state.wrench, state.joint_push
+        controller.set_tool_load(state.tool_load)
         controller.release_emergency_stop()
         controller.injected.switch_drives(on=True)
         controller.reset_error()
@@ -86,4 +89,5 @@ class States:
             wrench=controller.load.wrench,
             joint_push=controller.load.joint_push,
             surfaces=tuple(controller.load.world.surfaces.values()),
+            tool_load=controller.tool_load,
         )

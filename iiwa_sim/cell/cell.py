@@ -10,6 +10,7 @@ from iiwa_sim.cell.settings import HOME, AnySurface, CellFault, CellSettings, re
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS
 from iiwa_sim.controller.protection import NOTHING_MORE, Safety
 from iiwa_sim.frames import Transform, compose
@@ -29,6 +30,8 @@ class Cell:
     """Pose of the TCP in the flange."""
     contact_radius_m: float = 0.0
     """Radius (m) of the sphere round the TCP that touches surfaces."""
+    tool: Tool | None = None
+    """What is fixed to the flange, with its mass."""
     surfaces: tuple[Surface, ...] = ()
     noise_levels: NoiseLevels | None = None
     input_names: tuple[str, ...] = DEFAULT_INPUTS
@@ -76,6 +79,7 @@ def load_cell(path: str | Path) -> Cell:
         start=_start(reader, settings.start_deg, description),
         tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
         contact_radius_m=1e-3 * settings.contact_radius_mm,
+        tool=None if settings.tool is None else settings.tool.tool(),
         surfaces=tuple(map(surface_of, settings.surfaces().values())),
         noise_levels=None
         if noise is None

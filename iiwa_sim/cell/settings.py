@@ -5,8 +5,11 @@ from __future__ import annotations
 from operator import attrgetter
 
 import msgspec
+import numpy as np
 
+from iiwa_sim.contact.moments import body
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.controller.protection import GREATEST, Safety
 from iiwa_sim.frames import Frame, Transform, Vector
@@ -19,6 +22,7 @@ DEFAULT_CONTACT_RADIUS_MM = 5.0
 LARGEST_IO_COUNT = 499
 """Most inputs or outputs: `get outputs` lists them in a reply of 1,000 bytes."""
 
+_INERTIA: Range = (-1000.0, 1000.0, " kg m^2")
 _SIZE: Range = (0.01, 10_000.0, " mm")
 POSE_RANGES: dict[str, Range] = {
     "x_mm": LENGTH,
@@ -41,6 +45,7 @@ SURFACE_RANGES: dict[str, Range] = {
 OTHER_RANGES: dict[str, Range] = {
     "contact_radius_mm": (0.0, 500.0, " mm"),
     **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
+    "tool.mass_kg": (0.001, 1000.0, " kg"),
     "noise.seed": (0, 999_999_999, ""),
     "noise.force_n": (0.0, 1000.0, " N"),
     "noise.torque_nm": (0.0, 1000.0, " Nm"),
@@ -159,11 +164,24 @@ class IoSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return _names("output", self.outputs)
 
 
+class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What is fixed to the flange: how heavy it is, and where."""
+
+    mass_kg: float
+    centre_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia_kgm2: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def tool(self) -> Tool:
+        """What a controller takes."""
+        return Tool(ToolLoad(self.mass_kg, _metres(self.centre_mm)), self.inertia_kgm2)
+
+
 class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     robot: str = DEFAULT_ROBOT
     start_deg: str | list[float] = HOME
     contact_radius_mm: float = DEFAULT_CONTACT_RADIUS_MM
     tool_in_flange: ToolSettings | None = None
+    tool: CarriedToolSettings | None = None
     plane: list[PlaneSettings] = []
     box: list[BoxSettings] = []
     sphere: list[SphereSettings] = []
@@ -192,6 +210,7 @@ def read_settings(path: str, text: str) -> CellSettings:
         ) is not None:
             reader.check_range(key, value, allowed)
     _check_surfaces(reader, settings.surfaces())
+    _check_tool(reader, settings.tool)
     _check_box(reader, settings.safety)
     _check_io(reader, "io.inputs", settings.io.inputs)
     _check_io(reader, "io.outputs", settings.io.outputs)
@@ -218,6 +237,27 @@ def check_surface(reader: Reader, prefix: str, surface: AnySurface) -> None:
         else:
             for index, each in enumerate(value):
                 reader.check_range(f"{prefix}{key}[{index}]", each, SURFACE_RANGES[key])
+
+
+def _check_tool(reader: Reader, tool: CarriedToolSettings | None) -> None:
+    """Raises an error for a centre out of range, and for an inertia that no body has: of each principal
+    axis it is at most as great as those of the other two together."""
+    if tool is None:
+        return
+    for axis, value in enumerate(tool.centre_mm):
+        reader.check_range(f"tool.centre_mm[{axis}]", value, LENGTH)
+    for place, value in enumerate(tool.inertia_kgm2):
+        reader.check_range(f"tool.inertia_kgm2[{place}]", value, _INERTIA)
+    spread = body(1.0, (0.0, 0.0, 0.0), tool.inertia_kgm2)
+    matrix = [
+        [spread.xx, spread.xy, spread.xz],
+        [spread.xy, spread.yy, spread.yz],
+        [spread.xz, spread.yz, spread.zz],
+    ]
+    least = float(np.linalg.eigvalsh(matrix)[0])
+    can_be = least >= -1e-9 * max(map(abs, tool.inertia_kgm2))
+    expected = "ixx, iyy, izz, ixy, ixz, iyz of a body: no principal one above the sum of the others"
+    reader.check("tool.inertia_kgm2", list(tool.inertia_kgm2), can_be, expected)
 
 
 def _check_box(reader: Reader, safety: SafetySettings) -> None:

@@ -20,6 +20,10 @@ def summary(cell: Cell) -> str:
         f"TCP at the start: {_frame(Frame.from_transform(tcp))}",
         f"contact radius: {_numbers(radius_mm)} mm",
     ]
+    if cell.tool is not None:
+        mass_kg, centre = cell.tool.load
+        place = _numbers(*(1e3 * each for each in centre))
+        lines.append(f"tool: {_numbers(mass_kg)} kg, its centre at {place} mm in the flange")
     for surface in cell.surfaces:
         away_mm = 1e3 * surface.nearest(*tcp.translation)[0] - radius_mm
         there = f"{_numbers(away_mm)} mm away" if away_mm >= 0.0 else f"pressed in by {_numbers(-away_mm)} mm"

@@ -38,6 +38,7 @@ from iiwa_sim.client.replies import (
     LastError,
     Reachability,
     RobotStatus,
+    ToolLoad,
 )
 
 __all__ = [
@@ -57,5 +58,6 @@ __all__ = [
     "Reachability",
     "ReplyError",
     "RobotStatus",
+    "ToolLoad",
     "UnknownCommandError",
 ]

@@ -56,6 +56,15 @@ class CollisionThresholds(NamedTuple):
     max_torque: float
 
 
+class ToolLoad(NamedTuple):
+    """What the controller takes its arm to carry: a mass (kg), and its centre in the flange (mm)."""
+
+    mass: float
+    cx: float
+    cy: float
+    cz: float
+
+
 class LastError(NamedTuple):
     """A result code of robot_movement_interface, and the reason in words."""
 

@@ -4,10 +4,13 @@ from collections.abc import Sequence
 from math import hypot, isfinite
 from operator import add as add_numbers
 
+from iiwa_sim.contact import moments
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
+from iiwa_sim.contact.moments import NO_MOMENTS, Moments
 from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.contact.world_kernel import AT_REST, World
-from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.frames import Transform, Vector, inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.tcp_kernel import Tcp
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add
@@ -20,7 +23,8 @@ class ExternalLoad:
     """The external load, tick by tick; exactly 0 in free space.
 
     A wrench at the TCP and a torque on each joint are applied from outside as long as they are set. Surfaces
-    are evaluated once per tick. The readings are the sum, with noise if there is any.
+    are evaluated once per tick, and so is what is carried without that the controller knows. The readings are
+    the sum, with noise if there is any.
     """
 
     def __init__(
@@ -37,6 +41,11 @@ class ExternalLoad:
         self._pushed = False  # by one of these two
         self._joints_pushed = False
         self._touch: Wrench = NO_WRENCH
+        self._carried: Wrench = NO_WRENCH
+        self._unknown: Moments | None = None  # in the flange
+        self._at_tcp = NO_MOMENTS  # the same, in the frame of the TCP
+        self._motion: TcpMotion | None = None  # while there is any of that
+        self._carried_at: Sequence[float] = ()  # joints at which it was evaluated last
         self._model = model
         self._tcp = model.tcp(tool_in_flange)
         self.world = World((), 0.0) if world is None else world
@@ -78,10 +87,40 @@ class ExternalLoad:
         self._joints_pushed = any(torques)
         self._pushed = any(self._wrench) or self._joints_pushed
 
+    def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
+        """From now on the arm, at `joints` (rad), carries this, seen from the flange, besides what the
+        controller knows of: None for nothing, and less than nothing where that is less."""
+        self._unknown = unknown
+        if unknown is None:
+            self._motion, self._carried = None, NO_WRENCH
+            return
+        if self._motion is None:
+            self._motion = TcpMotion(self._tcp.pose(joints))
+        self._at_tcp = moments.seen_from(unknown, inverse(self._tcp.tool_in_flange))
+        self._carried = self._motion.wrench(self._at_tcp)
+
+    @property
+    def tcp_push(self) -> Wrench:
+        """What a robot that yields gives way to at the TCP, along its axes, besides surfaces: the applied
+        wrench, and the weight of what the controller does not know of."""
+        if self._motion is None:
+            return self._wrench
+        return add(self._wrench, self._motion.weight(self._at_tcp))
+
+    @property
+    def applied(self) -> tuple[object, ...]:
+        """All that acts but surfaces, to be compared."""
+        return self._wrench, self._joint_push, self._carried
+
     @property
     def changes(self) -> bool:
         """Whether a tick may change a reading: it cannot without noise far from surfaces."""
-        return self._noise is not None or self._place is not None or not self.world.empty
+        return (
+            self._noise is not None
+            or self._place is not None
+            or self._motion is not None
+            or not self.world.empty
+        )
 
     @property
     def touching(self) -> bool:
@@ -91,6 +130,8 @@ class ExternalLoad:
     @property
     def settled(self) -> bool:
         """Whether ticks change only the noise as long as the robot stays where it is."""
+        if self._motion is not None and not self._motion.still:
+            return False
         if self.world.empty:
             return self._place is None
         return self._settled == self.world.changes
@@ -108,6 +149,9 @@ class ExternalLoad:
         """
         if self._noise is not None:
             self._noise.next()
+        if self._motion is not None and not (self._motion.still and joints == self._carried_at):
+            self._motion.step(self._tcp.pose(joints) if contact is None else contact[0], tick_s)
+            self._carried, self._carried_at = self._motion.wrench(self._at_tcp), joints
         if self.world.empty:
             self._touch, self._place = NO_WRENCH, None
             return
@@ -134,6 +178,10 @@ class ExternalLoad:
         self.world.forget()
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
+        if self._motion is not None:
+            self._motion.rest(self._tcp.pose(joints))
+            self.carry(self._unknown, joints)
+            self._carried_at = joints
 
     def seed(self, seed: int) -> None:
         """Restart the noise with this seed, if there is noise."""
@@ -154,7 +202,8 @@ class ExternalLoad:
 
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
         """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
-        if self._touch is NO_WRENCH and self._wrench is NO_WRENCH and self._noise is None:
+        nothing_at_tcp = self._touch is NO_WRENCH and self._wrench is NO_WRENCH and self._carried is NO_WRENCH
+        if nothing_at_tcp and self._noise is None:
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 
@@ -172,7 +221,7 @@ class ExternalLoad:
     @property
     def acts(self) -> bool:
         """Whether anything pushes the robot: exactly nothing does in free space."""
-        return self._pushed or self._touch is not NO_WRENCH
+        return self._pushed or self._touch is not NO_WRENCH or self._carried is not NO_WRENCH
 
     @property
     def greatest_joint_push(self) -> float:
@@ -182,9 +231,10 @@ class ExternalLoad:
     @property
     def acting(self) -> Wrench:
         """The wrench at the TCP, along its axes, without noise."""
-        if self._touch is NO_WRENCH:
-            return self._wrench
-        return self._touch if self._wrench is NO_WRENCH else add(self._touch, self._wrench)
+        wrench = self._wrench
+        if self._touch is not NO_WRENCH:
+            wrench = self._touch if wrench is NO_WRENCH else add(self._touch, wrench)
+        return wrench if self._carried is NO_WRENCH else add(wrench, self._carried)
 
     def _feel(self, tcp: Transform, tick_s: float) -> None:
         rotation, place = tcp

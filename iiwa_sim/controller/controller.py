@@ -6,6 +6,7 @@ from math import dist
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.controller.carrying import Carrying, Tool, ToolLoad
 from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
@@ -53,6 +54,7 @@ class Controller:
         noise: Noise | None = None,
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
+        tool: Tool | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
@@ -60,12 +62,12 @@ class Controller:
         """At rest at `start` (rad, within the limits), None for home; the TCP is the robot's own for None.
 
         The TCP touches the surfaces of `world`; the robot goes where it is sent, until the torque on a joint
-        passes its limit, or what `safety` has it watch: then it stops, and is in error. `noise` is added to
-        the readings of forces and torques. There are the inputs and outputs of `io`, or 16 of each. The robot
-        stops by itself when a servo mode hears of no command for `servo_timeout_s`, None for never.
-        `on_fault` is told the code and the reason of what goes wrong between commands, `on_contact` which
-        force has ended a move. Raises `RobotFault` where the robot's folder does not fit together, and
-        ValueError for a timeout out of range.
+        passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries
+        `tool`, None for nothing, and the controller knows that. `noise` is added to the readings of forces
+        and torques. There are the inputs and outputs of `io`, or 16 of each. The robot stops by itself when a
+        servo mode hears of no command for `servo_timeout_s`, None for never. `on_fault` is told the code and
+        the reason of what goes wrong between commands, `on_contact` which force has ended a move. Raises
+        `RobotFault` where the robot's folder does not fit together, ValueError for a timeout out of range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
@@ -74,13 +76,14 @@ class Controller:
         self.tick_s = tick_s
         self.io = Io() if io is None else io
         start = description.home if start is None else start
-        tool = description.tool_in_flange if tool_in_flange is None else tool_in_flange
+        tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
         model = Model(description)
-        self.load = ExternalLoad(model, tool, start, world, noise)
+        self.load = ExternalLoad(model, tcp, start, world, noise)
         """What pushes the robot from outside, and what it touches."""
+        self._carrying = Carrying(tool, self.load)
         protection = Protection(description.joints, description.torque, safety)
         self._core = Core(
-            model, tick_s, start, tool, self.load, protection, servo_timeout_s, on_fault, on_contact
+            model, tick_s, start, tcp, self.load, protection, servo_timeout_s, on_fault, on_contact
         )
         self._moves = Moves(self._core)
         self._trajectories = Trajectories(self._core)
@@ -177,6 +180,18 @@ class Controller:
         """The greatest force (N) and torque (Nm) from outside at the TCP; 0 where it is not watched."""
         safety = self._core.protection.safety
         return safety.force_n or 0.0, safety.torque_nm or 0.0
+
+    def set_tool_load(self, load: ToolLoad) -> None:
+        """What the controller takes its arm to carry from now on.
+
+        The difference to what is there acts from outside. Raises `Refused` for numbers out of range.
+        """
+        self._carrying.believe(load, self.joints)
+
+    @property
+    def tool_load(self) -> ToolLoad:
+        """What the controller takes its arm to carry."""
+        return self._carrying.believed
 
     def reset_error(self) -> None:
         """End the state of error, and forget the last refusal.

@@ -89,11 +89,11 @@ class Protection:
 
     def knows(self, load: ExternalLoad) -> bool:
         """Whether the last look was at what is applied now."""
-        return self._judged == (load.wrench, load.joint_push)
+        return self._judged == load.applied
 
     def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
         """Why the load at joint positions (rad) stops the robot; None if it does not."""
-        self._judged = (load.wrench, load.joint_push)
+        self._judged = load.applied
         x, y, z, a, b, c = load.acting
         force_n, torque_nm = hypot(x, y, z), hypot(a, b, c)
         if load.levers_m is not self._levers_m:

@@ -47,6 +47,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     """The TCP there, in the base: mm, rad."""
     override: float
     """0 to 1."""
+    tool_load: tuple[float, ...]
+    """What the controller takes its arm to carry: kg, and the centre of that in the flange (mm)."""
     robot_status: RobotStatus
     inputs: tuple[bool, ...]
     """From number 1 on."""
@@ -56,7 +58,7 @@ class Snapshot(msgspec.Struct, frozen=True):
 
 def snapshot(controller: Controller) -> Snapshot:
     """The present state of `controller`'s robot."""
-    error = controller.last_error or NO_ERROR
+    error, load = controller.last_error or NO_ERROR, controller.tool_load
     return Snapshot(
         time_s=round(controller.tick * controller.tick_s, 9),  # 1.4, not 1.4000000000000001
         tick=controller.tick,
@@ -71,6 +73,7 @@ def snapshot(controller: Controller) -> Snapshot:
         goal_joint_position=controller.goal_joints,
         goal_frame=controller.goal_frame(),
         override=controller.override,
+        tool_load=(load.mass_kg, *(1e3 * each for each in load.centre)),
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,

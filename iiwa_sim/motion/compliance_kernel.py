@@ -234,7 +234,7 @@ class Compliance:
         qx: cython.double
         qy: cython.double
         qz: cython.double
-        ax, ay, az, bx, by, bz = self._pushes.wrench
+        ax, ay, az, bx, by, bz = self._pushes.tcp_push
         px, py, pz, qx, qy, qz = impedance[1]
         ax, ay, az, bx, by, bz = ax + px, ay + py, az + pz, bx + qx, by + qy, bz + qz
         f[0] = r[0] * ax + r[1] * ay + r[2] * az

@@ -156,7 +156,7 @@ class JointSprings:
     @cython.cfunc
     def _find_torques(self) -> object:
         """Of the pushes (Nm), on each joint."""
-        wrench, push = self._pushes.wrench, self._pushes.joint_push
+        wrench, push = self._pushes.tcp_push, self._pushes.joint_push
         if any(wrench):
             made = self._tcp.torques(self._joints, wrench)
             push = tuple(map(add, push, made))

@@ -20,7 +20,7 @@ class Pushes(Protocol):
     """What pushes the robot. `iiwa_sim.contact.load.ExternalLoad` is one."""
 
     @property
-    def wrench(self) -> Wrench:
+    def tcp_push(self) -> Wrench:
         """At the TCP, along its axes."""
 
     @property

@@ -87,6 +87,14 @@ def test_surfaces_in_metres(tmp_path: Path) -> None:
     assert rod.shape == Cylinder(0.01, 0.15)
 
 
+def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
+    text = "[tool]\nmass_kg = 1.5\ncentre_mm = [10, 0, 60]\ninertia_kgm2 = [0.001, 0.001, 0.002, 0, 0, 0]\n"
+    cell = cell_from(tmp_path, text)
+    assert cell.tool == ((1.5, (0.01, 0.0, 0.06)), (0.001, 0.001, 0.002, 0.0, 0.0, 0.0))
+    assert "tool: 1.5 kg, its centre at 10 0 60 mm in the flange" in summary(cell)
+    assert cell_from(tmp_path, "").tool is None
+
+
 def test_what_the_robot_watches(tmp_path: Path) -> None:
     text = (
         "[safety]\ncollision_force_n = 80\ntcp_speed_mm_per_s = 250\n"
@@ -149,6 +157,32 @@ FAULTS = [
     (TOOL.replace("150", "15000"), "tool_in_flange.z_mm", "15000.0", "a number from -10000 to 10000 mm"),
     (TOOL.replace("beta = 0", "beta = 90"), "tool_in_flange.beta", "90.0", "a number from -10 to 10 rad"),
     (TOOL + "mass_kg = 1", "tool_in_flange.mass_kg", "1", "no key of this name"),
+    ("[tool]", "tool.mass_kg", r"\(missing\)", "this key"),
+    ("[tool]\nmass_kg = -1", "tool.mass_kg", "-1.0", "a number from 0.001 to 1000 kg"),
+    (
+        "[tool]\nmass_kg = 1\ncentre_mm = [0, 0, nan]",
+        r"tool.centre_mm\[2\]",
+        "nan",
+        "a number from -10000 to 10000 mm",
+    ),
+    (
+        "[tool]\nmass_kg = 1\ncentre_mm = [0, 0]",
+        "tool.centre_mm",
+        r"\[0, 0\]",
+        "array of length 3, not 2",
+    ),
+    (
+        "[tool]\nmass_kg = 1\ninertia_kgm2 = [1, 1, 1e4, 0, 0, 0]",
+        r"tool.inertia_kgm2\[2\]",
+        "10000.0",
+        "a number from -1000 to 1000 kg m",
+    ),
+    (
+        "[tool]\nmass_kg = 1\ninertia_kgm2 = [1, 1, 2.1, 0, 0, 0]",
+        "tool.inertia_kgm2",
+        r"\[1.0, 1.0, 2.1, 0.0, 0.0, 0.0\]",
+        "of a body: no principal one above the sum of the others",
+    ),
     ('[[cube]]\nname = "x"', "cube", ".*", "no key of this name"),
     ('[box]\nname = "x"', "box", ".*", "array, not object"),
     (SPHERE.replace('name = "ball"', ""), r"sphere\[0\].name", r"\(missing\)", "this key"),

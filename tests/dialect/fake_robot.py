@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 
+from iiwa_sim.controller.carrying import NO_LOAD, ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.endings import Ending, WhenEnded
 from iiwa_sim.controller.errors import SUCCESS, ErrorRecord, Refused
@@ -33,6 +34,7 @@ class FakeRobot:
         self.io = Io()
         self.override = 1.0
         self.collision_detection = (0.0, 0.0)
+        self.tool_load = NO_LOAD
         self.last_error: ErrorRecord | None = None
         self.joints: tuple[float, ...] = (0.0, 0.5, -0.25, -1.0, 1e-12, -0.0, 1.5707963267948966)
 
@@ -59,6 +61,9 @@ class FakeRobot:
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
         self.collision_detection = force_n, torque_nm
+
+    def set_tool_load(self, load: ToolLoad) -> None:
+        self.tool_load = load
 
     def record_error(self, code: int, reason: str) -> None:
         self.last_error = ErrorRecord(code, reason)

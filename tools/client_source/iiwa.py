@@ -14,6 +14,7 @@ from tools.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
 GROUPS = {
     "target": ("x", "y", "z", "alpha", "beta", "gamma"),
     "position": ("x", "y", "z"),
+    "centre": ("cx", "cy", "cz"),
     "quaternion": ("qx", "qy", "qz", "qw"),
     "shift": ("dx", "dy", "dz", "dalpha", "dbeta", "dgamma"),
     "joints": tuple(f"j{i}" for i in range(7)),
@@ -28,6 +29,7 @@ ROWS = {
     tuple(f"t{i}" for i in range(7)): "JointTorque",
     ("fx", "fy", "fz", "tx", "ty", "tz"): "CartesianForce",
     ("max_force", "max_torque"): "CollisionThresholds",
+    ("mass", "cx", "cy", "cz"): "ToolLoad",
     (
         "mode",
         "e_stopped",

@@ -30,6 +30,7 @@ from iiwa_sim.client.replies import (
     LastError,
     Reachability,
     RobotStatus,
+    ToolLoad,
 )
 
 
@@ -469,6 +470,18 @@ class AsyncIiwa(AsyncConnection[str, str]):
     async def get_collision_detection(self) -> CollisionThresholds:
         """Gives the greatest force and torque that may act on the TCP from outside; 0 for one that is off."""
         return await self._do(request(numbers(CollisionThresholds._make, 2), "get collision detection"))
+
+    async def set_tool_load(self, mass: float, centre: Sequence[float]) -> None:
+        """Tells the controller what its arm carries: the difference to what is there acts from outside.
+
+        mass: mass that the controller takes its arm to carry (kg), 0 <= mass <= 1000
+        centre: cx cy cz (mm)
+        """
+        await self._do(request(nothing("done"), "set tool load", mass, *exactly(3, "centre", centre)))
+
+    async def get_tool_load(self) -> ToolLoad:
+        """Gives what the controller takes its arm to carry."""
+        return await self._do(request(numbers(ToolLoad._make, 4), "get tool load"))
 
     async def cancel_move(self) -> None:
         """Ends the move that runs: brings the robot to rest on its path, and goes on with the next from

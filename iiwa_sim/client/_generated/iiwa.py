@@ -30,6 +30,7 @@ from iiwa_sim.client.replies import (
     LastError,
     Reachability,
     RobotStatus,
+    ToolLoad,
 )
 
 
@@ -457,6 +458,18 @@ class Iiwa(Connection[str, str]):
     def get_collision_detection(self) -> CollisionThresholds:
         """Gives the greatest force and torque that may act on the TCP from outside; 0 for one that is off."""
         return self._do(request(numbers(CollisionThresholds._make, 2), "get collision detection"))
+
+    def set_tool_load(self, mass: float, centre: Sequence[float]) -> None:
+        """Tells the controller what its arm carries: the difference to what is there acts from outside.
+
+        mass: mass that the controller takes its arm to carry (kg), 0 <= mass <= 1000
+        centre: cx cy cz (mm)
+        """
+        self._do(request(nothing("done"), "set tool load", mass, *exactly(3, "centre", centre)))
+
+    def get_tool_load(self) -> ToolLoad:
+        """Gives what the controller takes its arm to carry."""
+        return self._do(request(numbers(ToolLoad._make, 4), "get tool load"))
 
     def cancel_move(self) -> None:
         """Ends the move that runs: brings the robot to rest on its path, and goes on with the next from

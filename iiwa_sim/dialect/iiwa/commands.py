@@ -7,6 +7,7 @@ intrinsic Z-Y-X.
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.poses import from_quaternion
@@ -109,6 +110,16 @@ def _turned(values: Values) -> Frame:
     return from_quaternion((x, y, z), (qx, qy, qz, qw))
 
 
+def _tool_load(values: Values) -> ToolLoad:
+    """The load of a mass (kg) and its centre (mm)."""
+    mass_kg, x, y, z, *_ = values
+    return ToolLoad(mass_kg, (1e-3 * x, 1e-3 * y, 1e-3 * z))
+
+
+def _in_mm(load: ToolLoad) -> Values:
+    return (load.mass_kg, *(1e3 * each for each in load.centre))
+
+
 def _help(session: "IiwaSession", request: Request) -> bytes:
     return written(helped(session.table, request.phrase, _EXAMPLE))
 
@@ -181,6 +192,8 @@ COMMANDS: dict[str, Handler] = {
     "get override": _gives(lambda robot: (robot.override,)),
     "set collision detection": _does(lambda robot, v: robot.set_collision_detection(v[0], v[1])),
     "get collision detection": _gives(lambda robot: robot.collision_detection),
+    "set tool load": _does(lambda robot, v: robot.set_tool_load(_tool_load(v))),
+    "get tool load": _gives(lambda robot: _in_mm(robot.tool_load)),
     "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),
     "get output": _counts(lambda robot, v: [robot.io.output(int(v[0]))]),
     "get inputs": _counts(lambda robot, _: robot.io.inputs),

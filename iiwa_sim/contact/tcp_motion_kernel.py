@@ -1,0 +1,145 @@
+"""How the TCP accelerates, from where it has been in the last ticks, and what a body fixed to it does then.
+
+A point r of such a body is at p + R r, so it accelerates by p'' + R'' r. Both second derivatives are taken
+from three poses, a tick apart each: they are those of the middle one, a tick ago. So no mode of motion has to
+tell its own, and inertia is felt one tick late; the weight is that of the present pose.
+"""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from typing import Any
+
+import cython
+import numpy as np
+
+from iiwa_sim.contact.moments import GRAVITY_M_S2, Moments
+from iiwa_sim.frames import Transform
+from iiwa_sim.wrench import NO_WRENCH, Wrench
+
+_GRAVITY = cython.declare(cython.double, GRAVITY_M_S2)
+
+
+@cython.cclass
+class TcpMotion:
+    """The poses of a TCP in the last three ticks."""
+
+    still: bool = cython.declare(cython.bint, visibility="readonly")
+    """Whether it has been at one pose in all three."""
+    _known: cython.int  # how many of the poses are
+    # Rotation in the base, row by row, and place (m): now, a tick ago, and two.
+    _now: cython.double[::1]
+    _before: cython.double[::1]
+    _earlier: cython.double[::1]
+    # In axes of the TCP of a tick ago: p'' (m/s^2), and R'' (1/s^2), row by row.
+    _linear: cython.double[::1]
+    _turning: cython.double[::1]
+
+    def __init__(self, pose: Transform) -> None:
+        """At `pose`; how it has come there is not known, and nothing is felt of that."""
+        self._now, self._before, self._earlier = np.zeros(12), np.zeros(12), np.zeros(12)
+        self._linear, self._turning = np.zeros(3), np.zeros(9)
+        self.rest(pose)
+        self._known = 1
+        self.still = False
+
+    def rest(self, pose: Transform) -> None:
+        """At rest at `pose`."""
+        self._take(pose)
+        self._before[:] = self._now
+        self._earlier[:] = self._now
+        self._linear[:] = 0.0
+        self._turning[:] = 0.0
+        self._known = 3
+        self.still = True
+
+    def step(self, pose: Transform, tick_s: float) -> None:
+        """A tick has brought it to `pose`."""
+        self._earlier, self._before, self._now = self._before, self._now, self._earlier
+        self._take(pose)
+        now, before, earlier = self._now, self._before, self._earlier
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        same: cython.bint = True
+        for k in range(12):
+            if now[k] != before[k] or before[k] != earlier[k]:
+                same = False
+        if self._known < 3:
+            self._known += 1
+            if self._known < 3:
+                self.still = False
+                return
+        self.still = same
+        if same:
+            self._linear[:] = 0.0
+            self._turning[:] = 0.0
+            return
+        dt: cython.double = tick_s
+        scale: cython.double = 1.0 / (dt * dt)
+        total: cython.double
+        for i in range(3):
+            total = 0.0
+            for k in range(3):
+                total += before[3 * k + i] * ((now[9 + k] - before[9 + k]) - (before[9 + k] - earlier[9 + k]))
+            self._linear[i] = scale * total
+            for j in range(3):
+                total = 0.0
+                for k in range(3):
+                    at = 3 * k + j
+                    total += before[3 * k + i] * ((now[at] - before[at]) - (before[at] - earlier[at]))
+                self._turning[3 * i + j] = scale * total
+
+    def weight(self, moments: Moments) -> Wrench:
+        """What a body does at rest; its moments are in the frame of the TCP, the wrench along its axes."""
+        m: cython.double = moments[0]
+        x: cython.double = moments[1]
+        y: cython.double = moments[2]
+        z: cython.double = moments[3]
+        r = self._now
+        gx: cython.double = -_GRAVITY * r[6]
+        gy: cython.double = -_GRAVITY * r[7]
+        gz: cython.double = -_GRAVITY * r[8]
+        return (m * gx, m * gy, m * gz, y * gz - z * gy, z * gx - x * gz, x * gy - y * gx)
+
+    def wrench(self, moments: Moments) -> Wrench:
+        """What a body does, by its weight and its inertia, as in `weight`."""
+        weight = self.weight(moments)
+        if self.still or self._known < 3:
+            return NO_WRENCH if weight == NO_WRENCH and self.still else weight
+        m: cython.double = moments[0]
+        x: cython.double = moments[1]
+        y: cython.double = moments[2]
+        z: cython.double = moments[3]
+        xx: cython.double = moments[4]
+        yy: cython.double = moments[5]
+        zz: cython.double = moments[6]
+        xy: cython.double = moments[7]
+        xz: cython.double = moments[8]
+        yz: cython.double = moments[9]
+        a, b = self._linear, self._turning
+        fx: cython.double = m * a[0] + (b[0] * x + b[1] * y + b[2] * z)
+        fy: cython.double = m * a[1] + (b[3] * x + b[4] * y + b[5] * z)
+        fz: cython.double = m * a[2] + (b[6] * x + b[7] * y + b[8] * z)
+        # The integral of r x (R'' r): by components of J R''^T.
+        tx: cython.double = (y * a[2] - z * a[1]) + (
+            (xy * b[6] + yy * b[7] + yz * b[8]) - (xz * b[3] + yz * b[4] + zz * b[5])
+        )
+        ty: cython.double = (z * a[0] - x * a[2]) + (
+            (xz * b[0] + yz * b[1] + zz * b[2]) - (xx * b[6] + xy * b[7] + xz * b[8])
+        )
+        tz: cython.double = (x * a[1] - y * a[0]) + (
+            (xx * b[3] + xy * b[4] + xz * b[5]) - (xy * b[0] + yy * b[1] + yz * b[2])
+        )
+        gx, gy, gz, hx, hy, hz = weight
+        return (gx - fx, gy - fy, gz - fz, hx - tx, hy - ty, hz - tz)
+
+    @cython.cfunc
+    @cython.exceptval(check=True)
+    def _take(self, pose: Any) -> cython.void:
+        """`pose` is that of now."""
+        n = self._now
+        rotation, place = pose
+        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8] = rotation
+        n[9], n[10], n[11] = place

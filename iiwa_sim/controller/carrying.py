@@ -1,0 +1,77 @@
+"""What the arm carries at its flange, and what the controller believes that it does.
+
+The controller subtracts from the torques on the joints what its tool load makes of weight and acceleration.
+So of what is really there only the difference to that is a load from outside, at every pose and in every
+motion.
+"""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import NamedTuple
+
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.moments import NO_MOMENTS, Moments, body, difference
+from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.frames import Vector
+from iiwa_sim.motion.joints import Joints
+
+GREATEST_MASS_KG = 1000.0
+FARTHEST_M = 10.0
+"""From the flange, along each axis."""
+Inertia = tuple[float, float, float, float, float, float]
+"""kg m^2: ixx, iyy, izz, ixy, ixz, iyz, about the centre of mass, with the signs of URDF."""
+
+
+class ToolLoad(NamedTuple):
+    """What a controller believes that its arm carries."""
+
+    mass_kg: float
+    centre: Vector
+    """Of mass, in the flange (m)."""
+
+
+NO_LOAD = ToolLoad(0.0, (0.0, 0.0, 0.0))
+
+
+class Tool(NamedTuple):
+    """What is fixed to a flange."""
+
+    load: ToolLoad
+    inertia: Inertia
+
+    def moments(self) -> Moments:
+        """In the flange."""
+        return body(*self.load, self.inertia)
+
+
+class Carrying:
+    """The tool of one arm, which the controller believes to be there at first, as it is."""
+
+    def __init__(self, tool: Tool | None, load: ExternalLoad) -> None:
+        """None is no tool. The difference is told to `load`."""
+        self._load = load
+        self._inertia = (0.0,) * 6 if tool is None else tool.inertia
+        self._there = NO_MOMENTS if tool is None else tool.moments()
+        self.believed = NO_LOAD if tool is None else tool.load
+
+    def believe(self, believed: ToolLoad, joints: Joints) -> None:
+        """What the controller takes to be there, with the inertia of the tool.
+
+        The robot is at `joints` (rad). Raises `Refused` for numbers out of range.
+        """
+        mass, centre = believed
+        if not 0.0 <= mass <= GREATEST_MASS_KG:
+            raise Refused(EXECUTION, f"mass {mass:g} kg: expected 0 to {GREATEST_MASS_KG:g} kg")
+        for axis, value in zip("xyz", centre, strict=True):
+            if not (isfinite(value) and abs(value) <= FARTHEST_M):
+                expected = f"expected {-1e3 * FARTHEST_M:g} to {1e3 * FARTHEST_M:g} mm"
+                raise Refused(EXECUTION, f"centre of mass at {axis} {1e3 * value:g} mm: {expected}")
+        self.believed = believed
+        self._tell(joints)
+
+    def _tell(self, joints: Joints) -> None:
+        mass, centre = self.believed
+        believed = body(mass, centre, self._inertia) if mass else NO_MOMENTS
+        unknown = difference(self._there, believed)
+        self._load.carry(unknown if any(unknown) else None, joints)

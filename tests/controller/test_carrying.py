@@ -1,0 +1,253 @@
+"""What the arm carries, and what the controller believes that it does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nan
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from iiwa_sim.cell.cell import Cell
+from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.controller.carrying import NO_LOAD, Inertia, Tool, ToolLoad
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
+from iiwa_sim.controller.protection import Safety
+from iiwa_sim.frames import IDENTITY, Frame
+from tests.asked import gravity_hold, joint_move, lin_stiff_move
+from tests.samples import some
+from tests.stepped import ARMS, SteppedRobot, strong
+
+GRAVITY = 9.81
+INERTIA: Inertia = (0.01, 0.012, 0.008, 0.001, -0.002, 0.0005)
+TOOL = Tool(ToolLoad(2.0, (0.02, -0.03, 0.09)), INERTIA)
+TICK_S = 0.002
+
+
+def carrying(name: str = ARMS[0], tool: Tool | None = TOOL, **safety: float) -> SteppedRobot:
+    """At home with a tool, on joints that no force stops."""
+    description = strong(name)
+    cell = Cell(description, description.home, description.tool_in_flange, tool=tool, safety=Safety(**safety))
+    return SteppedRobot(cell=cell)
+
+
+class Carried:
+    """A body on the flange of a massless arm, as Pinocchio has it."""
+
+    def __init__(self, robot: SteppedRobot) -> None:
+        description = robot.description
+        self._model = pin.buildModelFromXML(description.urdf)
+        for inertia in self._model.inertias:
+            inertia.setZero()
+        self._flange = self._model.frames[self._model.getFrameId(description.flange)]
+        ixx, iyy, izz, ixy, ixz, iyz = INERTIA
+        matrix = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        body = pin.Inertia(TOOL.load.mass_kg, np.array(TOOL.load.centre), matrix)
+        self._model.appendBodyToJoint(self._flange.parentJoint, body, self._flange.placement)
+        self._data = self._model.createData()
+        rotation, place = description.tool_in_flange
+        self._tcp = pin.SE3(np.array(rotation).reshape(3, 3), np.array(place))
+
+    def acts(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """By Newton and Euler: the wrench at the TCP along its axes, and the torques on the joints."""
+        torques = -pin.rnea(self._model, self._data, q, v, a)
+        at_joint = -self._data.f[self._flange.parentJoint]
+        return (self._flange.placement * self._tcp).inverse().act(at_joint).vector, torques
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_the_weight_of_a_tool_that_the_controller_does_not_know_at_1000_poses(name: str) -> None:
+    robot = carrying(name)
+    controller, description = robot.controller, robot.description
+    controller.set_tool_load(NO_LOAD)
+    reference, still = Carried(robot), np.zeros(len(description.joints))
+    mass, centre = TOOL.load
+    rng = np.random.default_rng(4)
+    for q in rng.uniform(description.position_min, description.position_max, (1000, len(still))):
+        controller.injected.place(q.tolist())
+        flange = robot.model.flange(q.tolist())
+        down = np.array(flange.rotation).reshape(3, 3).T @ (0.0, 0.0, -mass * GRAVITY)
+        turn = np.array(description.tool_in_flange.rotation).reshape(3, 3).T
+        lever = np.subtract(centre, description.tool_in_flange.translation)
+        closed_form = np.concatenate([turn @ down, turn @ np.cross(lever, down)])
+        wrench, torques = reference.acts(q, still, still)
+        assert np.abs(controller.cartesian_force() - closed_form).max() <= 1e-6
+        assert np.abs(controller.cartesian_force() - wrench).max() <= 1e-6
+        assert np.abs(controller.joint_torque() - torques).max() <= 1e-6
+        controller.step()
+        assert np.abs(controller.cartesian_force() - closed_form).max() <= 1e-6
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_along_random_moves_it_is_what_newton_and_euler_say(name: str) -> None:
+    """To 1 % of the greatest wrench; what is felt is that of a tick ago."""
+    robot = carrying(name)
+    controller, d = robot.controller, robot.description
+    controller.set_tool_load(NO_LOAD)
+    reference, rng = Carried(robot), np.random.default_rng(3)
+    felt = [controller.cartesian_force()]
+    for _ in range(some(10)):
+        target = rng.uniform(d.position_min, d.position_max).tolist()
+        controller.move(joint_move(target, rng.uniform(0.2, 1.0, len(target)).tolist()))
+        while controller.moving:
+            robot.step()
+            felt.append(controller.cartesian_force())
+    q = np.array(robot.joints)
+    v, a = (q[2:] - q[:-2]) / (2 * TICK_S), (q[2:] - 2 * q[1:-1] + q[:-2]) / TICK_S**2
+    expected = np.array([reference.acts(*each)[0] for each in zip(q[1:-1], v, a, strict=True)])
+    off = np.abs(np.array(felt[2:]) - expected)
+    for part in (slice(0, 3), slice(3, 6)):
+        assert off[:, part].max() <= 0.01 * np.linalg.norm(expected[:, part], axis=1).max()
+    weightless = expected[:, :3] - np.array(
+        [reference.acts(each, 0 * each, 0 * each)[0][:3] for each in q[1:-1]]
+    )
+    assert np.abs(weightless).max() > 0.3 * TOOL.load.mass_kg * GRAVITY  # it has been shaken
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None:
+    """Not even with the least thresholds; and the motion is bit for bit that of an arm without a tool."""
+    robot, bare = carrying(name, force_n=0.1, torque_nm=0.1), carrying(name, None)
+    rng, d = np.random.default_rng(9), robot.description
+    for _ in range(some(25)):
+        target = rng.uniform(d.position_min, d.position_max).tolist()
+        for each in (robot, bare):
+            each.controller.move(joint_move(target, [1.0] * len(target)))
+            each.runs_until_stopped()
+        assert robot.controller.cartesian_force() == (0.0,) * 6
+        assert robot.controller.joint_torque() == (0.0,) * len(target)
+    assert robot.faults == []
+    assert robot.joints == bare.joints
+    assert not robot.controller.load.changes  # so a tick does not even look
+
+
+def test_the_controller_believes_what_the_cell_says_until_it_is_told_otherwise() -> None:
+    controller = carrying().controller
+    assert controller.tool_load == TOOL.load
+    heavier = ToolLoad(3.0, (0.0, 0.0, 0.1))
+    controller.set_tool_load(heavier)
+    assert controller.tool_load == heavier
+    assert np.linalg.norm(controller.cartesian_force()[:3]) == pytest.approx(GRAVITY)  # upwards
+    controller.set_tool_load(TOOL.load)
+    assert controller.cartesian_force() == (0.0,) * 6
+    for wrong in (
+        ToolLoad(-0.1, (0.0, 0.0, 0.0)),
+        ToolLoad(nan, (0.0, 0.0, 0.0)),
+        ToolLoad(1e4, (0.0, 0.0, 0.0)),
+        ToolLoad(1.0, (0.0, inf, 0.0)),
+        ToolLoad(1.0, (0.0, 0.0, -10.1)),
+    ):
+        with pytest.raises(Refused, match="expected"):
+            controller.set_tool_load(wrong)
+    assert controller.tool_load == TOOL.load
+    assert controller.cartesian_force() == (0.0,) * 6
+
+
+def test_a_load_that_is_not_there_pushes_an_arm_without_a_tool_upwards() -> None:
+    robot = carrying(tool=None)
+    robot.controller.set_tool_load(ToolLoad(1.0, (0.0, 0.0, 0.05)))
+    force = robot.controller.cartesian_force()
+    down = robot.tcp(robot.controller.joints).rotation[6:9]
+    assert np.dot(force[:3], down) == pytest.approx(GRAVITY)
+
+
+def test_a_wrong_load_rests_and_its_change_is_seen_without_a_move() -> None:
+    robot = carrying()
+    robot.step()
+    assert robot.controller.resting
+    robot.controller.set_tool_load(NO_LOAD)
+    assert not robot.controller.resting
+    robot.step(4)
+    assert robot.controller.resting
+    before = robot.controller.cartesian_force()
+    robot.controller.skip(1000)
+    robot.step(3)
+    assert robot.controller.cartesian_force() == before
+    assert robot.controller.resting
+
+
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_load_that_is_told_wrong_stops_a_robot_that_watches_forces(moving: bool) -> None:
+    """2 kg are 19.6 N."""
+    robot = carrying(force_n=15.0)
+    if moving:
+        robot.controller.move(joint_move([0.5] * 7, [1.0] * 7))
+        robot.step(100)
+    robot.controller.set_tool_load(NO_LOAD)
+    robot.step()
+    code, reason = robot.faults[0]
+    assert code == STOP_TRIGGERED
+    assert "the external force at the TCP" in reason
+
+
+def test_a_joint_that_the_load_turns_beyond_its_limit_stops_the_robot() -> None:
+    description = replace(strong(ARMS[0]), torque=(176.0, 176.0, 110.0, 110.0, 110.0, 40.0, 40.0))
+    robot = SteppedRobot(description)
+    robot.controller.set_tool_load(ToolLoad(200.0, (0.0, 0.0, 0.1)))
+    robot.step()
+    assert "the external torque on A" in robot.faults[0][1]
+
+
+def test_a_held_arm_sinks_by_what_the_controller_does_not_know_of() -> None:
+    """With the load it knows of it stays where it is; with one that is too heavy it rises."""
+    ends = []
+    for load in (TOOL.load, NO_LOAD, ToolLoad(4.0, TOOL.load.centre)):
+        robot = carrying()
+        robot.controller.move(gravity_hold(50.0))
+        robot.step()
+        robot.controller.set_tool_load(load)
+        robot.step(1500)
+        ends.append(robot.tcp(robot.controller.joints).translation[2])
+    stays, sinks, rises = ends
+    assert stays == robot.tcp(robot.description.home).translation[2]
+    assert sinks < stays - 0.01
+    assert rises > stays + 0.01
+
+
+def test_a_tcp_on_springs_sags_by_weight_over_stiffness() -> None:
+    robot = carrying(tool=Tool(ToolLoad(2.0, robot_tcp()), (0.0,) * 6))
+    here = robot.controller.flange_frame()
+    robot.controller.set_tool_load(NO_LOAD)
+    robot.controller.move(lin_stiff_move(here, 0.5, 1000.0, (0.0,) * 6))
+    start = robot.tcp(robot.controller.joints).translation[2]
+    robot.step(3000)
+    sag = start - robot.tcp(robot.controller.joints).translation[2]
+    assert sag == pytest.approx(2.0 * GRAVITY / 1000.0, rel=1e-3)
+
+
+def robot_tcp() -> tuple[float, float, float]:
+    return strong(ARMS[0]).tool_in_flange.translation
+
+
+def test_touch_and_load_add_up() -> None:
+    robot = carrying()
+    z = robot.tcp(robot.controller.joints).translation[2]
+    world = World(
+        [Surface("wall", Plane(), Frame(0, 0, 1e3 * z + 1.0, 0, 0, 0).to_transform(), 1e4, 0, 0)], 0.0
+    )
+    controllers = [
+        Controller(robot.description, TICK_S, world=each, tool=tool)
+        for each, tool in ((world, TOOL), (World((), 0.0), TOOL), (world, None))
+    ]
+    for each in controllers[:2]:
+        each.set_tool_load(NO_LOAD)
+    for each in controllers:
+        each.step()
+    both, load, touch = (np.array(each.cartesian_force()) for each in controllers)
+    assert both == pytest.approx(load + touch)
+    assert np.linalg.norm(touch[:3]) == pytest.approx(10.0)
+
+
+def test_another_tcp_feels_the_same_load_from_there() -> None:
+    robot = carrying()
+    robot.controller.set_tool_load(NO_LOAD)
+    torques = robot.controller.joint_torque()
+    robot.controller.injected.set_tool(IDENTITY)
+    assert robot.controller.joint_torque() == pytest.approx(torques)
+    mass, centre = TOOL.load
+    down = np.array(robot.model.flange(robot.controller.joints).rotation).reshape(3, 3)[2] * -mass * GRAVITY
+    assert robot.controller.cartesian_force() == pytest.approx(np.concatenate([down, np.cross(centre, down)]))
