@@ -176,6 +176,10 @@ class Mix:
             "value": 1.0,
             "max_force": 0.0,  # off: what a collision does is tested by itself
             "max_torque": 0.0,
+            "mass": 0.0,
+            "cx": 0.0,
+            "cy": 0.0,
+            "cz": 50.0,
         }
 
     def _speed(self) -> float:

@@ -52,12 +52,13 @@ APPENDIX_B = {
     "stop": ("", "done"),
 }
 UNITS = {
-    "mm": "x y z blending distance dx dy dz",
+    "mm": "x y z blending distance dx dy dz cx cy cz",
     "rad": f"alpha beta gamma dalpha dbeta dgamma r {JOINTS}",
     "N": f"fx fy fz max_force {THRESHOLDS}",
     "Nm": "tx ty tz max_torque t0 t1 t2 t3 t4 t5 t6",
     "N/m": "stiffness",
     "Nm/rad": "joint_stiffness",
+    "kg": "mass",
     "1": f"speed {SPEEDS} override n value moves {QUATERNION} {ROBOT_STATUS}",
 }
 MODES = {"any", "normal", "impedance", "smart", "direct"}

@@ -30,14 +30,14 @@ class Cell:
     """Pose of the TCP in the flange."""
     contact_radius_m: float = 0.0
     """Radius (m) of the sphere round the TCP that touches surfaces."""
-    tool: Tool | None = None
-    """What is fixed to the flange, with its mass."""
     surfaces: tuple[Surface, ...] = ()
     noise_levels: NoiseLevels | None = None
     input_names: tuple[str, ...] = DEFAULT_INPUTS
     output_names: tuple[str, ...] = DEFAULT_OUTPUTS
     safety: Safety = NOTHING_MORE
     """What the robot watches besides the torques on its joints."""
+    tool: Tool | None = None
+    """What is fixed to the flange, with its mass."""
     path: Path | None = field(default=None, compare=False)
     """The file it was read from, if it was."""
 

@@ -210,7 +210,7 @@ def test_a_held_arm_sinks_by_what_the_controller_does_not_know_of() -> None:
 
 def test_a_tcp_on_springs_sags_by_weight_over_stiffness() -> None:
     robot = carrying(tool=Tool(ToolLoad(2.0, robot_tcp()), (0.0,) * 6))
-    here = robot.controller.flange_frame()
+    here = robot.controller.tool_frame()
     robot.controller.set_tool_load(NO_LOAD)
     robot.controller.move(lin_stiff_move(here, 0.5, 1000.0, (0.0,) * 6))
     start = robot.tcp(robot.controller.joints).translation[2]
