@@ -30,6 +30,11 @@ class ToolLoad(NamedTuple):
     centre: Vector
     """Of mass, in the flange (m)."""
 
+    def told(self) -> tuple[float, float, float, float]:
+        """As it is told: kg, and the centre in mm."""
+        x, y, z = self.centre
+        return self.mass_kg, 1e3 * x, 1e3 * y, 1e3 * z
+
 
 NO_LOAD = ToolLoad(0.0, (0.0, 0.0, 0.0))
 

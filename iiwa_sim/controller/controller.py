@@ -80,10 +80,18 @@ class Controller:
         model = Model(description)
         self.load = ExternalLoad(model, tcp, start, world, noise)
         """What pushes the robot from outside, and what it touches."""
-        self._carrying = Carrying(tool, self.load)
         protection = Protection(description.joints, description.torque, safety)
         self._core = Core(
-            model, tick_s, start, tcp, self.load, protection, servo_timeout_s, on_fault, on_contact
+            model,
+            tick_s,
+            start,
+            tcp,
+            self.load,
+            Carrying(tool, self.load),
+            protection,
+            servo_timeout_s,
+            on_fault,
+            on_contact,
         )
         self._moves = Moves(self._core)
         self._trajectories = Trajectories(self._core)
@@ -186,12 +194,12 @@ class Controller:
 
         The difference to what is there acts from outside. Raises `Refused` for numbers out of range.
         """
-        self._carrying.believe(load, self.joints)
+        self._core.carrying.believe(load, self.joints)
 
     @property
     def tool_load(self) -> ToolLoad:
         """What the controller takes its arm to carry."""
-        return self._carrying.believed
+        return self._core.carrying.believed
 
     def reset_error(self) -> None:
         """End the state of error, and forget the last refusal.

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.controller.assembly import motions_of
+from iiwa_sim.controller.carrying import Carrying
 from iiwa_sim.controller.endings import Endings
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
@@ -42,13 +43,14 @@ class Core:
         start: Joints,
         tool_in_flange: Transform,
         load: ExternalLoad,
+        carrying: Carrying,
         protection: Protection,
         servo_timeout_s: float | None,
         on_fault: Callable[[int, str], None] | None,
         on_contact: Callable[[Contact], None] | None,
     ) -> None:
-        """At rest at `start` (rad), pushed by `load` and watched by `protection`; the rest is as `Controller`
-        is given it."""
+        """At rest at `start` (rad), pushed by `load` of which it knows as `carrying` says, and watched by
+        `protection`; the rest is as `Controller` is given it."""
         self.tick_s = tick_s
         self.tick = 0
         self.mode = Mode.UNKNOWN
@@ -57,6 +59,7 @@ class Core:
         self.targets = Targets(self.planner, model.description)
         self.tool_in_flange = tool_in_flange
         self.load = load
+        self.carrying = carrying
         self.protection = protection
         self.motions = self._motions_from(start)
         self.joints_before = start  # at the last tick

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.io import Io
@@ -36,6 +37,7 @@ class Reading(NamedTuple):
     mode: Mode
     moving: bool
     override: float
+    tool_load: ToolLoad
     status: RobotStatus
     error: ErrorRecord | None
     inputs: tuple[bool, ...]
@@ -62,6 +64,7 @@ def read(core: Core, io: Io) -> Reading:
         core.mode,
         moving,
         motions.override,
+        core.carrying.believed,
         status_of(faults, in_motion=moving and not motions.pausing),
         faults.last,
         io.inputs,

@@ -58,7 +58,7 @@ class Snapshot(msgspec.Struct, frozen=True):
 
 def snapshot(controller: Controller) -> Snapshot:
     """The present state of `controller`'s robot."""
-    error, load = controller.last_error or NO_ERROR, controller.tool_load
+    error = controller.last_error or NO_ERROR
     return Snapshot(
         time_s=round(controller.tick * controller.tick_s, 9),  # 1.4, not 1.4000000000000001
         tick=controller.tick,
@@ -73,7 +73,7 @@ def snapshot(controller: Controller) -> Snapshot:
         goal_joint_position=controller.goal_joints,
         goal_frame=controller.goal_frame(),
         override=controller.override,
-        tool_load=(load.mass_kg, *(1e3 * each for each in load.centre)),
+        tool_load=controller.tool_load.told(),
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,

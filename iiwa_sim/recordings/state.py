@@ -51,6 +51,7 @@ class _Standing(msgspec.Struct):
     mode: str
     status: str
     override: float
+    tool_load: tuple[float, ...]
     robot_status: RobotStatus
     inputs: Bits
     outputs: Bits
@@ -126,6 +127,7 @@ def _standing(reading: Reading) -> _Standing:
         reading.mode.value,
         "moving" if reading.moving else "stopped",
         reading.override,
+        reading.tool_load.told(),
         reading.status,
         reading.inputs,
         reading.outputs,

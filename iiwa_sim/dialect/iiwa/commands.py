@@ -116,10 +116,6 @@ def _tool_load(values: Values) -> ToolLoad:
     return ToolLoad(mass_kg, (1e-3 * x, 1e-3 * y, 1e-3 * z))
 
 
-def _in_mm(load: ToolLoad) -> Values:
-    return (load.mass_kg, *(1e3 * each for each in load.centre))
-
-
 def _help(session: "IiwaSession", request: Request) -> bytes:
     return written(helped(session.table, request.phrase, _EXAMPLE))
 
@@ -193,7 +189,7 @@ COMMANDS: dict[str, Handler] = {
     "set collision detection": _does(lambda robot, v: robot.set_collision_detection(v[0], v[1])),
     "get collision detection": _gives(lambda robot: robot.collision_detection),
     "set tool load": _does(lambda robot, v: robot.set_tool_load(_tool_load(v))),
-    "get tool load": _gives(lambda robot: _in_mm(robot.tool_load)),
+    "get tool load": _gives(lambda robot: robot.tool_load.told()),
     "get input": _counts(lambda robot, v: [robot.io.input(int(v[0]))]),
     "get output": _counts(lambda robot, v: [robot.io.output(int(v[0]))]),
     "get inputs": _counts(lambda robot, _: robot.io.inputs),
