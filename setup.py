@@ -13,7 +13,13 @@ from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
 
 FLAGS = ["-O3", "-g0", "-ffp-contract=off"]  # the last one for the same bits on any processor of a kind
-DIRECTIVES = {"boundscheck": False, "wraparound": False, "initializedcheck": False, "cdivision": True}
+DIRECTIVES = {
+    "boundscheck": False,
+    "wraparound": False,
+    "initializedcheck": False,
+    "cdivision": True,
+    "infer_types": True,
+}
 SHARED = "iiwa_sim.cython_" + cython_version.replace(".", "_")
 """What all kernels need of Cython, compiled once; a kernel finds that of the Cython that made it."""
 stamp = runpy.run_path("iiwa_sim/kernels.py")["stamp"]

@@ -170,7 +170,6 @@ class Compliance:
         """A tick, in which the plan has come to `nominal` (rad)."""
         self.tcp_contact = None
         before = self._nominal
-        k: cython.Py_ssize_t
         for k in range(3):
             self._was[k] = self._at[9 + k]
         if nominal != before:
@@ -200,7 +199,6 @@ class Compliance:
         self._nominal = nominal
         arm = self._kinematics.arm
         arm.go_to(nominal)
-        k: cython.Py_ssize_t
         for k in range(9):
             self._at[k] = arm.turned[k]
         for k in range(3):
@@ -211,7 +209,6 @@ class Compliance:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _is_on_plan(self) -> cython.bint:
-        k: cython.Py_ssize_t
         on: cython.bint = True
         for k in range(7):
             on = on and self._x[k] == 0.0 and self._v[k] == 0.0
@@ -247,7 +244,6 @@ class Compliance:
         if any(joint_push):
             self._add_joint_push(joint_push)
         self._forced = False
-        k: cython.Py_ssize_t
         for k in range(7):
             if f[k] != 0.0:
                 self._forced = True
@@ -270,9 +266,6 @@ class Compliance:
         """Move the deflection on by a tick, for the time being without regard to joints."""
         x, v, f, c = self._x, self._v, self._forces, self._turning
         self._in_contact = self._shift.step(impedance[0], x, v, f, self._was, self._moved)
-        k: cython.Py_ssize_t
-        torque: cython.double
-        y: cython.double
         for k in range(3, 6):
             torque = f[k] + self._shift.torque[k - 3] if self._in_contact else f[k]
             y = x[k]
@@ -309,7 +302,6 @@ class Compliance:
             return None
         self._follow_within_bounds(before, wanted, redundancy)
         self._find_off_plan()
-        k: cython.Py_ssize_t
         for k in range(7):
             self._v[k] = (x[k] - start[k]) / self._tick_s
         return None
@@ -320,7 +312,6 @@ class Compliance:
         """Turn the plan's rotation by a rotation vector (rad) in base axes."""
         r, p = self._turned, self._at
         angle: cython.double = sqrt(a * a + b * b + c * c)
-        k: cython.Py_ssize_t
         if angle == 0.0:
             for k in range(9):
                 r[k] = p[k]
@@ -366,7 +357,6 @@ class Compliance:
         planned = (at[0], at[1], at[2], at[3], at[4], at[5], at[6], at[7], at[8])
         swivel = kinematics.redundancy(self._joints) - self._redundancy
         off = (x - at[9], y - at[10], z - at[11], *_log(multiply(rotation, transpose(planned))), swivel)
-        k: cython.Py_ssize_t
         for k in range(9):
             self._turned[k] = rotation[k]
         for k in range(7):
@@ -376,7 +366,6 @@ class Compliance:
     @cython.cfunc
     def _is_home(self) -> cython.bint:
         """Whether the robot is as good as on the plan, and at rest relative to it."""
-        k: cython.Py_ssize_t
         for k in range(7):
             if fabs(self._x[k]) >= _HOME or fabs(self._v[k]) >= _HOME:
                 return False

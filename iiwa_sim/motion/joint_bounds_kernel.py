@@ -62,7 +62,6 @@ class JointBounds:
     def ways(self, joints: Joints) -> tuple[list[float], list[float]]:
         """The least and the greatest way (rad) that each joint may go in the next tick."""
         least, greatest = [], []
-        k: cython.Py_ssize_t
         q: cython.double
         for k in range(self._joint_count):
             q = joints[k]
@@ -72,7 +71,6 @@ class JointBounds:
 
     def allow(self, joints: Joints, after: Joints) -> bool:
         """Whether joints may go from one place to another (rad) in the next tick."""
-        k: cython.Py_ssize_t
         q: cython.double
         way: cython.double
         room: cython.double
@@ -92,7 +90,6 @@ class JointBounds:
 
     def within(self, joints: Joints) -> Joints:
         """The nearest joint positions within the limits: takes rounding away."""
-        k: cython.Py_ssize_t
         q: cython.double
         for k in range(self._joint_count):
             q = joints[k]
@@ -118,9 +115,6 @@ class JointBounds:
         a: cython.double = self._acceleration[k]
         j: cython.double = self._jerk[k]
         v: cython.double = self._full[k] / tick
-        excess: cython.double
-        slope: cython.double
-        _: cython.int
         for _ in range(_NEWTON_STEPS):
             excess = braking_way(v, a, j) + v * tick - room
             if excess <= 1e-15:
@@ -135,7 +129,6 @@ def largest_way(before: Joints, after: Joints) -> float:
     largest: cython.double = 0.0
     a: cython.double
     b: cython.double
-    k: cython.Py_ssize_t
     for k in range(len(before)):
         a, b = before[k], after[k]
         largest = max(largest, fabs(b - a))

@@ -101,7 +101,6 @@ class JointSprings:
         self.centre = self._joints = joints
         """Where the hold began (rad)."""
         self._x[:] = 0.0
-        k: cython.Py_ssize_t
         for k in range(self._joint_count):
             self._v[k] = velocity[k]
         self._touching = False
@@ -115,7 +114,6 @@ class JointSprings:
         x, v, x_after, v_after = self._x, self._v, self._x_after, self._v_after
         joints = self._joints
         self._find_torques()
-        k: cython.Py_ssize_t
         after = None
         if not self._touching:
             c, f = self._spring, self._torques
@@ -146,7 +144,6 @@ class JointSprings:
     def _turned(self) -> Any:
         """Where the joints are after the tick (rad)."""
         turned = []
-        k: cython.Py_ssize_t
         q: cython.double
         for k in range(self._joint_count):
             q = self.centre[k]
@@ -160,7 +157,6 @@ class JointSprings:
         if any(wrench):
             made = self._tcp.torques(self._joints, wrench)
             push = tuple(map(add, push, made))
-        k: cython.Py_ssize_t
         torque: cython.double
         for k in range(self._joint_count):
             torque = push[k]
@@ -192,7 +188,6 @@ class JointSprings:
         t[row, 0], t[row, 1], t[row, 2] = force
         t[row, 3], t[row, 4], t[row, 5] = torque
         self._touching = False
-        k: cython.Py_ssize_t
         for k in range(6):
             if t[row, k] != 0.0:
                 self._touching = True
@@ -211,9 +206,6 @@ class JointSprings:
         tcp.find_columns()
         j, place = tcp.columns, tcp.place
         count: cython.Py_ssize_t = self._joint_count
-        i: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        row: cython.Py_ssize_t
         x: cython.double = 0.0
         y: cython.double = 0.0
         z: cython.double = 0.0
@@ -262,8 +254,8 @@ class JointSprings:
                 sums[0, i] += self._become[0, row] * t[row, i]
                 sums[1, i] += self._become[1, row] * t[row, i]
         for k in range(count):
-            deflection = c[0] * self._x[k] + c[1] * self._v[k] + c[2] * self._torques[k]
-            velocity = c[3] * self._x[k] + c[4] * self._v[k] + c[5] * self._torques[k]
+            deflection: cython.double = c[0] * self._x[k] + c[1] * self._v[k] + c[2] * self._torques[k]
+            velocity: cython.double = c[3] * self._x[k] + c[4] * self._v[k] + c[5] * self._torques[k]
             for i in range(6):
                 deflection += sums[0, i] * j[i, k]
                 velocity += sums[1, i] * j[i, k]

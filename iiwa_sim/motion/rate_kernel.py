@@ -81,12 +81,7 @@ class Ahead:
         self, time_s: cython.double, rate: cython.double, slope: cython.double, goal: cython.double
     ) -> cython.double:
         """The bend (1/s^2) of the next cell, which begins at a planned time, a rate and its slope (1/s)."""
-        sign: cython.double
-        out: cython.double
-        best: cython.double
-        middle: cython.double
         end: cython.double = rate
-        left: cython.double
         beyond: cython.double = 0.0
         if slope == 0.0:
             if rate == goal:
@@ -109,7 +104,6 @@ class Ahead:
             beyond = (end - goal) * sign  # if it began with `best`; 0 where limits are the matter
             if beyond <= 0.0:
                 return best
-        tries: cython.Py_ssize_t
         for tries in range(_LANDINGS):
             if beyond > 0.0:
                 # Where it ends is known of both: by the false position, the side that stays counted for half.
@@ -161,8 +155,6 @@ class Ahead:
     def _released(self, time_s: cython.double, rate: cython.double, slope: cython.double) -> cython.double:
         """The rate at which the slope has come back to 0, _NONE where limits do not allow it."""
         h: cython.double = self.cell_s
-        bend: cython.double
-        wanted: cython.double
         for _ in range(_RELEASE_CELLS):
             if slope == 0.0:
                 return rate
@@ -214,11 +206,6 @@ class Ahead:
         if last >= self.count:
             self.low, self.high = 1.0, -1.0
             return
-        k: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        jerk: cython.double
-        part: cython.double
         for k in range(first, last + 1):
             for i in range(n):
                 part = 3.0 * self.loads[k, 3 * n + i]
@@ -240,8 +227,6 @@ class Ahead:
     def _keep(self, load: cython.double, per_bend: cython.double, planned: cython.double) -> cython.void:
         """Narrows the bends to those with which a load stays within what is allowed, or planned."""
         allowed: cython.double = self.allowed
-        low: cython.double
-        high: cython.double
         if planned > allowed:
             allowed = planned
         elif -planned > allowed:

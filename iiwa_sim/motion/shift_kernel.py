@@ -123,7 +123,6 @@ class Shift:
         force, torque = self.touch
         acting[0], acting[1], acting[2] = force
         acting[3], acting[4], acting[5] = torque
-        k: cython.Py_ssize_t
         self.touches = False
         for k in range(6):
             if acting[k] != 0.0:
@@ -152,7 +151,6 @@ class Shift:
         ty: cython.double = 0.0
         tz: cython.double = 0.0
         kx, ky, kz = half * acting[0], half * acting[1], half * acting[2]
-        _: cython.Py_ssize_t
         for _ in range(self._substeps):
             tx, ty, tz = tx + acting[3], ty + acting[4], tz + acting[5]
             vx, vy, vz = vx + kx, vy + ky, vz + kz

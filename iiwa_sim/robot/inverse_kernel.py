@@ -60,7 +60,6 @@ def solve_rows(
 
     `results` (N,) tell whether a row is `REGULAR`, `NEAR` a singular pose, or `OUT_OF_REACH` and not written.
     """
-    row: cython.Py_ssize_t
     for row in range(poses.shape[0]):
         results[row] = solve(
             kind, numbers, poses, row, redundancies[row], statuses[row], seed, aligned, joints
@@ -82,7 +81,6 @@ def solve_one(
 
     Rotation (9), position (3, m) and seed (n) are sequences. `room` (3, 12) is scratch space.
     """
-    k: cython.Py_ssize_t
     for k in range(9):
         room[0, k] = rotation[k]
     for k in range(3):

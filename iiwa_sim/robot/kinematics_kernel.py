@@ -66,7 +66,6 @@ class Kinematics:
         Joints with more than one turn take the one nearest to the present position.
         """
         turned = self._turned
-        k: cython.Py_ssize_t
         for k in range(9):
             turned[k] = tcp[0][k]
         x, y, z = tcp[1]
@@ -78,7 +77,6 @@ class Kinematics:
     def redundancy_where_it_is(self) -> cython.double:
         """The redundancy of the joint positions for which the pose was found last."""
         redundancy: cython.double = 0.0
-        k: cython.Py_ssize_t
         for k in range(self.joint_count):
             redundancy += self._share[k] * self.arm._q[k]
         return redundancy
@@ -95,7 +93,6 @@ class Kinematics:
     ) -> Any:
         """`joints` for a rotation of the TCP, row by row, and its position."""
         room, r, t = self._room, turned, self._to_flange
-        k: cython.Py_ssize_t
         for k in range(3):
             room[0, k] = r[0] * t[k] + r[1] * t[3 + k] + r[2] * t[6 + k]
             room[0, 3 + k] = r[3] * t[k] + r[4] * t[3 + k] + r[5] * t[6 + k]
@@ -103,7 +100,6 @@ class Kinematics:
         room[0, 9] = r[0] * t[9] + r[1] * t[10] + r[2] * t[11] + x
         room[0, 10] = r[3] * t[9] + r[4] * t[10] + r[5] * t[11] + y
         room[0, 11] = r[6] * t[9] + r[7] * t[10] + r[8] * t[11] + z
-        q: cython.double
         for k in range(self.joint_count):
             q = present[k]
             room[1, k] = q

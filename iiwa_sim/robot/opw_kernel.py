@@ -54,9 +54,6 @@ def solve(
     k: cython.double = numbers[5]
     sp: cython.double = numbers[8]
     cp: cython.double = numbers[9]
-    a: cython.double
-    b: cython.double
-    c: cython.double
     # the rotation, corrected to be the identity at zero pose
     a, b, c = poses[row, 0], poses[row, 1], poses[row, 2]
     r00: cython.double = a * numbers[16] + b * numbers[19] + c * numbers[22]
@@ -91,9 +88,6 @@ def solve(
     if (numbers[12] < 0.0) == ((status & 2) != 0):
         sd = -sd
 
-    c1: cython.double
-    s1: cython.double
-    q1: cython.double
     if h2 > _ON_AXIS:
         c1 = wx / x1
         s1 = wy / x1
@@ -108,7 +102,6 @@ def solve(
     c2: cython.double = tx * vx + tz * vz
     s2: cython.double = tx * vz - tz * vx
     n: cython.double = sqrt(c2 * c2 + s2 * s2)
-    q2: cython.double
     if n > 1e-20:
         c2 /= n
         s2 /= n
@@ -129,9 +122,6 @@ def solve(
     z: cython.double = x * s23 + r20 * c23
     s5: cython.double = sqrt(y * y + z * z)
     above: cython.bint = ((status & 4) != 0) == (numbers[14] > 0.0)
-    q4: cython.double
-    s4: cython.double
-    c4: cython.double
     if s5 > aligned:
         if s5 < _NEARLY_ALIGNED:
             result = _NEAR

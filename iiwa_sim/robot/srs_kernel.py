@@ -75,7 +75,6 @@ def solve(
     s4: cython.double = 2.0 * sqrt(half2 * (1.0 - half2)) if half2 > 0.0 else 0.0
     vy: cython.double = d5 * s4 * s3
     x2: cython.double = h2 - vy * vy
-    straighter: cython.double
     if half2 < _NEAR_STRAIGHT or x2 < _NEAR_FOLD:
         result = _NEAR
         if half2 < _STRAIGHT:
@@ -103,7 +102,6 @@ def solve(
     c2: cython.double = x1 * vx + wz * vz
     s2: cython.double = x1 * vz - wz * vx
     n: cython.double = sqrt(c2 * c2 + s2 * s2)
-    q2: cython.double
     if n > 1e-20:
         c2 /= n
         s2 /= n
@@ -112,9 +110,6 @@ def solve(
         q2 = seed[1]
         c2 = cosine(q2)
         s2 = sine(q2)
-    c1: cython.double
-    s1: cython.double
-    q1: cython.double
     if h2 > _ON_AXIS:
         c1 = wx * x1 + wy * vy
         s1 = wy * x1 - wx * vy
@@ -137,9 +132,6 @@ def solve(
     t0: cython.double = c4 * x + s4 * z
     t2: cython.double = c4 * z - s4 * x
     s6: cython.double = sqrt(t0 * t0 + t1 * t1)
-    q5: cython.double
-    c5: cython.double
-    s5: cython.double
     if s6 > aligned:
         if s6 < _NEARLY_ALIGNED:
             result = _NEAR

@@ -80,7 +80,6 @@ class Tcp:
         by = r[3] * tx + r[4] * ty + r[5] * tz
         bz = r[6] * tx + r[7] * ty + r[8] * tz
         torques = []
-        k: cython.Py_ssize_t
         for k in range(self.joint_count):
             force = j[0, k] * ax + j[1, k] * ay + j[2, k] * az
             torques.append(force + (j[3, k] * bx + j[4, k] * by + j[5, k] * bz))
@@ -92,7 +91,6 @@ class Tcp:
         """Compute the pose for joint positions (rad); returns whether it was cached."""
         if len(joints) != self.joint_count:
             raise ValueError(f"{len(joints)} joint positions, expected {self.joint_count}")
-        k: cython.Py_ssize_t
         same: cython.bint = True
         q: cython.double
         for k in range(self.joint_count):
@@ -153,7 +151,6 @@ class Tcp:
             return
         self._has_columns = True
         j, a, p = self.columns, self._axes, self._points
-        k: cython.Py_ssize_t
         for k in range(self.joint_count):
             x = self.place[0] - p[k, 0]
             y = self.place[1] - p[k, 1]

@@ -45,7 +45,6 @@ def _sine_of_quarters(angle: cython.double, quarters: cython.int) -> cython.doub
     rest: cython.double = ((near - x) - turns * _HALF_PI_2) - turns * _HALF_PI_3
     z: cython.double = x * x
     quarter: cython.int = (cython.cast(cython.int, turns) + quarters) & 3
-    result: cython.double
     if quarter & 1:
         half: cython.double = 0.5 * z
         result = 1.0 - half

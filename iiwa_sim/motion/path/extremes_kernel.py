@@ -24,13 +24,6 @@ def first_outside(
     """The s at which a joint first leaves its limits (rad, (n,)), and which joint; 2.0 and -1 for none."""
     first: cython.double = 2.0
     joint: cython.Py_ssize_t = -1
-    piece: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    low: cython.double
-    high: cython.double
-    reach: cython.double
-    x: cython.double
     for piece in range(borders.shape[0] - 1):
         low = borders[piece]
         high = borders[piece + 1]
@@ -63,15 +56,8 @@ def _leaves(
 ) -> cython.double:
     """Where in -1..1 a joint leaves its limits on a piece of rows first to last; 2.0 where it does not."""
     count: cython.Py_ssize_t = 2 * (last - first) + 2
-    k: cython.Py_ssize_t
-    i: cython.int
     x: cython.double = -1.0
-    there: cython.double
-    low: cython.double
-    high: cython.double
-    middle: cython.double
     slope: cython.double = _slope(coefficients, first, last, joint, x)
-    next_slope: cython.double
     q: cython.double = _value(coefficients, first, last, joint, x)
     if q < lowest or q > highest:
         return x
@@ -121,9 +107,7 @@ def _value(
 ) -> cython.double:
     before: cython.double = 1.0
     here: cython.double = x
-    after: cython.double
     total: cython.double = coefficients[first, joint]
-    k: cython.Py_ssize_t
     for k in range(first + 1, last):
         total += coefficients[k, joint] * here
         after = 2.0 * x * here - before
@@ -144,9 +128,7 @@ def _slope(
     """The derivative: that of T(k) is k U(k - 1)."""
     before: cython.double = 0.0
     here: cython.double = 1.0
-    after: cython.double
     total: cython.double = 0.0
-    k: cython.Py_ssize_t
     for k in range(first + 1, last):
         total += coefficients[k, joint] * (k - first) * here
         after = 2.0 * x * here - before
@@ -159,12 +141,6 @@ def travel(
     offsets: cython.Py_ssize_t[::1], coefficients: cython.double[:, ::1], ways: cython.double[::1]
 ) -> None:
     """How far each joint goes, there and back (rad, (n,)); turns between places looked at are cut short."""
-    piece: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    count: cython.Py_ssize_t
-    q: cython.double
-    before: cython.double
     for j in range(coefficients.shape[1]):
         ways[j] = 0.0
         for piece in range(offsets.shape[0] - 1):
@@ -189,16 +165,6 @@ def least_time_per_s(
     `room` (2, 1, n) is for its own use.
     """
     least: cython.double = _time_per_s(borders, offsets, coefficients, velocity, 0, 0.0, room)
-    before: cython.double
-    time: cython.double
-    after: cython.double
-    low: cython.double
-    width: cython.double
-    first: cython.double
-    last: cython.double
-    piece: cython.Py_ssize_t
-    count: cython.Py_ssize_t
-    k: cython.Py_ssize_t
     for piece in range(borders.shape[0] - 1):
         low = borders[piece]
         count = 4 * (offsets[piece + 1] - offsets[piece])
@@ -233,8 +199,6 @@ def _least_between(
     room: cython.double[:, :, ::1],
 ) -> cython.double:
     """By the golden section."""
-    one: cython.double
-    other: cython.double
     k: cython.int = 0
     while k < _HALVINGS:
         k += 1
@@ -262,7 +226,6 @@ def _time_per_s(
 ) -> cython.double:
     evaluate(borders, offsets, coefficients, piece, s, 1, room, 0)
     longest: cython.double = 0.0
-    j: cython.Py_ssize_t
     for j in range(velocity.shape[0]):
         longest = max(longest, fabs(room[1, 0, j]) / velocity[j])
     return longest

@@ -40,9 +40,6 @@ _LEVEL = cython.declare(cython.double, 10.0)
 def nodes_and_weights(degree: cython.int, nodes: cython.double[::1], weights: cython.double[:, ::1]) -> None:
     """The places (degree + 1,) in -1..1 where a polynomial of that degree is fitted, ends included, and what
     each value there counts in each coefficient (degree + 1, degree + 1)."""
-    k: cython.int
-    j: cython.int
-    weight: cython.double
     for k in range(degree + 1):
         nodes[k] = sine(_PI * (2 * k - degree) / (2 * degree))
     nodes[0] = -1.0
@@ -75,8 +72,6 @@ def places(
 
     Results (m,) are those of `iiwa_sim.robot.inverse_kernel.solve_rows`.
     """
-    row: cython.Py_ssize_t
-    own: cython.double
     for row in range(s.shape[0]):
         _pose(line, s[row], poses, row)
         own = redundancy + s[row] * redundancy_way
@@ -106,11 +101,6 @@ def meeting(
     """
     low: cython.double = before
     high: cython.double = after
-    s: cython.double
-    redundant: cython.double
-    one: cython.double
-    another: cython.double
-    part: cython.double
     k: cython.int = 0
     while k < _HALVINGS:
         k += 1
@@ -141,7 +131,6 @@ def _off(
     """How far a joint is from the part of the way from coming to going (rad), but for whole turns."""
     farthest: cython.double = 0.0
     off: cython.double
-    j: cython.Py_ssize_t
     for j in range(joints.shape[1]):
         off = joints[0, j] - coming[j] - part * (going[j] - coming[j])
         while off > _PI:
@@ -180,15 +169,7 @@ def fit(
     """
     count: cython.Py_ssize_t = joints.shape[1]
     last: cython.Py_ssize_t = nodes.shape[0] - 1
-    k: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    rows: cython.Py_ssize_t
-    result: cython.int
     alone: cython.bint = low == 0.0 and high == 1.0
-    s: cython.double
-    own: cython.double
-    before: cython.double
     total: cython.double
     largest: cython.double
     for k in range(last + 1):
@@ -251,11 +232,8 @@ def meet(
     last: cython.Py_ssize_t,
 ) -> cython.void:
     """What is missing of the first and last joint positions, added evenly along the piece."""
-    j: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     first_off: cython.double
     last_off: cython.double
-    sign: cython.double
     for j in range(joints.shape[1]):
         first_off = joints[0, j]
         last_off = joints[last, j]
@@ -274,7 +252,6 @@ def _pose(
     line: cython.double[::1], s: cython.double, poses: cython.double[:, ::1], row: cython.Py_ssize_t
 ) -> cython.void:
     """The pose of the flange in the base at s, into that row."""
-    k: cython.Py_ssize_t
     half: cython.double = 0.5 * s * line[39]
     a: cython.double = sine(half)
     versine: cython.double = 2.0 * a * a

@@ -17,7 +17,6 @@ def piece_at(borders: cython.double[::1], s: cython.double) -> cython.Py_ssize_t
     """The piece in which s lies; the first or last one where s is outside 0..1."""
     low: cython.Py_ssize_t = 0
     high: cython.Py_ssize_t = borders.shape[0] - 1
-    middle: cython.Py_ssize_t
     while high - low > 1:
         middle = (low + high) // 2
         if s < borders[middle]:
@@ -46,10 +45,6 @@ def evaluate(
     last: cython.Py_ssize_t = offsets[piece + 1]
     scale: cython.double = 2.0 / (borders[piece + 1] - borders[piece])
     x: cython.double = (s - borders[piece]) * scale - 1.0
-    k: cython.Py_ssize_t
-    j: cython.Py_ssize_t
-    c: cython.double
-    t: cython.double
     double_x: cython.double = 2.0 * x
     # T(k) and its derivatives d, e, f; those of k - 1 (before) and their next.
     t0: cython.double = 1.0
@@ -111,7 +106,6 @@ def derivatives(
     values: cython.double[:, :, ::1],
 ) -> None:
     """Joint positions and as many derivatives as there is room for in `values` (1 to 4, m, n), at s (m,)."""
-    row: cython.Py_ssize_t
     orders: cython.int = values.shape[0] - 1
     for row in range(s.shape[0]):
         evaluate(borders, offsets, coefficients, piece_at(borders, s[row]), s[row], orders, values, row)

@@ -29,11 +29,6 @@ def tcp_distance(
     x: cython.double = fixed[last, 9]
     y: cython.double = fixed[last, 10]
     z: cython.double = fixed[last, 11]
-    s: cython.double
-    c: cython.double
-    u: cython.double
-    v: cython.double
-    k: cython.Py_ssize_t
     for k in range(last - 1, -1, -1):
         s = sine(joints[row, k])
         c = cosine(joints[row, k])
@@ -55,7 +50,6 @@ def joint_distance(
 ) -> cython.double:
     """How far the farthest joint of that row is from where it is in the centre (rad)."""
     farthest: cython.double = 0.0
-    j: cython.Py_ssize_t
     for j in range(centre.shape[0]):
         farthest = max(farthest, fabs(joints[row, j] - centre[j]))
     return farthest
@@ -84,7 +78,6 @@ def distances(
 ) -> None:
     """The distances (m,) of rows of joint positions (m, n): of the TCP (m), or, with no `fixed` rows, of the
     farthest joint (rad)."""
-    row: cython.Py_ssize_t
     for row in range(joints.shape[0]):
         found[row] = distance(fixed, centre, joints, row)
 
@@ -108,9 +101,6 @@ def part_inside(
     outside: cython.double = 0.0
     left: cython.double = radius  # of it at the one inside,
     beyond: cython.double = 0.0  # and how far the other is outside
-    beyond_there: cython.double
-    part: cython.double
-    k: cython.int
     last: cython.int = 0  # which of both was found last
     for k in range(1, _PLACES + 1):
         part = most * k / _PLACES

@@ -62,8 +62,6 @@ class Side:
     ) -> None:
         """Of a path (`Polynomial`), at its end or its beginning, and the limits (n,) of the move."""
         n: cython.Py_ssize_t = coefficients.shape[1]
-        i: cython.Py_ssize_t
-        rate: cython.double
         speed: cython.double = 0.0  # 1 over them
         building: cython.double = 0.0
         slowest: cython.double = 0.0
@@ -92,7 +90,6 @@ class Side:
         # From rest to its full speed, then on evenly.
         rising_s: cython.double = min(building_s, sqrt(2.0 * self.speed / self.jerk))
         gone: cython.double = self.jerk * rising_s * rising_s * rising_s / 6.0
-        full_s: cython.double
         if part <= gone:
             return root(6.0 * part / self.jerk)
         if rising_s < building_s:
@@ -114,9 +111,6 @@ class Side:
 @cython.exceptval(check=False)
 def _cosine(ending: Side, leaving: Side) -> cython.double:
     """Of the angle by which the joints turn, each counted by its acceleration."""
-    i: cython.Py_ssize_t
-    one: cython.double
-    other: cython.double
     product: cython.double = 0.0
     square: cython.double = 0.0
     other_square: cython.double = 0.0
@@ -134,10 +128,6 @@ def _rho(
     ending: Side, leaving: Side, cosine: cython.double, before: cython.double, after: cython.double
 ) -> cython.double:
     """What suits a corner between parts of two moves; 0 where these are too small for one."""
-    before_s: cython.double
-    after_s: cython.double
-    wanted: cython.double
-    sharpness: cython.double
     if min(before * ending.way, after * leaving.way) < SHORTEST_WAY_RAD:
         return 0.0
     before_s, after_s = ending.time_s(before), leaving.time_s(after)
@@ -168,14 +158,7 @@ def fitted(
     `zone_kernel` wants it. `lowest` and `highest` are the position limits (rad, (n,)).
     """
     n: cython.Py_ssize_t = lowest.shape[0]
-    i: cython.Py_ssize_t
-    p: cython.int
-    share: cython.double
     cosine: cython.double = _cosine(ending, leaving)
-    rho: cython.double
-    height: cython.double
-    v: cython.double
-    inside: cython.bint
     q: cython.double[:, :, ::1] = np.empty((1, 2, n))
     # Parts of what the zone allows, until the robot stays in it and within its position limits.
     for share in (1.0, 0.7, 0.4, 0.2):
