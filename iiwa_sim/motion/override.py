@@ -17,16 +17,12 @@ from typing import Protocol
 
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
+from iiwa_sim.motion.courses import JERK_SHARES, SPEED_KEPT
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.rate_change import RateChange, Running
 
 MARGIN = 0.005
 STRETCH = sqrt(1.0 + MARGIN)
-SPEED_KEPT = 1.0 - 1e-11
-"""Part of its limit for u: if u exceeded the limit by rounding, Ruckig might take seconds longer."""
-JERK_SHARES = (1.0, 1.0 - 1e-6)
-"""Factors of the jerk to try: where Ruckig fails, a phase has length zero; with slightly less jerk it does
-not."""
 
 
 class Runs(Protocol):

@@ -1,27 +1,13 @@
 """The servo: moves to the newest target from any state of motion. Smart and direct mode use it."""
 
-from collections.abc import Iterator, Sequence
-from math import sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
+from ruckig import Trajectory
 
+from iiwa_sim.motion.courses import Courses, State
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.rate import PlannedTime
-
-JERK_SHARES = (1.0, 1.0 - 1e-6)
-"""Factors of the jerk to try: where Ruckig fails, a phase has length zero; with slightly less jerk it does
-not."""
-SPEED_KEPT = 1.0 - 1e-11
-"""Part of its speed with which a joint begins a new course. At the velocity limit, an excess by rounding
-would make Ruckig take seconds longer, in 2 of 100 cases."""
-EXACT_RAD = 1e-10
-"""Ruckig accepts courses that end 1e-8 rad beside the target; the step that remains would be a jerk."""
-ROUNDING_RAD = 1e-9
-"""Rounding of a position at a limit."""
-ROUNDING_S = 1e-9
-"""Rounding of the time at which a joint reverses at the end of a phase."""
 
 LEAST_PART = 0.01
 """Smallest part of the speed for planning a course while the override decreases; for less, the robot stays
@@ -63,14 +49,10 @@ class Servo:
         """Where the robot comes to rest at the target, or after the stop in progress (rad)."""
         self._time = time
         self._limits = limits
-        self._position_min = position_min
-        self._position_max = position_max
-        self._ruckig = Ruckig(len(joints))
-        self._task = InputParameter(len(joints))
-        self._task.synchronization = Synchronization.No
+        self._courses = Courses(position_min, position_max)
         self._course: Course | None = None
         self._asks_again = False
-        self._taken_over: tuple[list[float], list[float]] | None = None  # velocity and acceleration
+        self._taken_over: tuple[Joints, Joints] | None = None  # velocity and acceleration
 
     @property
     def moving(self) -> bool:
@@ -120,8 +102,8 @@ class Servo:
     def start_from(
         self,
         joints: Joints,
-        velocity: Sequence[float] | None = None,
-        acceleration: Sequence[float] | None = None,
+        velocity: Joints | None = None,
+        acceleration: Joints | None = None,
     ) -> None:
         """Start from other joint positions (rad): another motion has moved the robot, or will have.
 
@@ -131,7 +113,7 @@ class Servo:
         self.joints = self.rest = joints
         self._course, self._asks_again, self._taken_over = None, False, None
         if velocity is not None and acceleration is not None:
-            self._taken_over = list(velocity), list(acceleration)
+            self._taken_over = velocity, acceleration
 
     def step(self) -> None:
         """Make one tick.
@@ -157,40 +139,12 @@ class Servo:
 
     def _find(self, target: Joints, limits: JointLimits) -> Course | None:
         """A course from the present state that keeps the position limits; None if none is found."""
-        position = velocity = acceleration = [0.0] * len(self.joints)
-        if self._course is None:
-            position = list(self.joints)
-            if self._taken_over is not None:
-                velocity, acceleration = self._taken_over
-        else:
-            position, velocity, acceleration = self._course.trajectory.at_time(self._time.time_s)
-        task = self._task
-        task.current_position, task.target_position = position, list(target)
-        task.current_velocity = [SPEED_KEPT * v for v in velocity]
-        task.current_acceleration = acceleration
-        task.max_velocity, task.max_acceleration, jerk = (limit.tolist() for limit in limits)
-        for share in JERK_SHARES:
-            task.max_jerk = [share * j for j in jerk]
-            course = Course(Trajectory(len(target)), target)
-            try:
-                result = self._ruckig.calculate(task, course.trajectory)
-            except (RuckigError, ValueError):  # ValueError for results that its bindings do not know
-                continue
-            if result == Result.Working and self._is_good(course):
-                return course
-        return None
-
-    def _is_good(self, course: Course) -> bool:
-        """Whether a course ends at its target and passes no position limit."""
-        trajectory, target = course
-        ends = trajectory.at_time(trajectory.duration)[0]
-        return all(
-            abs(end - goal) <= EXACT_RAD
-            and all(low - ROUNDING_RAD <= place <= high + ROUNDING_RAD for place in (end, *turns(profile)))
-            for end, goal, profile, low, high in zip(
-                ends, target, trajectory.profiles[0], self._position_min, self._position_max, strict=True
-            )
-        )
+        still = (0.0,) * len(self.joints)
+        state: State = (self.joints, *(self._taken_over or (still, still)))
+        if self._course is not None:
+            state = self._course.trajectory.at_time(self._time.time_s)
+        found = self._courses.find(state, (target, still, still), limits)
+        return None if found is None else Course(found, target)
 
     @staticmethod
     def _at(course: Course, time_s: float) -> Joints:
@@ -198,22 +152,3 @@ class Servo:
         if time_s >= course.trajectory.duration:
             return course.target
         return tuple(course.trajectory.at_time(time_s)[0])
-
-
-def turns(profile: Any) -> Iterator[float]:
-    """Positions (rad) at which a joint reverses on Ruckig's profile; Ruckig's own extrema miss some of
-    them."""
-    brake = profile.brake
-    for part in (brake, profile) if brake.duration else (profile,):
-        for duration, p, v, a, j in zip(part.t, part.p, part.v, part.a, part.j, strict=False):
-            square = a * a - 2.0 * j * v
-            if duration == 0.0 or square < 0.0:
-                continue
-            if j:
-                root = sqrt(square)
-                rests = [(-a - root) / j, (root - a) / j]
-            else:
-                rests = [-v / a] if a else []
-            for t in rests:
-                if ROUNDING_S < t < duration + ROUNDING_S:
-                    yield p + t * (v + t * (a / 2.0 + t * j / 6.0))

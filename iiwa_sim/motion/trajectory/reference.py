@@ -5,6 +5,7 @@ have velocities and accelerations, a cubic where both have velocities, else a st
 """
 
 from collections.abc import Sequence
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -173,12 +174,12 @@ def _given(values: Sequence[Joints | None], joints: int) -> tuple[Array, NDArray
 
 
 def _from_powers() -> Array:
-    """What each power of u = (x + 1) / 2 counts in each Chebyshev coefficient (6, 6): exact, in eighths of
-    eighths."""
+    """What each power of u = (x + 1) / 2 counts in each Chebyshev coefficient (6, 6): with x = cos(2 t) that
+    is cos(t)^2, whose powers are binomial sums of cosines. Exact, as parts of 1,024."""
     rows = np.zeros((ROWS, ROWS))
     for power in range(ROWS):
-        in_x = np.polynomial.polynomial.polypow([0.5, 0.5], power) if power else np.array([1.0])
-        rows[: power + 1, power] = np.polynomial.chebyshev.poly2cheb(in_x)
+        for k in range(power + 1):
+            rows[k, power] = (2.0 if k else 1.0) * comb(2 * power, power - k) / 4.0**power
     return rows
 
 

@@ -2,12 +2,12 @@
 
 from typing import NamedTuple
 
-from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
+from ruckig import Trajectory
 
+from iiwa_sim.motion.courses import Courses, State
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.rate import PlannedTime
-from iiwa_sim.motion.servo import EXACT_RAD, JERK_SHARES, ROUNDING_RAD, SPEED_KEPT, turns
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.smoothed import Smoothed
 from iiwa_sim.motion.trajectory.windows import windows_of
@@ -16,9 +16,6 @@ FIRST_JOIN_S = 0.01
 """A robot that is beside the curve, or moves otherwise, is on it after so long at the soonest."""
 JOIN_GROWTH = 1.5
 """Where it cannot be, so many times later is tried next."""
-
-State = tuple[Joints, Joints, Joints]
-"""Positions (rad), velocities (rad/s) and accelerations (rad/s^2)."""
 
 
 class Way(NamedTuple):
@@ -59,8 +56,7 @@ class Tracker:
         """Where the robot comes to rest at the end, or after the stop in progress (rad)."""
         self._time = time
         self._limits = limits
-        self._position_min, self._position_max = position_min, position_max
-        self._ruckig = Ruckig(len(joints))
+        self._courses = Courses(position_min, position_max)
         self._way: Way | None = None
 
     @property
@@ -103,12 +99,12 @@ class Tracker:
         smoothed = Smoothed(reference, windows)
         if not joins:
             return Way(reference, smoothed, None, 0.0, smoothed.end_s)
-        straight = self._course(state, (reference.end, still, still), None)
+        straight = self._courses.find(state, (reference.end, still, still), self._limits)
         if straight is not None and straight.duration >= reference.end_s:
             return Way(reference, smoothed, straight, straight.duration, straight.duration)
         join_s = max(windows.width_s, FIRST_JOIN_S)
         while join_s < smoothed.end_s:
-            course = self._course(state, smoothed.state(join_s), join_s)
+            course = self._courses.find(state, smoothed.state(join_s), self._limits, join_s)
             if course is not None:
                 return Way(reference, smoothed, course, join_s, smoothed.end_s)
             join_s *= JOIN_GROWTH
@@ -157,44 +153,6 @@ class Tracker:
             return way.smoothed.state(time_s)
         position, velocity, acceleration = way.join.at_time(time_s)
         return tuple(position), tuple(velocity), tuple(acceleration)
-
-    def _course(self, start: State, end: State, duration_s: float | None) -> Trajectory | None:
-        """Ruckig's way from one state to another, in exactly that time, or as soon as it can; None for
-        none."""
-        task = InputParameter(len(self.joints))
-        task.current_position, task.target_position = list(start[0]), list(end[0])
-        task.current_velocity = [SPEED_KEPT * v for v in start[1]]
-        task.target_velocity = [SPEED_KEPT * v for v in end[1]]
-        task.current_acceleration, task.target_acceleration = list(start[2]), list(end[2])
-        task.max_velocity, task.max_acceleration, jerk = (limit.tolist() for limit in self._limits)
-        task.synchronization = Synchronization.No if duration_s is None else Synchronization.Time
-        if duration_s is not None:
-            task.minimum_duration = duration_s
-        for share in JERK_SHARES:
-            task.max_jerk = [share * j for j in jerk]
-            course = Trajectory(len(self.joints))
-            try:
-                result = self._ruckig.calculate(task, course)
-            except (RuckigError, ValueError):  # ValueError for results that its bindings do not know
-                continue
-            if result != Result.Working or (
-                duration_s is not None and course.duration > duration_s + EXACT_RAD
-            ):
-                continue
-            if self._is_good(course, end[0]):
-                return course
-        return None
-
-    def _is_good(self, course: Trajectory, end: Joints) -> bool:
-        """Whether a course ends where it shall, and passes no position limit."""
-        ends = course.at_time(course.duration)[0]
-        return all(
-            abs(there - wanted) <= EXACT_RAD
-            and all(low - ROUNDING_RAD <= place <= high + ROUNDING_RAD for place in (there, *turns(profile)))
-            for there, wanted, profile, low, high in zip(
-                ends, end, course.profiles[0], self._position_min, self._position_max, strict=True
-            )
-        )
 
     @staticmethod
     def _at(way: Way, time_s: float) -> Joints:
