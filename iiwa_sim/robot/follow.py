@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import pi, remainder, tau
+from operator import sub
 from typing import NamedTuple
 
 import numpy as np
@@ -48,25 +49,30 @@ def follow_seed(
     it.
     """
     q = list(seed)
+    for joint, border, below in sides:
+        q[joint] = min(q[joint], border) if below else max(q[joint], border)
+    reached = model.flange(q)
+    # Most seeds are far away, which their places tell at less cost than an error does.
+    if max(map(abs, map(sub, flange.translation, reached.translation))) > _FOLLOWED:
+        return None
+    error = _error(flange, reached)
+    if float(np.abs(error).max()) > _FOLLOWED:
+        return None
     free = [joint for joint in range(len(q)) if joint != held]
-    for step in range(_STEPS):
-        for joint, border, below in sides:
-            # a joint that would leave its side stays at the border; one that is outside starts at it
-            if (q[joint] > border if below else q[joint] < border) and joint in free:
-                q[joint] = border
-                if step > 0:
-                    free.remove(joint)
-        error = _error(flange, model.flange(q))
-        distance = float(np.abs(error).max())
-        if distance <= _CLOSED:
+    for _ in range(_STEPS):
+        if float(np.abs(error).max()) <= _CLOSED:
             break
-        if step == 0 and distance > _FOLLOWED:
-            return None
         change = _least_change(model.jacobian(q)[:, free], error)
         if float(np.abs(change).max()) > _LARGEST_STEP:
             return None
         for joint, value in zip(free, change.tolist(), strict=True):
             q[joint] += value
+        for joint, border, below in sides:
+            # a joint that would leave its side stays at the border
+            if (q[joint] > border if below else q[joint] < border) and joint in free:
+                q[joint] = border
+                free.remove(joint)
+        error = _error(flange, model.flange(q))
     else:
         return None
     return tuple(value if -pi < value <= pi else remainder(value, tau) for value in q)

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform
+from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.inverse_kernel import NEAR, OUT_OF_REACH, solve_rows
 
 
@@ -18,7 +18,7 @@ class _Arm(Protocol):
     kind: int
     numbers: NDArray[np.float64]
 
-    def joints(
+    def followed(
         self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
     ) -> tuple[float, ...] | None: ...
 
@@ -50,9 +50,15 @@ def solved_rows(
     seeds = np.array(seed, dtype=np.float64)
     solve_rows(arm.kind, arm.numbers, poses, places, statuses, seeds, aligned, joints, results)
     joints[results == OUT_OF_REACH] = np.nan
-    for row in (results == NEAR).nonzero()[0].tolist():
-        r0, r1, r2, r3, r4, r5, r6, r7, r8, x, y, z = poses[row].tolist()
-        flange = Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z))
-        found = arm.joints(flange, float(places[row]), int(statuses[row]), seed)
-        joints[row] = np.nan if found is None else found
+    near = (results == NEAR).nonzero()[0]
+    asked = zip(poses[near].tolist(), places[near].tolist(), statuses[near].tolist(), strict=True)
+    flange = IDENTITY
+    before: list[float] = []
+    for row, (pose, place, branch) in zip(near.tolist(), asked, strict=True):
+        if pose != before:
+            r0, r1, r2, r3, r4, r5, r6, r7, r8, x, y, z = before = pose
+            flange = Transform((r0, r1, r2, r3, r4, r5, r6, r7, r8), (x, y, z))
+        found = arm.followed(flange, place, branch, seed)
+        if found is not None:
+            joints[row] = found
     return joints

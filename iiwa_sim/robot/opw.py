@@ -66,12 +66,8 @@ class Opw:
         )
         if result == OUT_OF_REACH:
             return None
-        if result == NEAR:
-            followed = self._follow(flange, status, seed)
-            if followed is not None:
-                return followed
         solved: tuple[float, ...] = joints
-        return solved
+        return (self.followed(flange, redundancy, status, seed) if result == NEAR else None) or solved
 
     def beyond_reach(self, flange: Transform) -> float:
         upper, fore = self.geometry.lengths
@@ -135,7 +131,13 @@ class Opw:
         q23 = q2 + signs[2] * q[2]
         return sx + ux * cos(q2) + uz * sin(q2) + fx * cos(q23) + fz * sin(q23)
 
-    def _follow(self, flange: Transform, status: int, seed: Sequence[float]) -> tuple[float, ...] | None:
+    def followed(
+        self,
+        flange: Transform,
+        redundancy: float,  # noqa: ARG002  the interface has it
+        status: int,
+        seed: Sequence[float],
+    ) -> tuple[float, ...] | None:
         """The joint positions on that branch next to the seed, if it is next to the pose."""
         stretched = self.geometry.signs[2] * self._stretched
         sides = (Side(2, stretched, not status & 2), Side(4, 0.0, not status & 4))

@@ -52,12 +52,14 @@ class Srs:
         )
         if result == OUT_OF_REACH:
             return None
-        if result == NEAR:
-            followed = follow_on_branch(self.model, self._status_x, flange, redundancy, status, seed)
-            if followed is not None:
-                return followed
         solved: tuple[float, ...] = joints
-        return solved
+        return (self.followed(flange, redundancy, status, seed) if result == NEAR else None) or solved
+
+    def followed(
+        self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
+    ) -> tuple[float, ...] | None:
+        """The joint positions on that branch next to the seed, if it is next to the pose."""
+        return follow_on_branch(self.model, self._status_x, flange, redundancy, status, seed)
 
     def beyond_reach(self, flange: Transform) -> float:
         base_shoulder, upper, fore, hand = self.lengths

@@ -11,6 +11,8 @@ from iiwa_sim.frames import Transform
 from iiwa_sim.robot.follow import Side, follow_seed
 from iiwa_sim.robot.model import Model
 
+_SIDES = [(Side(3, 0.0, bool(status & 2)), Side(5, 0.0, bool(status & 4))) for status in range(8)]
+
 
 def follow_on_branch(
     model: Model,
@@ -22,8 +24,7 @@ def follow_on_branch(
 ) -> tuple[float, ...] | None:
     """`follow_seed` with the given redundancy and branch."""
     start = [*seed[:2], redundancy, *seed[3:]]
-    sides = (Side(3, 0.0, bool(status & 2)), Side(5, 0.0, bool(status & 4)))
-    q = follow_seed(model, flange, start, sides, held=2)
+    q = follow_seed(model, flange, start, _SIDES[status], held=2)
     if q is None:
         return None
     x = status_x(q)
