@@ -21,6 +21,7 @@ from benchmarks import flooders_ros1
 from benchmarks.figures import Figure, Kind, percentile
 from benchmarks.flooders import Address, Flood, bare, flooding, frame, readers_of_all_states, says, websockets
 from benchmarks.peers import ECHO, IIWA_SIM, Line, listening, started
+from iiwa_sim.ros.arm.joint_level import ACTION
 
 QUESTION = b"get joint position\r\n"
 FLOODERS = (10, 50, 200)
@@ -31,6 +32,11 @@ PAUSE_S = 0.005
 MOVE = "joint move : {} 0.5 0 -1 0 1.5 0 0.1 0.1 0.1 0.1 0.1 0.1 0.1\r\n"
 STOPS = 5
 
+_BACK = {
+    "joint_names": [f"A{k}" for k in range(1, 8)],
+    "points": [{"positions": [0.1] * 7, "time_from_start": {"sec": 200 - k}} for k in range(200)],
+}
+"""A trajectory whose times go back: all of it is read, and refused."""
 _WRONG = {"command_type": "PTP", "pose_type": "JOINTS", "pose": [0.1] * 7, "velocity": []}
 
 FLOODS = (
@@ -45,6 +51,12 @@ FLOODS = (
         "rosbridge",
         "lists",
         says("publish", topic="/command_list", msg={"commands": [_WRONG] * 200}),
+        websockets,
+    ),
+    Flood(
+        "rosbridge",
+        "trajectories",
+        says("send_action_goal", action=ACTION, id="one", args={"trajectory": _BACK}),
         websockets,
     ),
 )

@@ -19,6 +19,7 @@ import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
+from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, TRAJECTORY
 from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.rmi.node import PUBLISHED
 from iiwa_sim.ros.rosbridge.server import LONGEST_FRAME_BYTES, POLICY_VIOLATION
@@ -338,6 +339,7 @@ async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
         assert await telnet.ask("hello") == "hello"
         await telnet.leaves()
         assert not any(flood.done() for flood in floods)
+        assert not simulator.controller.moving
     finally:
         for flood in floods:
             flood.cancel()
@@ -457,6 +459,9 @@ def _frame(text: bytes) -> bytes:
 async def _flood(simulator: Simulator) -> None:
     """Nonsense, calls and long lists as fast as they are taken; what is answered is thrown away."""
     wrong = [{**ptp(k, A), "velocity": []} for k in range(500)]
+    back = [{"positions": A, "time_from_start": {"sec": 200 - k}} for k in range(200)]
+    trajectory = {"joint_names": [f"A{k}" for k in range(1, 8)], "points": back}
+    goal = {"action": ACTION, "action_type": ACTION_TYPE, "args": {"trajectory": trajectory}, "id": "one"}
     async with client_of(simulator) as ros:
         reading = asyncio.create_task(_read(ros.connection))
         try:
@@ -465,6 +470,8 @@ async def _flood(simulator: Simulator) -> None:
                 await ros.connection.send("{" * 1000)
                 await ros.says("call_service", service="/get_io", args={"number": 3})
                 await ros.says("publish", topic="/command_list", msg={"commands": wrong})
+                await ros.says("send_action_goal", **goal)
+                await ros.says("publish", topic=TRAJECTORY, msg={**trajectory, "points": [{}] * 10_000})
         finally:
             reading.cancel()
 
