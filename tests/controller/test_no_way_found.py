@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 import ruckig
 
-from iiwa_sim.motion import servo
+from iiwa_sim.motion import courses
 from tests.asked import ptp_stiff_move, smart_joint_move
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
@@ -35,7 +35,7 @@ class AtTimesNone:
 @pytest.fixture
 def robot(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> SteppedRobot:
     monkeypatch.setattr(AtTimesNone, "raises", None)
-    monkeypatch.setattr(servo, "Ruckig", AtTimesNone)
+    monkeypatch.setattr(courses, "Ruckig", AtTimesNone)
     return SteppedRobot(request.param)
 
 
