@@ -48,7 +48,7 @@ def files() -> tuple[Path, ...]:
 @cache
 def names() -> frozenset[str]:
     """All names in the code, the tables and the tests but this one."""
-    kinds = {".py", ".pxd", ".toml", ".json", ".yaml", ".yml", ".msg", ".srv", ".mjs", ""}
+    kinds = {".py", ".pxd", ".toml", ".json", ".yaml", ".yml", ".msg", ".srv", ".action", ".mjs", ""}
     texts = [path for path in files() if path.suffix in kinds and path != Path(__file__)]
     words = re.compile(r"(?<![\w-])--[a-z][a-z-]+|\w+")
     found = {word for path in texts for word in words.findall(path.read_text("utf-8", "replace"))}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import signal
 import subprocess
 import sys
@@ -18,13 +17,11 @@ from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.ros2 import environment
 from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
 from iiwa_sim.simulator import Simulator
-from tests.needed import lacks
 from tests.processes import IIWA_SIM, running
+from tests.ros2_tools import rclpy_python
 from tests.talking import DEADLINE_S, Client, until
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "ros2_rclpy.py"
-FIRST_DOMAIN = 40
-"""Of DDS: each worker of the tests has one of its own, so that they do not meet."""
 NODE = "ROS 2 node /cell/iiwa_sim\n"
 LISTENER = """
 import sys
@@ -60,13 +57,7 @@ rclpy.shutdown()
 @pytest.fixture
 def python(monkeypatch: pytest.MonkeyPatch) -> Path:
     """An interpreter that has rclpy."""
-    found = python_in(default_folder())
-    if not found.exists():
-        lacks("an environment of iiwa-sim ros2-env")
-    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(FIRST_DOMAIN + int(worker) % 50))
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    return found
+    return rclpy_python(monkeypatch)
 
 
 BAD = """
@@ -155,15 +146,15 @@ async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
         assert node is not None
         first = node._process
         assert first is not None
-        assert first.stdin is not None
-        first.stdin.close()  # killed it would leave segments of shared memory
+        assert first._process.stdin is not None
+        first._process.stdin.close()  # killed it would leave segments of shared memory
         await until(lambda: node._process not in (None, first))
         client = await Client.connect(simulator.port)
         assert await client.ask("get status") == "stopped"
         await client.leaves()
         second = node._process
     assert second is not None
-    assert second.returncode == 0, "it ends with the robot"
+    assert second._process.returncode == 0, "it ends with the robot"
     assert len(asyncio.all_tasks()) == 1, "nothing watches over it any more"
 
 

@@ -1,5 +1,6 @@
 """`iiwa-sim ros2-env`: makes an environment with rclpy for `--ros2`, from wheels."""
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +13,12 @@ def run(given: Sequence[str]) -> int:
     from iiwa_sim.ros.ros2.environment import default_folder, make, python_in
 
     folder = _parser().parse_args(given).folder or default_folder()
-    make(folder)
+    lacking = make(folder)
+    if lacking:
+        sys.stderr.write(
+            "iiwa-sim: without the action FollowJointTrajectory and /tf, whose types need a C++ compiler and "
+            f"Python's headers (g++, python3-dev): {lacking}\n"
+        )
     say(f"{python_in(folder)}\n")
     return 0
 
@@ -21,7 +27,8 @@ def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {ROS2_ENV}",
         description="Makes a Python environment with rclpy, from wheels on PyPI for x86-64 Linux (270 MB), "
-        "and prints its interpreter. iiwa-sim --ros2 finds it in the default folder.",
+        "and prints its interpreter. iiwa-sim --ros2 finds it in the default folder. Types that no wheel has, of "
+        "the action FollowJointTrajectory and of /tf, are compiled where a C++ compiler is.",
         examples={"": "makes the environment that --ros2 looks for"},
     )
     parser.add_argument(

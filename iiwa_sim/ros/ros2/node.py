@@ -1,69 +1,39 @@
-"""The robot as a node of ROS 2: starts the node's process, watches it, ends it, and passes messages on.
+"""The robot as a node of ROS 2: has a process be the node, watches it, and passes messages on.
 
-The process (`child.py`) is of another interpreter: the wheels of rclpy re-execute every interpreter of their
-environment and leave their library path to its children, and a distribution's rclpy fits one Python alone. So
-what is joined is two pipes, which carry the messages of `JointLevel`: the node has no truth of its own, and
-nothing of rclpy is loaded here.
+What the process (`process.py`, `rclpy_node/`) says and hears are the messages of `Graph`: it has no truth
+of its own.
 """
 
 import asyncio
-import contextlib
-import json
 import logging
-import os
-from asyncio.subprocess import PIPE, Process
-from collections import deque
 from collections.abc import Callable
 from functools import partial
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
-from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
+from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.arm.joint_level import PUBLISHED, SERVICES, SUBSCRIBED, JointLevel
-from iiwa_sim.ros.arm.messages import BadGoal, in_ros2
+from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.fault import RosFault
-from iiwa_sim.ros.rmi.definitions import message
 from iiwa_sim.ros.rmi.node import Message, Node
+from iiwa_sim.ros.ros2.goals import NodeGoals
+from iiwa_sim.ros.ros2.graph import ACTIONS, Graph
+from iiwa_sim.ros.ros2.process import NodeProcess
 from iiwa_sim.serve.budget import Budget
-from iiwa_sim.wording import harmless, shortened
 
 NAME = "iiwa_sim"
-JOINT_STATES = "/joint_states"
-JOINT_STATE = "sensor_msgs/JointState"
+WHO = "ros2"
+"""In the log."""
 ABSOLUTE = ("/clock",)
 """What is not put under the namespace: all robots of a graph have one time."""
-START_S = 30.0
-"""The process has to be a node by then."""
-END_S = 5.0
-"""It has to have ended by then, after it was asked to."""
 AGAIN_S = 2.0
 """A process that has ended by itself is started again after so long."""
-MOST_UNREAD_BYTES = 1 << 20
-"""Of what the process has not read: more is left out, message by message."""
-LONGEST_LINE_BYTES = 1 << 21
-MOST_WAITING = 16
-"""Messages that have been read and not been taken; the process waits then, and the newest 10 of a topic in
-it."""
 
 logger = logging.getLogger(__name__)
-_encode = msgspec.json.Encoder().encode
-
-
-def _decode(line: bytes) -> dict[str, Any]:
-    """A line of the process; only the standard library, which is slower, reads NaN."""
-    try:
-        told: dict[str, Any] = msgspec.json.decode(line)
-    except msgspec.DecodeError:
-        told = json.loads(line)
-    return told
 
 
 class Ros2Node:
-    """The joint level of one robot as a node of ROS 2, from `start` to `close`."""
+    """One robot as a node of ROS 2, from `start` to `close`."""
 
     def __init__(
         self,
@@ -78,20 +48,18 @@ class Ros2Node:
         """`python` is an interpreter that has rclpy; `on_heard` is called after each message and call."""
         self.name = f"/{namespace.strip('/')}/{NAME}" if namespace.strip("/") else f"/{NAME}"
         """The node's full name."""
-        self._node = node
+        self._graph = Graph(node, arm)
         self._arm = arm
+        self._goals: NodeGoals | None = None  # of the present process, which numbers them from 1
         self._python = python
         self._namespace = namespace.strip("/")
         self._log = log
         self._on_heard = on_heard
         self._share = budget.share(self._work)
-        self._heard: deque[bytes] = deque()
-        self._room = asyncio.Event()
-        self._process: Process | None = None
+        self._process: NodeProcess | None = None
         self._watching: asyncio.Task[None] | None = None
-        self._reading: list[asyncio.Task[None]] = []  # what one process writes
         self._ended: list[Callable[[], None]] = []  # how what was begun for a process is ended
-        self._without: list[str] = []
+        self._without: tuple[str, ...] = ()
 
     async def start(self) -> None:
         """Be a node. Raises RosFault."""
@@ -108,89 +76,43 @@ class Ros2Node:
         await self._end()
 
     async def _begin(self) -> None:
-        environment = dict(os.environ)
-        environment.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-        with as_file(files("iiwa_sim.ros.ros2").joinpath("child.py")) as child:
-            try:
-                self._process = process = await asyncio.create_subprocess_exec(
-                    *(self._python, child),
-                    stdin=PIPE,
-                    stdout=PIPE,
-                    stderr=PIPE,
-                    env=environment,
-                    limit=LONGEST_LINE_BYTES,
-                    start_new_session=True,  # a Ctrl-C is for us: the process ends when its input does
-                )
-            except OSError as fault:
-                raise RosFault(f"{self._python} cannot be run: {fault.strerror}") from None
-        self._reading.append(asyncio.create_task(_told(process)))
-        self._say(
-            node=NAME,
-            namespace=self._namespace,
-            publish=[
-                [_relative(JOINT_STATES), "sensor_msgs/msg/JointState", False],
-                *([_relative(topic), kind, rate_hz == 0] for topic, (kind, rate_hz) in PUBLISHED.items()),
-            ],
-            subscribe=[[_relative(topic), kind] for topic, kind in SUBSCRIBED.items()],
-            serve=[[_relative(service), kind] for service, kind in SERVICES.items()],
-        )
-        try:
-            told = await self._first_line(process)
-        except BaseException:
-            await self._end()
-            raise
-        if told["ready"] != self._without:
-            self._without = told["ready"]
+        graph = self._graph
+        first = {
+            "node": NAME,
+            "namespace": self._namespace,
+            "publish": [[_relative(topic), *kind] for topic, kind in graph.published.items()],
+            "subscribe": [[_relative(topic), kind] for topic, kind in graph.subscribed.items()],
+            "serve": [[_relative(name), kind] for name, kind in graph.services.items()],
+            "actions": [[_relative(name), kind] for name, kind in ACTIONS.items()],
+        }
+        process = await NodeProcess.start(self._python, first, self._share.ask_later, self._too_long)
+        self._process = process
+        self._goals = NodeGoals(self._arm, process.say, process.offer, self._log, WHO)
+        if process.without != self._without:
+            self._without = process.without
             logger.info("ROS 2 has no types here for %s: left out", ", ".join(self._without))
-        self._room.set()
-        self._reading.append(asyncio.create_task(self._read(process)))
-        self._listen()
-
-    async def _first_line(self, process: Process) -> dict[str, Any]:
-        assert process.stdout is not None
-        try:
-            async with asyncio.timeout(START_S):
-                line = await process.stdout.readline()
-        except TimeoutError:
-            raise RosFault(f"{self._python} has made no node of ROS 2 within {START_S:g} s") from None
-        try:
-            told: dict[str, Any] = json.loads(line)
-        except ValueError:
-            raise RosFault(f"{self._python} has ended before it was a node of ROS 2") from None
-        if "fault" in told:
-            raise RosFault(f"ROS 2: {told['fault']}")
-        return told
+        for topic in graph.published:
+            if _relative(topic) not in self._without:
+                self._ended.append(graph.listen(topic, partial(self._publish, topic)))
+        self._on_heard()  # from now on ticks are wanted
 
     async def _end(self) -> None:
         """End the process, if there is one."""
         for end in self._ended:
             end()
         self._ended.clear()
-        self._heard.clear()
+        if self._goals is not None:
+            self._goals.forget()
+            self._goals = None
         process, self._process = self._process, None
-        if process is None:
-            return
-        assert process.stdin is not None
-        process.stdin.close()
-        try:
-            async with asyncio.timeout(END_S):
-                await process.wait()
-        except TimeoutError:
-            with contextlib.suppress(ProcessLookupError):
-                process.kill()
-            await process.wait()
-        for task in self._reading:
-            task.cancel()
-        if self._reading:
-            await asyncio.wait(self._reading)
-        self._reading.clear()
+        if process is not None:
+            await process.close()
 
     async def _watch(self) -> None:
         """Start the process again whenever it has ended by itself."""
         while True:
-            process = self._process
-            if process is not None:
-                code = await process.wait()
+            if self._process is not None:
+                code = await self._process.ended()
                 logger.warning("the node of ROS 2 has ended with code %s: it is started again", code)
                 await self._end()
             await asyncio.sleep(AGAIN_S)
@@ -201,99 +123,65 @@ class Ros2Node:
             else:
                 logger.warning("the node of ROS 2 is there again")
 
-    def _listen(self) -> None:
-        definition = message(JOINT_STATE)
-
-        def hear_joints(content: Message) -> None:
-            self._publish(JOINT_STATES, in_ros2(definition, content))
-
-        self._node.listen(JOINT_STATES, hear_joints)
-        self._ended.append(partial(self._node.unlisten, JOINT_STATES, hear_joints))
-        for topic in PUBLISHED:
-            if _relative(topic) not in self._without:
-                hear = partial(self._publish, topic)
-                self._arm.listen(topic, hear)
-                self._ended.append(partial(self._arm.unlisten, topic, hear))
-        self._on_heard()  # from now on ticks are wanted
-
     def _publish(self, topic: str, content: Message) -> None:
-        self._say(topic=_relative(topic), msg=content)
+        if self._process is not None:
+            self._process.offer(topic=_relative(topic), msg=content)
 
     def _say(self, **what: Any) -> None:
-        process = self._process
-        if process is None or process.stdin is None or process.stdin.is_closing():
-            return
-        if process.stdin.transport.get_write_buffer_size() < MOST_UNREAD_BYTES:
-            process.stdin.write(_encode(what) + b"\n")
+        if self._process is not None:
+            self._process.say(**what)
 
-    async def _read(self, process: Process) -> None:
-        assert process.stdout is not None
-        while True:
-            try:
-                line = await process.stdout.readline()
-            except ValueError:  # a line beyond the limit, which is dropped
-                self._log.refused("ros2", "a message", COMMUNICATION_FAILURE, "it is too long")
-                continue
-            if not line:
-                return
-            self._heard.append(line)
-            self._share.ask_later()
-            if len(self._heard) >= MOST_WAITING:
-                self._room.clear()
-                await self._room.wait()
+    def _too_long(self) -> None:
+        self._log.refused(WHO, "a message", COMMUNICATION_FAILURE, "it is too long")
 
     def _work(self, until_s: float) -> bool:
-        """Take what was heard, at least one message."""
+        """Take what was heard, at least one message; gives whether there may be more."""
         now = asyncio.get_running_loop().time
-        while self._heard:
-            self._take(_decode(self._heard.popleft()))
+        while self._process is not None:
+            told = self._process.next()
+            if told is None:
+                return False
+            self._take(told)
             if now() >= until_s:
-                break
-        if len(self._heard) < MOST_WAITING:
-            self._room.set()
-        return bool(self._heard)
+                return True
+        return False
 
     def _take(self, told: dict[str, Any]) -> None:
-        who = "ros2"
         if "call" in told:
-            name = f"/{told['service'].lstrip('/')}"
-            try:
-                response = self._arm.call(name, {} if "data" not in told["request"] else told["request"])
-            except BadGoal as fault:
-                response = {"success": False, "message": str(fault)}
-            self._say(answer=told["call"], response=response)
+            self._call(told)
+        elif "cancel" in told or "goal" in told:
+            if self._goals is not None:
+                self._goals.take(told)
         else:
-            reason = self._refusal_of(told, who)
+            long = told.get("long")
+            if long is None:
+                reason = self._graph.refusal_of(_rooted(told["topic"]), told["msg"], WHO)
+            else:
+                reason = f"a message of {long} bytes as JSON: that is too long"
             if reason is not None:
-                self._log.refused(who, told["topic"], COMMUNICATION_FAILURE, reason)
+                self._log.refused(WHO, told["topic"], COMMUNICATION_FAILURE, reason)
         self._on_heard()
 
-    def _refusal_of(self, told: dict[str, Any], who: str) -> str | None:
-        """Take a message; gives why it is refused, None where it is not."""
+    def _call(self, told: dict[str, Any]) -> None:
+        number, name = told["call"], told["service"]
+
+        def answer(response: Message) -> None:
+            self._say(answer=number, response=response)
+
+        def fail(reason: str) -> None:
+            self._log.refused(WHO, name, COMMUNICATION_FAILURE, reason)
+            self._say(answer=number, failed=reason)
+
         if "long" in told:
-            return f"a message of {told['long']} bytes as JSON: that is too long"
-        try:
-            self._arm.receive(f"/{told['topic'].lstrip('/')}", told["msg"], who)
-        except BadGoal as fault:
-            return str(fault)
-        except Refused as refused:
-            return refused.reason
-        return None
-
-
-async def _told(process: Process) -> None:
-    """What the process says on standard error goes into the log."""
-    assert process.stderr is not None
-    while True:
-        try:
-            line = await process.stderr.readline()
-        except ValueError:
-            continue
-        if not line:
-            return
-        logger.info("ROS 2: %s", shortened(harmless(line.decode("utf-8", "backslashreplace").strip()), 500))
+            fail(f"a request of {told['long']} bytes as JSON: that is too long")
+        else:
+            self._graph.call(_rooted(name), told["request"], answer, fail)
 
 
 def _relative(name: str) -> str:
     """The name as the node knows it, which its namespace is put in front of."""
     return name if name in ABSOLUTE else name.lstrip("/")
+
+
+def _rooted(name: str) -> str:
+    return f"/{name.lstrip('/')}"

@@ -1,0 +1,108 @@
+"""Users of the node of ROS 2, each a process of its own with rclpy."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from iiwa_sim.ros import ros2
+from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE
+from iiwa_sim.ros.ros2.environment import default_folder, python_in
+from tests.needed import lacks
+from tests.processes import killed_unless_done
+
+FIRST_DOMAIN = 40
+"""Of DDS: each worker of the tests has one of its own, so that they do not meet."""
+FOLDER = Path(ros2.__file__).parent
+PROGRAM = Path(__file__).parent / "ros2_user.py"
+HERE = (0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0)
+NAMES = [f"A{k}" for k in range(1, 8)]
+
+
+def rclpy_python(monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An interpreter that has rclpy, and a domain that no other worker is in."""
+    found = python_in(default_folder())
+    if not found.exists():
+        lacks("an environment of iiwa-sim ros2-env")
+    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(FIRST_DOMAIN + int(worker) % 50))
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    return found
+
+
+def control_msgs(python: Path) -> None:
+    """The test does not run without them."""
+    if not list(python.parent.parent.glob("lib/python3*/site-packages/control_msgs")):
+        lacks("control_msgs in the environment of iiwa-sim ros2-env (it needs a C++ compiler)")
+
+
+class User:
+    """What a user's node is asked to do; each call waits for the answer."""
+
+    def __init__(self, process: subprocess.Popen[str]) -> None:
+        self._process = process
+
+    def asks(self, do: str, **what: Any) -> Any:
+        """See `ros2_user.py`; the test fails where that does."""
+        process = self._process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps({"do": do, **what}) + "\n")
+        process.stdin.flush()
+        with killed_unless_done(process):
+            line = process.stdout.readline()
+        assert line, "the user's node has ended"
+        answer = json.loads(line)
+        assert "fault" not in answer, answer["fault"]
+        return answer
+
+    def hears(self, topic: str, kind: str, count: int, *, latched: bool = False) -> list[Any]:
+        """So many messages of a topic."""
+        self.asks("hear", topic=topic, kind=kind, latched=latched)
+        messages: list[Any] = self.asks("wait", topic=topic, count=count)["messages"]
+        return messages
+
+    def calls(self, service: str, kind: str, **request: Any) -> Any:
+        """The response of a service."""
+        return self.asks("call", service=service, kind=kind, request=request)["response"]
+
+    def sends(self, name: str, points: Sequence[Any], **fields: Any) -> bool:
+        """Send a goal; gives whether it was accepted."""
+        goal = {"trajectory": trajectory(points, **fields.pop("trajectory", {})), **fields}
+        answer = self.asks("goal", name=name, action=ACTION.lstrip("/"), kind=ACTION_TYPE, goal=goal)
+        return bool(answer["accepted"])
+
+
+@contextmanager
+def user(python: Path, namespace: str = "cell") -> Iterator[User]:
+    """A user's node; it ends with the block."""
+    process = subprocess.Popen(
+        [python, PROGRAM, FOLDER, namespace], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    with process:
+        try:
+            yield User(process)
+        finally:
+            assert process.stdin is not None
+            process.stdin.close()
+            with killed_unless_done(process):
+                process.wait()
+
+
+def trajectory(points: Sequence[tuple[float, Sequence[float]]], **fields: Any) -> dict[str, Any]:
+    """trajectory_msgs/JointTrajectory of times in s and positions."""
+    rows = [{"positions": list(place), "time_from_start": duration(time_s)} for time_s, place in points]
+    return {"joint_names": NAMES, "points": rows, **fields}
+
+
+def duration(time_s: float) -> dict[str, int]:
+    """builtin_interfaces/Duration."""
+    sec, nanosec = divmod(round(time_s * 10**9), 10**9)
+    return {"sec": sec, "nanosec": nanosec}

@@ -1,0 +1,125 @@
+"""The action FollowJointTrajectory on the node of ROS 2, asked by a user's node with control_msgs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from iiwa_sim.simulator import Simulator
+from tests.ros2_tools import HERE, User, control_msgs, duration, rclpy_python, user
+
+AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
+CELL: dict[str, Any] = {"ros2": True, "ros_namespace": "cell"}
+
+
+@pytest.fixture
+def python(monkeypatch: pytest.MonkeyPatch) -> Path:
+    found = rclpy_python(monkeypatch)
+    control_msgs(found)
+    return found
+
+
+@pytest.fixture
+def cell(python: Path) -> Iterator[tuple[Simulator, User]]:
+    """A robot whose time runs ten times as fast, and a user."""
+    with Simulator(clock="10x", ros2_python=python, **CELL) as robot, user(python) as someone:
+        yield robot, someone
+
+
+def test_goals_end_as_those_of_joint_trajectory_controller(cell: tuple[Simulator, User]) -> None:
+    robot, someone = cell
+    assert someone.sends("reached", [(2.0, AWAY), (4.0, HERE)])
+    end = someone.asks("result", name="reached")
+    assert (end["status"], end["result"]) == (4, {"error_code": 0, "error_string": ""})
+    assert [round(each, 6) for each in robot.joints] == [round(each, 6) for each in HERE]
+    # Feedback is 20 times in a second of simulated time; what is not read in time is left out.
+    assert 1 <= len(end["feedback"]) <= 81
+    first = end["feedback"][0]
+    assert first["joint_names"] == [f"A{k}" for k in range(1, 8)]
+    there = zip(first["desired"]["positions"], first["actual"]["positions"], strict=True)
+    assert [a - b for a, b in there] == pytest.approx(first["error"]["positions"], abs=1e-12)
+
+    # Cancelled: an hour's way, so that no slow machine is at its end before.
+    assert someone.sends("cancelled", [(3600.0, AWAY)])
+    someone.asks("feedback", name="cancelled", count=1)
+    assert someone.asks("cancel", name="cancelled") == {"code": 0, "canceling": 1}
+    end = someone.asks("result", name="cancelled")
+    assert (end["status"], end["result"]["error_code"]) == (5, 0)
+    assert someone.asks("cancel", name="cancelled")["canceling"] == 0, "it has ended"
+
+    # Preempted by a newer one, and that by the service.
+    assert someone.sends("old", [(3600.0, AWAY)])
+    assert someone.sends("new", [(3600.0, AWAY)])
+    end = someone.asks("result", name="old")
+    assert (end["status"], end["result"]["error_code"]) == (6, -1)
+    assert end["result"]["error_string"] == "preempted by a newer trajectory"
+    assert someone.calls("stop", "std_srvs/srv/Trigger")["success"]
+    assert someone.asks("result", name="new")["result"]["error_code"] == -1
+
+    # Tolerances: a robot that has to come to speed is behind, which a bound of 1e-9 forbids and -1 allows.
+    here = list(robot.joints)
+    step = [(1.0, [here[0] + 0.5, *here[1:]])]
+    tight = [{"name": "A1", "position": 1e-9}]
+    assert someone.sends("tight", step, path_tolerance=tight)
+    end = someone.asks("result", name="tight")
+    assert (end["status"], end["result"]["error_code"]) == (6, -4)
+    assert end["result"]["error_string"].startswith("path tolerance: A1 is ")
+    here = list(robot.joints)
+    step = [(1.0, [here[0] - 0.5, *here[1:]])]
+    late = {"goal_tolerance": [{"name": "A1", "position": 1e-9}], "goal_time_tolerance": duration(0.002)}
+    assert someone.sends("late", step, **late)
+    end = someone.asks("result", name="late")
+    assert (end["status"], end["result"]["error_code"]) == (6, -5)
+    here = list(robot.joints)
+    step = [(1.0, [here[0] + 0.5, *here[1:]])]
+    no_limit = [{"name": "A1", "position": -1.0, "velocity": -1.0}]
+    assert someone.sends("free", step, path_tolerance=no_limit, goal_tolerance=no_limit)
+    assert someone.asks("result", name="free")["status"] == 4
+
+
+def test_what_cannot_be_followed_is_rejected_and_nothing_moves(
+    cell: tuple[Simulator, User], caplog: pytest.LogCaptureFixture
+) -> None:
+    robot, someone = cell
+    before = robot.joints
+    far = [each + 0.5 for each in HERE]
+    bad: dict[str, tuple[list[Any], dict[str, Any]]] = {
+        "positions that are not finite": ([(1.0, [nan] * 7)], {}),
+        "has 3 positions: expected 7": ([(1.0, [0.0] * 3)], {}),
+        "is not later than the one before": ([(2.0, HERE), (1.0, HERE)], {}),
+        "there is no joint 'elbow'": (
+            [(1.0, HERE)],
+            {"trajectory": {"joint_names": ["A1", "A2", "A3", "A4", "A5", "A6", "elbow"]}},
+        ),
+        "a trajectory without points": ([], {}),
+        "2001 points: expected up to 2000": ([(0.1 * k, HERE) for k in range(1, 2002)], {}),
+        "is faster than its limit": ([(0.01, far)], {}),
+        "the stamp of the header is not within a day": (
+            [(1.0, HERE)],
+            {"trajectory": {"header": {"stamp": {"sec": 1, "nanosec": 0}}}},
+        ),
+        "component tolerances": ([(1.0, HERE)], {"component_path_tolerance": [{"joint_name": "A1"}]}),
+        "bytes as JSON: that is too long": ([(0.001 * k, HERE) for k in range(1, 10_001)], {}),
+    }
+    for reason, (points, fields) in bad.items():
+        assert not someone.sends(reason, points, **fields), reason
+    told = [record.getMessage() for record in caplog.records]
+    for reason in bad:
+        assert any(reason in each for each in told), (reason, told)
+    assert robot.joints == before
+    assert someone.sends("then", [(1.0, HERE)])
+    assert someone.asks("result", name="then")["status"] == 4
+
+
+def test_a_goal_of_a_user_who_is_gone_is_followed_to_its_end(python: Path) -> None:
+    with Simulator(clock="10x", ros2_python=python, **CELL) as robot:
+        with user(python) as someone:
+            assert someone.sends("left alone", [(2.0, AWAY)])
+        with user(python) as other:  # it may have begun, and be there before
+            assert other.sends("after", [(8.0, AWAY)])
+            assert other.asks("result", name="after")["status"] == 4
+        assert [round(each, 6) for each in robot.joints] == list(AWAY)
