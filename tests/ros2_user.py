@@ -18,7 +18,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 sys.path.append(sys.argv[1])
 from rclpy_node.messages import class_of, fill, plain
 
-PATIENCE_S = 100.0
+PATIENCE_S = float(os.environ.get("PAT", "100.0"))
 DEPTH = 1000
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.ros2_tools import HERE, User, control_msgs, duration, rclpy_python, user
+from tests.ros2_tools import HERE, User, compiled, duration, rclpy_python, user
 
 AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
 CELL: dict[str, Any] = {"ros2": True, "ros_namespace": "cell"}
@@ -19,7 +19,7 @@ CELL: dict[str, Any] = {"ros2": True, "ros_namespace": "cell"}
 @pytest.fixture
 def python(monkeypatch: pytest.MonkeyPatch) -> Path:
     found = rclpy_python(monkeypatch)
-    control_msgs(found)
+    compiled(found)
     return found
 
 

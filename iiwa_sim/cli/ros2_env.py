@@ -16,8 +16,8 @@ def run(given: Sequence[str]) -> int:
     lacking = make(folder)
     if lacking:
         sys.stderr.write(
-            "iiwa-sim: without the action FollowJointTrajectory and /tf, whose types need a C++ compiler and "
-            f"Python's headers (g++, python3-dev): {lacking}\n"
+            "iiwa-sim: without the action FollowJointTrajectory, /tf and Appendix A, whose types need a C++ "
+            f"compiler and Python's headers (g++, python3-dev): {lacking}\n"
         )
     say(f"{python_in(folder)}\n")
     return 0
@@ -27,8 +27,8 @@ def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {ROS2_ENV}",
         description="Makes a Python environment with rclpy, from wheels on PyPI for x86-64 Linux (270 MB), "
-        "and prints its interpreter. iiwa-sim --ros2 finds it in the default folder. Types that no wheel has, of "
-        "the action FollowJointTrajectory and of /tf, are compiled where a C++ compiler is.",
+        "and prints its interpreter. iiwa-sim --ros2 finds it in the default folder. Types that no wheel has "
+        "(control_msgs, tf2_msgs, robot_movement_interface) are compiled where a C++ compiler is.",
         examples={"": "makes the environment that --ros2 looks for"},
     )
     parser.add_argument(

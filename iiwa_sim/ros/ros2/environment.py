@@ -23,7 +23,12 @@ PACKAGES = (
 )
 """Wheels on PyPI, for x86-64 Linux and CPython 3.10 to 3.14, of a third party: ros-python-wheels."""
 
-INTERFACES = ("ros2/control_msgs", "ros2/tf2_msgs")
+INTERFACES = (
+    "ros2/control_msgs",
+    "ros2/tf2_msgs",
+    "rmi/ros2/industrial_msgs",
+    "rmi/ros2/robot_movement_interface",
+)
 """Packages that the wheels lack, below `protocol`: made there where a C++ compiler is."""
 STAMP = "iiwa-sim-interfaces"
 """A file in the environment: of what its interfaces were made."""

@@ -33,6 +33,11 @@ class Graph:
             **{topic: (_ros2_name(kind, "msg"), False) for topic, (kind, _) in PUBLISHED.items()},
         }
         """Type of each topic, and whether a subscriber that comes later gets the last message."""
+        self.recurring = {
+            *(topic for topic, (_, rate_hz) in OF_ARM.items() if rate_hz),
+            *(topic for topic, (_, rate_hz) in PUBLISHED.items() if rate_hz),
+        }
+        """Topics of which a message may be left out, since the next one says it anew."""
         self.subscribed: dict[str, str] = {
             **TO_ARM,
             **{topic: _ros2_name(kind, "msg") for topic, kind in SUBSCRIBED.items()},

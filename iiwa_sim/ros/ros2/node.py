@@ -125,7 +125,8 @@ class Ros2Node:
 
     def _publish(self, topic: str, content: Message) -> None:
         if self._process is not None:
-            self._process.offer(topic=_relative(topic), msg=content)
+            tell = self._process.offer if topic in self._graph.recurring else self._process.say
+            tell(topic=_relative(topic), msg=content)
 
     def _say(self, **what: Any) -> None:
         if self._process is not None:

@@ -26,8 +26,8 @@ START_S = 30.0
 """The process has to be a node by then."""
 END_S = 5.0
 """It has to have ended by then, after it was asked to."""
-MOST_UNREAD_BYTES = 1 << 20
-"""Of what the process has not read: what may be left out is left out then."""
+MOST_UNREAD_BYTES = 1 << 17
+"""Of what the process has not read: what may be left out is left out then, so that the rest is not late."""
 LONGEST_LINE_BYTES = 1 << 21
 MOST_WAITING = 16
 """Lines that have been read and not been taken; the process waits then, and the newest 10 of a topic in

@@ -116,7 +116,7 @@ class Graph:
         for topic, kind, kept in told["publish"]:
             if (found := self._typed(topic, kind)) is not None:
                 publisher = node.create_publisher(found, topic, latched if kept else 10)
-                self._publishers[topic] = (found, publisher)
+                self._publishers[topic] = (found, publisher, kept)
         # Messages one at a time and in their order; services at the same time as they.
         alone, together = groups.MutuallyExclusiveCallbackGroup(), groups.ReentrantCallbackGroup()
         for topic, kind in told["subscribe"]:
@@ -134,8 +134,9 @@ class Graph:
         """Do what a line says."""
         if "topic" in said:
             if said["topic"] in self._publishers:
-                kind, publisher = self._publishers[said["topic"]]
-                publisher.publish(fill(kind(), said["msg"]))
+                kind, publisher, kept = self._publishers[said["topic"]]
+                if kept or publisher.get_subscription_count():
+                    publisher.publish(fill(kind(), said["msg"]))
         elif "answer" in said:
             self._calls.answered(said["answer"], said)
         elif self._goals is not None:
