@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from tests.hunting import Hunt
 from tests.samples import some
 from tests.stepped import TOLERANCE, VELOCITY_TOLERANCE
+from tests.trajectory_hunting import TrajectoryHunt
 from tests.wide_hunting import WideHunt
 
 FOUND = {
@@ -77,5 +78,14 @@ def test_whatever_is_sent_keeps_all_limits(seed: int) -> None:
 @given(st.integers(0, 2**32 - 1))
 def test_whatever_is_sent_in_any_mode_keeps_all_limits_paths_and_spheres(seed: int) -> None:
     hunt = WideHunt(seed)
+    hunt.run()
+    assert_within_limits(hunt)
+
+
+@pytest.mark.requirement("FRC003", "FRC005", "FRC013", "FRC016", "FRC025")
+@settings(max_examples=some(25), deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_whatever_trajectories_are_sent_and_when_all_limits_are_kept(seed: int) -> None:
+    hunt = TrajectoryHunt(seed)
     hunt.run()
     assert_within_limits(hunt)
