@@ -170,6 +170,11 @@ CALLS: dict[str, Call] = {
     "fail move": _does(lambda backdoor, request: backdoor.fail_move(int(request.values[0]))),
     "servo timeout": _does(lambda backdoor, _: backdoor.time_out_servo()),
     "following error": _does(lambda backdoor, request: backdoor.following_error(int(request.values[0]))),
+    "stick jaws": _does(lambda backdoor, request: backdoor.stick_jaws(request.values[0] == 1.0)),
+    "wrong sensor": _does(
+        lambda backdoor, request: backdoor.wrong_sensor(request.phrase, request.values[0] == 1.0)
+    ),
+    "repair gripper": _does(lambda backdoor, _: backdoor.repair_gripper()),
     "reply": _does(_reply),
     "get connections": lambda backdoor, _: _json(backdoor.connections()),
     "pass replies": _befalls(Pass),

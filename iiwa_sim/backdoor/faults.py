@@ -3,6 +3,7 @@
 
 from iiwa_sim.backdoor.core import Core, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
+from iiwa_sim.controller.handling import Handling
 from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
 from iiwa_sim.dialect.wire.steps import Close, Reset
 from iiwa_sim.dialect.wire.wire_faults import EVERY, FAULTS, LONGEST_WAIT_S, Fault, Silence
@@ -44,6 +45,30 @@ class Faults(Core):
         if not 1 <= joint <= len(names):
             raise Refused(EXECUTION, f"no joint {joint}: there are 1 to {len(names)}")
         self._controller.injected.fail(EXECUTION, f"following error of {names[joint - 1]}: the robot stops")
+
+    # The gripper
+
+    @acts
+    def stick_jaws(self, stuck: bool) -> None:
+        """Have the jaws of the gripper stay where they are, or follow their outputs again."""
+        self._handling.stick(stuck)
+
+    @acts
+    def wrong_sensor(self, sensor: str, on: bool) -> None:
+        """Have a sensor of the gripper, `open`, `closed` or `holds`, tell this, whatever is so."""
+        self._handling.mistake(sensor, on)
+
+    @acts
+    def repair_gripper(self) -> None:
+        """Remove both."""
+        self._handling.repair()
+
+    @property
+    def _handling(self) -> Handling:
+        handling = self._controller.handling
+        if handling is None:
+            raise Refused(EXECUTION, "the cell has no gripper")
+        return handling
 
     # Replies
 

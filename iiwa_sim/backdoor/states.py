@@ -28,6 +28,8 @@ class State(NamedTuple):
     joint_push: tuple[float, ...]
     surfaces: tuple[Surface, ...]
     tool_load: ToolLoad
+    opening_m: float | None
+    """Of the gripper; None without one."""
 
 
 class States:
@@ -74,12 +76,14 @@ class States:
             controller.io.set_output(number, on)
         controller.load.wrench, controller.load.joint_push = state.wrench, state.joint_push
         controller.set_tool_load(state.tool_load)
+        if controller.handling is not None and state.opening_m is not None:
+            controller.handling.place(state.opening_m)
         controller.release_emergency_stop()
         controller.injected.switch_drives(on=True)
         controller.reset_error()
 
     def _present(self) -> State:
-        controller = self._controller
+        controller, handling = self._controller, self._controller.handling
         return State(
             joints=controller.joints,
             tool_in_flange=controller.tool_in_flange,
@@ -90,4 +94,5 @@ class States:
             joint_push=controller.load.joint_push,
             surfaces=tuple(controller.load.world.surfaces.values()),
             tool_load=controller.tool_load,
+            opening_m=None if handling is None else handling.gripper.opening_m,
         )

@@ -7,6 +7,7 @@ from operator import attrgetter
 import msgspec
 import numpy as np
 
+from iiwa_sim.cell.handled import GRIPPER_RANGES, GripperSettings, check_gripper
 from iiwa_sim.contact.moments import body
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.controller.carrying import Tool, ToolLoad
@@ -46,6 +47,7 @@ OTHER_RANGES: dict[str, Range] = {
     "contact_radius_mm": (0.0, 500.0, " mm"),
     **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
     "tool.mass_kg": (0.001, 1000.0, " kg"),
+    **GRIPPER_RANGES,
     "noise.seed": (0, 999_999_999, ""),
     "noise.force_n": (0.0, 1000.0, " N"),
     "noise.torque_nm": (0.0, 1000.0, " Nm"),
@@ -182,6 +184,7 @@ class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     contact_radius_mm: float = DEFAULT_CONTACT_RADIUS_MM
     tool_in_flange: ToolSettings | None = None
     tool: CarriedToolSettings | None = None
+    gripper: GripperSettings | None = None
     plane: list[PlaneSettings] = []
     box: list[BoxSettings] = []
     sphere: list[SphereSettings] = []
@@ -214,6 +217,8 @@ def read_settings(path: str, text: str) -> CellSettings:
     _check_box(reader, settings.safety)
     _check_io(reader, "io.inputs", settings.io.inputs)
     _check_io(reader, "io.outputs", settings.io.outputs)
+    inputs, outputs = len(settings.io.input_names()), len(settings.io.output_names())
+    check_gripper(reader, settings.gripper, inputs, outputs)
     return settings
 
 

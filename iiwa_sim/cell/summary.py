@@ -24,6 +24,11 @@ def summary(cell: Cell) -> str:
         mass_kg, centre = cell.tool.load
         place = _numbers(*(1e3 * each for each in centre))
         lines.append(f"tool: {_numbers(mass_kg)} kg, its centre at {place} mm in the flange")
+    if cell.gripper is not None:
+        jaws, wiring = cell.gripper
+        stroke, speed = _numbers(1e3 * jaws.stroke_m), _numbers(1e3 * jaws.speed_m_per_s)
+        on = f"output {wiring.close_output}"
+        lines.append(f"gripper: {stroke} mm at {speed} mm/s, {_numbers(jaws.force_n)} N, closed by {on}")
     for surface in cell.surfaces:
         away_mm = 1e3 * surface.nearest(*tcp.translation)[0] - radius_mm
         there = f"{_numbers(away_mm)} mm away" if away_mm >= 0.0 else f"pressed in by {_numbers(-away_mm)} mm"

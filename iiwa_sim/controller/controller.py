@@ -12,6 +12,7 @@ from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.faults import PRESSED
 from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.controller.handling import Handling, Wiring
 from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
@@ -24,6 +25,7 @@ from iiwa_sim.controller.trajectories import Progress, Trajectories, TrajectoryE
 from iiwa_sim.controller.trajectory_request import TrajectoryRequest
 from iiwa_sim.controller.wanted import Planned
 from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
@@ -55,6 +57,7 @@ class Controller:
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
         tool: Tool | None = None,
+        gripper: tuple[Jaws, Wiring] | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
@@ -63,11 +66,12 @@ class Controller:
 
         The TCP touches the surfaces of `world`; the robot goes where it is sent, until the torque on a joint
         passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries
-        `tool`, None for nothing, and the controller knows that. `noise` is added to the readings of forces
-        and torques. There are the inputs and outputs of `io`, or 16 of each. The robot stops by itself when a
-        servo mode hears of no command for `servo_timeout_s`, None for never. `on_fault` is told the code and
-        the reason of what goes wrong between commands, `on_contact` which force has ended a move. Raises
-        `RobotFault` where the robot's folder does not fit together, ValueError for a timeout out of range.
+        `tool`, None for nothing, and the controller knows that; `gripper` is what it works with, if anything.
+        `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
+        16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
+        None for never. `on_fault` is told the code and the reason of what goes wrong between commands,
+        `on_contact` which force has ended a move. Raises `RobotFault` where the robot's folder does not fit
+        together, and ValueError for a timeout out of range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
@@ -88,6 +92,7 @@ class Controller:
             tcp,
             self.load,
             Carrying(tool, self.load),
+            None if gripper is None else Handling(*gripper, self.io, tick_s),
             protection,
             servo_timeout_s,
             on_fault,
@@ -201,6 +206,11 @@ class Controller:
         """What the controller takes its arm to carry."""
         return self._core.carrying.believed
 
+    @property
+    def handling(self) -> Handling | None:
+        """The gripper, if there is one."""
+        return self._core.handling
+
     def reset_error(self) -> None:
         """End the state of error, and forget the last refusal.
 
@@ -275,8 +285,11 @@ class Controller:
     @property
     def under_way(self) -> bool:
         """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
-        nor in a gravity hold."""
-        return self.moving and not self._core.motions.pausing and not self._core.motions.holding
+        nor in a gravity hold; or whether its gripper does."""
+        motions, handling = self._core.motions, self._core.handling
+        return (self.moving and not motions.pausing and not motions.holding) or (
+            handling is not None and not handling.settled
+        )
 
     @property
     def accepted(self) -> int:

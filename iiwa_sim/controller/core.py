@@ -14,6 +14,7 @@ from iiwa_sim.controller.errors import (
 )
 from iiwa_sim.controller.faults import Faults
 from iiwa_sim.controller.force_guard import Contact, ForceGuard
+from iiwa_sim.controller.handling import Handling
 from iiwa_sim.controller.modes import (
     SERVO_MODES,
     TRANSITIONS,
@@ -44,13 +45,14 @@ class Core:
         tool_in_flange: Transform,
         load: ExternalLoad,
         carrying: Carrying,
+        handling: Handling | None,
         protection: Protection,
         servo_timeout_s: float | None,
         on_fault: Callable[[int, str], None] | None,
         on_contact: Callable[[Contact], None] | None,
     ) -> None:
-        """At rest at `start` (rad), pushed by `load` of which it knows as `carrying` says, and watched by
-        `protection`; the rest is as `Controller` is given it."""
+        """At rest at `start` (rad), pushed by `load` of which it knows as `carrying` says, working with
+        `handling`, None for nothing, and watched by `protection`; the rest is as `Controller` is given it."""
         self.tick_s = tick_s
         self.tick = 0
         self.mode = Mode.UNKNOWN
@@ -60,6 +62,7 @@ class Core:
         self.tool_in_flange = tool_in_flange
         self.load = load
         self.carrying = carrying
+        self.handling = handling
         self.protection = protection
         self.motions = self._motions_from(start)
         self.joints_before = start  # at the last tick
@@ -100,6 +103,8 @@ class Core:
         endings = self.endings
         if endings.pending:
             endings.after_tick()
+        if self.handling is not None:
+            self.handling.step()
         if load.changes:
             load.step(motions.joints, self.tick_s, motions.tcp_contact)
         if endings.pending and (guard := endings.pending[0].guard) is not None:
@@ -119,7 +124,9 @@ class Core:
             or self.endings.pending
             or (self._servo_timeout_s is not None and self.mode in SERVO_MODES)
             or (self.load.acts and not self.protection.knows(self.load))
-        ) and (self.motions.settled and self.load.settled)
+        ) and (
+            self.motions.settled and self.load.settled and (self.handling is None or self.handling.settled)
+        )
 
     def skip(self, ticks: int) -> None:
         """Make up for `ticks` ticks at once, while `resting`: bit for bit what they would have led to."""

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.errors import ErrorRecord
+from iiwa_sim.controller.handling import GripperState
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.status import RobotStatus, status_of
@@ -38,6 +39,7 @@ class Reading(NamedTuple):
     moving: bool
     override: float
     tool_load: ToolLoad
+    gripper: GripperState | None
     status: RobotStatus
     error: ErrorRecord | None
     inputs: tuple[bool, ...]
@@ -65,6 +67,7 @@ def read(core: Core, io: Io) -> Reading:
         moving,
         motions.override,
         core.carrying.believed,
+        None if core.handling is None else core.handling.state,
         status_of(faults, in_motion=moving and not motions.pausing),
         faults.last,
         io.inputs,

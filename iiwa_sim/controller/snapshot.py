@@ -7,6 +7,7 @@ import msgspec
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
+from iiwa_sim.controller.handling import GripperState
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
 
@@ -49,6 +50,8 @@ class Snapshot(msgspec.Struct, frozen=True):
     """0 to 1."""
     tool_load: tuple[float, ...]
     """What the controller takes its arm to carry: kg, and the centre of that in the flange (mm)."""
+    gripper: GripperState | None
+    """None without one. mm"""
     robot_status: RobotStatus
     inputs: tuple[bool, ...]
     """From number 1 on."""
@@ -74,6 +77,7 @@ def snapshot(controller: Controller) -> Snapshot:
         goal_frame=controller.goal_frame(),
         override=controller.override,
         tool_load=controller.tool_load.told(),
+        gripper=None if controller.handling is None else controller.handling.state,
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,

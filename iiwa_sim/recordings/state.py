@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from iiwa_sim.controller.handling import GripperState
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.controller.snapshot import NO_ERROR, ErrorState
 from iiwa_sim.controller.status import RobotStatus
@@ -52,6 +53,7 @@ class _Standing(msgspec.Struct):
     status: str
     override: float
     tool_load: tuple[float, ...]
+    gripper: GripperState | None
     robot_status: RobotStatus
     inputs: Bits
     outputs: Bits
@@ -128,6 +130,7 @@ def _standing(reading: Reading) -> _Standing:
         "moving" if reading.moving else "stopped",
         reading.override,
         reading.tool_load.told(),
+        reading.gripper,
         reading.status,
         reading.inputs,
         reading.outputs,

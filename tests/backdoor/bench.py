@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.session import BackdoorSession
+from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
+from iiwa_sim.controller.handling import Wiring
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
+from iiwa_sim.handling.gripper import Jaws
 from tests.journal import Journal
 from tests.stepped import SteppedRobot
 
 IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"
+
+
+GRIPPER = Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_input=16)
 
 
 class OpenDoor:
@@ -35,7 +43,8 @@ class Bench:
     """All of it."""
 
     def __init__(self, robot: str = IIWA) -> None:
-        self.robot = SteppedRobot(robot)
+        alone = robot_alone(robot)
+        self.robot = SteppedRobot(cell=replace(alone, gripper=GRIPPER))
         self.controller = self.robot.controller
         self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
         self.dialogue = Dialogue(lambda: self.controller.tick)
@@ -62,6 +71,7 @@ class Bench:
             "push": (load.wrench, load.joint_push),
             "states": backdoor.states(),
             "faults": [(rule.fault, rule.connection, rule.left) for rule in self.wire._rules],
+            "stuck": self.controller.handling is not None and self.controller.handling.gripper.stuck,
             "canned": {name: list(each) for name, each in self.wire.canned._replies.items()},
             "random": self.wire._random.getstate(),
             "door": self.door.open,

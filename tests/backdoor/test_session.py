@@ -73,6 +73,8 @@ PAIRS: dict[str, Callable[[Backdoor], object]] = {
     "seed : 7": lambda b: b.seed(7),
     "refuse next move : 3021": lambda b: b.refuse_next_move(3021),
     "following error : 3": lambda b: b.following_error(3),
+    "stick jaws : 1": lambda b: b.stick_jaws(stuck=True),
+    "wrong sensor : holds 1": lambda b: b.wrong_sensor("holds", on=True),
     "reply : get status = moving 2": lambda b: b.reply("get status", "moving", 2),
     "reply : Lin  Move = x = 1 0 0": lambda b: b.reply("lin move", "x = 1 0", 0),
     "pass replies : 0 3": lambda b: b.set_fault(Pass(), EVERY, 3),
@@ -104,12 +106,14 @@ PREPARED = {
     "servo timeout": "smart",
     "fail move : 3000": "normal",
     "accept connections": "refuse connections",
+    "repair gripper": "stick jaws : 1",
 }
 PAIRS_WITH_MORE: dict[str, Callable[[Backdoor], object]] = {
     "resume": Backdoor.resume,
     "servo timeout": Backdoor.time_out_servo,
     "fail move : 3000": lambda b: b.fail_move(3000),
     "accept connections": Backdoor.accept_connections,
+    "repair gripper": Backdoor.repair_gripper,
 }
 
 

@@ -95,6 +95,13 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
     assert cell_from(tmp_path, "").tool is None
 
 
+def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
+    cell = cell_from(tmp_path, GRIPPER + "open_output = 15\nholds_input = 3\n")
+    assert cell.gripper == (pytest.approx((0.08, 0.1, 40.0)), (16, 15, 0, 0, 3))
+    assert "gripper: 80 mm at 100 mm/s, 40 N, closed by output 16" in summary(cell)
+    assert cell_from(tmp_path, "").gripper is None
+
+
 def test_what_the_robot_watches(tmp_path: Path) -> None:
     text = (
         "[safety]\ncollision_force_n = 80\ntcp_speed_mm_per_s = 250\n"
@@ -122,6 +129,7 @@ def test_the_sphere_may_press_from_the_start(tmp_path: Path) -> None:
     assert len(cell_from(tmp_path, text).surfaces) == 1
 
 
+GRIPPER = "[gripper]\nstroke_mm = 80\nspeed_mm_per_s = 100\ngrip_force_n = 40\nclose_output = 16\n"
 SPHERE = '[[sphere]]\nname = "ball"\nradius_mm = 30\nstiffness_n_per_m = 5000\n'
 FAULTS = [
     # what stands there, then key, value and what was expected
@@ -157,6 +165,20 @@ FAULTS = [
     (TOOL.replace("150", "15000"), "tool_in_flange.z_mm", "15000.0", "a number from -10000 to 10000 mm"),
     (TOOL.replace("beta = 0", "beta = 90"), "tool_in_flange.beta", "90.0", "a number from -10 to 10 rad"),
     (TOOL + "mass_kg = 1", "tool_in_flange.mass_kg", "1", "no key of this name"),
+    (GRIPPER.replace("stroke_mm = 80", ""), "gripper.stroke_mm", r"\(missing\)", "this key"),
+    (GRIPPER.replace("80", "-80"), "gripper.stroke_mm", "-80.0", "a number from 0.1 to 1000 mm"),
+    (GRIPPER.replace("100", "nan"), "gripper.speed_mm_per_s", "nan", "a number from 0.1 to 10000 mm/s"),
+    (GRIPPER.replace("40", "0"), "gripper.grip_force_n", "0.0", "a number from 0.1 to 100000 N"),
+    (GRIPPER.replace("= 16", "= 17"), "gripper.close_output", "17", "one of the outputs 1 to 16"),
+    (GRIPPER + "open_output = 16", "gripper.open_output", "16", "another output than that of close_output"),
+    (GRIPPER + "holds_input = 0", "gripper.holds_input", "0", "one of the inputs 1 to 16"),
+    (
+        GRIPPER + "open_input = 2\nholds_input = 2",
+        "gripper.holds_input",
+        "2",
+        "another input than that of open_input",
+    ),
+    (GRIPPER + "[io]\noutputs = 4", "gripper.close_output", "16", "one of the outputs 1 to 4"),
     ("[tool]", "tool.mass_kg", r"\(missing\)", "this key"),
     ("[tool]\nmass_kg = -1", "tool.mass_kg", "-1.0", "a number from 0.001 to 1000 kg"),
     (

@@ -1,0 +1,65 @@
+"""A gripper with two parallel jaws."""
+
+from typing import NamedTuple
+
+
+class Jaws(NamedTuple):
+    """What a gripper is like. Its jaws move along y of the TCP, both alike, and its pads end at the TCP."""
+
+    stroke_m: float
+    """Greatest distance between the jaws."""
+    speed_m_per_s: float
+    """By which that distance changes."""
+    force_n: float
+    """With which each jaw presses on what it holds."""
+
+
+OPENS, STAYS, CLOSES = 1, 0, -1
+"""Which way the jaws are driven."""
+
+
+class Gripper:
+    """The jaws over time; open at first."""
+
+    def __init__(self, jaws: Jaws) -> None:
+        self.jaws = jaws
+        self.opening_m = jaws.stroke_m
+        """Distance between the jaws."""
+        self.driven = OPENS
+        self.stuck = False
+        """Whether they stay where they are, whatever drives them."""
+        self.blocked = False
+        """Whether a part keeps them from closing further."""
+
+    @property
+    def is_open(self) -> bool:
+        return self.opening_m == self.jaws.stroke_m
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether jaw lies on jaw."""
+        return self.opening_m == 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Whether they press on a part."""
+        return self.blocked and self.driven == CLOSES
+
+    def settled(self, driven: int) -> bool:
+        """Whether they are where they stay, if they are driven that way."""
+        if driven != self.driven:
+            return False
+        at_end = driven == STAYS or (self.is_open if driven == OPENS else self.is_closed or self.blocked)
+        return at_end or self.stuck
+
+    def step(self, driven: int, width_m: float, tick_s: float) -> None:
+        """A tick; they cannot come closer than `width_m`, for what is between them, 0 for nothing."""
+        self.driven = driven
+        if self.stuck:
+            return
+        way = self.jaws.speed_m_per_s * tick_s
+        if driven == OPENS:
+            self.opening_m = min(self.opening_m + way, self.jaws.stroke_m)
+        elif driven == CLOSES:
+            self.opening_m = max(self.opening_m - way, width_m)
+        self.blocked = width_m > 0.0 and self.opening_m <= width_m

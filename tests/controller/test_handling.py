@@ -1,0 +1,119 @@
+"""A gripper, wired to the controller."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from iiwa_sim.cell.cell import robot_alone
+from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.handling import Handling, Wiring
+from iiwa_sim.handling.gripper import Jaws
+from tests.asked import joint_move
+from tests.stepped import SteppedRobot
+
+JAWS = Jaws(stroke_m=0.08, speed_m_per_s=0.1, force_n=40.0)
+CLOSE, OPEN = 1, 2
+IS_OPEN, IS_CLOSED, HOLDS = 4, 5, 6
+ONE_VALVE = Wiring(CLOSE, 0, IS_OPEN, IS_CLOSED, HOLDS)
+TWO_VALVES = Wiring(CLOSE, OPEN, IS_OPEN, IS_CLOSED, HOLDS)
+STROKE_TICKS = 402
+
+
+def gripping(wiring: Wiring = ONE_VALVE) -> SteppedRobot:
+    return SteppedRobot(cell=replace(robot_alone(), gripper=(JAWS, wiring)))
+
+
+def handling_of(robot: SteppedRobot) -> Handling:
+    assert robot.controller.handling is not None
+    return robot.controller.handling
+
+
+def told(robot: SteppedRobot) -> tuple[bool, ...]:
+    """Open, closed, holds."""
+    return tuple(robot.controller.io.input(number) for number in (IS_OPEN, IS_CLOSED, HOLDS))
+
+
+def test_one_output_closes_and_opens() -> None:
+    robot = gripping()
+    assert told(robot) == (True, False, False)
+    robot.controller.io.set_output(CLOSE, on=True)
+    assert told(robot) == (True, False, False)  # no time has passed
+    robot.step()
+    assert told(robot) == (False, False, False)
+    robot.step(STROKE_TICKS)
+    assert told(robot) == (False, True, False)
+    robot.controller.io.set_output(CLOSE, on=False)
+    robot.step(STROKE_TICKS)
+    assert told(robot) == (True, False, False)
+
+
+def test_two_outputs_and_neither_leaves_it_where_it_is() -> None:
+    robot = gripping(TWO_VALVES)
+    io = robot.controller.io
+    io.set_output(CLOSE, on=True)
+    robot.step(100)
+    io.set_output(CLOSE, on=False)
+    robot.step(100)
+    assert handling_of(robot).state.opening_mm == pytest.approx(60.0)
+    assert handling_of(robot).state.state == "between"
+    io.set_output(OPEN, on=True)
+    robot.step(STROKE_TICKS)
+    assert told(robot) == (True, False, False)
+    io.set_output(CLOSE, on=True)
+    robot.step(STROKE_TICKS)
+    assert told(robot) == (True, False, False)
+
+
+def test_it_closes_while_the_robot_moves_and_rests_when_both_are_done() -> None:
+    robot = gripping()
+    robot.step(2)
+    assert robot.controller.resting
+    assert not robot.controller.under_way
+    robot.controller.move(joint_move([0.2] * 7, [1.0] * 7))
+    robot.controller.io.set_output(CLOSE, on=True)
+    assert not robot.controller.resting
+    robot.step(STROKE_TICKS)
+    assert told(robot) == (False, True, False)
+    robot.controller.io.set_output(CLOSE, on=False)
+    robot.runs_until_stopped()
+    while robot.controller.under_way:
+        robot.step()
+    robot.step(2)
+    assert told(robot) == (True, False, False)
+    assert robot.controller.resting
+
+
+def test_a_robot_with_a_gripper_moves_as_one_without() -> None:
+    robot, bare = gripping(), SteppedRobot()
+    for each in (robot, bare):
+        each.controller.io.set_output(CLOSE, on=True)
+        each.controller.move(joint_move([0.5] * 7, [1.0] * 7))
+        each.runs_until_stopped()
+    assert robot.joints == bare.joints
+
+
+def test_faults_of_the_gripper_and_their_end() -> None:
+    robot = gripping()
+    handling = handling_of(robot)
+    handling.stick(True)
+    robot.controller.io.set_output(CLOSE, on=True)
+    robot.step(10)
+    assert told(robot) == (True, False, False)
+    assert handling.settled
+    handling.mistake("holds", True)
+    assert told(robot) == (True, False, True)
+    assert handling.state.state == "open"  # as it is
+    handling.repair()
+    assert told(robot) == (True, False, False)
+    robot.step(STROKE_TICKS)
+    assert told(robot) == (False, True, False)
+
+
+def test_only_a_sensor_that_is_wired_can_be_wrong() -> None:
+    handling = handling_of(gripping(Wiring(CLOSE, holds_input=HOLDS)))
+    with pytest.raises(Refused, match="no sensor 'open': there are holds"):
+        handling.mistake("open", True)
+    with pytest.raises(Refused, match="no sensor 'open': none is wired"):
+        handling_of(gripping(Wiring(CLOSE))).mistake("open", True)
