@@ -114,7 +114,7 @@ class Backdoor(Faults):
 
     @acts
     def move_surface(self, name: str, pose: Frame) -> None:
-        """Move a surface to a pose in the base. Refused if the TCP would be within it."""
+        """Move a surface to a pose in the base. Refused if the TCP, not touching it, would be within it."""
         _check_pose(pose)
         surfaces.move(self._controller, name, pose)
 

@@ -19,7 +19,8 @@ SOURCE = "surface"
 def add(controller: Controller, settings: AnySurface) -> None:
     """Add a surface to the world.
 
-    Raises `Refused` for numbers out of range, if there are `MOST_SURFACES`, and as `_put` does.
+    Raises `Refused` for numbers out of range, for more than `MOST_SURFACES`, and where the TCP would be
+    within it.
     """
     world = controller.load.world
     if len(world.surfaces) >= MOST_SURFACES:
@@ -31,12 +32,21 @@ def add(controller: Controller, settings: AnySurface) -> None:
         check_surface(reader, "", settings)
     except CellFault as fault:
         raise Refused(EXECUTION, str(fault)) from None
-    _put(controller, surface_of(settings))
+    surface = surface_of(settings)
+    check_outside([surface], controller.tcp().translation)
+    world.put(surface)
 
 
 def move(controller: Controller, name: str, pose: Frame) -> None:
-    """Move a surface, which then counts as untouched; raises `Refused` as `_put` does."""
-    _put(controller, named(controller.load.world, name)._replace(pose=pose.to_transform()))
+    """Move a surface. If it touches the TCP, it goes on pushing it, and takes it along by friction.
+
+    Raises `Refused` if it does not, and the TCP would be within it.
+    """
+    world = controller.load.world
+    surface, transform = named(world, name), pose.to_transform()
+    if not world.touched(name):
+        check_outside([surface._replace(pose=transform)], controller.tcp().translation)
+    world.move(name, transform)
 
 
 def remove(controller: Controller, name: str) -> None:
@@ -65,9 +75,3 @@ def check_outside(surfaces: list[Surface], tcp: Vector) -> None:
         if depth_mm > 0.0:
             reason = f"the TCP would be {depth_mm:.3f} mm within surface {surface.name!r}"
             raise Refused(EXECUTION, harmless(reason))
-
-
-def _put(controller: Controller, surface: Surface) -> None:
-    """Put a surface into the world; raises `Refused` if the TCP would be within it."""
-    check_outside([surface], controller.tcp().translation)
-    controller.load.world.put(surface)

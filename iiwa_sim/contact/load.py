@@ -160,6 +160,7 @@ class ExternalLoad:
             return
         self._joints = joints
         tcp, touch = (self._tcp.pose(joints), None) if contact is None else contact
+        self.world.roll(tcp.rotation)
         if touch is not None:
             self._place, self._settled = tcp.translation, NEVER
             self._touch = seen_from(tcp.rotation, touch)

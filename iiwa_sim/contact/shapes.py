@@ -4,12 +4,15 @@ Lengths are metres, in the shape's own frame. The signed distance is that to the
 negative within the material. The direction is the unit vector along which the distance grows; where several
 are equally good, as in the middle of a sphere, it is always the same one.
 
-Flat faces of a finite body are distinguished by the path by which a point has come in. Seen through such a
-face, the body has the outline of the face and no far side: a point pressed deep into it, or through it, is as
-deep as it is behind the face.
+By which path a point has come into a finite body makes a difference: `follow` says the distance that it then
+has. Seen through a flat face, the body has the outline of the face and no far side: a point pressed deep into
+it, or through it, is as deep as it is behind the face. A round surface is left as it was come in by, too:
+half-way to its middle the direction stays as it is there, and the point is as deep as it is behind the
+tangent plane. What of all this changes on the way makes the depth less, or leaves it as it is: so nobody is
+given work by it.
 """
 
-from math import copysign, hypot, inf
+from math import copysign, hypot, inf, sqrt
 from typing import NamedTuple
 
 Nearest = tuple[float, float, float, float]
@@ -18,6 +21,20 @@ Nearest = tuple[float, float, float, float]
 Point = tuple[float, float, float]
 Face = tuple[int, float]
 """A flat face normal to an axis of the shape (0 to 2), on the side of this sign."""
+
+
+class Round(NamedTuple):
+    """A round surface, and the unit vector along which it pushes out from half-way to its middle on; three
+    zeros in the mantle of a cylinder before that."""
+
+    x: float
+    y: float
+    z: float
+
+
+STRAIGHT_OUT = Round(0.0, 0.0, 0.0)
+CameIn = Face | Round | None
+"""Through what a point has come into a body; None if it is not in it, or was not seen to come in."""
 
 
 class Plane(NamedTuple):
@@ -31,6 +48,12 @@ class Plane(NamedTuple):
     def nearest(self, _x: float, _y: float, z: float) -> Nearest:
         """Distance and direction for a point."""
         return (z, 0.0, 0.0, 1.0)
+
+    def follow(
+        self, _came: CameIn, _start: Point | None, end: Point, _around: float
+    ) -> tuple[Nearest, CameIn]:
+        """Distance and direction for a point: there is no other way in than from above."""
+        return self.nearest(*end), None
 
 
 class Box(NamedTuple):
@@ -60,6 +83,13 @@ class Box(NamedTuple):
         out_z = copysign(beyond_z, z) if beyond_z > 0.0 else 0.0
         distance = hypot(out_x, out_y, out_z)
         return (distance, out_x / distance, out_y / distance, out_z / distance)
+
+    def follow(self, came: CameIn, start: Point | None, end: Point, _around: float) -> tuple[Nearest, CameIn]:
+        """Distance and direction at the `end` of a straight path, and through what the point has come in.
+
+        At its start it had come in through `came`; the start is None if it is not known.
+        """
+        return _through_a_face(self, came, start, end)
 
     def entered(self, start: Point, end: Point) -> Face | None:
         """The face through which a straight path from outside comes in; None if it does not."""
@@ -105,6 +135,23 @@ class Sphere(NamedTuple):
             return (-self.radius, 0.0, 0.0, 1.0)
         return (from_centre - self.radius, x / from_centre, y / from_centre, z / from_centre)
 
+    def follow(self, came: CameIn, start: Point | None, end: Point, around: float) -> tuple[Nearest, CameIn]:
+        """Distance and direction at the `end` of a straight path, and through what the point has come in.
+
+        At its start it had come in through `came`; the start is None if it is not known. It is the middle of
+        a sphere of radius `around`.
+        """
+        half_way, beside = 0.5 * (self.radius + around), self.radius + around
+        if came is None and start is not None:
+            met = _enters(half_way, start, end)
+            came = None if met is None else Round(*(each / half_way for each in met))
+        if isinstance(came, Round):
+            along = came.x * end[0] + came.y * end[1] + came.z * end[2]
+            across = hypot(end[0] - along * came.x, end[1] - along * came.y, end[2] - along * came.z)
+            if along < half_way and across <= beside:
+                return (along - self.radius, *came), came
+        return self.nearest(*end), None
+
 
 class Cylinder(NamedTuple):
     """A solid cylinder round the origin, its axis along z."""
@@ -130,6 +177,47 @@ class Cylinder(NamedTuple):
         share = beyond_mantle / distance
         return (distance, share * along_x, share * along_y, copysign(beyond_end / distance, z))
 
+    def follow(self, came: CameIn, start: Point | None, end: Point, around: float) -> tuple[Nearest, CameIn]:
+        """Distance and direction at the `end` of a straight path, and through what the point has come in.
+
+        At its start it had come in through `came`; the start is None if it is not known. It is the middle of
+        a sphere of radius `around`.
+        """
+        if not isinstance(came, Round):
+            found, face = _through_a_face(self, came, start, end)
+            if face is not None or start is None:
+                return found, face
+        mantle = self._through_the_mantle(came, start, end, around)
+        return (self.nearest(*end), None) if mantle is None else mantle
+
+    def _through_the_mantle(
+        self, came: CameIn, start: Point | None, end: Point, around: float
+    ) -> tuple[Nearest, CameIn] | None:
+        """Of `follow`, for a point that has come in through the mantle and is still within its length; None
+        if it has not, or is not."""
+        half_way, beside = 0.5 * (self.radius + around), self.radius + around
+        x, y, z = end
+        if abs(z) > self.half_z:
+            return None
+        outer = max(half_way, self.radius)
+        way = None if start is None else ((start[0], start[1], 0.0), (x, y, 0.0))
+        if came is None and start is not None and way is not None:
+            share = _enters_at(outer, *way)
+            if share is None or abs(start[2] + share * (z - start[2])) > self.half_z:
+                return None
+            came = STRAIGHT_OUT
+        if came == STRAIGHT_OUT and way is not None:
+            met = _enters(half_way, *way)
+            came = came if met is None else Round(met[0] / half_way, met[1] / half_way, 0.0)
+        if isinstance(came, Round) and came != STRAIGHT_OUT:
+            along = came.x * x + came.y * y
+            if along < half_way and hypot(x - along * came.x, y - along * came.y) <= beside:
+                return (along - self.radius, *came), came
+        from_axis = hypot(x, y)
+        if not 0.0 < from_axis < outer:
+            return None
+        return (from_axis - self.radius, x / from_axis, y / from_axis, 0.0), STRAIGHT_OUT
+
     def entered(self, start: Point, end: Point) -> Face | None:
         """The end through which a straight path from outside comes in; None if it does not."""
         (ax, ay, az), (bx, by, bz) = start, end
@@ -151,3 +239,47 @@ class Cylinder(NamedTuple):
 
 
 Shape = Plane | Box | Sphere | Cylinder
+
+
+def _through_a_face(
+    shape: Box | Cylinder, came: CameIn, start: Point | None, end: Point
+) -> tuple[Nearest, CameIn]:
+    """Of `follow`, as far as flat faces are concerned."""
+    if isinstance(came, tuple) and not isinstance(came, Round):
+        through = shape.behind(came, *end)
+        return (shape.nearest(*end), None) if through is None else (through, came)
+    nearest = shape.nearest(*end)
+    # It has come in, or through, since then: not where it is farther away than it has gone.
+    if start is not None and (nearest[0] <= 0.0 or nearest[0] < hypot(*map(_less, end, start))):
+        face = shape.entered(start, end)
+        through = None if face is None else shape.behind(face, *end)
+        if through is not None:
+            return through, face
+    return nearest, None
+
+
+def _less(a: float, b: float) -> float:
+    return a - b
+
+
+def _enters(radius: float, start: Point, end: Point) -> Point | None:
+    """Where a straight path from outside comes into a ball round the origin; None if it does not."""
+    share = _enters_at(radius, start, end)
+    if share is None:
+        return None
+    (ax, ay, az), (bx, by, bz) = start, end
+    return (ax + share * (bx - ax), ay + share * (by - ay), az + share * (bz - az))
+
+
+def _enters_at(radius: float, start: Point, end: Point) -> float | None:
+    """At which part of the path, from 0 to 1."""
+    (ax, ay, az), (bx, by, bz) = start, end
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    beyond = ax * ax + ay * ay + az * az - radius * radius
+    towards, way = ax * dx + ay * dy + az * dz, dx * dx + dy * dy + dz * dz
+    square = towards * towards - way * beyond
+    if beyond < 0.0 or towards >= 0.0 or square < 0.0:
+        return None
+    # The first root of way s^2 + 2 towards s + beyond = 0, without losing digits.
+    share = beyond / (sqrt(square) - towards)
+    return share if share <= 1.0 else None

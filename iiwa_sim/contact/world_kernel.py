@@ -9,11 +9,13 @@ and they would pull at the end. Here the power lost is k b d d'^2, so no motion 
 down. Its force is at most mu times the normal force: beyond that the anchor is dragged along. So a TCP that
 stands still keeps the friction it has, and one that turns back unloads the spring first. What the limit cuts
 off is lost, nothing is gained. The anchor depends on where the TCP has been, not on how often it was asked.
+It acts where the sphere touches, so the spring follows the sphere there: it rolls (`World.roll`). On a bent
+surface the part of the spring that points out of it is dropped as the TCP moves on.
 
-**Faces.** A TCP that has come into a box, or a cylinder's end, through a face is pushed back through it,
-however deep it is pressed, until it is out again, or beside the face's outline. So a force does not turn
-round within a thin plate, nor behind it. What is stored in the spring then is lost beside the outline:
-nothing is gained here either.
+**Ways in.** A TCP that has come into a body through a face is pushed back through it, however deep it is
+pressed, until it is out again, or beside the face's outline; so it is in a round body, from half-way to its
+middle on. So a force does not turn round within a thin plate or rod, nor behind it. What is stored in the
+spring then is lost beside the outline: nothing is gained here either. More is said in `shapes`.
 """
 
 # mypy: allow-untyped-decorators
@@ -24,11 +26,11 @@ from collections.abc import Iterable
 from typing import Any
 
 import cython
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.contact.shapes import Plane, Sphere
+from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Vector
+from iiwa_sim.frames import Rotation, Transform, Vector, apply, inverse, rotate, transpose
 from iiwa_sim.wrench import NO_TOUCH, Touch
 
 # The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
@@ -42,9 +44,10 @@ _new = tuple.__new__  # calling the class costs twice as much
 
 @cython.cclass
 class Contact:
-    """A surface, what holds the TCP on it, and through which face the TCP has come in."""
+    """A surface, what holds the TCP on it, and by which way the TCP has come in."""
 
     surface: Any = cython.declare(object, visibility="readonly")
+    touched: bool = cython.declare(cython.bint, visibility="readonly")  # by the TCP where it has been last
     _radius: cython.double
     _reach_squared: cython.double
     _stiffness: cython.double
@@ -75,6 +78,10 @@ class Contact:
     _ax: cython.double
     _ay: cython.double
     _az: cython.double
+    # Which way was out where the TCP has been last.
+    _ux: cython.double
+    _uy: cython.double
+    _uz: cython.double
     # What the surface does.
     fx: cython.double
     fy: cython.double
@@ -82,32 +89,59 @@ class Contact:
     tx: cython.double
     ty: cython.double
     tz: cython.double
-    # Of a shape that is no plane: the TCP in its frame when it was near last, and the face it has come in by.
-    _was: Any
-    _face: Any
+    # Of a shape that is no plane: the TCP in its frame when it was felt last, and by which way
+    # it has come in.
+    _known: cython.bint
+    _wx: cython.double
+    _wy: cython.double
+    _wz: cython.double
+    _came: Any
 
     def __init__(self, surface: Surface, radius: float) -> None:
         """`radius` (m) is that of the sphere round the TCP."""
-        self.surface = surface
         self._radius = radius
         reach = surface.shape.extent + radius
         self._reach_squared = reach * reach
         self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
+        self._is_plane = isinstance(surface.shape, Plane)
+        self.touched = self._anchored = False
+        self._ax = self._ay = self._az = 0.0
+        self._ux = self._uy = self._uz = 0.0
+        self._known = False
+        self._wx = self._wy = self._wz = 0.0
+        self._came = None
+        self._put(surface)
+
+    def _put(self, surface: Surface) -> None:
+        """The surface is here."""
+        self.surface = surface
         rotation, place = surface.pose
         self._r0, self._r1, self._r2, self._r3, self._r4, self._r5, self._r6, self._r7, self._r8 = rotation
         self._ox, self._oy, self._oz = place
-        self._is_plane = isinstance(surface.shape, Plane)
         self._nx, self._ny, self._nz = self._r2, self._r5, self._r8
         self._height = self._nx * self._ox + self._ny * self._oy + self._nz * self._oz + self._radius
-        self._anchored = False
-        self._ax = self._ay = self._az = 0.0
-        self._was = None
-        self._face = None
+
+    def move(self, surface: Surface) -> None:
+        """The surface is moved to another pose, and takes along what holds the TCP on it."""
+        before, after = self.surface.pose, surface.pose
+        self._ax, self._ay, self._az = apply(after, apply(inverse(before), (self._ax, self._ay, self._az)))
+        up = rotate(transpose(before.rotation), (self._ux, self._uy, self._uz))
+        self._ux, self._uy, self._uz = rotate(after.rotation, up)
+        self._put(surface)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def roll(self, wx: cython.double, wy: cython.double, wz: cython.double) -> cython.void:
+        """The TCP has turned by a rotation vector (rad, in the base), and with it the sphere."""
+        if self._anchored:
+            self._ax += self._radius * (wy * self._uz - wz * self._uy)
+            self._ay += self._radius * (wz * self._ux - wx * self._uz)
+            self._az += self._radius * (wx * self._uy - wy * self._ux)
 
     def memory(self) -> Any:
         """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so
         does the next one."""
-        return (self._anchored, self._ax, self._ay, self._az, self._was, self._face)
+        return (self._anchored, self._ax, self._ay, self._az, self._wx, self._wy, self._wz, self._came)
 
     @cython.cfunc
     @cython.exceptval(check=True)
@@ -126,6 +160,8 @@ class Contact:
             self._depth = self._height - (self._nx * px + self._ny * py + self._nz * pz)
         else:
             self._find_depth(px, py, pz, remember)
+        if remember:
+            self.touched = self._depth > 0.0
         if self._depth <= 0.0:
             if remember:
                 self._anchored = False
@@ -137,6 +173,8 @@ class Contact:
         self.tx = self.ty = self.tz = 0.0
         if self._friction == 0.0:
             return True
+        if remember:
+            self._ux, self._uy, self._uz = nx, ny, nz
         if not self._anchored:
             if remember:
                 self._anchored = True
@@ -150,6 +188,10 @@ class Contact:
         out: cython.double = x * nx + y * ny + z * nz
         x, y, z = x - out * nx, y - out * ny, z - out * nz
         length: cython.double = sqrt(x * x + y * y + z * z)
+        if remember and not self._is_plane and fabs(out) > _SLIP_M:
+            # Where the surface is bent, what is out of it here would later count as along it.
+            ax, ay, az = px + x, py + y, pz + z
+            self._ax, self._ay, self._az = ax, ay, az
         if remember and length > longest + _SLIP_M:
             # What follows is found from the new anchor, as it will be when the TCP is still here.
             share = longest / length
@@ -177,16 +219,19 @@ class Contact:
         y: cython.double = py - self._oy
         z: cython.double = pz - self._oz
         self._depth = 0.0
-        if self._face is None and x * x + y * y + z * z >= self._reach_squared:
-            if remember:
-                self._was = None
-            return
         ax: cython.double = self._r0 * x + self._r3 * y + self._r6 * z
         ay: cython.double = self._r1 * x + self._r4 * y + self._r7 * z
         az: cython.double = self._r2 * x + self._r5 * y + self._r8 * z
-        found, face = self._seen(ax, ay, az)
+        found = None
+        if self._came is not None or x * x + y * y + z * z < self._reach_squared:
+            was = (self._wx, self._wy, self._wz) if self._known else None
+            found, came = self.surface.shape.follow(self._came, was, (ax, ay, az), self._radius)
+            if remember:
+                self._came = came
         if remember:
-            self._was, self._face = (ax, ay, az), face
+            self._known, self._wx, self._wy, self._wz = True, ax, ay, az
+        if found is None:
+            return
         distance: cython.double
         distance, x, y, z = found
         if self._radius - distance <= 0.0:
@@ -196,34 +241,12 @@ class Contact:
         self._ny = self._r3 * x + self._r4 * y + self._r5 * z
         self._nz = self._r6 * x + self._r7 * y + self._r8 * z
 
-    @cython.cfunc
-    def _seen(self, x: float, y: float, z: float) -> Any:
-        """The distance to the surface and the way out of it, and the face through which the TCP is in it."""
-        shape, face = self.surface.shape, self._face
-        if isinstance(shape, Plane | Sphere):
-            return shape.nearest(x, y, z), None
-        if face is not None:
-            through = shape.behind(face, x, y, z)
-            return (shape.nearest(x, y, z), None) if through is None else (through, face)
-        nearest = shape.nearest(x, y, z)
-        if self._was is not None:
-            was_x, was_y, was_z = self._was
-            dx, dy, dz, distance = x - was_x, y - was_y, z - was_z, nearest[0]
-            # It has come in, or through, since then: not where it is farther away than it has gone.
-            if distance <= 0.0 or distance * distance < dx * dx + dy * dy + dz * dz:
-                face = shape.entered(self._was, (x, y, z))
-                through = None if face is None else shape.behind(face, x, y, z)
-                if through is not None:
-                    return through, face
-        return nearest, None
-
 
 @cython.cclass
 class World:
-    """Surfaces, and a sphere round the TCP that touches them.
+    """Surfaces, and a sphere round the TCP that touches them, and rolls on them.
 
-    Each surface acts for itself: where two overlap, or meet flush, their forces add up. The sphere does not
-    roll: how the tool turns about the TCP makes no friction.
+    Each surface acts for itself: where two overlap, or meet flush, their forces add up.
     """
 
     radius_m: float = cython.declare(cython.double, visibility="readonly")
@@ -231,6 +254,7 @@ class World:
     """How many times a surface has been put or taken away."""
     _contacts: dict[str, Contact]
     _all: list[Contact]
+    _turned: Any  # how the TCP is turned, if it is known
 
     def __init__(self, surfaces: Iterable[Surface], radius_m: float) -> None:
         """`radius_m` is that of the sphere; 0 makes it a point. Each surface has a name of its own."""
@@ -238,6 +262,7 @@ class World:
         self.changes = 0
         self._contacts = {}
         self._all = []
+        self._turned = None
         for surface in surfaces:
             self.put(surface)
 
@@ -251,6 +276,49 @@ class World:
         self._contacts[surface.name] = Contact(surface, self.radius_m)
         self._all = list(self._contacts.values())
         self.changes += 1
+
+    def move(self, name: str, pose: Transform) -> None:
+        """Move a surface, which must be there; a TCP that touches it goes on doing so if it still can."""
+        contact = self._contacts[name]
+        contact.move(contact.surface._replace(pose=pose))
+        self.changes += 1
+
+    def touched(self, name: str) -> bool:
+        """Whether a surface, which must be there, was touched where the TCP has been last."""
+        return bool(self._contacts[name].touched)
+
+    def roll(self, rotation: Rotation) -> None:
+        """The TCP is turned like that in the base now, and has turned since the last call, by little."""
+        before, self._turned = self._turned, rotation
+        if before is None or before == rotation:
+            return
+        a0: cython.double
+        a1: cython.double
+        a2: cython.double
+        a3: cython.double
+        a4: cython.double
+        a5: cython.double
+        a6: cython.double
+        a7: cython.double
+        a8: cython.double
+        b0: cython.double
+        b1: cython.double
+        b2: cython.double
+        b3: cython.double
+        b4: cython.double
+        b5: cython.double
+        b6: cython.double
+        b7: cython.double
+        b8: cython.double
+        a0, a1, a2, a3, a4, a5, a6, a7, a8 = before
+        b0, b1, b2, b3, b4, b5, b6, b7, b8 = rotation
+        # Half the cross products of the axes before and now: the turn's axis times the sine of its angle.
+        wx = 0.5 * (a3 * b6 - a6 * b3 + a4 * b7 - a7 * b4 + a5 * b8 - a8 * b5)
+        wy = 0.5 * (a6 * b0 - a0 * b6 + a7 * b1 - a1 * b7 + a8 * b2 - a2 * b8)
+        wz = 0.5 * (a0 * b3 - a3 * b0 + a1 * b4 - a4 * b1 + a2 * b5 - a5 * b2)
+        contact: Contact
+        for contact in self._all:
+            contact.roll(wx, wy, wz)
 
     def remove(self, name: str) -> None:
         """Take a surface away, which must be there."""

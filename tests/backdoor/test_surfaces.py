@@ -49,6 +49,19 @@ def test_a_surface_that_came_later_pushes_back_and_one_that_went_does_not() -> N
     assert force(bench) == 0.0
 
 
+def test_a_surface_that_is_moved_while_it_is_touched_goes_on_pushing() -> None:
+    bench = Bench()
+    assert bench.tell("add box : plate 450 0 515 0 0 0 200 200 2 2e4 0 0") == "done"
+    goes_down_to(bench, 513.0)
+    assert abs(force(bench)) == pytest.approx(STIFFNESS * 3e-3, rel=1e-6), "below its lower side"
+    for middle_mm, deep_mm in ((514.0, 2.0), (513.0, 1.0), (516.0, 4.0), (511.0, 0.0)):
+        assert bench.tell(f"move surface : plate 450 0 {middle_mm} 0 0 0") == "done"
+        bench.robot.step()
+        assert abs(force(bench)) == pytest.approx(1e-3 * deep_mm * STIFFNESS, rel=1e-6)
+    told = bench.tell("move surface : plate 450 0 513.5 0 0 0")
+    assert told.startswith("error 3000 the TCP would be 0.500")
+
+
 def test_a_robot_that_yields_feels_it_too() -> None:
     bench = above_a_floor()
     here = bench.controller.tool_frame()

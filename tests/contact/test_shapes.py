@@ -112,7 +112,7 @@ def test_the_face_that_was_entered_is_the_one_where_the_way_comes_in(
     inside = [point for point in way.tolist() if within(solid, (point[0], point[1], point[2]))]
     face = solid.entered(start, end)
     if face is None:
-        # Nothing, or a corner that is smaller than the grid; a cylinder's mantle is no face.
+        # Nothing, or a corner that is smaller than the grid; a cylinder's mantle is no flat face.
         assert len(inside) < 3 or isinstance(solid, Cylinder)
         return
     axis, side = face

@@ -11,12 +11,24 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.shapes import Box, Cylinder, Shape
+from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
-from iiwa_sim.frames import Transform, Vector, apply, rotate, transform_from_euler
+from iiwa_sim.frames import (
+    IDENTITY,
+    Rotation,
+    Transform,
+    Vector,
+    apply,
+    multiply,
+    rotate,
+    rotation_about,
+    transform_from_euler,
+    transpose,
+    turn_between,
+)
 from iiwa_sim.wrench import NO_TOUCH, Touch
-from tests.contact.materials import BOX, RADIUS, REST, SHAPES, STIFFNESS, at, surface
+from tests.contact.materials import BOX, PLANE, RADIUS, REST, SHAPES, STIFFNESS, at, surface
 from tests.samples import some
 
 Array = NDArray[np.float64]
@@ -177,6 +189,14 @@ def test_forces_of_several_surfaces_add_up() -> None:
         assert touch.torque == pytest.approx(np.add(one.torque, other.torque))
 
 
+ROUND: list[Shape] = [Sphere(0.02), Cylinder(0.02, 0.1)]
+SMALL: list[Shape] = [
+    Box(0.03, 0.03, 0.01),
+    Sphere(0.03),
+    Cylinder(0.03, 0.02),
+    Sphere(0.004),
+    Cylinder(0.004, 0.02),
+]
 PLATES: list[Shape] = [Box(0.1, 0.1, 0.001), Cylinder(0.1, 0.001)]
 
 
@@ -226,6 +246,162 @@ def test_to_ask_does_not_change_through_which_face_the_tcp_has_come(plate: Shape
         assert asked.feel(position, REST, TICK_S) == other.feel(position, REST, TICK_S)
         for elsewhere in ((0.0, 0.0, -0.02), (0.0, 0.0, 0.01), (0.2, 0.0, 0.0)):
             asked.feel(elsewhere, REST, 0.0)
+
+
+@given(
+    st.sampled_from(ROUND),
+    poses,
+    st.sampled_from([0.0, RADIUS]),
+    st.floats(-0.2, 0.2),
+    st.floats(0.0, 0.05),
+    st.integers(1, 40),
+)
+def test_a_round_body_pushes_out_along_the_way_in_also_past_its_middle(
+    body: Shape, pose: Transform, radius: float, beside: float, beyond: float, ticks: int
+) -> None:
+    """Nearly through the middle, and out again, also where one tick leads through all of it."""
+    world = World([surface(body, pose)], radius)
+    reach = 0.02 + radius
+    y = beside * 0.5 * reach
+    way_in = line((0.1, y, 0.0), (-beyond, y, 0.0), ticks)
+    touch = felt(world, [apply(pose, point) for point in way_in])[-1]
+    out = rotate(transpose(pose.rotation), touch.force)
+    # From half-way on it is pushed along its direction there.
+    expected = np.array([sqrt(1.0 - beside**2), beside])
+    depth = reach - float(expected @ (-beyond, y))
+    assert out == pytest.approx((*(STIFFNESS * depth * expected), 0.0), rel=1e-9, abs=1e-6)
+    back = felt(world, [apply(pose, point) for point in way_in[::-1]])
+    assert back[-1] is NO_TOUCH
+    assert all(rotate(transpose(pose.rotation), each.force)[0] >= -1e-9 for each in back)
+
+
+@pytest.mark.parametrize("body", ROUND)
+def test_beside_a_round_body_it_is_forgotten_how_the_tcp_came_into_it(body: Shape) -> None:
+    world = World([surface(body)], RADIUS)
+    assert felt(world, line((0.1, 0.0, 0.0), (-0.05, 0.0, 0.0)))[-1].force[0] > 0.0
+    assert felt(world, line((-0.05, 0.0, 0.0), (-0.05, 0.1, 0.0)))[-1] is NO_TOUCH
+    back = felt(world, line((-0.05, 0.1, 0.0), (-0.05, 0.0, 0.0)))
+    assert all(touch.force[0] <= 0.0 for touch in back), "from behind"
+
+
+def test_a_rod_is_left_by_its_mantle_also_near_its_end() -> None:
+    world = World([surface(Cylinder(0.02, 0.02))], 0.0)
+    touch = felt(world, line((0.1, 0.0, 0.0199), (0.012, 0.0, 0.0199)))[-1]
+    assert touch.force == pytest.approx((STIFFNESS * 0.008, 0.0, 0.0))
+
+
+def turned(angle: float, axis: Vector = (0.0, 1.0, 0.0)) -> Rotation:
+    return rotation_about(axis, angle)
+
+
+def test_the_sphere_rolls_without_friction_and_turning_it_on_the_spot_makes_friction() -> None:
+    angle, held = 0.001, 0.5 * 0.001
+    for way, part in ((RADIUS * angle, 0.0), (0.0, 1.0), (-RADIUS * angle, 2.0)):
+        world = World([surface(friction=0.5)], RADIUS)
+        world.roll(turned(0.3))
+        felt(world, [(0.0, 0.0, 0.004)])
+        world.roll(turned(0.3 + angle))
+        touch = world.feel((way, 0.0, 0.004), REST, TICK_S)
+        assert touch.force[0] == pytest.approx(STIFFNESS * part * RADIUS * angle, rel=1e-5, abs=1e-6)
+        assert touch.torque == pytest.approx((0.0, -RADIUS * touch.force[0], 0.0), abs=1e-12)
+        for tick in range(300):
+            world.roll(turned(0.3 + angle * (tick + 2)))
+            touch = world.feel((way, 0.0, 0.004), REST, TICK_S)
+        assert touch.force[0] == pytest.approx(STIFFNESS * held), "it slips"
+
+
+def test_a_sphere_that_turns_about_what_it_stands_on_makes_no_friction() -> None:
+    world = World([surface(friction=0.5)], RADIUS)
+    world.roll(turned(0.0))
+    felt(world, [(0.0, 0.0, 0.004)])
+    world.roll(turned(0.2, (0.0, 0.0, 1.0)))
+    assert world.feel((0.0, 0.0, 0.004), REST, TICK_S).force == pytest.approx((0.0, 0.0, STIFFNESS * 0.001))
+
+
+def test_a_surface_that_is_moved_takes_the_tcp_along_by_friction() -> None:
+    world = World([surface(friction=0.5)], RADIUS)
+    felt(world, [(0.0, 0.0, 0.004)])
+    world.move("it", at(0.0001, 0.0, 0.0005))
+    touch = world.feel((0.0, 0.0, 0.004), REST, TICK_S)
+    assert touch.force == pytest.approx((STIFFNESS * 0.0001, 0.0, STIFFNESS * 0.0015))
+    world.move("it", at(0.1, 0.0, 0.0))
+    touch = world.feel((0.0, 0.0, 0.004), REST, TICK_S)
+    assert touch.force == pytest.approx((STIFFNESS * 0.0005, 0.0, STIFFNESS * 0.001)), "it slips"
+    world.move("it", at(0.0, 0.0, -0.1))
+    assert world.feel((0.0, 0.0, 0.004), REST, TICK_S) is NO_TOUCH
+
+
+@pytest.mark.parametrize("shape", [*PLATES, *ROUND])
+def test_a_surface_that_is_moved_still_knows_by_which_way_the_tcp_came_in(shape: Shape) -> None:
+    world = World([surface(shape, at(0.4, 0.0, 0.0))], RADIUS)
+    start = (0.4, 0.0, 0.1) if shape in PLATES else (0.5, 0.0, 0.0)
+    way = line(start, (0.4, 0.0, 0.0))
+    before = felt(world, way)[-1]
+    outwards = np.subtract(start, (0.4, 0.0, 0.0)) * 10.0
+    world.move("it", at(*(np.array((0.4, 0.0, 0.0)) + 0.02 * outwards).tolist()))
+    after = world.feel((0.4, 0.0, 0.0), REST, TICK_S)
+    assert after.force == pytest.approx(np.add(before.force, STIFFNESS * 0.02 * outwards), abs=1e-6)
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> tuple[World, Array, list[Rotation]]:
+    """One to three surfaces that overlap round the origin, and a way that begins and ends above them, and how
+    the sphere is turned after each tick."""
+    rng = np.random.default_rng(draw(st.integers(0, 10**6)))
+    found = []
+    for number in range(rng.integers(1, 4)):
+        shape = [PLANE, *SMALL][rng.integers(len(SMALL) + 1)]
+        turn = np.zeros(3) if shape is PLANE else rng.normal(size=3)
+        place = rng.normal(size=3) * (0.0 if shape is PLANE else 0.01)
+        friction = rng.choice([0.0, 0.3, 1.5, 10.0])
+        pose = transform_from_euler(*place.tolist(), *turn.tolist())
+        found.append(surface(shape, pose, name=str(number), friction=float(friction)))
+    ticks = 300
+    t = np.linspace(0.0, 1.0, ticks + 1)[:, None]
+    size, deep = 10.0 ** rng.uniform(-3.5, -1.7), rng.uniform(0.03, 0.12)
+    waves = sum(rng.normal(size=3) * np.sin(pi * n * t) / n for n in range(1, 12))
+    way = np.array([0.0, 0.0, 0.1]) - np.array([0.0, 0.0, deep]) * np.sin(pi * t) + size * np.asarray(waves)
+    rotation, rotations = IDENTITY.rotation, []
+    for turn in rng.normal(size=(ticks, 3)) * rng.choice([0.0, 0.002, 0.05]):
+        angle = float(np.linalg.norm(turn))
+        if angle:
+            x, y, z = (turn / angle).tolist()
+            rotation = multiply(rotation_about((x, y, z), angle), rotation)
+        rotations.append(rotation)
+    return World(found, float(rng.choice([0.0, RADIUS, 0.02]))), way, rotations
+
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+@settings(max_examples=some(100), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
+@given(scenes())
+def test_contact_gives_nobody_energy(scene: tuple[World, Array, list[Rotation]]) -> None:
+    """Whoever is moved through a scene has at no time been given more work than he has done. Within a tick
+    that is found by quadrature, which is exact but where contact begins and ends."""
+    world, way, rotations = scene
+    work = done = 0.0
+    tick_s = 0.001
+    world.roll(IDENTITY.rotation)
+    world.feel(tuple(way[0].tolist()), REST, tick_s)
+    before = IDENTITY.rotation
+    for start, end, rotation in zip(way[:-1], way[1:], rotations, strict=True):
+        step = end - start
+        for part in np.linspace(0.0, 1.0, 5)[:-1]:
+            for node, weight in zip(NODES, WEIGHTS, strict=True):
+                place = start + (part + (0.5 + 0.5 * node) / 4) * step
+                force = world.feel(tuple(place.tolist()), REST, 0.0).force
+                work += float(np.dot(force, step)) * weight / 8
+        here: Vector = tuple(end.tolist())
+        torque = world.feel(here, REST, tick_s).torque
+        if rotation != before:
+            (axis, angle), before = turn_between(before, rotation), rotation
+            world.roll(rotation)
+            mean = np.add(torque, world.feel(here, REST, 0.0).torque) / 2
+            work += float(np.dot(mean, axis)) * angle
+            world.feel(here, REST, tick_s)
+        done = max(done, -work)
+        assert work <= 2e-5 * done + 1e-12
 
 
 @settings(max_examples=some(40), deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
