@@ -22,7 +22,7 @@ from websockets.exceptions import ConnectionClosed
 from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, TRAJECTORY
 from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.rmi.node import PUBLISHED
-from iiwa_sim.ros.rosbridge.server import LONGEST_FRAME_BYTES, POLICY_VIOLATION
+from iiwa_sim.ros.rosbridge.connection import LONGEST_FRAME_BYTES, POLICY_VIOLATION
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
@@ -396,7 +396,7 @@ async def test_a_port_in_use_is_told_and_nothing_is_left_listening(simulator: Si
 @pytest.mark.parametrize(
     ("library", "used_by"),
     [
-        ("websockets.server", "iiwa_sim.ros.rosbridge.server"),
+        ("websockets.server", "iiwa_sim.ros.rosbridge.connection"),
         ("cbor2", "iiwa_sim.ros.rosbridge.encodings"),
     ],
 )
@@ -404,8 +404,9 @@ def test_without_a_library_one_line_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, library: str, used_by: str
 ) -> None:
     monkeypatch.setitem(sys.modules, library, None)
-    for module in (used_by, "iiwa_sim.ros.rosbridge.session"):
-        monkeypatch.delitem(sys.modules, module, raising=False)
+    monkeypatch.delitem(sys.modules, used_by, raising=False)
+    for module in ("server", "subscriptions", "session"):  # which import it
+        monkeypatch.delitem(sys.modules, f"iiwa_sim.ros.rosbridge.{module}", raising=False)
     name = library.partition(".")[0]
     with pytest.raises(RosFault, match=rf"rosbridge needs {name}: pip install 'iiwa-sim\[rosbridge\]'"):
         Simulator(rosbridge_port=0)

@@ -6,8 +6,6 @@ import contextlib
 import logging
 import sys
 import threading
-import time
-from collections import OrderedDict, deque
 from collections.abc import Callable, Generator
 from concurrent.futures import Future
 from functools import partial
@@ -21,10 +19,11 @@ from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.rmi.definitions import Definition, service
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized
+from iiwa_sim.ros.ros1.in_loop import Job, Requests, settle
 from iiwa_sim.ros.ros1.master import MasterWatch, start_node
 from iiwa_sim.ros.ros1.service import READ_BYTES, Service
 from iiwa_sim.ros.ros1.types import Types
-from iiwa_sim.serve.budget import Budget, Share
+from iiwa_sim.serve.budget import Budget
 from iiwa_sim.wording import harmless, shortened
 
 NODE_NAME = "iiwa_sim"
@@ -37,10 +36,6 @@ STARTING_S = 30.0
 ENDING_S = 5.0
 LONGEST_MESSAGE_BYTES = 262_144
 """Longer messages are not parsed; about a hundred commands fit in."""
-MOST_SENDERS = 1000
-"""Number of publishers and callers that are told apart by name."""
-RESTS = 3.0
-"""Rests of rospy's threads, as a multiple of their CPU time: together they use a quarter at most."""
 SWITCH_S = 0.0005
 """Seconds that a thread of rospy may keep the interpreter while the loop waits for it."""
 
@@ -53,43 +48,6 @@ class NodeFault(Exception):
     """There can be no node. The message is one line."""
 
 
-class _Spent(threading.local):
-    """CPU time used by a thread of rospy, which has one for each publisher and caller."""
-
-    counted_s = 0.0
-
-    def since_asked(self) -> float:
-        now_s = time.thread_time()
-        spent_s, self.counted_s = now_s - self.counted_s, now_s
-        return spent_s
-
-
-Job = Generator[None, None, None]
-"""Work for the loop, in steps."""
-
-
-class _Sender:
-    """A publisher or caller, whose requests are carried out in the loop one after the other."""
-
-    def __init__(self, budget: Budget) -> None:
-        self._share: Share = budget.share(self._work)
-        self._jobs: deque[Job] = deque()
-
-    def ask(self, job: Job, spent_s: float) -> None:
-        """Queue a job; `spent_s` is CPU time used elsewhere on its message."""
-        self._jobs.append(job)
-        self._share.charge(spent_s)
-        self._share.ask()
-
-    def _work(self, until_s: float) -> bool:
-        while self._jobs and time.monotonic() < until_s:
-            try:
-                next(self._jobs[0])
-            except StopIteration:
-                self._jobs.popleft()
-        return bool(self._jobs)
-
-
 class Ros1Node:
     """The topics and services of a `Node` at the ROS master of the environment, from `start` to `close`.
 
@@ -100,21 +58,14 @@ class Ros1Node:
         """`on_heard` is called after each message and call; `budget` may be shared with the servers."""
         self._node = node
         self._log = log
-        self._on_heard = on_heard
         topics = [*(kind for kind, _ in PUBLISHED.values()), *SUBSCRIBED.values()]
         self._types = Types(map(node.definition, topics), node.services.values())
         self._listeners: dict[str, Callable[[Message], None]] = {}
         self._handles: list[Any] = []  # rospy's publishers, services and subscribers
-        self._waiting: set[Future[Any]] = set()  # jobs of rospy's threads; used by the loop only
-        self._budget = budget
-        self._senders: OrderedDict[str, _Sender] = OrderedDict()
-        self._spent = _Spent()
-        self._one_thread = threading.Lock()
+        self._requests = Requests(log, on_heard, budget)
         self._switch_s = sys.getswitchinterval()
-        self._ended = threading.Event()
         self._watch: MasterWatch | None = None
         self._own = False
-        self._loop: asyncio.AbstractEventLoop | None = None
 
     @property
     def master(self) -> str:
@@ -123,7 +74,7 @@ class Ros1Node:
 
     async def start(self) -> None:
         """Register the node. Raises NodeFault."""
-        self._loop = asyncio.get_running_loop()
+        self._requests.begin(asyncio.get_running_loop())
         if rospy.is_shutdown():
             raise NodeFault("the ROS node of this process has ended, and rospy starts no second one")
         try:
@@ -150,14 +101,12 @@ class Ros1Node:
 
     async def close(self) -> None:
         """Unregister at the master; pending calls fail."""
-        if self._loop is None or self._ended.is_set():
+        if not self._requests.end():
             return
-        self._ended.set()
         sys.setswitchinterval(self._switch_s)
         for topic, listener in self._listeners.items():
             self._node.unlisten(topic, listener)
-        for future in list(self._waiting):  # each is notified
-            _settle(future, fault=rospy.ServiceException("the robot's node ends"))
+        self._requests.fail_all()
         try:
             await _beside(self._take_leave, ENDING_S)
         except TimeoutError:
@@ -201,7 +150,7 @@ class Ros1Node:
                 handle.unregister()
 
     def _shut_down(self) -> None:
-        if not self._ended.is_set():
+        if not self._requests.ended:
             logger.warning("the ROS node was shut down from outside: its topics and services are gone")
 
     def _publish(self, publisher: Any, kind: str, content: Message) -> None:
@@ -223,10 +172,10 @@ class Ros1Node:
                 self._node.receive(topic, content)
             except BadMessage as fault:
                 self._log.refused(f"{sender} (ROS)", topic, EXECUTION, str(fault))
-            _settle(done, None)
+            settle(done, None)
 
         with contextlib.suppress(rospy.ServiceException):  # the node ends
-            self._in_loop(sender, topic, receive)
+            self._requests.run(sender, topic, receive)
 
     def _called(self, name: str, kind: str, request: Any) -> Any:
         """Called by rospy, in a thread of its own, with a service request. A rospy.ServiceException
@@ -235,10 +184,10 @@ class Ros1Node:
 
         def call(answered: Future[Message]) -> Job:
             def fail(reason: str) -> None:
-                _settle(answered, fault=rospy.ServiceException(reason))
+                settle(answered, fault=rospy.ServiceException(reason))
 
             def answer(response: Message) -> None:
-                _settle(answered, response)
+                settle(answered, response)
 
             try:
                 content = yield from _content(definition.request, request.data)
@@ -246,63 +195,9 @@ class Ros1Node:
             except BadMessage as fault:
                 fail(str(fault))
 
-        response = self._in_loop(_sender_of(request), name, call)
-        with self._one_thread:
+        response = self._requests.run(_sender_of(request), name, call)
+        with self._requests.one_thread:
             return self._types.filled(definition.response, response)
-
-    def _in_loop(self, sender: str, what: str, job: Callable[[Future[T]], Job]) -> T:
-        """Run a job in the loop when it is the sender's turn; returns its result.
-
-        Raises rospy.ServiceException when the node ends.
-        """
-        future: Future[T] = Future()
-
-        def do() -> Job:
-            try:
-                yield from job(future)
-            except Exception as fault:  # noqa: BLE001  # an internal error must not end the server
-                self._log.exception("ROS", what, fault)
-                _settle(future, fault=rospy.ServiceException("internal fault, told in the log"))
-            finally:
-                self._on_heard()
-
-        def ask(spent_s: float) -> None:
-            if self._ended.is_set():
-                future.set_exception(rospy.ServiceException("the robot's node ends"))
-                return
-            self._waiting.add(future)
-            future.add_done_callback(self._waiting.discard)
-            self._sender(sender).ask(do(), spent_s)
-
-        spent_s = self._spent.since_asked()
-        with self._one_thread:  # summed over all threads, so that the total is bounded
-            self._ended.wait(spent_s * RESTS)
-        assert self._loop is not None
-        try:
-            self._loop.call_soon_threadsafe(ask, spent_s)
-        except RuntimeError:  # the node is closed
-            raise rospy.ServiceException("the robot's node has ended") from None
-        return future.result()
-
-    def _sender(self, name: str) -> _Sender:
-        """The sender of this name. The most recent ones are kept; a forgotten one starts afresh."""
-        if name not in self._senders:
-            self._senders[name] = _Sender(self._budget)
-            if len(self._senders) > MOST_SENDERS:
-                self._senders.popitem(last=False)
-        self._senders.move_to_end(name)
-        return self._senders[name]
-
-
-def _settle(future: Future[Any], result: object = None, *, fault: Exception | None = None) -> None:
-    """Set the result of a future, in the loop; a future that is settled, as when the node ends, stays as
-    it is."""
-    if future.done():
-        return
-    if fault is None:
-        future.set_result(result)
-    else:
-        future.set_exception(fault)
 
 
 def _content(definition: Definition, data: bytes) -> Generator[None, None, Message]:

@@ -18,7 +18,8 @@ from iiwa_sim.ros.rmi.serialized import serialized
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
-from iiwa_sim.ros.rosbridge.session import MOST_SUBSCRIPTIONS, NOT_OURS, RosbridgeSession
+from iiwa_sim.ros.rosbridge.session import NOT_OURS, RosbridgeSession
+from iiwa_sim.ros.rosbridge.subscriptions import MOST_SUBSCRIPTIONS
 from tests.ros_robot import NOW_NS, RosRobot, ptp
 from tests.samples import some
 

@@ -1,0 +1,286 @@
+"""One WebSocket connection of rosbridge: frames in, frames out. Needs the library websockets.
+
+The library parses and makes frames. Bytes are read and written here, so that all work a client causes,
+including pings and the messages of its topics, is charged to the shared budget.
+"""
+
+import asyncio
+import logging
+import time
+from collections import deque
+from typing import TYPE_CHECKING, Protocol
+
+from websockets.frames import Frame, Opcode
+from websockets.http11 import Request
+from websockets.protocol import State
+from websockets.server import ServerProtocol
+
+from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.socket_options import find_out
+
+if TYPE_CHECKING:
+    from iiwa_sim.ros.rosbridge.server import RosbridgeServer
+
+LONGEST_FRAME_BYTES = 262_144
+"""A longer message closes its connection. About a hundred commands fit in, and are parsed in some
+milliseconds."""
+BITE_BYTES = 128
+"""Bytes parsed before the clock is checked: about twenty of the smallest frames."""
+MOST_UNREAD_BYTES = 65_536
+"""Bytes of answers to pings that a client may leave unread before nothing more is read from it."""
+OPENING_S = 10.0
+"""Seconds for a client to complete the opening handshake."""
+CLOSING_S = 1.0
+"""Seconds for a client to answer the closing handshake."""
+POLICY_VIOLATION = 1008
+FORBIDDEN = 403
+
+logger = logging.getLogger(__name__)
+
+_quiet = logging.getLogger(f"{__name__}.connections")
+_quiet.setLevel(logging.CRITICAL)  # the library logs a traceback for every client that speaks something else
+
+
+class Waiting(Protocol):
+    """The source of frames for a client."""
+
+    overflown: bool
+
+    def next(self, now_s: float) -> tuple[str | bytes | None, float | None]:
+        """The next frame, str as text and bytes as binary; or seconds until one is due; None if none
+        waits."""
+
+
+class ClientSession(Protocol):
+    """One client's messages, without sockets."""
+
+    closing: bool
+
+    def receive(self, text: bytes) -> None:
+        """Take a message."""
+
+    def end(self) -> None:
+        """Notice that the client has gone."""
+
+
+class Connection(asyncio.BufferedProtocol):
+    """One client.
+
+    Its messages are parsed and handled as the budget allows; meanwhile little more is read. While it leaves
+    frames unread, further ones stay in its outbox.
+    """
+
+    _transport: asyncio.Transport
+    gone: asyncio.Future[None]
+    """Done when the connection is closed."""
+
+    def __init__(self, server: "RosbridgeServer") -> None:
+        self._server = server
+        self._loop = asyncio.get_running_loop()
+        self._share = server.budget.share(self._work)
+        self._websocket = ServerProtocol(max_size=LONGEST_FRAME_BYTES, logger=_quiet)
+        self._received = memoryview(b"")  # not parsed yet
+        self._sent_end = False
+        self._messages: deque[bytes] = deque()  # not handled yet
+        self._parts = bytearray()  # parts of a fragmented message
+        self._session: ClientSession | None = None  # until the handshake is complete
+        self._waiting: Waiting
+        self._refused = False  # the opening request
+        self._heard = False  # a message came that on_heard has not been called for
+        self._unread = False  # the last frame has been sent
+        self._due: asyncio.TimerHandle | None = None  # until a message of a topic may be sent
+        self._limit: asyncio.TimerHandle | None = None  # until the client has to act
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        transport.set_write_buffer_limits(0)
+        self.gone = self._loop.create_future()
+        self._name = f"{peer_of(transport)} (rosbridge)"
+        self._mark = {"fields": {"session": self._name}}
+        find_out(transport.get_extra_info("socket"))
+        self._server.connections.add(self)
+        self._grant(OPENING_S)
+        if not self._server.listening:  # accepted while the server closed
+            self._transport.abort()
+
+    def get_buffer(self, _sizehint: int) -> memoryview:
+        return self._server.buffer
+
+    def buffer_updated(self, nbytes: int) -> None:
+        self._received = memoryview(bytes(self._received) + self._server.buffer[:nbytes])
+        if self._share.waits:
+            self._transport.pause_reading()
+        else:
+            self._share.ask()
+
+    def eof_received(self) -> bool:
+        self._sent_end = True
+        self._share.ask()
+        return True  # closed when earlier messages have been handled
+
+    def pause_writing(self) -> None:
+        self._unread = True
+
+    def resume_writing(self) -> None:
+        self._unread = False
+        self._share.ask()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._share.leave()
+        for timer in (self._due, self._limit):
+            if timer is not None:
+                timer.cancel()
+        self._server.connections.discard(self)
+        self.gone.set_result(None)
+        if self._session is not None:
+            self._session.end()
+            logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
+
+    def close(self, code: int = 1001, reason: str = "") -> None:
+        """Start the closing handshake; closes when the client answers, or after CLOSING_S."""
+        if self._websocket.state is State.OPEN:
+            self._websocket.send_close(code, reason)
+            self._write()
+            self._grant(CLOSING_S)
+        elif self._websocket.state is State.CONNECTING:
+            self._transport.abort()
+
+    def _grant(self, seconds: float) -> None:
+        if self._limit is not None:
+            self._limit.cancel()
+        self._limit = self._loop.call_later(seconds, self._transport.abort)
+
+    def _work(self, until_s: float) -> bool:
+        """Handle and send messages until `until_s`; returns whether more can be done."""
+        cut_short = False
+        try:
+            while not (cut_short or self._transport.is_closing()) and self._does_something():
+                cut_short = time.monotonic() >= until_s
+            if self._heard:
+                self._heard = False
+                self._server.on_heard()
+        except Exception:
+            logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
+            self._transport.abort()
+        return self._goes_on(cut_short)
+
+    def _does_something(self) -> bool:
+        """Make one step, if there is anything to do; returns whether there was."""
+        if self._session is not None:
+            if self._waiting.overflown:
+                logger.warning(
+                    "%s asks and does not read the answers: it is dropped", self._name, extra=self._mark
+                )
+                self._transport.abort()
+                return False
+            if self._session.closing:
+                self._turn_out()
+            if self._says():
+                return True
+            if self._messages:
+                self._session.receive(self._messages.popleft())
+                self._heard = True
+                return True
+        if self._received and self._takes_more:
+            self._take_apart()
+            return True
+        return False
+
+    @property
+    def _takes_more(self) -> bool:
+        """Whether more may be read: not from a client that pings and leaves the answers unread."""
+        return self._transport.get_write_buffer_size() <= MOST_UNREAD_BYTES
+
+    def _goes_on(self, cut_short: bool) -> bool:
+        """Whether there may be more to do now; if not, arrange for the work to go on later or to end."""
+        if self._transport.is_closing():
+            return False
+        if cut_short or self._messages or (self._received and self._takes_more):
+            return True  # after a break there may be more to send as well
+        if self._sent_end:
+            self._transport.close()
+        elif self._received:
+            self._transport.pause_reading()
+        else:
+            self._transport.resume_reading()
+        return False
+
+    def _says(self) -> bool:
+        """Send the next frame, if there is one and the client has taken those before; returns whether it
+        was sent."""
+        if self._unread or self._websocket.state is not State.OPEN:
+            return False
+        message, wait_s = self._waiting.next(self._loop.time())
+        if message is not None:
+            self._send(message)
+            return True
+        if wait_s is not None and self._due is None:
+            self._due = self._loop.call_later(wait_s, self._is_due)
+        return False
+
+    def _is_due(self) -> None:
+        self._due = None
+        self._share.ask()
+
+    def _send(self, message: str | bytes) -> None:
+        if isinstance(message, str):
+            self._websocket.send_text(message.encode())
+        else:
+            self._websocket.send_binary(message)
+        self._write()
+
+    def _write(self) -> None:
+        for data in self._websocket.data_to_send():
+            if data:
+                self._transport.write(data)
+            else:  # the end of the stream, after which the client may still send
+                self._transport.write_eof()
+                self._grant(CLOSING_S)
+
+    def _turn_out(self) -> None:
+        """Send why the client is refused, and close."""
+        self._messages.clear()
+        if self._websocket.state is State.OPEN:
+            while (message := self._waiting.next(0.0)[0]) is not None:
+                self._send(message)
+            self.close(POLICY_VIOLATION)
+
+    def _take_apart(self) -> None:
+        length = BITE_BYTES
+        if self._session is None:  # data behind the request is parsed after the answer
+            length = bytes(self._received[:BITE_BYTES]).find(b"\n") + 1 or BITE_BYTES
+        bite, self._received = self._received[:length], self._received[length:]
+        self._websocket.receive_data(bytes(bite))
+        if (fault := self._websocket.handshake_exc) is not None and not self._refused:
+            self._refuse(str(fault.__cause__ or fault))
+        for event in self._websocket.events_received():
+            if isinstance(event, Request):
+                self._open(event)
+            elif isinstance(event, Frame) and event.opcode in (Opcode.TEXT, Opcode.BINARY, Opcode.CONT):
+                self._parts += event.data
+                if event.fin:
+                    self._messages.append(bytes(self._parts))
+                    self._parts.clear()
+        self._write()
+
+    def _open(self, request: Request) -> None:
+        headers = request.headers
+        refusal = self._server.access.refusal(headers.get_all("Host"), headers.get_all("Origin"))
+        if refusal is None:
+            response = self._websocket.accept(request)
+            if (fault := self._websocket.handshake_exc) is not None:
+                self._refuse(str(fault))
+        else:
+            response = self._websocket.reject(FORBIDDEN, f"{refusal}\n")
+            self._refuse(refusal)
+        self._websocket.send_response(response)
+        if self._websocket.state is State.OPEN:
+            if self._limit is not None:
+                self._limit.cancel()
+            self._session, self._waiting = self._server.open_session(self._name, self._share.ask_later)
+            logger.info("%s connected", self._name, extra=self._mark)
+
+    def _refuse(self, reason: str) -> None:
+        self._refused = True
+        logger.warning("%s refused: %s", self._name, reason, extra=self._mark)
