@@ -141,7 +141,8 @@ class Contact:
     def memory(self) -> Any:
         """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so
         does the next one."""
-        return (self._anchored, self._ax, self._ay, self._az, self._wx, self._wy, self._wz, self._came)
+        held = (self._anchored, self._ax, self._ay, self._az, self._ux, self._uy, self._uz)
+        return (held, self._wx, self._wy, self._wz, self._came)
 
     @cython.cfunc
     @cython.exceptval(check=True)
@@ -173,10 +174,9 @@ class Contact:
         self.tx = self.ty = self.tz = 0.0
         if self._friction == 0.0:
             return True
-        if remember:
-            self._ux, self._uy, self._uz = nx, ny, nz
         if not self._anchored:
             if remember:
+                self._ux, self._uy, self._uz = nx, ny, nz
                 self._anchored = True
                 self._ax, self._ay, self._az = px, py, pz
             return True
@@ -185,7 +185,14 @@ class Contact:
         longest: cython.double = limit / self._stiffness
         ax, ay, az = self._ax, self._ay, self._az
         x, y, z = ax - px, ay - py, az - pz
-        out: cython.double = x * nx + y * ny + z * nz
+        out: cython.double
+        if not self._is_plane:
+            # On a bent surface the way along it is half that in the tangent plane before, half that in this.
+            out = 0.5 * (x * self._ux + y * self._uy + z * self._uz)
+            x, y, z = x - out * self._ux, y - out * self._uy, z - out * self._uz
+            if remember:
+                self._ux, self._uy, self._uz = nx, ny, nz
+        out = x * nx + y * ny + z * nz
         x, y, z = x - out * nx, y - out * ny, z - out * nz
         length: cython.double = sqrt(x * x + y * y + z * z)
         if remember and not self._is_plane and fabs(out) > _SLIP_M:
