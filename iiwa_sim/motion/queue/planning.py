@@ -25,7 +25,7 @@ LITTLE_KEPT_S = 0.04
 """So much is kept of x where a chain is to end sooner, and no clock was found with more of it."""
 LEAST_CORNER = 0.1
 """Where less than this part of a corner is left, it is too late for it."""
-STRAIGHT_STEPS, STRAIGHT_MU = 40, 0.0005
+STRAIGHT_STEPS, STRAIGHT_ENOUGH = 40, 0.001
 """Newton steps, and the least weight of the barrier, for a move whose joints go straight: it counts as one
 joint."""
 STILL = 1e-12
@@ -180,7 +180,7 @@ def _straight(course: Course) -> Chain:
     x = Course([move._replace(path=ptp((0.0,), (course.end_x,)), limits=limits)], [])
     rows = at_once(rows_along(x, controls, None))
     c = steady(rows, cells_s / UNIT_S)
-    quick(rows, c, STRAIGHT_STEPS, STRAIGHT_MU)
+    quick(rows, c, STRAIGHT_STEPS, STRAIGHT_ENOUGH)
     return Chain(course, controls, c, front.times, None)
 
 

@@ -16,3 +16,4 @@ cdef class Rows:
     cdef readonly double[::1] parts
     cdef readonly double[:, :, ::1] per_limit
     cdef readonly double[:, ::1] tight
+    cdef public double[:, ::1] cuts

@@ -19,24 +19,18 @@ AT_END = cython.declare(cython.double, 1.004)  # and of all in the last cell, wh
 class Bounds:
     """Rows: the factors above over the limits, so that all of them have to stay within -1 and 1.
 
-    `a1`, `a2` (N + 1, 2 n) are those of accelerations at knots, `cap` (N + 1,) what velocities leave b at
-    knots, `j1`, `j2`, `j3` (2 N, 2 n) those of jerks at both ends of each cell. Only the first `counts` (N +
+    `a1`, `a2` (N + 1, n) are those of accelerations at knots, `cap` (N + 1,) what velocities leave b at
+    knots, `j1`, `j2`, `j3` (2 N, n) those of jerks at both ends of each cell. Only the first `counts` (N +
     1, 3) of them count: at a knot, and at the beginning and the end of the cell behind it.
     """
 
     def __init__(self, cells: int, joints: int) -> None:
         """No rows yet, over so many cells."""
         self.cells = cells
-        self.a1, self.a2 = np.zeros((cells + 1, 2 * joints)), np.zeros((cells + 1, 2 * joints))
+        self.a1, self.a2 = np.zeros((cells + 1, joints)), np.zeros((cells + 1, joints))
         self.cap, self.counts = np.zeros(cells + 1), np.zeros((cells + 1, 3), dtype=np.intp)
-        self.j1, self.j2 = np.zeros((2 * cells, 2 * joints)), np.zeros((2 * cells, 2 * joints))
-        self.j3 = np.zeros((2 * cells, 2 * joints))
-
-    def like(self) -> Bounds:
-        """Room for as many rows, of which as many count."""
-        found: Bounds = Bounds(self.cells, self.a1.shape[1] // 2)
-        found.counts = self.counts
-        return found
+        self.j1, self.j2 = np.zeros((2 * cells, joints)), np.zeros((2 * cells, joints))
+        self.j3 = np.zeros((2 * cells, joints))
 
     def part(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> Bounds:
         """The bounds of the cells first..last - 1."""
@@ -56,8 +50,9 @@ class Rows:
     `inner` (m, 3, n) are the first three derivatives of joints over theta at rising `parts` (m,) of cells,
     where those of the cell k are from `starts[k]` (N + 1,) on; of two equal parts one is before a jump, the
     other behind it. `per_limit` (N, 3, n) is 1 over limits, in the clock's unit of time. `tight` (N + 1, 4)
-    is how many times more rows count than they would, so that limits hold between them, too: see
-    `loads_kernel.tighten`.
+    is how many times more velocities and accelerations at knots, and jerks at the beginning and the end of
+    the cell behind it, count than they would. `cuts` (M, 7) are rows besides, each for a place within a cell:
+    the cell, rising, the factors of its three coefficients c, and, of jerks, those of b there, else 0.
     """
 
     def __init__(self, starts: cython.Py_ssize_t[::1], joints: int, kept: Rows | None) -> None:
@@ -68,7 +63,7 @@ class Rows:
         self.bounds = Bounds(cells, joints)
         self.starts, self.inner = starts, np.empty((starts[cells], 3, joints))
         self.parts, self.per_limit = np.empty(starts[cells]), np.empty((cells, 3, joints))
-        self.tight = np.ones((cells + 1, 4))
+        self.tight, self.cuts = np.ones((cells + 1, 4)), np.empty((0, 7))
         self.tight[:, 0] = VELOCITY
         self.tight[cells - 1, 2:] = AT_END
         if kept is not None:
@@ -82,6 +77,7 @@ class Rows:
             self.bounds.counts[: n + 1] = kept.bounds.counts
             self.inner[:m], self.parts[:m] = kept.inner, kept.parts
             self.per_limit[:n], self.tight[:n] = kept.per_limit, kept.tight[:n]
+            self.cuts = kept.cuts
 
     @property
     def cells(self) -> int:
@@ -96,4 +92,8 @@ class Rows:
         found.inner, found.parts = self.inner[begins:ends], self.parts[begins:ends]
         found.starts = np.asarray(self.starts[first : last + 1]) - begins
         found.per_limit, found.tight = self.per_limit[first:last], self.tight[first : last + 1]
+        cuts = np.asarray(self.cuts)
+        cuts = cuts[(cuts[:, 0] >= first) & (cuts[:, 0] < last)]
+        cuts[:, 0] -= first
+        found.cuts = cuts
         return found

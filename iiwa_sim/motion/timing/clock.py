@@ -1,32 +1,22 @@
 """The clock of a chain: b(theta) = (dtheta/dt)^2, as fast as the limits of all joints allow.
 
-theta counts cells, c are the coefficients of b as a quadratic B-spline (`clock_kernel`). An
-interior-point method goes from one clock that keeps all limits to faster ones that do, too; before that,
-limits that the first guess breaks are widened just enough, and the clock is moved to where less and less
-is broken.
+theta counts cells, c are the coefficients of b as a quadratic B-spline (`clock_kernel`). A
+primal-dual interior-point method brings a first guess, which may break limits, to where all are kept and
+nothing is left to gain. Where one is passed between the places that it knew of, it gets a row for that,
+and goes on.
 """
 
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.slices import Slices
-from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
-from iiwa_sim.motion.timing.clock_kernel import newton
+from iiwa_sim.motion.timing.bounds_kernel import Rows
+from iiwa_sim.motion.timing.clock_kernel import Steps, lifted
 from iiwa_sim.motion.timing.guess_kernel import going_on, steady_loads
-from iiwa_sim.motion.timing.loads_kernel import (
-    inner_loads,
-    knot_loads,
-    put_worst,
-    tighten,
-    tightened,
-    widened,
-)
+from iiwa_sim.motion.timing.loads_kernel import cut, inner_loads, knot_loads
 
-CELL_STEPS = 1600
-"""Newton steps times cells in a slice: half a millisecond."""
-ROUNDS = 15  # of widening
-ROUND_STEPS = 4
-LITTLE_GAIN = 0.95  # of what is broken: a round that leaves more finds no way on
+CELL_STEPS = 2400
+"""Newton steps times cells in a slice: some 0.4 ms."""
 MOST_STEPS = 40
 REPAIRS = 8
 QUICK_START = 0.97
@@ -35,18 +25,17 @@ KEPT = 1.004
 """Of acceleration and jerk between knots; more is repaired."""
 ACCEPTED = 1.3
 """Of what is too much, where no better clock was found."""
-OVERDONE = 2.2
-"""What is too much between knots counts so many times for them;"""
-MORE_EACH = 0.3
-"""where a clock is kept that it is to be like, only so much more in each repair."""
 ROOM = 0.9998
-"""Of limits, which that clock keeps also in the end."""
-STUCK = 0.02
-"""Of what is beside it: a coefficient below is where nearly nothing moves any more."""
+"""Of limits: what is kept of an old clock has so much room to all."""
 KEPT_VELOCITY = 1.0009
-VELOCITY_SLACK = 3e-4
-"""So much more of a velocity counts like `KEPT` - 1 more of an acceleration: less than 1.001 is accepted."""
-MU_FRESH, MU_WARM, MU_END, CUT = 2.0, 0.3, 0.003, 0.3
+ALLOWED = (3e-4, KEPT - 1.0, KEPT - 1.0)
+"""What is too much by this, of velocities, accelerations and jerks, counts alike."""
+MU, LEAST = 0.3, 0.1
+"""With which a clock begins (see `Steps.begin`): others take more steps."""
+ENOUGH = 0.02
+"""Part of the time that may be left to gain by what the multipliers say: a tenth of it is."""
+IDLE = 0.15
+"""What is below this part of its limit is left out when a clock is found again."""
 
 
 def steady(rows: Rows, widths: Array) -> Array:
@@ -58,17 +47,15 @@ def steady(rows: Rows, widths: Array) -> Array:
     return scaled
 
 
-def quick(rows: Rows, c: Array, most_steps: int = 0, mu_end: float = MU_END) -> bool:
+def quick(rows: Rows, c: Array, most_steps: int = 0, enough: float = ENOUGH) -> bool:
     """Bring a steady clock (N + 2,) that starts from rest nearer to the fastest one, in place, in so many
-    Newton steps, or half a slice. Whether there is little left to gain."""
-    cells = rows.cells
-    vectors, band, loads = np.empty((3, cells + 2)), np.empty((cells + 2, 3)), np.empty((cells, 3))
-    bounds: Bounds = rows.bounds.like()
-    tightened(rows, bounds)
+    steps, or half a slice. Whether there is little left to gain."""
+    loads = np.empty((rows.cells, 3))
     c *= QUICK_START
-    steps = most_steps or max(CELL_STEPS // cells, 1)
-    _, _, over = newton(bounds, c, vectors, band, MU_WARM, mu_end, CUT, 0, steps)
-    inner_loads(rows, c, loads)
+    steps = Steps(rows, c, 0, 0.0)
+    steps.begin(c, MU, LEAST)
+    _, over = steps.go(c, most_steps or max(CELL_STEPS // rows.cells, 1), enough)
+    inner_loads(rows, c, rows.cells, loads)
     largest = _too_fast(loads)
     if largest > 1.0:
         c /= largest
@@ -92,82 +79,41 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
     clock was found that does everywhere.
     """
     cells = rows.cells
-    bounds: Bounds = rows.bounds.like()
-    wide: Bounds = bounds.like()
-    vectors, band = np.empty((3, cells + 2)), np.empty((cells + 2, 3))
-    loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
+    loads = np.empty((cells, 3))
     chunk = max(CELL_STEPS // cells, 1)
-    spent = 0
     best: tuple[float, Array, float] | None = None
-    mu_start = MU_WARM if fixed else MU_FRESH
-    allowed = np.tile([1.0, KEPT, KEPT], (cells, 1))
-    worst = np.empty(2, dtype=np.intp)
-    tight, most = np.asarray(rows.tight), np.full((cells + 1, 4), np.inf)
+    allowed = np.tile([KEPT_VELOCITY, KEPT, KEPT], (cells, 1))
     if kept:
         # There may be no better way than the one that is kept: there no more is asked for.
-        inner_loads(rows, c, loads)
+        inner_loads(rows, c, kept, loads)
         np.maximum(allowed[:kept], loads[:kept], out=allowed[:kept])
+        ends = np.empty((cells + 1, 4))
         knot_loads(rows.bounds, c, ends)
-        most[:kept] = np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0)
-        np.minimum(tight, most, out=tight)
-    tightened(rows, bounds)
-    yield
+        tight = np.asarray(rows.tight)[:kept]
+        np.minimum(tight, np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0), out=tight)
     for repair in range(REPAIRS + 1):
-        last = 1e30
-        for k in range(ROUNDS):
-            load = widened(bounds, c, wide)
-            if load < 0.9999:
-                break
-            if k > 4 and load - 1.0 > LITTLE_GAIN * (last - 1.0):
-                return _best(best, c, fixed)
-            last = load
-            newton(wide, c, vectors, band, 1.0, 1.0, 1.0, fixed, ROUND_STEPS)
-            spent += ROUND_STEPS
-            if spent >= chunk:
-                spent = 0
-                yield
-        else:
-            return _best(best, c, fixed)
-        mu, steps, over = mu_start, 0, False
-        while not over and steps < MOST_STEPS:
-            most_steps = min(chunk - spent, MOST_STEPS - steps)
-            mu, done, over = newton(bounds, c, vectors, band, mu, MU_END, CUT, fixed, most_steps)
-            steps += done
+        yield
+        steps = Steps(rows, c, fixed, IDLE if repair else 0.0)
+        steps.begin(c, MU, LEAST)
+        spent, over = 0, False
+        while not over:
+            done, over = steps.go(c, min(chunk, MOST_STEPS - spent), ENOUGH)
             spent += done
-            if spent >= chunk:
-                spent = 0
-                yield
-        if _lifted(c, fixed):
-            mu_start = 0.05
+            if not over and (not done or spent == MOST_STEPS):
+                return _best(best, c, fixed)
+            yield
+        if lifted(c, fixed):
             continue
-        inner_loads(rows, c, loads)
-        over_allowed = (loads - allowed).max(axis=0).tolist()
-        excess = 1.0 + max(
-            (over_allowed[0] + 1.0 - KEPT_VELOCITY) / VELOCITY_SLACK,
-            max(over_allowed[1:]) / (KEPT - 1.0),
-        )
+        inner_loads(rows, c, cells, loads)
+        over_allowed = (loads - allowed).max(axis=0)
+        excess = 1.0 + float((over_allowed / ALLOWED).max())
         if best is None or excess < best[0]:
             best = excess, c.copy(), _too_fast(loads)
         if excess <= 1.0:
             return True
-        put_worst(rows, c, loads, allowed, kept, worst)
-        knot_loads(bounds, c, ends)
-        tighten(loads, ends, allowed, kept, OVERDONE, 1.0 + MORE_EACH * repair, tight, most)
-        tightened(rows, bounds)
-        mu_start = 0.05
+        cuts = np.concatenate([rows.cuts, cut(rows, c, loads, allowed)])
+        rows.cuts = cuts[cuts[:, 0].argsort(kind="stable")]
     return _best(best, c, fixed)
-
-
-def _lifted(c: Array, fixed: int) -> bool:
-    """Whether steps have led to where the chain all but stands still for a knot: there it keeps all limits,
-    and none leads out. Such coefficients are then like those beside them."""
-    beside = 0.5 * (c[:-2] + c[2:])
-    stuck = c[1:-1] < STUCK * beside
-    stuck[: max(fixed - 1, 0)] = False
-    if not stuck.any():
-        return False
-    c[1:-1][stuck] = 0.5 * beside[stuck]
-    return True
 
 
 def _best(best: tuple[float, Array, float] | None, c: Array, fixed: int) -> bool:

@@ -1,439 +1,449 @@
-"""The inner loops of the clock: an interior-point method for b(theta) = (dtheta/dt)^2, compiled by Cython.
+"""The inner loops of the clock: a primal-dual interior-point method for b(theta) = (dtheta/dt)^2; compiled by
+Cython.
 
 theta counts cells; c (N + 2) are the coefficients of a quadratic B-spline: at the knot k, b = (c[k] + c[k
-+ 1]) / 2 and db/dtheta = c[k + 1] - c[k]; in the cell k, d2b/dtheta2 = c[k] - 2 c[k + 1] + c[k + 2]. What
-bounds it is told in `bounds_kernel`. All arrays are C-contiguous float64.
++ 1]) / 2 and db/dtheta = c[k + 1] - c[k]; in the cell k, d2b/dtheta2 = c[k] - 2 c[k + 1] + c[k + 2]. All
+arrays are C-contiguous float64.
+
+What bounds it (`bounds_kernel`) is a linear function y of c with -w <= y <= w: w is 1 for velocities and
+accelerations, and 1 / sqrt(b), which is convex, for jerks. Either side has a slack t > 0 and a multiplier
+n > 0. Steps bring t to the true distance w - y or w + y, which it need not be in the beginning, and t n, the
+time that may be left to gain there, to 0. A c that keeps a limit goes on keeping it.
 """
 
 # mypy: allow-untyped-decorators
 
+from __future__ import annotations
+
 import cython
+import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
 else:
-    from iiwa_sim.motion.timing.bounds_kernel import Bounds
+    from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
 
-LN2 = cython.declare(cython.double, 0.6931471805599453)
-FAR = cython.declare(cython.double, 1e300)  # the barrier where a limit is passed
 TIE = cython.declare(cython.double, 10.0)  # keeps the ends, where nothing moves yet, like what is beside them
-TINY = cython.declare(cython.double, 8.636168555094445e-78)  # 2^-256
-LEAST = cython.declare(cython.double, 1e-300)  # of what a loop scales
-LARGEST = cython.declare(cython.double, 1e300)
-HUGE = cython.declare(cython.double, 1.157920892373162e77)  # 2^256
+SIGMA = cython.declare(cython.double, 0.2)  # of what is left to gain: so much a step aims at
+NEAR = cython.declare(cython.double, 0.98)  # part of the way to where a slack or a multiplier would be 0,
+SLOWER = cython.declare(cython.double, 0.8)  # and of c to 0, that a step goes
+PASSED = cython.declare(cython.double, 1e-4)  # of limits: so little is too much in the end
+STUCK = cython.declare(cython.double, 0.02)  # of what is beside it: so little is nearly standing still
+COLUMNS = cython.declare(cython.Py_ssize_t, 13)
 
 
-@cython.cfunc
-@cython.inline
-def _log(x: cython.double) -> cython.double:
-    """The natural logarithm of x > 0 by operations that are the same on all machines, unlike those of
-    libraries."""
-    shift: cython.double = 0.0
-    square: cython.double
-    y: cython.double
-    total: cython.double
-    k: cython.int
-    if x > LARGEST:
-        x = LARGEST
-    if x < LEAST:
-        x = LEAST
-    while x < 1.1102230246251565e-16:
-        x *= 9007199254740992.0
-        shift -= 53.0
-    while x < 0.70710678:
-        x *= 2.0
-        shift -= 1.0
-    while x > 1.41421357:
-        x *= 0.5
-        shift += 1.0
-    y = (x - 1.0) / (x + 1.0)
-    square = y * y
-    total = 1.0 / 23.0
-    for k in range(10, -1, -1):
-        total = total * square + 1.0 / (2.0 * k + 1.0)
-    return 2.0 * y * total + shift * LN2
+@cython.cclass
+class Steps:
+    """Newton steps of one clock, and what is kept from one to the next.
 
+    `rows` (R, 13): three factors of c; of both sides n and t, their last changes, and 1 / t. Those with the
+    same w are a group (G): its rows are from `first` (G + 1,) on, and `weights` (G, 3) say which part of c is
+    its b, none where w is 1. The groups of a cell are from `groups` (N + 1,) on.
+    """
 
-@cython.cfunc
-def _mean_time(c: cython.double[::1], cells: cython.Py_ssize_t) -> cython.double:
-    """Of a cell, by the value of b in its middle."""
-    k: cython.Py_ssize_t
-    time: cython.double = 0.0
-    for k in range(cells):
-        time += 1.0 / sqrt((c[k] + 6.0 * c[k + 1] + c[k + 2]) * 0.125)
-    return time / cells
+    cells: cython.Py_ssize_t
+    fixed: cython.Py_ssize_t
+    groups: cython.Py_ssize_t[::1]
+    first: cython.Py_ssize_t[::1]
+    weights: cython.double[:, ::1]
+    rows: cython.double[:, ::1]
+    band: cython.double[:, ::1]
+    vectors: cython.double[:, ::1]
+    gap: cython.double
+    far: cython.double
 
+    def __init__(self, given: Rows, c: cython.double[::1], fixed: int, idle: cython.double) -> None:
+        """Of a chain with such rows, but for those that at c (N + 2,) are at less than this part of w. The
+        first coefficients, none or two, are `fixed`."""
+        bounds: Bounds = given.bounds
+        cuts: cython.double[:, ::1] = given.cuts
+        cells: cython.Py_ssize_t = bounds.cells
+        k: cython.Py_ssize_t
+        i: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        g: cython.Py_ssize_t = 0
+        m: cython.Py_ssize_t = 0
+        r: cython.Py_ssize_t = cells + 1 + cuts.shape[0]
+        last: cython.Py_ssize_t
+        w: cython.double
+        y: cython.double
+        for k in range(cells + 1):
+            for e in range(3 if k < cells else 1):
+                r += bounds.counts[k, e]
+        self.cells, self.fixed = cells, fixed
+        self.groups = np.zeros(cells + 1, dtype=np.intp)
+        self.first = np.zeros(3 * cells + 2 + cuts.shape[0], dtype=np.intp)
+        self.weights = np.zeros((3 * cells + 1 + cuts.shape[0], 3))
+        self.rows = np.zeros((r, COLUMNS))
+        self.band, self.vectors = np.empty((cells + 2, 3)), np.empty((2, cells + 2))
+        self.gap = self.far = 0.0
+        r = 0
+        for k in range(cells):
+            self.groups[k] = g
+            for e in range(4):
+                if (k == 0 and e < 2 and fixed > 0) or (k < cells - 1 and e == 3):
+                    continue
+                if e % 3 == 0:
+                    last = self._knot(given, k + e // 3, e // 3, r)
+                else:
+                    last = self._jerks(given, k, e - 1, r)
+                    self.weights[g, e - 1] = self.weights[g, e] = 0.5
+                w = idle * self._w(g, c, k)
+                for i in range(r, last):
+                    y = self.rows[i, 0] * c[k] + self.rows[i, 1] * c[k + 1] + self.rows[i, 2] * c[k + 2]
+                    if fabs(y) >= w:
+                        self.rows[r, 0], self.rows[r, 1], self.rows[r, 2] = (
+                            self.rows[i, 0],
+                            self.rows[i, 1],
+                            self.rows[i, 2],
+                        )
+                        r += 1
+                g += 1
+                self.first[g] = r
+            while m < cuts.shape[0] and cuts[m, 0] < k + 0.5:
+                for i in range(3):
+                    self.rows[r, i] = cuts[m, 1 + i]
+                    self.weights[g, i] = cuts[m, 4 + i]
+                r, g, m = r + 1, g + 1, m + 1
+                self.first[g] = r
+        self.groups[cells] = g
+        self.rows = self.rows[:r]
 
-@cython.cfunc
-def _barrier(
-    bounds: Bounds,
-    c: cython.double[::1],
-    mu: cython.double,
-    fixed: cython.Py_ssize_t,
-) -> cython.double:
-    """The time that is to be least, plus mu times how near all limits are, and 0 is to each c, which stays
-    above it; FAR where one is passed."""
-    cells: cython.Py_ssize_t = bounds.cells
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    b: cython.double
-    d: cython.double
-    dd: cython.double
-    mid: cython.double
-    x: cython.double
-    y: cython.double
-    least: cython.double
-    twos: cython.double = 0.0
-    product: cython.double = 1.0
-    time: cython.double = 0.0
-    for k in range(cells + 1):
-        b = 0.5 * (c[k] + c[k + 1])
-        d = c[k + 1] - c[k]
-        if not (b > 0.0 and c[k] > 0.0 and c[k + 1] > 0.0):
-            return FAR
-        least = 1.0 - b / bounds.cap[k]
-        if not least > 0.0:
-            return FAR
-        product *= least * c[k]
-        for i in range(bounds.counts[k, 0]):
-            y = bounds.a2[k, i] * b + bounds.a1[k, i] * d
-            x = 1.0 - y * y
-            if x < least:
-                least = x
-            product *= x
-        if not least > 0.0:
-            return FAR
-        if product < TINY:
-            product *= HUGE
-            twos += 256.0
-        elif product > HUGE:
-            product *= TINY
-            twos -= 256.0
-        if k == cells:
-            product *= c[k + 1]
-            break
-        mid = (c[k] + 6.0 * c[k + 1] + c[k + 2]) * 0.125
-        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
-        if not c[k + 2] > 0.0:
-            return FAR
-        time += 1.0 / sqrt(mid)
-        for e in range(2):
-            if e == 1:
-                b = 0.5 * (c[k + 1] + c[k + 2])
-                d = c[k + 2] - c[k + 1]
-            for i in range(bounds.counts[k, 1 + e]):
-                y = bounds.j3[2 * k + e, i] * b + bounds.j2[2 * k + e, i] * d + bounds.j1[2 * k + e, i] * dd
-                x = 1.0 - b * y * y
-                if x < least:
-                    least = x
-                product *= x
-            if not least > 0.0:
-                return FAR
-            if product < TINY:
-                product *= HUGE
-                twos += 256.0
-    if fixed == 0:
-        d = c[1] - c[0]
-        time += TIE * d * d
-    d = c[cells + 1] - c[cells]
-    time += TIE * d * d
-    return time + mu * (twos * LN2 - _log(product))
+    @cython.cfunc
+    def _knot(
+        self, given: Rows, k: cython.Py_ssize_t, shift: cython.Py_ssize_t, r: cython.Py_ssize_t
+    ) -> cython.Py_ssize_t:
+        """Write what bounds velocities and accelerations at a knot, for two factors from a shift on, from the
+        row r on. Gives the row behind."""
+        i: cython.Py_ssize_t
+        y: cython.double
+        b: cython.double
+        self.rows[r, 2 - 2 * shift] = 0.0
+        self.rows[r, shift] = self.rows[r, shift + 1] = 0.5 * given.tight[k, 0] / given.bounds.cap[k]
+        r += 1
+        for i in range(given.bounds.counts[k, 0]):
+            y = given.tight[k, 1] * given.bounds.a1[k, i]
+            b = 0.5 * given.tight[k, 1] * given.bounds.a2[k, i]
+            self.rows[r, shift], self.rows[r, shift + 1], self.rows[r, 2 - 2 * shift] = b - y, b + y, 0.0
+            r += 1
+        return r
 
+    @cython.cfunc
+    def _jerks(
+        self, given: Rows, k: cython.Py_ssize_t, end: cython.Py_ssize_t, r: cython.Py_ssize_t
+    ) -> cython.Py_ssize_t:
+        """The same of jerks at the beginning or the end of a cell."""
+        i: cython.Py_ssize_t
+        y: cython.double = given.tight[k, 2 + end]
+        f1: cython.double
+        f2: cython.double
+        f3: cython.double
+        for i in range(given.bounds.counts[k, 1 + end]):
+            f1 = y * given.bounds.j1[2 * k + end, i]
+            f2 = y * given.bounds.j2[2 * k + end, i]
+            f3 = 0.5 * y * given.bounds.j3[2 * k + end, i]
+            self.rows[r, 0], self.rows[r, 1], self.rows[r, 2] = f1, -2.0 * f1, f1
+            self.rows[r, end] += f3 - f2
+            self.rows[r, end + 1] += f3 + f2
+            r += 1
+        return r
 
-@cython.cfunc
-def _assemble(
-    bounds: Bounds,
-    c: cython.double[::1],
-    mu: cython.double,
-    fixed: cython.Py_ssize_t,
-    gradient: cython.double[::1],
-    band: cython.double[:, ::1],
-) -> cython.void:
-    """Gradient and (Gauss-Newton) Hessian of the barrier; of the Hessian the diagonal and two bands beside
-    it."""
-    cells: cython.Py_ssize_t = bounds.cells
-    m: cython.Py_ssize_t = cells + 2
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    e: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    b: cython.double
-    d: cython.double
-    dd: cython.double
-    x: cython.double
-    y: cython.double
-    inv: cython.double
-    first: cython.double
-    second: cython.double
-    root: cython.double
-    half: cython.double
-    mid: cython.double
-    g: cython.double
-    h: cython.double
-    gb: cython.double
-    gd: cython.double
-    hbb: cython.double
-    hbd: cython.double
-    hdd: cython.double
-    f0: cython.double
-    f1: cython.double
-    f2: cython.double
-    g0: cython.double
-    g1: cython.double
-    g2: cython.double
-    h00: cython.double
-    h01: cython.double
-    h02: cython.double
-    h11: cython.double
-    h12: cython.double
-    h22: cython.double
-    u0: cython.double
-    v0: cython.double
-    z0: cython.double
-    u1: cython.double
-    v1: cython.double
-    z1: cython.double
-    u2: cython.double
-    v2: cython.double
-    z2: cython.double
-    for i in range(m):
-        gradient[i] = -mu / c[i]
-        band[i, 0] = mu / (c[i] * c[i])
-        band[i, 1] = 0.0
-        band[i, 2] = 0.0
-    for e in range(2):
-        if e == 0 and fixed > 0:
-            continue
-        k = 0 if e == 0 else m - 2
-        d = 2.0 * TIE * (c[k + 1] - c[k])
-        gradient[k] -= d
-        gradient[k + 1] += d
-        band[k, 0] += 2.0 * TIE
-        band[k, 1] -= 2.0 * TIE
-        band[k + 1, 0] += 2.0 * TIE
-    for k in range(cells + 1):
-        b = 0.5 * (c[k] + c[k + 1])
-        d = c[k + 1] - c[k]
-        inv = 1.0 / (bounds.cap[k] - b)
-        gb = mu * inv
-        gd = 0.0
-        hbb = mu * inv * inv
-        hbd = 0.0
-        hdd = 0.0
-        for i in range(bounds.counts[k, 0]):
-            f0 = bounds.a2[k, i]
-            f1 = bounds.a1[k, i]
-            y = f0 * b + f1 * d
-            x = 1.0 / (1.0 - y * y)
-            first = 2.0 * mu * y * x
-            second = 2.0 * mu * (1.0 + y * y) * x * x
-            gb += first * f0
-            gd += first * f1
-            hbb += second * f0 * f0
-            hbd += second * f0 * f1
-            hdd += second * f1 * f1
-        gradient[k] += 0.5 * gb - gd
-        gradient[k + 1] += 0.5 * gb + gd
-        band[k, 0] += 0.25 * hbb - hbd + hdd
-        band[k, 1] += 0.25 * hbb - hdd
-        band[k + 1, 0] += 0.25 * hbb + hbd + hdd
-        if k == cells:
-            break
-        mid = (c[k] + 6.0 * c[k + 1] + c[k + 2]) * 0.125
-        root = sqrt(mid)
-        g = -0.5 / (mid * root)
-        h = 0.75 / (mid * mid * root)
-        gradient[k] += 0.125 * g
-        gradient[k + 1] += 0.75 * g
-        gradient[k + 2] += 0.125 * g
-        band[k, 0] += 0.015625 * h
-        band[k, 1] += 0.09375 * h
-        band[k, 2] += 0.015625 * h
-        band[k + 1, 0] += 0.5625 * h
-        band[k + 1, 1] += 0.09375 * h
-        band[k + 2, 0] += 0.015625 * h
-        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
-        for e in range(2):
-            o = 2 * k + e
-            if e == 1:
-                b = 0.5 * (c[k + 1] + c[k + 2])
-                d = c[k + 2] - c[k + 1]
-            root = sqrt(b)
-            half = 0.5 / root
-            g0 = 0.0
-            g1 = 0.0
-            g2 = 0.0
-            h00 = 0.0
-            h01 = 0.0
-            h02 = 0.0
-            h11 = 0.0
-            h12 = 0.0
-            h22 = 0.0
-            for i in range(bounds.counts[k, 1 + e]):
-                y = bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd
-                f0 = half * y + root * bounds.j3[o, i]
-                f1 = root * bounds.j2[o, i]
-                f2 = root * bounds.j1[o, i]
-                y = root * y
-                x = 1.0 / (1.0 - y * y)
-                first = 2.0 * mu * y * x
-                second = 2.0 * mu * (1.0 + y * y) * x * x
-                g0 += first * f0
-                g1 += first * f1
-                g2 += first * f2
-                h00 += second * f0 * f0
-                h01 += second * f0 * f1
-                h02 += second * f0 * f2
-                h11 += second * f1 * f1
-                h12 += second * f1 * f2
-                h22 += second * f2 * f2
-            # In c[k], c[k + 1], c[k + 2]: b, db and d2b go with (u, v, z).
-            if e == 0:
-                u0, v0, z0 = 0.5, -1.0, 1.0
-                u1, v1, z1 = 0.5, 1.0, -2.0
-                u2, v2, z2 = 0.0, 0.0, 1.0
-            else:
-                u0, v0, z0 = 0.0, 0.0, 1.0
-                u1, v1, z1 = 0.5, -1.0, -2.0
-                u2, v2, z2 = 0.5, 1.0, 1.0
-            gradient[k] += g0 * u0 + g1 * v0 + g2 * z0
-            gradient[k + 1] += g0 * u1 + g1 * v1 + g2 * z1
-            gradient[k + 2] += g0 * u2 + g1 * v2 + g2 * z2
-            f0 = h00 * u0 + h01 * v0 + h02 * z0
-            f1 = h01 * u0 + h11 * v0 + h12 * z0
-            f2 = h02 * u0 + h12 * v0 + h22 * z0
-            band[k, 0] += f0 * u0 + f1 * v0 + f2 * z0
-            band[k, 1] += f0 * u1 + f1 * v1 + f2 * z1
-            band[k, 2] += f0 * u2 + f1 * v2 + f2 * z2
-            f0 = h00 * u1 + h01 * v1 + h02 * z1
-            f1 = h01 * u1 + h11 * v1 + h12 * z1
-            f2 = h02 * u1 + h12 * v1 + h22 * z1
-            band[k + 1, 0] += f0 * u1 + f1 * v1 + f2 * z1
-            band[k + 1, 1] += f0 * u2 + f1 * v2 + f2 * z2
-            f0 = h00 * u2 + h01 * v2 + h02 * z2
-            f1 = h01 * u2 + h11 * v2 + h12 * z2
-            f2 = h02 * u2 + h12 * v2 + h22 * z2
-            band[k + 2, 0] += f0 * u2 + f1 * v2 + f2 * z2
+    def begin(self, c: cython.double[::1], mu: cython.double, least: cython.double) -> None:
+        """Slacks as they are at c (N + 2,), but not below a part of w, and multipliers that let `mu` times
+        the mean time of a cell be left to gain at each."""
+        k: cython.Py_ssize_t
+        g: cython.Py_ssize_t
+        r: cython.Py_ssize_t
+        f: cython.Py_ssize_t
+        w: cython.double
+        y: cython.double
+        time: cython.double = 0.0
+        for k in range(self.cells):
+            time += 1.0 / sqrt((c[k] + 6.0 * c[k + 1] + c[k + 2]) * 0.125)
+        mu *= time / self.cells
+        self.far = 0.0
+        for k in range(self.cells):
+            for g in range(self.groups[k], self.groups[k + 1]):
+                w = self._w(g, c, k)
+                for r in range(self.first[g], self.first[g + 1]):
+                    y = self.rows[r, 0] * c[k] + self.rows[r, 1] * c[k + 1] + self.rows[r, 2] * c[k + 2]
+                    for f in range(2):
+                        self.rows[r, 5 + f] = max(w - y, least * w)
+                        self.rows[r, 3 + f] = mu / self.rows[r, 5 + f]
+                        self.far = max(self.far, self.rows[r, 5 + f] - w + y)
+                        y = -y
+        self.gap = mu * 2.0 * self.rows.shape[0]
+
+    @cython.cfunc
+    @cython.inline
+    def _w(self, g: cython.Py_ssize_t, c: cython.double[::1], k: cython.Py_ssize_t) -> cython.double:
+        """What the rows of a group stay below."""
+        b: cython.double = (
+            self.weights[g, 0] * c[k] + self.weights[g, 1] * c[k + 1] + self.weights[g, 2] * c[k + 2]
+        )
+        return 1.0 / sqrt(b) if b > 0.0 else 1.0
+
+    def go(self, c: cython.double[::1], most: cython.Py_ssize_t, enough: cython.double) -> tuple[int, bool]:
+        """At most so many steps of c (N + 2,), in place.
+
+        Gives their number, and whether all limits are kept and less than a part of the time is left to gain.
+        """
+        m: cython.Py_ssize_t = self.cells + 2
+        done: cython.Py_ssize_t = 0
+        i: cython.Py_ssize_t
+        mu: cython.double
+        a: cython.double
+        b: cython.double
+        y: cython.double
+        time: cython.double
+        step: cython.double[::1] = self.vectors[1]
+        while done < most:
+            mu = SIGMA * self.gap / max(2.0 * self.rows.shape[0], 1.0)
+            time = self._assemble(c, mu)
+            if not _solve(self.vectors[0], self.band, step, self.fixed):
+                return done, False
+            a, b = self._changes(c, mu)
+            for i in range(self.fixed, m):
+                y = step[i]
+                if -a * y > SLOWER * c[i]:
+                    a = -SLOWER * c[i] / y
+            self._take(a, b)
+            for i in range(self.fixed, m):
+                c[i] += a * step[i]
+            done += 1
+            self.far *= 1.0 - a
+            if self.gap <= enough * time and self.far <= PASSED:
+                return done, True
+        return done, False
+
+    @cython.cfunc
+    def _assemble(self, c: cython.double[::1], mu: cython.double) -> cython.double:
+        """The equations of a step: a band, of which the diagonal and two beside it, and the right side. Gives
+        the time of all cells."""
+        m: cython.Py_ssize_t = self.cells + 2
+        k: cython.Py_ssize_t
+        e: cython.Py_ssize_t
+        g: cython.Py_ssize_t
+        r: cython.Py_ssize_t
+        w: cython.double
+        y: cython.double
+        s: cython.double
+        up: cython.double
+        down: cython.double
+        n: cython.double
+        t: cython.double
+        q: cython.double
+        p0: cython.double
+        p1: cython.double
+        p2: cython.double
+        d0: cython.double
+        d1: cython.double
+        d2: cython.double
+        h00: cython.double
+        h01: cython.double
+        h02: cython.double
+        h11: cython.double
+        h12: cython.double
+        h22: cython.double
+        r0: cython.double
+        r1: cython.double
+        r2: cython.double
+        c0: cython.double
+        c1: cython.double
+        c2: cython.double
+        time: cython.double = 0.0
+        rows: cython.double[:, ::1] = self.rows
+        band: cython.double[:, ::1] = self.band
+        right: cython.double[::1] = self.vectors[0]
+        for k in range(m):
+            band[k, 0] = band[k, 1] = band[k, 2] = right[k] = 0.0
+        for e in range(1 if self.fixed > 0 else 0, 2):
+            k = (m - 2) * e
+            y = 2.0 * TIE * (c[k + 1] - c[k])
+            right[k] += y
+            right[k + 1] -= y
+            band[k, 0] += 2.0 * TIE
+            band[k, 1] -= 2.0 * TIE
+            band[k + 1, 0] += 2.0 * TIE
+        for k in range(self.cells):
+            c0, c1, c2 = c[k], c[k + 1], c[k + 2]
+            y = 1.0 / ((c0 + 6.0 * c1 + c2) * 0.125)
+            s = sqrt(y)
+            time += s
+            y *= s
+            r0 = r2 = 0.0625 * y
+            r1 = 0.375 * y
+            y *= 0.75 * s * s
+            h00 = h02 = h22 = 0.015625 * y
+            h01 = h12 = 0.09375 * y
+            h11 = 0.5625 * y
+            for g in range(self.groups[k], self.groups[k + 1]):
+                w = self._w(g, c, k)
+                s = up = d0 = d1 = d2 = 0.0
+                for r in range(self.first[g], self.first[g + 1]):
+                    p0, p1, p2 = rows[r, 0], rows[r, 1], rows[r, 2]
+                    y = p0 * c0 + p1 * c1 + p2 * c2
+                    rows[r, 5] = t = max(rows[r, 5], w - y)
+                    rows[r, 9] = n = w - y - t
+                    rows[r, 11] = q = 1.0 / t
+                    down = rows[r, 3] * q
+                    q = mu * q - down * n
+                    rows[r, 6] = t = max(rows[r, 6], w + y)
+                    rows[r, 10] = n = w + y - t
+                    rows[r, 12] = t = 1.0 / t
+                    y = rows[r, 4] * t
+                    t = mu * t - y * n
+                    up += q + t
+                    t -= q
+                    r0 += t * p0
+                    r1 += t * p1
+                    r2 += t * p2
+                    t = y - down
+                    y += down
+                    s += y
+                    d0 += t * p0
+                    d1 += t * p1
+                    d2 += t * p2
+                    t = y * p0
+                    h00 += t * p0
+                    h01 += t * p1
+                    h02 += t * p2
+                    t = y * p1
+                    h11 += t * p1
+                    h12 += t * p2
+                    h22 += y * p2 * p2
+                if self.weights[g, 1] > 0.0:
+                    # w goes with b, and b with these parts of c.
+                    y = -0.5 * w * w * w
+                    p0, p1, p2 = y * self.weights[g, 0], y * self.weights[g, 1], y * self.weights[g, 2]
+                    r0 += up * p0
+                    r1 += up * p1
+                    r2 += up * p2
+                    h00 += p0 * (s * p0 + 2.0 * d0)
+                    h01 += p0 * (s * p1 + d1) + p1 * d0
+                    h02 += p0 * (s * p2 + d2) + p2 * d0
+                    h11 += p1 * (s * p1 + 2.0 * d1)
+                    h12 += p1 * (s * p2 + d2) + p2 * d1
+                    h22 += p2 * (s * p2 + 2.0 * d2)
+            right[k] += r0
+            right[k + 1] += r1
+            right[k + 2] += r2
+            band[k, 0] += h00
+            band[k, 1] += h01
+            band[k, 2] += h02
+            band[k + 1, 0] += h11
+            band[k + 1, 1] += h12
+            band[k + 2, 0] += h22
+        return time
+
+    @cython.cfunc
+    def _changes(self, c: cython.double[::1], mu: cython.double) -> tuple[cython.double, cython.double]:
+        """Write how slacks and multipliers change in a step. Gives how much of that they can go."""
+        k: cython.Py_ssize_t
+        g: cython.Py_ssize_t
+        r: cython.Py_ssize_t
+        f: cython.Py_ssize_t
+        w: cython.double
+        y: cython.double
+        dt: cython.double
+        dn: cython.double
+        a: cython.double = NEAR
+        b: cython.double = 1.0 / NEAR
+        rows: cython.double[:, ::1] = self.rows
+        weights: cython.double[:, ::1] = self.weights
+        d: cython.double[::1] = self.vectors[1]
+        for k in range(self.cells):
+            for g in range(self.groups[k], self.groups[k + 1]):
+                w = 0.0
+                if weights[g, 1] > 0.0:
+                    w = self._w(g, c, k)
+                    w *= (
+                        -0.5
+                        * w
+                        * w
+                        * (weights[g, 0] * d[k] + weights[g, 1] * d[k + 1] + weights[g, 2] * d[k + 2])
+                    )
+                for r in range(self.first[g], self.first[g + 1]):
+                    y = rows[r, 0] * d[k] + rows[r, 1] * d[k + 1] + rows[r, 2] * d[k + 2]
+                    for f in range(2):
+                        dt = rows[r, 9 + f] + w - y
+                        dn = (mu - rows[r, 3 + f] * dt) * rows[r, 11 + f] - rows[r, 3 + f]
+                        rows[r, 7 + f], rows[r, 9 + f] = dn, dt
+                        a = max(a, -dt * rows[r, 11 + f])
+                        if -dn * b > rows[r, 3 + f]:
+                            b = -rows[r, 3 + f] / dn
+                        y = -y
+        return NEAR / a, min(NEAR * b, 1.0)
+
+    @cython.cfunc
+    def _take(self, a: cython.double, b: cython.double) -> cython.void:
+        """Let slacks and multipliers go so much of their changes."""
+        r: cython.Py_ssize_t
+        gap: cython.double = 0.0
+        rows: cython.double[:, ::1] = self.rows
+        for r in range(rows.shape[0]):
+            rows[r, 3] += b * rows[r, 7]
+            rows[r, 4] += b * rows[r, 8]
+            rows[r, 5] += a * rows[r, 9]
+            rows[r, 6] += a * rows[r, 10]
+            gap += rows[r, 3] * rows[r, 5] + rows[r, 4] * rows[r, 6]
+        self.gap = gap
 
 
 @cython.cfunc
 def _solve(
-    gradient: cython.double[::1],
+    right: cython.double[::1],
     band: cython.double[:, ::1],
     step: cython.double[::1],
     fixed: cython.Py_ssize_t,
 ) -> cython.bint:
     """Newton's step from row `fixed` on, by L D L' of the band, in place; False where it is not positive."""
-    m: cython.Py_ssize_t = gradient.shape[0]
+    m: cython.Py_ssize_t = right.shape[0]
     i: cython.Py_ssize_t
     d: cython.double
     e: cython.double
     f: cython.double
+    for i in range(fixed):
+        step[i] = 0.0
     for i in range(fixed, m):
-        d = band[i, 0]
-        if not d > 0.0:
+        if not band[i, 0] > 0.0:
             return False
-        e = band[i, 1]
-        f = band[i, 2]
+        d = 1.0 / band[i, 0]
+        e, f = band[i, 1] * d, band[i, 2] * d
         if i + 1 < m:
-            band[i + 1, 0] -= e * e / d
-            band[i + 1, 1] -= e * f / d
-            band[i, 1] = e / d
+            band[i + 1, 0] -= e * band[i, 1]
+            band[i + 1, 1] -= e * band[i, 2]
         if i + 2 < m:
-            band[i + 2, 0] -= f * f / d
-            band[i, 2] = f / d
-    for i in range(fixed, m):
-        e = -gradient[i]
+            band[i + 2, 0] -= f * band[i, 2]
+        band[i, 0], band[i, 1], band[i, 2] = d, e, f
+        d = right[i]
         if i - 1 >= fixed:
-            e -= band[i - 1, 1] * step[i - 1]
+            d -= band[i - 1, 1] * step[i - 1]
         if i - 2 >= fixed:
-            e -= band[i - 2, 2] * step[i - 2]
-        step[i] = e
+            d -= band[i - 2, 2] * step[i - 2]
+        step[i] = d
     for i in range(m - 1, fixed - 1, -1):
-        e = step[i] / band[i, 0]
+        d = step[i] * band[i, 0]
         if i + 1 < m:
-            e -= band[i, 1] * step[i + 1]
+            d -= band[i, 1] * step[i + 1]
         if i + 2 < m:
-            e -= band[i, 2] * step[i + 2]
-        step[i] = e
+            d -= band[i, 2] * step[i + 2]
+        step[i] = d
     return True
 
 
-def newton(
-    bounds: Bounds,
-    c: cython.double[::1],
-    vectors: cython.double[:, ::1],
-    band: cython.double[:, ::1],
-    mu: cython.double,
-    mu_end: cython.double,
-    cut: cython.double,
-    fixed: cython.Py_ssize_t,
-    most: cython.Py_ssize_t,
-) -> tuple[float, int, bool]:
-    """At most so many Newton steps from a feasible c (N + 2,), changed in place from `fixed` on; it stays
-    feasible.
-
-    `mu` weighs the barrier, in parts of the mean time of a cell; after each step that went well it is
-    cut, down to `mu_end`. Gives mu for the next call, the number of steps, and whether there is nothing
-    left to gain. `vectors` (3, N + 2) and `band` (N + 2, 3) are scratch.
-    """
-    cells: cython.Py_ssize_t = bounds.cells
-    m: cython.Py_ssize_t = cells + 2
-    gradient: cython.double[::1] = vectors[0]
-    step: cython.double[::1] = vectors[1]
-    trial: cython.double[::1] = vectors[2]
-    done: cython.Py_ssize_t = 0
-    i: cython.Py_ssize_t
-    _: cython.int
-    scale: cython.double
-    value: cython.double
-    new: cython.double
-    slope: cython.double
-    size: cython.double
-    t: cython.double
-    moved: cython.bint
-    over: cython.bint = False
-    scale = _mean_time(c, cells)
-    value = _barrier(bounds, c, mu * scale, fixed)
-    if value >= FAR:
-        return mu, 0, True
-    while done < most:
-        _assemble(bounds, c, mu * scale, fixed, gradient, band)
-        if not _solve(gradient, band, step, fixed):
-            over = True
-            break
-        slope = 0.0
-        size = 1e-300
-        for i in range(fixed, m):
-            slope += gradient[i] * step[i]
-            t = fabs(step[i]) / c[i]
-            if t > size:
-                size = t
-        for i in range(fixed):
-            trial[i] = c[i]
-        t = 1.0 if size < 2.0 else 2.0 / size
-        moved = False
-        for _ in range(25):
-            for i in range(fixed, m):
-                trial[i] = c[i] + t * step[i]
-            new = _barrier(bounds, trial, mu * scale, fixed)
-            if new < value + 1e-4 * t * slope:
-                moved = True
-                break
-            t *= 0.6
-        done += 1
-        if moved:
-            for i in range(fixed, m):
-                c[i] = trial[i]
-        if mu <= mu_end and (not moved or -slope < 0.001 * mu * scale * cells):
-            over = True
-            break
-        if not moved or t > 0.3:
-            mu = mu * cut
-            if mu < mu_end:
-                mu = mu_end
-        scale = _mean_time(c, cells)
-        value = _barrier(bounds, c, mu * scale, fixed)
-    return mu, done, over
+def lifted(c: cython.double[::1], fixed: cython.Py_ssize_t) -> bool:
+    """Whether steps have led to where the chain all but stands still for a knot: there it keeps all limits,
+    and none leads out. Such coefficients are then like those beside them."""
+    k: cython.Py_ssize_t
+    beside: cython.double
+    before: cython.double = c[max(fixed - 1, 0)]
+    found: cython.bint = False
+    for k in range(max(fixed, 1), c.shape[0] - 1):
+        beside = 0.5 * (before + c[k + 1])
+        before = c[k]
+        if c[k] < STUCK * beside:
+            c[k] = 0.5 * beside
+            found = True
+    return bool(found)

@@ -8,89 +8,28 @@ c and theta as in `clock_kernel`, rows as in `bounds_kernel`.
 import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
+from numpy.typing import NDArray
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
 else:
     from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
 
-MORE = cython.declare(cython.double, 1.04)  # a broken limit is widened by so much more than needed,
-AND = cython.declare(cython.double, 2e-3)  # and this
-VELOCITY_MORE = cython.declare(cython.double, 1.001)
 MOST_TIMES = cython.declare(cython.double, 2.0)
 ALMOST = cython.declare(cython.double, 1.001)
-LEAST_LOAD = cython.declare(cython.double, 0.4)
 SMALL = cython.declare(cython.double, 0.75)  # a load: what is between such places does not matter
 NEARLY = cython.declare(cython.double, 0.97)  # a velocity: the same
 LEAST_GAP = cython.declare(cython.double, 1e-3)  # of a cell, between places that are looked at,
 BETWEEN = cython.declare(cython.int, 8)  # in so many parts
 
 
-def widened(
-    bounds: Bounds,
-    c: cython.double[::1],
-    wide: Bounds,
-) -> float:
-    """Write rows like the given ones, but so much wider, knot by knot and cell end by cell end, that c keeps
-    them.
-
-    Gives the largest load: below 1 all are as they were.
-    """
-    cells: cython.Py_ssize_t = bounds.cells
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    b: cython.double
-    d: cython.double
-    dd: cython.double
-    root: cython.double
-    load: cython.double
-    y: cython.double
-    largest: cython.double = 0.0
-    for k in range(cells + 1):
-        b = 0.5 * (c[k] + c[k + 1])
-        d = c[k + 1] - c[k]
-        load = b / bounds.cap[k]
-        for i in range(bounds.counts[k, 0]):
-            y = fabs(bounds.a2[k, i] * b + bounds.a1[k, i] * d)
-            if y > load:
-                load = y
-        if load > largest:
-            largest = load
-        y = load * MORE + AND if load > 0.9998 else 1.0
-        wide.cap[k] = bounds.cap[k] * y
-        y = 1.0 / y
-        for i in range(bounds.counts[k, 0]):
-            wide.a1[k, i] = bounds.a1[k, i] * y
-            wide.a2[k, i] = bounds.a2[k, i] * y
-    for o in range(2 * cells):
-        k = o // 2
-        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
-        k += o % 2
-        b = 0.5 * (c[k] + c[k + 1])
-        d = c[k + 1] - c[k]
-        root = sqrt(b)
-        load = 0.0
-        for i in range(bounds.counts[o // 2, 1 + o % 2]):
-            y = root * fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd)
-            if y > load:
-                load = y
-        if load > largest:
-            largest = load
-        y = 1.0 / (load * MORE + AND) if load > 0.9998 else 1.0
-        for i in range(bounds.counts[o // 2, 1 + o % 2]):
-            wide.j1[o, i] = bounds.j1[o, i] * y
-            wide.j2[o, i] = bounds.j2[o, i] * y
-            wide.j3[o, i] = bounds.j3[o, i] * y
-    return float(largest)
-
-
 def inner_loads(
     rows: Rows,
     c: cython.double[::1],
+    until: cython.Py_ssize_t,
     loads: cython.double[:, ::1],
 ) -> None:
-    """Write the largest velocity, acceleration and jerk over their limits in each cell (N, 3)."""
+    """Write the largest velocity, acceleration and jerk over their limits in the first cells (N, 3)."""
     k: cython.Py_ssize_t
     i: cython.Py_ssize_t
     p: cython.Py_ssize_t
@@ -99,7 +38,7 @@ def inner_loads(
     most: cython.double
     y: cython.double
     found: cython.double[:, :, ::1] = _room(rows)
-    for k in range(rows.bounds.cells):
+    for k in range(until):
         _fill(rows, c, k, found)
         for order in range(3):
             largest = 0.0
@@ -225,15 +164,18 @@ def _beside(
     k: cython.Py_ssize_t,
     i: cython.Py_ssize_t,
     p: cython.Py_ssize_t,
+    order: cython.Py_ssize_t,
 ) -> cython.double:
-    """The largest jerk of a joint, over its limit, between a place of the cell k and those beside it."""
+    """The largest velocity or jerk of a joint, over its limit, between a place of the cell k and those beside
+    it."""
     largest: cython.double = 0.0
-    o: cython.Py_ssize_t = rows.starts[k] + p
-    if p > 0:
-        largest = _within(rows, c, k, i, o - 1)
-    if o + 1 < rows.starts[k + 1]:
-        largest = max(largest, _within(rows, c, k, i, o))
-    return largest * rows.per_limit[k, 2, i]
+    y: cython.double
+    o: cython.Py_ssize_t
+    for o in range(rows.starts[k] + p - 1, rows.starts[k] + p + 1):
+        if rows.starts[k] <= o < rows.starts[k + 1] - 1:
+            y = _within(rows, c, k, i, o) if order == 2 else _fastest(rows, c, k, i, o)
+            largest = max(largest, y)
+    return largest * rows.per_limit[k, order, i]
 
 
 @cython.cfunc
@@ -384,8 +326,8 @@ def _worst(
             continue
         for i in range(found.shape[1]):
             y = _load(found, rows.parts, first, last, order, i, p)
-            if order == 2 and y >= SMALL:
-                y = max(y, _beside(rows, c, k, i, p))
+            if (order == 2 and y >= SMALL) or (order == 0 and y >= NEARLY):
+                y = max(y, _beside(rows, c, k, i, p, order))
             if y > most:
                 most = y
                 joint[0] = first + p
@@ -393,138 +335,68 @@ def _worst(
     return most
 
 
-def put_worst(
-    rows: Rows,
-    c: cython.double[::1],
-    loads: cython.double[:, ::1],
-    allowed: cython.double[:, ::1],
-    first: cython.Py_ssize_t,
-    joint: cython.Py_ssize_t[::1],
-) -> None:
-    """Where accelerations or jerks within a cell from `first` on are larger than allowed, add the row of the
-    worst place and joint of either half to those of that end, so that it counts there as it does now.
-
-    What is too much there is then as allowed for `tighten`. `joint` (2,) is scratch.
-    """
-    slots: cython.Py_ssize_t = rows.bounds.a1.shape[1]
+def cut(
+    rows: Rows, c: cython.double[::1], loads: cython.double[:, ::1], allowed: cython.double[:, ::1]
+) -> NDArray[np.float64]:
+    """Rows (M, 7) for where velocities, accelerations and jerks within cells are larger than allowed (N, 3):
+    of the worst place and joint in either half of a cell. See `Rows`."""
     k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
     p: cython.Py_ssize_t
     half: cython.int
     order: cython.Py_ssize_t
+    u: cython.double
     b: cython.double
     d: cython.double
     dd: cython.double
-    y: cython.double
     most: cython.double
+    first: cython.double
+    second: cython.double
+    third: cython.double
+    m: cython.Py_ssize_t = 0
+    joint: cython.Py_ssize_t[::1] = np.empty(2, dtype=np.intp)
     found: cython.double[:, :, ::1] = _room(rows)
-    for k in range(first, rows.bounds.cells):
-        if loads[k, 1] <= allowed[k, 1] and loads[k, 2] <= allowed[k, 2]:
+    for k in range(rows.bounds.cells):
+        for order in range(3):
+            m += 2 if loads[k, order] > allowed[k, order] else 0
+    cuts_array = np.zeros((m, 7))
+    cuts: cython.double[:, ::1] = cuts_array
+    m = 0
+    for k in range(rows.bounds.cells):
+        if not (loads[k, 0] > allowed[k, 0] or loads[k, 1] > allowed[k, 1] or loads[k, 2] > allowed[k, 2]):
             continue
         _fill(rows, c, k, found)
-        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
-        for order in range(1, 3):
+        for order in range(3):
             if loads[k, order] <= allowed[k, order]:
                 continue
-            loads[k, order] = 0.0
             for half in range(2):
                 most = _worst(found, rows, c, k, half, order, joint)
                 if joint[0] < 0:
                     continue
-                p, i = joint[0], joint[1]
-                b = 0.5 * (c[k + half] + c[k + half + 1])
-                d = c[k + half + 1] - c[k + half]
-                y = rows.per_limit[k, order, i]
-                if order == 1:
-                    o = min(rows.bounds.counts[k + half, 0], slots - 1)
-                    rows.bounds.counts[k + half, 0] = o + 1
-                    y *= _times(most, y * fabs(rows.inner[p, 1, i] * b + 0.5 * rows.inner[p, 0, i] * d))
-                    rows.bounds.a1[k + half, o] = 0.5 * rows.inner[p, 0, i] * y
-                    rows.bounds.a2[k + half, o] = rows.inner[p, 1, i] * y
+                p = joint[0]
+                u = rows.parts[p]
+                first, second, third = (
+                    rows.inner[p, 0, joint[1]],
+                    rows.inner[p, 1, joint[1]],
+                    rows.inner[p, 2, joint[1]],
+                )
+                # The factors of b, b' and b'' there; what is larger beside the place counts for it.
+                most /= max(fabs(found[order, joint[1], p - rows.starts[k]]), 1e-9)
+                most = rows.per_limit[k, order, joint[1]] * min(max(ALMOST * most, 1.0), MOST_TIMES)
+                if order == 0:
+                    b, d, dd = first * first * rows.per_limit[k, 0, joint[1]] * most, 0.0, 0.0
+                elif order == 1:
+                    b, d, dd = second * most, 0.5 * first * most, 0.0
                 else:
-                    o = min(rows.bounds.counts[k, 1 + half], slots - 1)
-                    rows.bounds.counts[k, 1 + half] = o + 1
-                    b = sqrt(b) * fabs(
-                        rows.inner[p, 2, i] * b
-                        + 1.5 * rows.inner[p, 1, i] * d
-                        + 0.5 * rows.inner[p, 0, i] * dd
-                    )
-                    y *= _times(most, y * b)
-                    rows.bounds.j1[2 * k + half, o] = 0.5 * rows.inner[p, 0, i] * y
-                    rows.bounds.j2[2 * k + half, o] = 1.5 * rows.inner[p, 1, i] * y
-                    rows.bounds.j3[2 * k + half, o] = rows.inner[p, 2, i] * y
-
-
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _times(load: cython.double, at_end: cython.double) -> cython.double:
-    """How many times more a row is to count at an end, where it is a load within the cell."""
-    return min(max(ALMOST * load / max(at_end, 1e-9), 1.0), MOST_TIMES)
-
-
-def tighten(
-    loads: cython.double[:, ::1],
-    ends: cython.double[:, ::1],
-    allowed: cython.double[:, ::1],
-    near: cython.Py_ssize_t,
-    overdone: cython.double,
-    overdone_near: cython.double,
-    tight: cython.double[:, ::1],
-    most: cython.double[:, ::1],
-) -> None:
-    """Let what counts for a knot or the end of a cell be as many times larger as limits were passed within
-    cells: `tight` and at most `most` (N + 1, 4), in the order of `knot_loads`.
-
-    `loads` (N, 3) are those of `inner_loads`, of which `allowed` (N, 3) are; `ends` (N + 1, 4) those of
-    `knot_loads`. What is too much is counted `overdone` times, in the cells before `near` otherwise.
-    """
-    cells: cython.Py_ssize_t = loads.shape[0]
-    k: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    e: cython.int
-    over: cython.double
-    far: cython.double
-    times: cython.double
-    velocity: cython.double
-    acceleration: cython.double
-    for k in range(cells + 1):
-        velocity = 1.0
-        acceleration = 1.0
-        for o in range(max(k - 1, 0), min(k + 1, cells)):
-            if loads[o, 0] > allowed[o, 0]:
-                velocity = max(velocity, loads[o, 0] * loads[o, 0] * VELOCITY_MORE)
-            if loads[o, 1] > allowed[o, 1]:
-                times = overdone_near if o < near else overdone
-                acceleration = max(acceleration, 1.0 + times * (loads[o, 1] - 1.0))
-        tight[k, 0] = min(tight[k, 0] * velocity, most[k, 0])
-        tight[k, 1] = min(tight[k, 1] * acceleration, most[k, 1])
-        if k < cells and loads[k, 2] > allowed[k, 2]:
-            over = overdone_near if k < near else overdone
-            over = min(1.0 + over * (loads[k, 2] - 1.0), 2.0)
-            if k >= near:
-                # A jerk inside a cell may be far above those at its ends: then these are to count for it.
-                far = max(ends[k, 2], ends[k, 3])
-                over /= min(max(far, LEAST_LOAD), 1.0)
-            for e in range(2, 4):
-                tight[k, e] = min(tight[k, e] * over, most[k, e])
-
-
-def tightened(rows: Rows, bounds: Bounds) -> None:
-    """Write bounds of rows that count so many times more as `rows.tight` says."""
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    y: cython.double
-    for k in range(bounds.cells + 1):
-        bounds.cap[k] = rows.bounds.cap[k] / rows.tight[k, 0]
-        for i in range(bounds.counts[k, 0]):
-            bounds.a1[k, i] = rows.bounds.a1[k, i] * rows.tight[k, 1]
-            bounds.a2[k, i] = rows.bounds.a2[k, i] * rows.tight[k, 1]
-    for o in range(2 * bounds.cells):
-        y = rows.tight[o // 2, 2 + o % 2]
-        for i in range(bounds.counts[o // 2, 1 + o % 2]):
-            bounds.j1[o, i] = rows.bounds.j1[o, i] * y
-            bounds.j2[o, i] = rows.bounds.j2[o, i] * y
-            bounds.j3[o, i] = rows.bounds.j3[o, i] * y
+                    b, d, dd = third * most, 1.5 * second * most, 0.5 * first * most
+                cuts[m, 0] = k
+                cuts[m, 4] = 0.5 - u + 0.5 * u * u
+                cuts[m, 5] = 0.5 + u - u * u
+                cuts[m, 6] = 0.5 * u * u
+                cuts[m, 1] = b * cuts[m, 4] - d * (1.0 - u) + dd
+                cuts[m, 2] = b * cuts[m, 5] + d * (1.0 - 2.0 * u) - 2.0 * dd
+                cuts[m, 3] = b * cuts[m, 6] + d * u + dd
+                if order < 2:
+                    cuts[m, 4] = cuts[m, 5] = cuts[m, 6] = 0.0
+                m += 1
+    chosen: NDArray[np.float64] = cuts_array[:m]
+    return chosen

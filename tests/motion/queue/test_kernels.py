@@ -109,7 +109,9 @@ def arrays_of(bounds: Any) -> list[Array]:
 
 
 def inside_of(rows: Any) -> list[Array]:
-    return [np.asarray(getattr(rows, each)) for each in ("inner", "starts", "parts", "per_limit", "tight")]
+    return [
+        np.asarray(getattr(rows, each)) for each in ("inner", "starts", "parts", "per_limit", "tight", "cuts")
+    ]
 
 
 def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
@@ -118,29 +120,25 @@ def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
     c = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
     c *= 0.3 / max(kernels.guess.steady_loads(rows.bounds, c))
     c[2:] *= 1.5  # which breaks something
-    bounds, wide = rows.bounds.like(), rows.bounds.like()
-    kernels.loads.tightened(rows, bounds)
-    kernels.loads.widened(bounds, c, wide)
-    vectors, band = np.empty((3, cells + 2)), np.empty((cells + 2, 3))
-    told = kernels.clock.newton(wide, c, vectors, band, 1.0, 0.1, 0.3, 2, 3)
     loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
-    kernels.loads.inner_loads(rows, c, loads)
-    allowed, most = 0.5 * loads.max(axis=0) * np.ones((cells, 1)), np.full((cells + 1, 4), 1.5)
-    was = loads.copy()
-    place = np.empty(2, dtype=np.intp)
-    kernels.loads.put_worst(rows, c, loads, allowed, cells // 2, place)
+    kernels.loads.inner_loads(rows, c, cells, loads)
     kernels.loads.knot_loads(rows.bounds, c, ends)
-    kernels.loads.tighten(loads, ends, allowed, cells // 2, 2.2, 1.3, rows.tight, most)
+    rows.cuts = kernels.loads.cut(rows, c, loads, 0.5 * loads.max(axis=0) * np.ones((cells, 1)))
+    told = []
+    for fixed, idle in ((0, 0.0), (2, 1e-4)):
+        steps = kernels.clock.Steps(rows, c, fixed, idle)
+        steps.begin(c, 0.3, 0.1)
+        told.append(steps.go(c, 3, 0.02))
+    c[4] *= 0.001
+    told.append((0, kernels.clock.lifted(c, 2)))
     guess = c[2:].copy()
     kernels.guess.going_on(rows, widths[2:], np.empty((2, cells - 2)), guess)
     return [
         np.array(told),
         c,
-        was,
         loads,
         ends,
         guess,
-        *arrays_of(wide),
         *arrays_of(rows.bounds),
         *inside_of(rows),
     ]
