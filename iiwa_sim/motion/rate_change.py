@@ -19,7 +19,7 @@ SAMPLES = 256
 """Number of samples of the plan, `STEP_S` apart; at least half of them lie ahead."""
 SPREAD = 1
 """Samples beside either end of a cell that also keep the limits: a release is found before its cells come."""
-ALLOWED = 1.004
+ALLOWED = 1.005
 """Part of the limits of acceleration and jerk that may be used; where a plan uses more, so may the change."""
 LONGEST_STOP_S = 0.1
 """The longest that a stop may take (s), also from a rate that rises."""
