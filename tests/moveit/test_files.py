@@ -1,0 +1,109 @@
+"""The files for MoveIt and ros2_control, as what reads them would."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pinocchio as pin
+import pytest
+import yaml
+
+from iiwa_sim.cli import main
+from iiwa_sim.moveit.files import files
+from iiwa_sim.moveit.pairs import ADJACENT, NEVER, Pair
+from iiwa_sim.robot.description import RobotDescription, load_robot
+from iiwa_sim.ros.arm.joint_level import ACTION, COMMANDS, STATES
+from tests.stepped import ARMS
+
+PAIRS = [Pair("iiwa_link_0", "iiwa_link_1", ADJACENT), Pair("iiwa_link_0", "iiwa_link_2", NEVER)]
+
+
+@pytest.fixture(params=ARMS)
+def robot(request: pytest.FixtureRequest) -> RobotDescription:
+    return load_robot(request.param)
+
+
+def test_moveit_reads_a_group_with_all_joints_its_home_and_the_pairs(robot: RobotDescription) -> None:
+    texts = files(robot, PAIRS)
+    urdf, srdf = ET.fromstring(texts["robot.urdf"]), ET.fromstring(texts["robot.srdf"])
+    assert srdf.get("name") == urdf.get("name")
+    chain = srdf.find("group/chain")
+    assert chain is not None
+    parents = {_link(joint, "child"): joint for joint in urdf.findall("joint")}
+    link, joints = chain.get("tip_link"), []
+    while link != chain.get("base_link"):
+        joint = parents[str(link)]
+        joints += [joint.get("name")] if joint.get("type") != "fixed" else []
+        link = _link(joint, "parent")
+    assert tuple(reversed(joints)) == robot.joints
+    home = {each.get("name"): float(each.get("value", "")) for each in srdf.findall("group_state/joint")}
+    assert home == pytest.approx(dict(zip(robot.joints, robot.home, strict=True)))
+    told = [Pair(*(each.get(name, "") for name in ("link1", "link2", "reason"))) for each in _pairs(srdf)]
+    assert told == PAIRS
+
+
+def test_pinocchio_takes_the_pairs_out(tmp_path: Path) -> None:
+    robot = load_robot()
+    path = tmp_path / "robot.srdf"
+    path.write_text(files(robot, PAIRS)["robot.srdf"])
+    model = pin.buildModelFromXML(robot.urdf)
+    shapes = pin.buildGeomFromUrdfString(model, robot.urdf, pin.GeometryType.COLLISION)
+    shapes.addAllCollisionPairs()
+    before = len(shapes.collisionPairs)
+    pin.removeCollisionPairs(model, shapes, str(path))
+    assert len(shapes.collisionPairs) < before
+
+
+def test_limits_are_those_in_which_trajectories_are_followed(robot: RobotDescription) -> None:
+    limits = yaml.safe_load(files(robot, [])["joint_limits.yaml"])["joint_limits"]
+    assert tuple(limits) == robot.joints
+    for name, kind in (("velocity", robot.velocity), ("acceleration", robot.direct_acceleration)):
+        assert [each[f"max_{name}"] for each in limits.values()] == pytest.approx(kind)
+        assert all(each[f"has_{name}_limits"] is True for each in limits.values())
+
+
+def test_moveit_finds_the_action(robot: RobotDescription) -> None:
+    told = yaml.safe_load(files(robot, [])["moveit_controllers.yaml"])["moveit_simple_controller_manager"]
+    (name,) = told["controller_names"]
+    assert f"/{name}/{told[name]['action_ns']}" == ACTION
+    assert told[name]["type"] == "FollowJointTrajectory"
+    assert tuple(told[name]["joints"]) == robot.joints
+
+
+def test_ros2_control_finds_the_topics_of_a_robot_under_its_namespace(robot: RobotDescription) -> None:
+    texts = files(robot, [])
+    system = ET.fromstring(texts["ros2_control.urdf"]).find("ros2_control")
+    assert system is not None
+    parameters = {each.get("name"): each.text for each in system.findall("hardware/param")}
+    assert parameters == {
+        "joint_commands_topic": f"/robot{COMMANDS}",
+        "joint_states_topic": f"/robot{STATES}",
+    }
+    assert tuple(str(each.get("name")) for each in system.findall("joint")) == robot.joints
+    told = yaml.safe_load(texts["ros2_controllers.yaml"])
+    assert tuple(told["joint_trajectory_controller"]["ros__parameters"]["joints"]) == robot.joints
+
+
+def test_the_command_writes_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "new" / "config"
+    assert main(["moveit-config", str(folder), "--robot", ARMS[1]]) == 0
+    named = capsys.readouterr().out.splitlines()
+    assert named == [str(folder / name) for name in files(load_robot(ARMS[1]), [])]
+    assert 'reason="Adjacent"' in (folder / "robot.srdf").read_text()
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").touch()
+    assert main(["moveit-config", str(tmp_path / "file")]) == 2
+    assert capsys.readouterr().err.endswith("file cannot be written: File exists\n")
+
+
+def _link(joint: ET.Element, end: str) -> str:
+    found = joint.find(end)
+    assert found is not None
+    return str(found.get("link"))
+
+
+def _pairs(srdf: ET.Element) -> list[ET.Element]:
+    return srdf.findall("disable_collisions")
