@@ -146,6 +146,7 @@ class Compliance:
         self._v[:] = 0.0
         if velocity is not None and any(velocity):
             _, jacobian = self._kinematics.tcp_and_jacobian(joints)
+            k: cython.Py_ssize_t
             for k, v in enumerate((jacobian @ np.array(velocity)).tolist()):
                 self._v[k] = v
         self._shift.start((self._at[9], self._at[10], self._at[11]))
@@ -257,6 +258,7 @@ class Compliance:
         weighted = self._weights[:, None] * jacobian
         inertia = weighted @ weighted.T + JOINT_INERTIA_KGM2 * np.eye(len(weighted))
         made = self._weights * np.linalg.solve(inertia, weighted @ np.array(joint_push))
+        k: cython.Py_ssize_t
         for k, force in enumerate(made.tolist()):
             self._forces[k] += force
         return None

@@ -153,8 +153,8 @@ def widths(
         for k in range(count):
             found[1, k] = (
                 6.0 * found[0, k]
-                + 4.0 * (found[0, abs(k - 1)] + found[0, _inside(k + 1, count)])
-                + found[0, abs(k - 2)]
+                + 4.0 * (found[0, _inside(k - 1, count)] + found[0, _inside(k + 1, count)])
+                + found[0, _inside(k - 2, count)]
                 + found[0, _inside(k + 2, count)]
             ) * 0.0625
         for k in range(count):
@@ -183,6 +183,9 @@ def widths(
 @cython.inline
 @cython.exceptval(check=False)
 def _inside(k: cython.Py_ssize_t, count: cython.Py_ssize_t) -> cython.Py_ssize_t:
+    """The place k, mirrored at the first or the last of so many where it lies outside."""
+    if k < 0:
+        return -k
     return k if k < count else 2 * (count - 1) - k
 
 
