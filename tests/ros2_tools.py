@@ -14,9 +14,11 @@ import pytest
 
 from iiwa_sim.ros import ros2
 from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE
+from iiwa_sim.ros.ros2 import process
 from iiwa_sim.ros.ros2.environment import STAMP, default_folder, python_in
 from tests.needed import lacks
 from tests.processes import killed_unless_done
+from tests.talking import DEADLINE_S
 
 FIRST_DOMAIN = 40
 """Of DDS: each worker of the tests has one of its own, so that they do not meet."""
@@ -34,6 +36,7 @@ def rclpy_python(monkeypatch: pytest.MonkeyPatch) -> Path:
     worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
     monkeypatch.setenv("ROS_DOMAIN_ID", str(FIRST_DOMAIN + int(worker) % 50))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setattr(process, "END_S", DEADLINE_S)  # a machine may be slow
     return found
 
 
@@ -46,18 +49,18 @@ def compiled(python: Path) -> None:
 class User:
     """What a user's node is asked to do; each call waits for the answer."""
 
-    def __init__(self, process: subprocess.Popen[str]) -> None:
-        self._process = process
+    def __init__(self, node: subprocess.Popen[str]) -> None:
+        self._process = node
 
     def asks(self, do: str, **what: Any) -> Any:
         """See `ros2_user.py`; the test fails where that does."""
-        process = self._process
-        assert process.stdin is not None
-        assert process.stdout is not None
-        process.stdin.write(json.dumps({"do": do, **what}) + "\n")
-        process.stdin.flush()
-        with killed_unless_done(process):
-            line = process.stdout.readline()
+        node = self._process
+        assert node.stdin is not None
+        assert node.stdout is not None
+        node.stdin.write(json.dumps({"do": do, **what}) + "\n")
+        node.stdin.flush()
+        with killed_unless_done(node):
+            line = node.stdout.readline()
         assert line, "the user's node has ended"
         answer = json.loads(line)
         assert "fault" not in answer, answer["fault"]
@@ -83,17 +86,17 @@ class User:
 @contextmanager
 def user(python: Path, namespace: str = "cell") -> Iterator[User]:
     """A user's node; it ends with the block."""
-    process = subprocess.Popen(
+    node = subprocess.Popen(
         [python, PROGRAM, FOLDER, namespace], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
-    with process:
+    with node:
         try:
-            yield User(process)
+            yield User(node)
         finally:
-            assert process.stdin is not None
-            process.stdin.close()
-            with killed_unless_done(process):
-                process.wait()
+            assert node.stdin is not None
+            node.stdin.close()
+            with killed_unless_done(node):
+                node.wait()
 
 
 def trajectory(points: Sequence[tuple[float, Sequence[float]]], **fields: Any) -> dict[str, Any]:

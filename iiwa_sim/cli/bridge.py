@@ -7,12 +7,14 @@ from collections.abc import Sequence
 
 from iiwa_sim import log
 from iiwa_sim.cli.addresses import ROSBRIDGE_PORT, add_host
+from iiwa_sim.cli.consistency import check_ros2
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.names import BRIDGE
 from iiwa_sim.cli.options import (
     add_log,
     add_robot,
     add_ros,
+    add_ros2,
     add_ros_conventions,
     add_rosbridge,
     add_server,
@@ -25,7 +27,9 @@ from iiwa_sim.serve.listening import host_and_port
 
 
 def run(given: Sequence[str]) -> int:
-    options = _parser().parse_args(given)
+    parser = _parser()
+    options = parser.parse_args(given)
+    check_ros2(parser.error, options)
     if sys.stderr is not None:
         log.configure(options.log_level, options.log_json, sys.stderr.fileno())
     asyncio.run(_serve(options))
@@ -46,6 +50,9 @@ async def _serve(options: argparse.Namespace) -> None:
         rosbridge_origins=options.rosbridge_origin,
         rosbridge_hosts=options.rosbridge_host,
         ros=options.ros,
+        ros2=options.ros2,
+        ros2_python=options.ros2_python,
+        ros_namespace=options.ros_namespace,
         conventions=ros_conventions(options),
     )
     async with bridge:
@@ -55,6 +62,8 @@ async def _serve(options: argparse.Namespace) -> None:
             text += f"rosbridge on {host_and_port(*bridge.rosbridge_address)}\n"
         if bridge.ros_master is not None:
             text += f"ROS node at {bridge.ros_master}\n"
+        if bridge.ros2_node is not None:
+            text += f"ROS 2 node {bridge.ros2_node}\n"
         await ending.wait(announce(text, sys.stdout))
 
 
@@ -62,7 +71,7 @@ def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {BRIDGE}",
         description="Puts a robot on ROS: be the driver of a server of the iiwa's text protocol, emulated or "
-        "real, and give it the topics and services of drag&bot, by rosbridge or as a node of ROS 1.",
+        "real, and give it the topics and services of drag&bot, by rosbridge or as a node of ROS 1 or ROS 2.",
         examples={"172.31.1.147:30000": "puts a robot on ROS, by rosbridge on port 9090"},
     )
     add_server(parser)
@@ -70,6 +79,7 @@ def _parser() -> Parser:
     add_host(parser)
     add_rosbridge(parser, ROSBRIDGE_PORT)
     add_ros(parser)
+    add_ros2(parser)
     add_ros_conventions(parser)
     add_log(parser)
     return parser

@@ -30,12 +30,17 @@ def check(error: Error, options: argparse.Namespace) -> None:
     for name, given in (("origin", options.rosbridge_origin), ("host", options.rosbridge_host)):
         if given and options.rosbridge_port is None:
             error(f"argument --rosbridge-{name}: expected --rosbridge-port with it")
+    check_ros2(error, options)
+    _check_backdoor(error, options)
+    _check_view(error, options)
+
+
+def check_ros2(error: Error, options: argparse.Namespace) -> None:
+    """Interpreter and namespace are those of a node."""
     if options.ros2_python is not None and not options.ros2:
         error("argument --ros2-python: expected --ros2 with it")
     if options.ros_namespace and not options.ros2:
         error("argument --ros-namespace: expected --ros2 with it")
-    _check_backdoor(error, options)
-    _check_view(error, options)
 
 
 def _check_backdoor(error: Error, options: argparse.Namespace) -> None:

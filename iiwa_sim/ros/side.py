@@ -72,7 +72,7 @@ class RosSide:
             own = arm
 
             def now_ns() -> int:
-                return round(1e9 * own.time_s)
+                return round(1e9 * (own.time_s or 0.0))
 
         self._node = Node(robot, now_ns, tick_rate_hz, log, conventions)
         self._arm = None if arm is None else JointLevel(arm, now_ns, tick_rate_hz, log)

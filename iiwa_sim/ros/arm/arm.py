@@ -1,7 +1,7 @@
 """An arm for the joint level of ROS 2: the controller in this process."""
 
 from collections.abc import Callable, Sequence
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EMERGENCY_STOP, Refused
@@ -9,45 +9,40 @@ from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.trajectories import Progress, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import TrajectoryRequest
 from iiwa_sim.frames import Transform
-from iiwa_sim.ros.rmi.robot import Failure
+from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.ros.rmi.robot import Done, Failure
 
-Done = Callable[[Failure | None], None]
-"""Called with None when a request is done, or with the reason when it failed."""
+T = TypeVar("T")
 
 
 class Arm(Protocol):
-    """What the joint level asks of a robot. Everything takes effect within the call."""
+    """What the joint level asks of a robot. Outcomes are reported within the call or later.
+
+    A robot behind a connection does not tell everything; what is not known is None.
+    """
 
     @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Base first."""
+    def description(self) -> RobotDescription:
+        """Names, limits and the URDF."""
 
     @property
-    def urdf(self) -> str:
-        """The text of the URDF."""
-
-    @property
-    def flange(self) -> str:
-        """The link of the URDF that is the flange."""
-
-    @property
-    def time_s(self) -> float:
+    def time_s(self) -> float | None:
         """Simulated time since the start."""
 
     @property
-    def joints(self) -> tuple[float, ...]:
+    def joints(self) -> tuple[float, ...] | None:
         """rad"""
 
     @property
-    def velocities(self) -> tuple[float, ...]:
+    def velocities(self) -> tuple[float, ...] | None:
         """rad/s"""
 
     @property
-    def tool_in_flange(self) -> Transform:
+    def tool_in_flange(self) -> Transform | None:
         """The TCP in the flange."""
 
     @property
-    def wrench(self) -> tuple[float, ...]:
+    def wrench(self) -> tuple[float, ...] | None:
         """What acts on the robot at the TCP, along its axes: N, Nm."""
 
     @property
@@ -58,6 +53,10 @@ class Arm(Protocol):
     def progress(self) -> Progress | None:
         """Of the trajectory that is followed; None while there is none."""
 
+    @property
+    def output_count(self) -> int:
+        """How many outputs it has, as far as is known."""
+
     def follow(
         self, request: TrajectoryRequest, when_ended: Callable[[TrajectoryEnd], None] | None
     ) -> tuple[int, str]:
@@ -66,17 +65,24 @@ class Arm(Protocol):
     def cancel(self, number: int) -> None:
         """Stop the trajectory of this number, if it is followed or waits."""
 
-    def head_for(self, joints: Sequence[float]) -> None:
-        """Head for near joint positions (rad) as a direct move does. Raises `Refused`."""
+    def head_for(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
+        """Head for near joint positions (rad) as a direct move does, at parts of the joints' speeds. Raises
+        `Refused`."""
 
-    def stop(self) -> None:
+    def stop(self, done: Done) -> None:
         """Stop the robot, and forget what waits."""
 
-    def reset_error(self) -> None:
-        """End the state of error. Raises `Refused`."""
+    def reset_error(self, done: Done) -> None:
+        """End the state of error."""
 
-    def emergency_stop(self, pressed: bool) -> None:
+    def emergency_stop(self, pressed: bool, done: Done) -> None:
         """Press or release it."""
+
+    def set_override(self, override: float, done: Done) -> None:
+        """Run all moves at this part of their speed, 0 to 1."""
+
+    def set_output(self, number: int, on: bool, done: Done) -> None:
+        """Switch an output, numbered from 1."""
 
 
 class LocalArm:
@@ -84,10 +90,8 @@ class LocalArm:
 
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
-        description = controller.description
-        self.joint_names = description.joints
-        self.urdf = description.urdf
-        self.flange = description.flange
+        self.description = controller.description
+        self.output_count = len(controller.io.output_names)
 
     @property
     def time_s(self) -> float:
@@ -123,31 +127,48 @@ class LocalArm:
     def follow(
         self, request: TrajectoryRequest, when_ended: Callable[[TrajectoryEnd], None] | None
     ) -> tuple[int, str]:
-        try:
-            return self._controller.follow(request, when_ended)
-        except Refused as refused:
-            self._controller.record_error(refused.code, refused.reason)
-            raise
+        return self._recorded(lambda: self._controller.follow(request, when_ended))
 
     def cancel(self, number: int) -> None:
         self._controller.cancel_trajectory(number)
 
-    def head_for(self, joints: Sequence[float]) -> None:
-        request = MoveRequest(Kind.DIRECT, tuple(joints), speeds=(1.0,) * len(self.joint_names))
-        try:
-            self._controller.move(request)
-        except Refused as refused:
-            self._controller.record_error(refused.code, refused.reason)
-            raise
+    def head_for(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
+        self._recorded(lambda: self._controller.move(MoveRequest(Kind.DIRECT, tuple(joints), speeds=speeds)))
 
-    def stop(self) -> None:
+    def stop(self, done: Done) -> None:
         self._controller.stop()
+        done(None)
 
-    def reset_error(self) -> None:
-        self._controller.reset_error()
+    def reset_error(self, done: Done) -> None:
+        _tell(self._controller.reset_error, done)
 
-    def emergency_stop(self, pressed: bool) -> None:
+    def emergency_stop(self, pressed: bool, done: Done) -> None:
         if pressed:
             self._controller.emergency_stop()
         elif self._controller.status().error_code == EMERGENCY_STOP:
             self._controller.release_emergency_stop()
+        done(None)
+
+    def set_override(self, override: float, done: Done) -> None:
+        self._controller.set_override(override)
+        done(None)
+
+    def set_output(self, number: int, on: bool, done: Done) -> None:
+        _tell(lambda: self._controller.io.set_output(number, on), done)
+
+    def _recorded(self, do: Callable[[], T]) -> T:
+        """Do it; what is refused is the robot's last error, too."""
+        try:
+            return do()
+        except Refused as refused:
+            self._controller.record_error(refused.code, refused.reason)
+            raise
+
+
+def _tell(do: Callable[[], None], done: Done) -> None:
+    try:
+        do()
+    except Refused as refused:
+        done(Failure(refused.code, refused.reason))
+    else:
+        done(None)

@@ -7,6 +7,7 @@ Messages are in ROS 2's form. Rates count simulated time.
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from iiwa_sim.controller.controller import LEAST_OVERRIDE
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.trajectory_request import order_of
 from iiwa_sim.dialect.wire.log import DialectLog
@@ -15,14 +16,19 @@ from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_
 from iiwa_sim.ros.arm.links import Links, tool_transform
 from iiwa_sim.ros.arm.messages import (
     BadGoal,
+    Float64,
     FollowJointTrajectory,
     JointState,
     JointTrajectory,
     SetBool,
     Trigger,
+    TwistStamped,
     converted,
     time_of,
 )
+from iiwa_sim.ros.arm.twist import RATE_HZ as TWIST_HZ
+from iiwa_sim.ros.arm.twist import TwistServo
+from iiwa_sim.ros.rmi.robot import Done, Failure
 
 Message = dict[str, Any]
 Listener = Callable[[Message], None]
@@ -36,6 +42,11 @@ COMMANDS = "/robot_joint_commands"
 """Where joint_state_topic_hardware_interface publishes, with which ros2_control drives a robot."""
 STATES = "/robot_joint_states"
 """Where it expects the robot's joint states."""
+TWIST = "/servo_node/delta_twist_cmds"
+"""Where programs publish that move a robot by MoveIt Servo."""
+SPEED_SCALE = "/set_speed_scale"
+OUTPUT = "/set_output_"
+"""A service for each output, by its number from 1."""
 TOOL = "tool"
 """The frame of the TCP."""
 FEEDBACK_HZ = 20
@@ -54,17 +65,15 @@ once."""
 SUBSCRIBED: Mapping[str, str] = {
     TRAJECTORY: "trajectory_msgs/msg/JointTrajectory",
     COMMANDS: "sensor_msgs/msg/JointState",
+    TWIST: "geometry_msgs/msg/TwistStamped",
+    SPEED_SCALE: "std_msgs/msg/Float64",
 }
 SERVICES: Mapping[str, str] = {
     "/stop": "std_srvs/srv/Trigger",
     "/reset_error": "std_srvs/srv/Trigger",
     "/emergency_stop": "std_srvs/srv/SetBool",
 }
-_REQUESTS: Mapping[str, type[SetBool] | type[Trigger]] = {
-    "/stop": Trigger,
-    "/reset_error": Trigger,
-    "/emergency_stop": SetBool,
-}
+"""Those that every robot has; each output has one, too."""
 _OK, _ERROR = 0, 2  # of DiagnosticStatus
 
 
@@ -77,7 +86,14 @@ class JointLevel:
         self.now_ns = now_ns
         self._tick_rate_hz = tick_rate_hz
         self._log = log
-        self._links = Links(arm.urdf, arm.joint_names)
+        description = arm.description
+        self._names = description.joints
+        self._links = Links(description.urdf, self._names)
+        self._twist = TwistServo(arm, self._links.base, TOOL)
+        self._twist_due = 0
+        unknown = {"/clock": arm.time_s, "/wrench": arm.wrench}
+        self.published = {topic: of for topic, of in PUBLISHED.items() if unknown.get(topic, ()) is not None}
+        """What of `PUBLISHED` this robot tells."""
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
         self._due = dict.fromkeys(PUBLISHED, 0)  # in units of 1 / tick_rate_hz of a message
         self._feedback_due = 0
@@ -85,15 +101,22 @@ class JointLevel:
         self._goal = 0  # the number of the newest one
 
     @property
+    def services(self) -> Mapping[str, str]:
+        """Type of each service, by name. A robot behind a connection has told of its outputs by then."""
+        outputs = [f"{OUTPUT}{number}" for number in range(1, self._arm.output_count + 1)]
+        return {**SERVICES, **dict.fromkeys(outputs, "std_srvs/srv/SetBool")}
+
+    @property
     def watching(self) -> bool:
         """Whether a tick may tell somebody something."""
-        return bool(self._feedback) or any(self._listeners.values())
+        return self._twist.active or bool(self._feedback) or any(self._listeners.values())
 
     def listen(self, topic: str, listener: Listener) -> None:
         """Register a listener for a topic of `PUBLISHED`; what is told once is told now."""
         self._listeners[topic].append(listener)
-        if PUBLISHED[topic][1] == 0:
-            listener(self._content(topic))
+        content = self._content(topic) if PUBLISHED[topic][1] == 0 else None
+        if content is not None:
+            listener(content)
 
     def unlisten(self, topic: str, listener: Listener) -> None:
         """Remove a listener."""
@@ -106,16 +129,27 @@ class JointLevel:
         """
         if topic == COMMANDS:
             self._head_for(converted(content, JointState))
-            return
-        trajectory = converted(content, JointTrajectory)
-        request = read_trajectory(trajectory, self.now_ns())._replace(may_end_fast=True)
-        self._noted(self._arm.follow(request, None), who)
+        elif topic == TWIST:
+            self._twist.take(converted(content, TwistStamped), self.now_ns())
+        elif topic == SPEED_SCALE:
+            self._set_speed_scale(converted(content, Float64).data)
+        else:
+            trajectory = converted(content, JointTrajectory)
+            request = read_trajectory(trajectory, self.now_ns())._replace(may_end_fast=True)
+            self._noted(self._arm.follow(request, None), who)
 
     def _head_for(self, wanted: JointState) -> None:
-        order = order_of(wanted.name, self._arm.joint_names)
+        order = order_of(wanted.name, self._names)
         if len(wanted.position) != len(order):
             raise Refused(EXECUTION, f"{len(wanted.position)} positions: expected {len(order)}")
-        self._arm.head_for([wanted.position[place] for place in order])
+        self._arm.head_for([wanted.position[place] for place in order], [1.0] * len(order))
+
+    def _set_speed_scale(self, scale: float) -> None:
+        if not 0.0 <= scale <= 1.0:
+            raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0 to 1")
+        if 0.0 < scale < LEAST_OVERRIDE:
+            raise Refused(EXECUTION, f"a speed scale of {scale:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
+        self._arm.set_override(scale, _nobody)
 
     def send_goal(self, args: Any, ended: Callable[[GoalEnd], None], hear: Listener | None, who: str) -> int:
         """Follow a trajectory; gives the number by which it can be cancelled. Raises `BadGoal` and `Refused`.
@@ -143,19 +177,26 @@ class JointLevel:
         """Cancel the goal of that number, or the one under way."""
         self._arm.cancel(self._goal if number is None else number)
 
-    def call(self, name: str, request: Any) -> Message:
-        """The response of a service of `SERVICES`. Raises `BadGoal`."""
-        asked = converted(request, _REQUESTS[name])
-        try:
-            if isinstance(asked, SetBool):
-                self._arm.emergency_stop(asked.data)
-            elif name == "/stop":
-                self._arm.stop()
-            else:
-                self._arm.reset_error()
-        except Refused as refused:
-            return {"success": False, "message": refused.reason}
-        return {"success": True, "message": ""}
+    def call(self, name: str, request: Any, answer: Listener) -> None:
+        """Call a service of `services`; `answer` is given the response, now or later. Raises `BadGoal`."""
+
+        def done(failure: Failure | None) -> None:
+            answer({"success": failure is None, "message": "" if failure is None else failure.reason})
+
+        if self.services[name] == "std_srvs/srv/SetBool":
+            self._switch(name, converted(request, SetBool).data, done)
+            return
+        converted(request, Trigger)
+        if name == "/stop":
+            self._arm.stop(done)
+        else:
+            self._arm.reset_error(done)
+
+    def _switch(self, name: str, on: bool, done: Done) -> None:
+        if name == "/emergency_stop":
+            self._arm.emergency_stop(on, done)
+        else:
+            self._arm.set_output(int(name.removeprefix(OUTPUT)), on, done)
 
     def step(self) -> None:
         """Notice that a tick has been made."""
@@ -168,12 +209,22 @@ class JointLevel:
         if self._feedback_due >= self._tick_rate_hz:
             self._feedback_due -= self._tick_rate_hz
             self._tell_feedback()
+        self._twist_due += TWIST_HZ
+        if self._twist_due >= self._tick_rate_hz:
+            self._twist_due -= self._tick_rate_hz
+            self._follow_twist()
 
     def skip(self, ticks: int) -> None:
         """The robot has made `ticks` ticks at once, while nobody was told anything."""
         for topic, (_, rate_hz) in PUBLISHED.items():
             self._due[topic] = (self._due[topic] + ticks * rate_hz) % self._tick_rate_hz
         self._feedback_due = (self._feedback_due + ticks * FEEDBACK_HZ) % self._tick_rate_hz
+
+    def _follow_twist(self) -> None:
+        try:
+            self._twist.step(self.now_ns())
+        except Refused as refused:
+            self._log.refused("ros", TWIST, refused.code, refused.reason)
 
     def _noted(self, taken: tuple[int, str], who: str) -> int:
         number, remark = taken
@@ -185,35 +236,31 @@ class JointLevel:
         progress = self._arm.progress if self._feedback else None
         hear = None if progress is None else self._feedback.get(progress.number)
         if progress is not None and hear is not None:
-            hear(feedback(progress, self._arm.joint_names, self.now_ns()))
+            hear(feedback(progress, self._names, self.now_ns()))
 
     def _publish(self, topic: str) -> None:
-        if self._listeners[topic]:
-            content = self._content(topic)
+        content = self._content(topic) if self._listeners[topic] else None
+        if content is not None:
             for listener in list(self._listeners[topic]):
                 listener(content)
 
-    def _content(self, topic: str) -> Message:
+    def _content(self, topic: str) -> Message | None:
+        """The message for a topic; None where the robot does not tell what is in it."""
         arm = self._arm
         if topic == "/clock":
-            return {"clock": time_of(round(1e9 * arm.time_s))}
+            return None if arm.time_s is None else {"clock": time_of(round(1e9 * arm.time_s))}
         if topic == "/robot_description":
-            return {"data": arm.urdf}
+            return {"data": arm.description.urdf}
         if topic == "/tf_static":
             return {"transforms": self._stamped(self._links.fixed())}
+        joints, stamp = arm.joints, time_of(self.now_ns())
         if topic == "/tf":
-            moving = [*self._links.moving(arm.joints), tool_transform(arm.flange, TOOL, arm.tool_in_flange)]
-            return {"transforms": self._stamped(moving)}
-        stamp = time_of(self.now_ns())
+            return None if joints is None else {"transforms": self._stamped(self._moving(joints))}
         if topic == STATES:
-            return {
-                "header": {"stamp": stamp, "frame_id": ""},
-                "name": list(arm.joint_names),
-                "position": list(arm.joints),
-                "velocity": list(arm.velocities),
-                "effort": [],
-            }
+            return None if joints is None else self._joint_state(joints, stamp)
         if topic == "/wrench":
+            if arm.wrench is None:
+                return None
             force, torque = arm.wrench[:3], arm.wrench[3:]
             parts = {
                 "force": dict(zip("xyz", force, strict=True)),
@@ -230,9 +277,27 @@ class JointLevel:
         }
         return {"header": {"stamp": stamp, "frame_id": ""}, "status": [status]}
 
+    def _moving(self, joints: tuple[float, ...]) -> list[Message]:
+        tool = self._arm.tool_in_flange
+        told = [] if tool is None else [tool_transform(self._arm.description.flange, TOOL, tool)]
+        return [*self._links.moving(joints), *told]
+
+    def _joint_state(self, joints: tuple[float, ...], stamp: Message) -> Message:
+        return {
+            "header": {"stamp": stamp, "frame_id": ""},
+            "name": list(self._names),
+            "position": list(joints),
+            "velocity": list(self._arm.velocities or ()),
+            "effort": [],
+        }
+
     def _stamped(self, transforms: list[Message]) -> list[Message]:
         stamp = time_of(self.now_ns())
         return [{**each, "header": {"stamp": stamp, **each["header"]}} for each in transforms]
+
+
+def _nobody(_: Failure | None) -> None:
+    """Nobody asks how it went: a topic has no answer."""
 
 
 __all__ = ["ACTION", "ACTION_TYPE", "PUBLISHED", "SERVICES", "SUBSCRIBED", "BadGoal", "JointLevel"]

@@ -98,6 +98,34 @@ class JointState(Struct, forbid_unknown_fields=True):
     effort: list[float] = field(default_factory=list)
 
 
+class Float64(Struct, forbid_unknown_fields=True):
+    """std_msgs/Float64."""
+
+    data: float = 0.0
+
+
+class Vector3(Struct, forbid_unknown_fields=True):
+    """geometry_msgs/Vector3."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+
+
+class Twist(Struct, forbid_unknown_fields=True):
+    """geometry_msgs/Twist."""
+
+    linear: Vector3 = field(default_factory=Vector3)
+    angular: Vector3 = field(default_factory=Vector3)
+
+
+class TwistStamped(Struct, forbid_unknown_fields=True):
+    """geometry_msgs/TwistStamped."""
+
+    header: Header = field(default_factory=Header)
+    twist: Twist = field(default_factory=Twist)
+
+
 class SetBool(Struct, forbid_unknown_fields=True):
     """The request of std_srvs/SetBool."""
 

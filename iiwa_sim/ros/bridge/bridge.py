@@ -4,12 +4,14 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Sequence
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from iiwa_sim.client import AsyncIiwa, ReplyError
 from iiwa_sim.log import SessionLog
 from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.ros.bridge.arm import NO_TRAJECTORIES, RemoteArm
 from iiwa_sim.ros.bridge.fault import BridgeFault
 from iiwa_sim.ros.bridge.remote import RemoteRobot
 from iiwa_sim.ros.conventions import TODAYS, Conventions
@@ -44,10 +46,14 @@ class Bridge:
         rosbridge_origins: Sequence[str] = (),
         rosbridge_hosts: Sequence[str] = (),
         ros: bool = False,
+        ros2: bool = False,
+        ros2_python: Path | None = None,
+        ros_namespace: str = "",
         conventions: Conventions = TODAYS,
     ) -> None:
         """`rosbridge_origins` and `rosbridge_hosts` are those of `Simulator`; raises ValueError for
-        malformed ones."""
+        malformed ones. With `ros2` the robot is a node of ROS 2 under `ros_namespace`, in a process of the
+        interpreter `ros2_python`, or of one that is found."""
         self._server = server
         self._client = AsyncIiwa(*server)
         self._robot = RemoteRobot(self._client, description)
@@ -63,12 +69,21 @@ class Bridge:
             conventions=conventions,
             on_heard=self._wake.set,
             access=WebAccess(rosbridge_origins, rosbridge_hosts),
+            arm=RemoteArm(self._robot, description),
+            ros2=ros2,
+            ros2_python=ros2_python,
+            ros_namespace=ros_namespace,
         )
 
     @property
     def rosbridge_address(self) -> tuple[str, int] | None:
         """Host and port of rosbridge, if it is served."""
         return self._ros.rosbridge_address
+
+    @property
+    def ros2_node(self) -> str | None:
+        """The name of the node of ROS 2, if there is one."""
+        return self._ros.ros2_node
 
     @property
     def ros_master(self) -> str | None:
@@ -87,6 +102,8 @@ class Bridge:
         except BaseException:
             self._client.close()
             raise
+        if self._ros.ros2_node is not None:
+            logger.info("%s", NO_TRAJECTORIES)
         self._rounds = asyncio.create_task(self._go_on())
         return self
 

@@ -16,7 +16,7 @@ from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.ros.bridge.moves import as_frame, is_there, sending
 from iiwa_sim.ros.rmi.pins import UNKNOWN
-from iiwa_sim.ros.rmi.robot import Done, Ended, Failure, Move, State
+from iiwa_sim.ros.rmi.robot import Done, Ended, Failure, Joints, Move, State
 
 SHORT_OF_TARGET_ASKED = 50
 """Number of polls in a row that have to show the robot at rest short of its target before its move has
@@ -64,6 +64,7 @@ class RemoteRobot:
         self._asked: deque[_Asked] = deque()
         self._sent: deque[_Sent] = deque()
         self._moves_asked = 0
+        self._target: tuple[Joints, tuple[float, ...]] | None = None  # of a direct move that is not sent yet
         self._rests = False  # the next move has to wait until the robot rests
         self._short = 0  # how often in a row the robot stood short of its target
         self._absent: set[str] = set()
@@ -113,6 +114,35 @@ class RemoteRobot:
 
         self._ask(set_override, done)
 
+    def reset_error(self, done: Done) -> None:
+        """End the state of error, if the server has a command for it."""
+
+        async def reset() -> None:
+            done(await self._do(self._client.reset_error()))
+
+        self._ask(reset, done)
+
+    def head_for(self, joints: Joints, speeds_rel: tuple[float, ...], refused: Done) -> None:
+        """Head for near joint positions (rad) by a direct move; of targets that wait only the newest is sent.
+
+        `refused` is called with why one was not taken.
+        """
+        waits = self._target is not None
+        self._target = joints, speeds_rel
+
+        async def send() -> None:
+            target, self._target = self._target, None
+            if target is None:
+                return
+            failure = await self._do(self._client.direct_joint_move(*target))
+            if failure is None:
+                self._end_all(STOP_TRIGGERED, "replaced by a newer target")
+            else:
+                refused(failure)
+
+        if not waits:
+            self._ask(send, refused)
+
     def set_output(self, number: int, on: bool, done: Done) -> None:
         async def set_output() -> None:
             failure = await self._do(self._client.set_output(number, on))
@@ -133,6 +163,7 @@ class RemoteRobot:
         self._state, self._status, self._rounds = None, OUT_OF_REACH, 0
         self._absent.clear()  # the next connection may lead to another server
         self._gone = Failure(COMMUNICATION_FAILURE, reason)
+        self._target = None
         self._end_all(*self._gone)
         while self._asked:
             self._asked.popleft().fail(self._gone)

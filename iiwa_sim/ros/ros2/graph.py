@@ -10,7 +10,6 @@ from typing import Any
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, JointLevel
 from iiwa_sim.ros.arm.joint_level import PUBLISHED as OF_ARM
-from iiwa_sim.ros.arm.joint_level import SERVICES as SERVICES_OF_ARM
 from iiwa_sim.ros.arm.joint_level import SUBSCRIBED as TO_ARM
 from iiwa_sim.ros.arm.messages import BadGoal, in_ros1, in_ros2, ros1_name
 from iiwa_sim.ros.rmi.definitions import message, service
@@ -29,7 +28,7 @@ class Graph:
         self._node = node
         self._arm = arm
         self.published: dict[str, tuple[str, bool]] = {
-            **{topic: (kind, rate_hz == 0) for topic, (kind, rate_hz) in OF_ARM.items()},
+            **{topic: (kind, rate_hz == 0) for topic, (kind, rate_hz) in arm.published.items()},
             **{topic: (_ros2_name(kind, "msg"), False) for topic, (kind, _) in PUBLISHED.items()},
         }
         """Type of each topic, and whether a subscriber that comes later gets the last message."""
@@ -42,10 +41,12 @@ class Graph:
             **TO_ARM,
             **{topic: _ros2_name(kind, "msg") for topic, kind in SUBSCRIBED.items()},
         }
-        self.services: dict[str, str] = {
-            **SERVICES_OF_ARM,
-            **{name: _ros2_name(kind, "srv") for name, kind in node.services.items()},
-        }
+
+    @property
+    def services(self) -> dict[str, str]:
+        """Type of each service."""
+        of_node = {name: _ros2_name(kind, "srv") for name, kind in self._node.services.items()}
+        return {**self._arm.services, **of_node}
 
     def listen(self, topic: str, hear: Answer) -> Callable[[], None]:
         """Have the messages of a topic heard; gives what ends that."""
@@ -77,8 +78,8 @@ class Graph:
         """Call a service; either `answer` or `fail` is called once, now or later."""
         request = {key: value for key, value in request.items() if key != EMPTY}
         try:
-            if name in SERVICES_OF_ARM:
-                answer(self._arm.call(name, request))
+            if name in self._arm.services:
+                self._arm.call(name, request, answer)
                 return
             both = service(self._node.services[name])
             respond = _in_ros2(both.response, answer)

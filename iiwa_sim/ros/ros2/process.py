@@ -22,9 +22,9 @@ import msgspec
 from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.wording import harmless, shortened
 
-START_S = 30.0
+START_S = 120.0
 """The process has to be a node by then."""
-END_S = 5.0
+END_S = 10.0
 """It has to have ended by then, after it was asked to."""
 MOST_UNREAD_BYTES = 1 << 17
 """Of what the process has not read: what may be left out is left out then, so that the rest is not late."""

@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, JointLevel
 from iiwa_sim.ros.arm.joint_level import PUBLISHED as OF_ARM
-from iiwa_sim.ros.arm.joint_level import SERVICES as SERVICES_OF_ARM
 from iiwa_sim.ros.arm.joint_level import SUBSCRIBED as TO_ARM
 from iiwa_sim.ros.arm.messages import time_of
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Node
@@ -42,7 +41,7 @@ class Ros2Api:
         if arm is not None:
             self._published |= {name: kind for name, (kind, _) in OF_ARM.items()}
             self._subscribed |= TO_ARM
-            served |= SERVICES_OF_ARM
+            served |= arm.services
         self._actions = {} if arm is None else {ACTION: ACTION_TYPE}
         self._topics = self._published | self._subscribed
         topic, service, action, kind = ("topic",), ("service",), ("action",), ("type",)

@@ -13,7 +13,6 @@ import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.arm.joint_level import SERVICES as OF_ARM
 from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.arm.messages import BadGoal, in_ros2
 from iiwa_sim.ros.rmi.definitions import Definition, service
@@ -206,8 +205,8 @@ class RosbridgeSession:
         try:
             compression_of(message, ("none",))
             check_whole(message)
-            if self._arm is not None and service_name in (*OF_ARM, CANCEL_SERVICE):
-                respond(self._call_arm(self._arm, service_name, arguments))
+            if self._arm is not None and service_name in (*self._arm.services, CANCEL_SERVICE):
+                self._call_arm(self._arm, service_name, arguments, respond)
                 return
             if service_name in self._node.services:
                 fields = service(self._node.services[service_name]).request.fields
@@ -236,11 +235,12 @@ class RosbridgeSession:
         return call(request)
 
     @staticmethod
-    def _call_arm(arm: JointLevel, name: str, arguments: Any) -> Any:
+    def _call_arm(arm: JointLevel, name: str, arguments: Any, respond: Callable[[Any], None]) -> None:
         if name == CANCEL_SERVICE:
             arm.cancel()
-            return {"return_code": 0, "goals_canceling": []}
-        return arm.call(name, request_of(["data"], arguments))
+            respond({"return_code": 0, "goals_canceling": []})
+        else:
+            arm.call(name, request_of(["data"], arguments), respond)
 
     def _send_goal(self, message: Message) -> None:
         self._speaks_ros2 = True

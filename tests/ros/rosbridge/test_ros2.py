@@ -10,6 +10,7 @@ import cbor2
 import numpy as np
 import pytest
 
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.ros.arm.arm import LocalArm
 from iiwa_sim.ros.arm.joint_level import (
@@ -18,6 +19,7 @@ from iiwa_sim.ros.arm.joint_level import (
     COMMANDS,
     PUBLISHED,
     STATES,
+    SUBSCRIBED,
     TRAJECTORY,
     JointLevel,
 )
@@ -409,7 +411,7 @@ def test_rosapi_tells_all_there_is(client: Client, robot: Ros2Robot) -> None:
     assert asks(client, "get_ros_version")["version"] == 2
     topics = asks(client, "topics_and_raw_types")
     named = dict(zip(topics["topics"], topics["types"], strict=True))
-    assert set(named) == {*PUBLISHED, *OF_NODE, TRAJECTORY, COMMANDS, "/command_list"}
+    assert set(named) == {*PUBLISHED, *OF_NODE, *SUBSCRIBED, "/command_list"}
     assert all(kind.split("/")[1] == "msg" for kind in named.values())
     texts = dict(zip(topics["topics"], topics["typedefs_full_text"], strict=True))
     assert "MSG: geometry_msgs/Transform\n" in texts["/tf"]
@@ -432,11 +434,7 @@ def test_rosapi_tells_all_there_is(client: Client, robot: Ros2Robot) -> None:
     assert asks(client, "publishers", topic="tf") == {"publishers": ["/iiwa_sim"]}
     assert asks(client, "subscribers", topic="tf") == {"subscribers": []}
     assert asks(client, "topics_for_type", type="tf2_msgs/msg/TFMessage") == {"topics": ["/tf", "/tf_static"]}
-    assert asks(client, "node_details", node="/iiwa_sim")["subscribing"] == [
-        "/command_list",
-        TRAJECTORY,
-        COMMANDS,
-    ]
+    assert asks(client, "node_details", node="/iiwa_sim")["subscribing"] == ["/command_list", *SUBSCRIBED]
     assert asks(client, "get_param", name="/x:y")["successful"] is False
     (response,) = client.says(
         "call_service", service="/rosapi/message_details", args={"type": "std_srvs/srv/Trigger"}
@@ -451,3 +449,16 @@ def test_a_robot_without_joint_level_says_so(robot: Ros2Robot) -> None:
     assert client.says("subscribe", topic="/tf")[0]["op"] == "status"
     assert client.says("publish", topic=TRAJECTORY, msg={})[0]["op"] == "status"
     assert client.says("call_service", service="/stop")[0]["result"] is False
+
+
+def test_the_speed_scale_and_each_output_have_std_types(client: Client, robot: Ros2Robot) -> None:
+    robot.level.receive("/set_speed_scale", {"data": 0.5}, "test")
+    assert robot.controller.override == 0.5
+    for wrong in (-0.1, 1.1, float("nan"), 1e-9):
+        with pytest.raises(Refused, match="a speed scale of"):
+            robot.level.receive("/set_speed_scale", {"data": wrong}, "test")
+    (answer,) = client.says("call_service", service="/set_output_3", args={"data": True})
+    assert answer["values"] == {"success": True, "message": ""}
+    assert robot.controller.io.outputs[2]
+    (answer,) = client.says("call_service", service="/set_output_99", args={"data": True})
+    assert not answer["result"]

@@ -1,0 +1,60 @@
+"""`iiwa-sim bridge --ros2`: any robot of the text protocol as a node of ROS 2, in processes of their own."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from iiwa_sim.simulator import Simulator
+from tests.processes import IIWA_SIM, next_line
+from tests.ros2_tools import HERE, NAMES, compiled, rclpy_python, user
+from tests.talking import DEADLINE_S
+
+SET_BOOL, TRIGGER = "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"
+
+MOST_STATES = 2_000
+"""In which the robot is there: it takes 0.03 s."""
+
+
+@pytest.fixture
+def python(monkeypatch: pytest.MonkeyPatch) -> Path:
+    found = rclpy_python(monkeypatch)
+    compiled(found)
+    return found
+
+
+def test_a_robot_behind_a_bridge_is_a_node(python: Path) -> None:
+    options = ["--rosbridge-port", "0", "--ros2", "--ros2-python", python, "--ros-namespace", "cell"]
+    with Simulator(clock="10x") as robot:
+        program = [*IIWA_SIM, "bridge", f"127.0.0.1:{robot.port}", *options]
+        bridge = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        with bridge, user(python) as someone:
+            try:
+                assert next_line(bridge).startswith("rosbridge on ")
+                assert next_line(bridge) == "ROS 2 node /cell/iiwa_sim\n"
+                state = someone.hears("joint_states", "sensor_msgs/msg/JointState", 2)[-1]
+                assert (state["name"], state["velocity"]) == (NAMES, [])
+                assert state["position"] == pytest.approx(HERE, abs=1e-6)
+                near = [HERE[0] + 0.05, *HERE[1:]]
+                told = {"name": NAMES, "position": near}
+                kind = "sensor_msgs/msg/JointState"
+                someone.asks("publish", topic="robot_joint_commands", kind=kind, messages=[told])
+                assert someone.calls("set_output_1", SET_BOOL, data=True) == {"success": True, "message": ""}
+                assert robot.controller.io.outputs[0]
+                assert not someone.sends("none", [(1.0, HERE)]), "the text protocol has no trajectories"
+                assert not someone.calls("emergency_stop", SET_BOOL, data=True)["success"]
+                for _ in range(MOST_STATES):
+                    someone.asks("wait", topic="joint_states", count=1)
+                    if robot.joints == pytest.approx(near, abs=1e-6):
+                        break
+                assert robot.joints == pytest.approx(near, abs=1e-6)
+                assert someone.calls("stop", TRIGGER)["success"]
+                bridge.send_signal(signal.SIGTERM)
+                _, said = bridge.communicate(timeout=DEADLINE_S)
+            finally:
+                bridge.kill()
+    assert bridge.returncode == 0, said
+    assert "a robot behind a bridge follows no trajectories: the text protocol has none" in said
