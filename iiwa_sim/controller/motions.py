@@ -138,13 +138,8 @@ class Motions:
         if self._follower.braking:
             return self.rest_after_stop()
         if not self._nominal.moving:
-            match self._next:
-                case Target(joints=joints):
-                    return joints
-                case Tracked(way=way):
-                    return way.reference.end
-                case StiffnessMove(move=move):
-                    return move.path.end
+            if self._next is not None and not isinstance(self._next, Hold):
+                return self._next.end
             if self._drive.moving:
                 return self._drive.goal
         return self._nominal.goal
@@ -153,12 +148,10 @@ class Motions:
     def planned(self) -> list[Planned]:
         """What runs, and is not being stopped, and what waits, in its order; holds, without a target, not."""
         match self._next:
-            case Target(number=number, joints=joints):
-                return [Planned(number, joints, 0.0)]
+            case Target() | Tracked() as wanted:
+                return [Planned(wanted.number, wanted.end, 0.0)]
             case StiffnessMove(move=move):
                 return [planned_of(move)]
-            case Tracked(number=number, way=way):
-                return [Planned(number, way.reference.end, 0.0)]
         if self.holding:
             return []
         if (self._following or self.tracking) and self._newest is not None:
@@ -181,7 +174,7 @@ class Motions:
     def head_for(self, target: Target) -> None:
         """Head for a target, at once or from rest. Other motions must have been stopped."""
         if self._following:
-            self._servo.head_for(target.joints, target.limits)
+            self._servo.head_for(target.end, target.limits)
         else:
             self._next = target
         self._newest = target.number
@@ -288,7 +281,7 @@ class Motions:
             case Target() as target:
                 nominal.activate_servo()
                 self._next = None
-                self._servo.head_for(target.joints, target.limits)
+                self._servo.head_for(target.end, target.limits)
                 self._following = True
             case Tracked(way=way):
                 nominal.activate_tracker()

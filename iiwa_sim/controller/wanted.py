@@ -15,7 +15,8 @@ class Target(NamedTuple):
 
     number: int
     """Moves, targets and holds are numbered together, in the order in which they were accepted."""
-    joints: Joints
+    end: Joints
+    """Joint positions (rad) of the target."""
     limits: JointLimits
 
 
@@ -37,6 +38,11 @@ class StiffnessMove(NamedTuple):
     move: Move
     impedance: CartesianImpedance
 
+    @property
+    def end(self) -> Joints:
+        """Joint positions (rad) at the end of the move."""
+        return self.move.path.end
+
 
 class Hold(NamedTuple):
     """A gravity hold: springs that keep every joint where it is."""
@@ -50,6 +56,11 @@ class Tracked(NamedTuple):
 
     number: int
     way: Way
+
+    @property
+    def end(self) -> Joints:
+        """Joint positions (rad) at the end of the trajectory."""
+        return self.way.reference.end
 
 
 def planned_of(move: Move) -> Planned:
