@@ -59,9 +59,6 @@ class TcpMotion:
         self._earlier, self._before, self._now = self._before, self._now, self._earlier
         self._take(pose)
         now, before, earlier = self._now, self._before, self._earlier
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
-        k: cython.Py_ssize_t
         same: cython.bint = True
         for k in range(12):
             if now[k] != before[k] or before[k] != earlier[k]:
@@ -78,7 +75,6 @@ class TcpMotion:
             return
         dt: cython.double = tick_s
         scale: cython.double = 1.0 / (dt * dt)
-        total: cython.double
         for i in range(3):
             total = 0.0
             for k in range(3):

@@ -69,9 +69,6 @@ def _corner(
     low: cython.double = 0.0
     high: cython.double = 1.0
     v: cython.double = (x + first_x) / (first_x + second_x)
-    y: cython.double
-    slope: cython.double
-    _: cython.int
     for _ in range(60):
         y = second_x * shape(v, rho, height, 0) - first_x * shape(1.0 - v, rho, height, 0) - x
         if y > 0.0:
@@ -108,8 +105,6 @@ def part_at(controls: cython.double[::1], k: cython.Py_ssize_t, x: cython.double
     """The part of a cell where x is."""
     low: cython.double = 0.0
     high: cython.double = 1.0
-    middle: cython.double
-    _: cython.int
     for _ in range(24):
         middle = 0.5 * (low + high)
         if spline(controls, k, middle) < x:
@@ -139,14 +134,7 @@ class Way:
         their polynomials put together as `borders`, `offsets` and `coefficients`, where `pieces` (K + 1,) is
         the index of each move's first border; `limits` (K, 3, n) of velocity, acceleration and jerk."""
         n: cython.Py_ssize_t = coefficients.shape[1]
-        k: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        p: cython.Py_ssize_t
         count: cython.Py_ssize_t = targets.shape[0] - 1
-        length: cython.double
-        next_length: cython.double
-        v: cython.double
-        y: cython.double
         self.targets, self.before, self.after, self.rho = targets, before, after, rho
         self.pieces, self.borders, self.offsets = pieces, borders, offsets
         self.coefficients, self.limits = coefficients, limits
@@ -256,29 +244,7 @@ class Way:
         """Write q and its derivatives over x, to the order 0 or 3, to `here`, at an x on the move k. Gives
         the corner it is in, or -1."""
         n: cython.Py_ssize_t = self.joint_count
-        i: cython.Py_ssize_t
         c: cython.Py_ssize_t = self.corner_at(x, k)
-        length: cython.double
-        first_x: cython.double
-        second_x: cython.double
-        rho: cython.double
-        height: cython.double
-        v: cython.double
-        v1: cython.double
-        v2: cython.double
-        v3: cython.double
-        x1: cython.double
-        x2: cython.double
-        x3: cython.double
-        a1: cython.double
-        a2: cython.double
-        a3: cython.double
-        b1: cython.double
-        b2: cython.double
-        b3: cython.double
-        y1: cython.double
-        y2: cython.double
-        y3: cython.double
         one: cython.double[:, :, ::1] = self.here
         other: cython.double[:, :, ::1] = self.other
         if c < 0:
@@ -339,14 +305,7 @@ class Way:
         """Values of x from `start` to the end, as many as the fastest run needs: in corners, outside of them
         about every OWN of x, and more where a path is made of short pieces: there it bends much within
         little."""
-        k: cython.Py_ssize_t
-        p: cython.Py_ssize_t
-        i: cython.Py_ssize_t
         count: cython.Py_ssize_t
-        length: cython.double
-        first: cython.double
-        last: cython.double
-        s: cython.double
         found: list[float] = [start]
         for k in range(self.targets.shape[0] - 1):
             length = self.targets[k + 1] - self.targets[k]
@@ -380,10 +339,6 @@ class Way:
         """Write q, dq/dx, d2q/dx2, d3q/dx3 (m, 4, n) at rising x (m,), and the limits that hold there (m, 3,
         n)."""
         k: cython.Py_ssize_t = 0
-        p: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        o: cython.int
-        c: cython.Py_ssize_t
         for p in range(x.shape[0]):
             k = self.find(x[p], k)
             c = self.at(x[p], k, 3)

@@ -35,8 +35,6 @@ def _time(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.dou
     w: cython.double = 0.5 * (c0 - 2.0 * c1 + c2) * u * u / (s * s)
     part: cython.double = 2.0 * u / s
     total: cython.double = 1.0 / (2.0 * _TERMS + 1.0)
-    k: cython.int
-    _: cython.int
     for _ in range(_HALVINGS):
         if -_SMALL < w < _SMALL:
             break
@@ -68,11 +66,6 @@ def _part(c0: cython.double, c1: cython.double, c2: cython.double, left: cython.
     w: cython.double = 0.5 * (c0 - 2.0 * c1 + c2) * left * left
     odd: cython.double = 1.0
     even: cython.double = 1.0
-    u: cython.double
-    b: cython.double
-    step: cython.double
-    k: cython.int
-    _: cython.int
     if -_SLIGHT < w < _SLIGHT:
         for k in range(_FEW_TERMS, 0, -1):
             odd = 1.0 + odd * (w / (2.0 * k * (2.0 * k + 1.0)))
@@ -92,7 +85,6 @@ def _part(c0: cython.double, c1: cython.double, c2: cython.double, left: cython.
 
 def add_times(c: cython.double[::1], times: cython.double[::1]) -> cython.void:
     """Write times (N + 1,) of the knots, from that of the first one on, which is given."""
-    k: cython.Py_ssize_t
     for k in range(times.shape[0] - 1):
         times[k + 1] = times[k] + _time(c[k], c[k + 1], c[k + 2], 1.0)
 
@@ -167,9 +159,6 @@ class Motion:
 
     def joints_along(self, times: cython.double[::1], found: cython.double[:, ::1]) -> None:
         """Write joint positions (m, n) at times (m,)."""
-        p: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        x: cython.double
         for p in range(times.shape[0]):
             x = self.x(times[p])
             self.move = self.way.find(x, self.move)
@@ -182,8 +171,6 @@ class Motion:
     def _derive(self, k: cython.Py_ssize_t, u: cython.double) -> cython.Py_ssize_t:
         """Find q and its derivatives over x, and those of x over time, at a part of a cell. Gives the corner
         it is in, or -1."""
-        x1: cython.double
-        x2: cython.double
         x3: cython.double = self.controls[k + 3] - 3.0 * self.controls[k + 2] + 3.0 * self.controls[k + 1]
         dd: cython.double = self.clock[k] - 2.0 * self.clock[k + 1] + self.clock[k + 2]
         d: cython.double = self.clock[k + 1] - self.clock[k] + u * dd
@@ -215,10 +202,6 @@ class Motion:
     ) -> None:
         """Write joint positions and their derivatives over time (m, 4, n) at times (m,), and the limits that
         hold there (m, 3, n). Before the first knot and from the last one on the robot rests."""
-        p: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        c: cython.Py_ssize_t
-        v: cython.double
         for p in range(times.shape[0]):
             self.x(times[p])
             c = self._derive(self.cell, self.part)
@@ -245,8 +228,6 @@ class Motion:
         largest: cython.double[:, ::1],
     ) -> cython.void:
         """Let jerks at a part of a cell be among those of row p."""
-        i: cython.Py_ssize_t
-        y: cython.double
         self._derive(k, u)
         for i in range(self.way.joint_count):
             y = self._jerk(i)
@@ -261,14 +242,7 @@ class Motion:
         They are looked for at these times, on both sides of knots, and at the marks of corners.
         """
         marks: cython.double[::1] = self.way.edges
-        p: cython.Py_ssize_t
-        i: cython.Py_ssize_t
         e: cython.Py_ssize_t = 0
-        k: cython.Py_ssize_t
-        last: cython.Py_ssize_t
-        x: cython.double
-        end_x: cython.double
-        part: cython.double
         for p in range(times.shape[0] - 1):
             for i in range(self.way.joint_count):
                 least[p, i] = largest[p, i] = 0.0

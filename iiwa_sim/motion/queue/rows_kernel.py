@@ -41,13 +41,10 @@ def layout(
 
     `controls` (N + 3,) is x as a cubic B-spline over the cells, `edges` (e,) are those of `way`.
     """
-    k: cython.Py_ssize_t
     e: cython.Py_ssize_t = 0
     move: cython.Py_ssize_t = 0
     count: cython.Py_ssize_t
-    begins: cython.double
     ends: cython.double = spline(controls, first, 0.0)
-    long: cython.double  # places that a long cell has besides
     bent: cython.bint
     while e < edges.shape[0] and edges[e] < ends:
         e += 1
@@ -78,9 +75,6 @@ def _spread(
 ) -> cython.void:
     """Fill the places first..last - 1 of a cell: its ends, those that lie behind `first` already, rising, and
     others, each in the middle of what is the widest gap."""
-    o: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    widest: cython.Py_ssize_t
     parts[first] = 0.0
     if used == 0:
         for o in range(1, last - first):
@@ -109,12 +103,6 @@ def _over_theta(
 ) -> cython.void:
     """Write three derivatives of joints over theta at a part of a cell to rows from `at` on; what `way` found
     last is there."""
-    x1: cython.double
-    x2: cython.double
-    x3: cython.double
-    f1: cython.double
-    f2: cython.double
-    i: cython.Py_ssize_t
     x3 = controls[k + 3] - 3.0 * controls[k + 2] + 3.0 * controls[k + 1] - controls[k]
     x2 = (controls[k + 2] - 2.0 * controls[k + 1] + controls[k]) + u * x3
     x1 = 0.5 * (controls[k + 2] - controls[k]) + u * (x2 - 0.5 * u * x3)
@@ -132,8 +120,6 @@ def _narrow(
     way: Way, move: cython.Py_ssize_t, corner: cython.Py_ssize_t, limits: cython.double[:, ::1]
 ) -> cython.void:
     """Lower limits (3, n) to those on a move, or in a corner."""
-    o: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     for o in range(3):
         for i in range(way.joint_count):
             limits[o, i] = min(limits[o, i], way.limit(move, corner, o, i))
@@ -157,23 +143,7 @@ def write(
     """
     n: cython.Py_ssize_t = way.joint_count
     cells: cython.Py_ssize_t = controls.shape[0] - 3
-    k: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    i: cython.Py_ssize_t
     e: cython.Py_ssize_t = 0
-    o: cython.Py_ssize_t
-    half: cython.int
-    used: cython.Py_ssize_t
-    move: cython.Py_ssize_t
-    corner: cython.Py_ssize_t
-    before_move: cython.Py_ssize_t
-    before_corner: cython.Py_ssize_t
-    u: cython.double
-    x: cython.double
-    last_x: cython.double
-    span: cython.double
-    y: cython.double
-    most: cython.double
     limits: cython.double[:, ::1] = scratch[12:15]
     if first >= last:
         return
@@ -263,10 +233,8 @@ def _knot(
     rows: Rows,
 ) -> cython.void:
     """Rows at a knot, from derivatives in the scratch."""
-    i: cython.Py_ssize_t
     before: cython.Py_ssize_t = k - 1 if k > 0 else 0
     behind: cython.Py_ssize_t = k if k < rows.bounds.cells else rows.bounds.cells - 1
-    y: cython.double
     rows.bounds.cap[k] = 1e12
     for i in range(scratch.shape[1]):
         y = max(rows.per_limit[before, 1, i], rows.per_limit[behind, 1, i])
@@ -295,18 +263,11 @@ def _chosen(
     A row does not matter that is a part of another one, or so small beside others that the load of such a
     part would not be passed. Rows 6 to 9 of the scratch are used.
     """
-    i: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    best: cython.Py_ssize_t
     left: cython.Py_ssize_t = n
     kept: cython.Py_ssize_t = 0
     u: cython.double = 1e-300
     v: cython.double = 1e-300
     w: cython.double = 1e-300
-    part: cython.double
-    rest: cython.double
-    y: cython.double
-    o: cython.Py_ssize_t
     for i in range(n):
         u = max(u, fabs(first[i]))
         v = max(v, fabs(second[i]))

@@ -59,15 +59,9 @@ class Steps:
         bounds: Bounds = given.bounds
         cuts: cython.double[:, ::1] = given.cuts
         cells: cython.Py_ssize_t = bounds.cells
-        k: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        e: cython.Py_ssize_t
         g: cython.Py_ssize_t = 0
         m: cython.Py_ssize_t = 0
         r: cython.Py_ssize_t = cells + 1 + cuts.shape[0]
-        last: cython.Py_ssize_t
-        w: cython.double
-        y: cython.double
         for k in range(cells + 1):
             for e in range(3 if k < cells else 1):
                 r += bounds.counts[k, e]
@@ -116,9 +110,6 @@ class Steps:
     ) -> cython.Py_ssize_t:
         """Write what bounds velocities and accelerations at a knot, for two factors from a shift on, from the
         row r on. Gives the row behind."""
-        i: cython.Py_ssize_t
-        y: cython.double
-        b: cython.double
         self.rows[r, 2 - 2 * shift] = 0.0
         self.rows[r, shift] = self.rows[r, shift + 1] = 0.5 * given.tight[k, 0] / given.bounds.cap[k]
         r += 1
@@ -134,11 +125,7 @@ class Steps:
         self, given: Rows, k: cython.Py_ssize_t, end: cython.Py_ssize_t, r: cython.Py_ssize_t
     ) -> cython.Py_ssize_t:
         """The same of jerks at the beginning or the end of a cell."""
-        i: cython.Py_ssize_t
         y: cython.double = given.tight[k, 2 + end]
-        f1: cython.double
-        f2: cython.double
-        f3: cython.double
         for i in range(given.bounds.counts[k, 1 + end]):
             f1 = y * given.bounds.j1[2 * k + end, i]
             f2 = y * given.bounds.j2[2 * k + end, i]
@@ -152,11 +139,6 @@ class Steps:
     def begin(self, c: cython.double[::1], mu: cython.double, least: cython.double) -> None:
         """Slacks as they are at c (N + 2,), but not below a part of w, and multipliers that let `mu` times
         the mean time of a cell be left to gain at each."""
-        k: cython.Py_ssize_t
-        g: cython.Py_ssize_t
-        r: cython.Py_ssize_t
-        f: cython.Py_ssize_t
-        w: cython.double
         y: cython.double
         time: cython.double = 0.0
         for k in range(self.cells):
@@ -191,12 +173,6 @@ class Steps:
         """
         m: cython.Py_ssize_t = self.cells + 2
         done: cython.Py_ssize_t = 0
-        i: cython.Py_ssize_t
-        mu: cython.double
-        a: cython.double
-        b: cython.double
-        y: cython.double
-        time: cython.double
         step: cython.double[::1] = self.vectors[1]
         while done < most:
             mu = SIGMA * self.gap / max(2.0 * self.rows.shape[0], 1.0)
@@ -222,11 +198,6 @@ class Steps:
         """The equations of a step: a band, of which the diagonal and two beside it, and the right side. Gives
         the time of all cells."""
         m: cython.Py_ssize_t = self.cells + 2
-        k: cython.Py_ssize_t
-        e: cython.Py_ssize_t
-        g: cython.Py_ssize_t
-        r: cython.Py_ssize_t
-        w: cython.double
         y: cython.double
         s: cython.double
         up: cython.double
@@ -234,9 +205,6 @@ class Steps:
         n: cython.double
         t: cython.double
         q: cython.double
-        p0: cython.double
-        p1: cython.double
-        p2: cython.double
         d0: cython.double
         d1: cython.double
         d2: cython.double
@@ -249,9 +217,6 @@ class Steps:
         r0: cython.double
         r1: cython.double
         r2: cython.double
-        c0: cython.double
-        c1: cython.double
-        c2: cython.double
         time: cython.double = 0.0
         rows: cython.double[:, ::1] = self.rows
         band: cython.double[:, ::1] = self.band
@@ -340,11 +305,6 @@ class Steps:
     @cython.cfunc
     def _changes(self, c: cython.double[::1], mu: cython.double) -> tuple[cython.double, cython.double]:
         """Write how slacks and multipliers change in a step. Gives how much of that they can go."""
-        k: cython.Py_ssize_t
-        g: cython.Py_ssize_t
-        r: cython.Py_ssize_t
-        f: cython.Py_ssize_t
-        w: cython.double
         y: cython.double
         dt: cython.double
         dn: cython.double
@@ -379,7 +339,6 @@ class Steps:
     @cython.cfunc
     def _take(self, a: cython.double, b: cython.double) -> cython.void:
         """Let slacks and multipliers go so much of their changes."""
-        r: cython.Py_ssize_t
         gap: cython.double = 0.0
         rows: cython.double[:, ::1] = self.rows
         for r in range(rows.shape[0]):
@@ -400,7 +359,6 @@ def _solve(
 ) -> cython.bint:
     """Newton's step from row `fixed` on, by L D L' of the band, in place; False where it is not positive."""
     m: cython.Py_ssize_t = right.shape[0]
-    i: cython.Py_ssize_t
     d: cython.double
     e: cython.double
     f: cython.double
@@ -436,8 +394,6 @@ def _solve(
 def lifted(c: cython.double[::1], fixed: cython.Py_ssize_t) -> bool:
     """Whether steps have led to where the chain all but stands still for a knot: there it keeps all limits,
     and none leads out. Such coefficients are then like those beside them."""
-    k: cython.Py_ssize_t
-    beside: cython.double
     before: cython.double = c[max(fixed - 1, 0)]
     found: cython.bint = False
     for k in range(max(fixed, 1), c.shape[0] - 1):

@@ -29,12 +29,6 @@ def steady_loads(
 ) -> tuple[float, float]:
     """The largest load of velocities (squared) and accelerations, and that of jerks."""
     cells: cython.Py_ssize_t = bounds.cells
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    b: cython.double
-    d: cython.double
-    dd: cython.double
     square: cython.double = 0.0
     cube: cython.double = 0.0
     for k in range(cells + 1):
@@ -67,17 +61,9 @@ def going_on(
     """
     count: cython.Py_ssize_t = widths.shape[0]
     behind: cython.Py_ssize_t = rows.bounds.cells - count
-    k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    square: cython.double
     jerk: cython.double
-    even: cython.double
     room: cython.double
     fade: cython.double = FADE
-    first: cython.double
-    second: cython.double
     for k in range(count):
         m = behind + k
         square = max(1.0 / rows.bounds.cap[m], 1.0 / rows.bounds.cap[m + 1])
@@ -116,9 +102,6 @@ def going_on(
 @cython.exceptval(check=False)
 def _smooth(values: cython.double[::1], means: cython.double[::1], count: cython.Py_ssize_t) -> cython.void:
     """Write means over SPAN cells around each; beyond the ends values are as there."""
-    k: cython.Py_ssize_t
-    m: cython.Py_ssize_t
-    total: cython.double
     for k in range(count):
         total = 0.0
         for m in range(k - SPAN // 2, k + SPAN // 2 + 1):

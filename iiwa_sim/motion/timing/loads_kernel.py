@@ -30,13 +30,8 @@ def inner_loads(
     loads: cython.double[:, ::1],
 ) -> None:
     """Write the largest velocity, acceleration and jerk over their limits in the first cells (N, 3)."""
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    order: cython.Py_ssize_t
     largest: cython.double
     most: cython.double
-    y: cython.double
     found: cython.double[:, :, ::1] = _room(rows)
     for k in range(until):
         _fill(rows, c, k, found)
@@ -69,7 +64,6 @@ def inner_loads(
 @cython.cfunc
 def _room(rows: Rows) -> cython.double[:, :, ::1]:
     """For `_fill`, in any cell."""
-    k: cython.Py_ssize_t
     most: cython.Py_ssize_t = 0
     for k in range(rows.bounds.cells):
         most = max(most, rows.starts[k + 1] - rows.starts[k])
@@ -86,15 +80,7 @@ def _fill(
     found: cython.double[:, :, ::1],
 ) -> cython.void:
     """Write velocities, accelerations and jerks over their limits (3, n, m) at the places in a cell."""
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    u: cython.double
-    b: cython.double
-    d: cython.double
     dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
-    root: cython.double
-    y: cython.double
     for o in range(rows.starts[k], rows.starts[k + 1]):
         p = o - rows.starts[k]
         u = rows.parts[o]
@@ -127,11 +113,6 @@ def _load(
     load: cython.double = found[order, i, p]
     sign: cython.double = 1.0 if load > 0.0 else -1.0
     m: cython.Py_ssize_t = p
-    before: cython.double
-    behind: cython.double
-    rises: cython.double
-    falls: cython.double
-    slope: cython.double
     load *= sign
     if load < SMALL:
         return load
@@ -169,8 +150,6 @@ def _beside(
     """The largest velocity or jerk of a joint, over its limit, between a place of the cell k and those beside
     it."""
     largest: cython.double = 0.0
-    y: cython.double
-    o: cython.Py_ssize_t
     for o in range(rows.starts[k] + p - 1, rows.starts[k] + p + 1):
         if rows.starts[k] <= o < rows.starts[k + 1] - 1:
             y = _within(rows, c, k, i, o) if order == 2 else _fastest(rows, c, k, i, o)
@@ -203,14 +182,6 @@ def _within(
     odd = 60.0 * (first / 3.0 + last / 6.0 + even / 12.0 - odd)
     dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
     largest: cython.double = 0.0
-    second: cython.double
-    slope: cython.double
-    third: cython.double
-    u: cython.double
-    b: cython.double
-    d: cython.double
-    t: cython.double
-    m: cython.int
     for m in range(1, BETWEEN):
         t = cython.cast(cython.double, m) / BETWEEN
         third = first + t * (last - first + (1.0 - t) * (even + odd * (2.0 * t - 1.0)))
@@ -240,11 +211,7 @@ def _fastest(
     """
     h: cython.double = rows.parts[o + 1] - rows.parts[o]
     bend: cython.double = 0.5 * h * (rows.inner[o + 1, 1, i] - rows.inner[o, 1, i])
-    slope: cython.double
     largest: cython.double = 0.0
-    u: cython.double
-    t: cython.double
-    m: cython.int
     if h < LEAST_GAP:
         return 0.0
     for m in range(1, BETWEEN):
@@ -265,15 +232,6 @@ def knot_loads(
     """Write the largest velocity (squared) and acceleration at each knot, and the jerks at the beginning and
     the end of the cell behind it (N + 1, 4), over what rows allow."""
     cells: cython.Py_ssize_t = bounds.cells
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
-    e: cython.int
-    b: cython.double
-    d: cython.double
-    dd: cython.double
-    load: cython.double
-    y: cython.double
     for k in range(cells + 1):
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
@@ -314,9 +272,6 @@ def _worst(
     joint: cython.Py_ssize_t[::1],
 ) -> cython.double:
     """The largest load in half of a cell; writes the place and the joint, -1 where it is within the limit."""
-    i: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    y: cython.double
     first: cython.Py_ssize_t = rows.starts[k]
     last: cython.Py_ssize_t = rows.starts[k + 1]
     most: cython.double = 1.0
@@ -340,18 +295,6 @@ def cut(
 ) -> NDArray[np.float64]:
     """Rows (M, 7) for where velocities, accelerations and jerks within cells are larger than allowed (N, 3):
     of the worst place and joint in either half of a cell. See `Rows`."""
-    k: cython.Py_ssize_t
-    p: cython.Py_ssize_t
-    half: cython.int
-    order: cython.Py_ssize_t
-    u: cython.double
-    b: cython.double
-    d: cython.double
-    dd: cython.double
-    most: cython.double
-    first: cython.double
-    second: cython.double
-    third: cython.double
     m: cython.Py_ssize_t = 0
     joint: cython.Py_ssize_t[::1] = np.empty(2, dtype=np.intp)
     found: cython.double[:, :, ::1] = _room(rows)

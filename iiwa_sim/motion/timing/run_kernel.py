@@ -23,7 +23,6 @@ def root(x: cython.double) -> cython.double:
     """The third root of x > 0, by operations that are the same on all machines."""
     scale: cython.double = 1.0
     y: cython.double = 1.0
-    _: cython.int
     if x > LARGEST:
         x = LARGEST
     if x < LEAST:
@@ -50,9 +49,7 @@ def rest_to_rest(
     """Write how long its phases last (7,), and with which jerks (7,), of the fastest motion over a way within
     limits of all three; gives how long all of it lasts."""
     building: cython.double = acceleration / jerk
-    even: cython.double
     rest: cython.double = 0.0
-    k: cython.Py_ssize_t
     total: cython.double = 0.0
     if velocity < acceleration * building:
         building = sqrt(velocity / jerk)
@@ -81,14 +78,11 @@ def phases(
 ) -> None:
     """Write a motion from rest at 0 through phases that last so long (7,) at constant jerks (7,): where it is
     at rising times `at` (p,), and its first two derivatives (p, 3)."""
-    p: cython.Py_ssize_t
     k: cython.Py_ssize_t = 0
     begins: cython.double = 0.0
-    t: cython.double
     x: cython.double = 0.0
     v: cython.double = 0.0
     a: cython.double = 0.0
-    j: cython.double
     for p in range(at.shape[0]):
         while k < times.shape[0] - 1 and begins + times[k] <= at[p]:
             t, j = times[k], jerks[k]
@@ -118,14 +112,7 @@ def caps(
     """
     m: cython.Py_ssize_t = derivatives.shape[0]
     n: cython.Py_ssize_t = derivatives.shape[2]
-    k: cython.Py_ssize_t
-    i: cython.Py_ssize_t
-    o: cython.Py_ssize_t
     cap: cython.double
-    rate: cython.double
-    other: cython.double
-    bend: cython.double
-    closing: cython.double
     room: cython.double
     y: cython.double
     for k in range(m):
@@ -172,8 +159,6 @@ def _room(
     sign: cython.double,
 ) -> cython.double:
     """The largest d2x/dt2 (sign 1), or what braking allows (sign -1), at a sample at this (dx/dt)^2."""
-    i: cython.Py_ssize_t
-    rate: cython.double
     y: cython.double
     room: cython.double = 1e12
     for i in range(derivatives.shape[2]):
@@ -202,10 +187,6 @@ def run(
     `squares` (m,) are those of `caps`. Where the speed is too high to keep them all, it brakes as it can.
     """
     m: cython.Py_ssize_t = x.shape[0]
-    k: cython.Py_ssize_t
-    b: cython.double
-    y: cython.double
-    width: cython.double
     speeds[m - 1] = 0.0
     for k in range(m - 1, 0, -1):
         b = speeds[k]
@@ -252,7 +233,6 @@ def _area(
 ) -> cython.double:
     """The integral of x over time up to t, which is after the sample k and before the next."""
     left: cython.double = t - times[k]
-    width: cython.double
     if k >= times.shape[0] - 1:
         return areas[k] + left * x[k]
     width = times[k + 1] - times[k]
@@ -278,18 +258,8 @@ def moving_average(
     Before its first sample a run rests. `areas` (m,) is scratch.
     """
     m: cython.Py_ssize_t = times.shape[0]
-    p: cython.Py_ssize_t
-    k: cython.Py_ssize_t
-    e: cython.int
     head: cython.Py_ssize_t = 0
     tail: cython.Py_ssize_t = 0
-    t: cython.double
-    left: cython.double
-    width: cython.double
-    area: cython.double
-    place: cython.double
-    speed: cython.double
-    sign: cython.double
     areas[0] = 0.0
     for k in range(m - 1):
         areas[k + 1] = _area(x, speeds, times, areas, k, times[k + 1])

@@ -31,10 +31,7 @@ ALMOST = cython.declare(cython.double, 1e-9)
 def switches(times: cython.double[::1], speeds: cython.double[::1]) -> NDArray[np.float64]:
     """Times at which the acceleration of a run, constant between samples (m,), changes by much."""
     m: cython.Py_ssize_t = times.shape[0]
-    k: cython.Py_ssize_t
     most: cython.double = 0.0
-    before: cython.double
-    behind: cython.double
     found: list[float] = []
     for k in range(m - 1):
         behind = (speeds[k + 1] - speeds[k]) / max(times[k + 1] - times[k], ALMOST)
@@ -55,7 +52,6 @@ def _base(
 ) -> cython.double:
     """Density of cells (1/s) at a time between two events."""
     way: cython.double = behind - before
-    far: cython.double
     if way <= 4.0 * NEAR_S:
         return 1.0 / cell_s
     far = max((t - before) * (behind - t) / way - NEAR_S, 0.0)
@@ -82,14 +78,10 @@ def widths(
     k: cython.Py_ssize_t
     low: cython.Py_ssize_t = 0
     count: cython.Py_ssize_t
-    _: cython.int
     t: cython.double = 0.0
     before: cython.double = 0.0
     behind: cython.double
-    density: cython.double
     wish: cython.double
-    total: cython.double
-    fade: cython.double
     off: cython.double = 0.0
     grow: cython.double = 0.0
     if not NO_TIME_S < end_s < LONGEST_S:
@@ -199,7 +191,6 @@ def _next_event(
 ) -> cython.double:
     """The first event or border of a corner after a time."""
     found: cython.double = end_s
-    k: cython.Py_ssize_t
     for k in range(begins.shape[0]):
         if t < begins[k] < found:
             found = begins[k]
@@ -214,11 +205,8 @@ def _next_event(
 @cython.cfunc
 def _smooth(grid: cython.double[:, ::1], m: cython.Py_ssize_t, end_s: cython.double) -> cython.void:
     """Let the density (row 1) be its mean over BESIDE_S; rows 2 and 3 are used."""
-    k: cython.Py_ssize_t
     low: cython.Py_ssize_t = 0
     high: cython.Py_ssize_t = 0
-    begins: cython.double
-    ends: cython.double
     grid[2, 0] = 0.0
     for k in range(1, m):
         grid[2, k] = grid[2, k - 1] + 0.5 * (grid[1, k] + grid[1, k - 1]) * (grid[0, k] - grid[0, k - 1])
