@@ -73,7 +73,7 @@ def places(
     Results (m,) are those of `iiwa_sim.robot.inverse_kernel.solve_rows`.
     """
     for row in range(s.shape[0]):
-        _pose(line, s[row], poses, row)
+        pose(line, s[row], poses, row)
         own = redundancy + s[row] * redundancy_way
         results[row] = solve(kind, numbers, poses, row, own, statuses[row], seed, aligned, joints)
 
@@ -107,7 +107,7 @@ def meeting(
         s = 0.5 * (low + high)
         part = (s - before) / (after - before)
         redundant = redundancy + s * redundancy_way
-        _pose(line, s, poses, 0)
+        pose(line, s, poses, 0)
         one = another = 1e9
         if solve(kind, numbers, poses, 0, redundant, own, seed, 0.0, joints) != _OUT_OF_REACH:
             one = _off(joints, coming, going, part)
@@ -174,7 +174,7 @@ def fit(
     largest: cython.double
     for k in range(last + 1):
         s = high if k == last else low + 0.5 * (high - low) * (1.0 + nodes[k])
-        _pose(line, s, poses, k)
+        pose(line, s, poses, k)
         own = redundancy + s * redundancy_way
         result = solve(kind, numbers, poses, k, own, status, seed, aligned, joints)
         if result == _OUT_OF_REACH:
@@ -246,9 +246,9 @@ def meet(
         coefficients[1, j] += 0.5 * (last_off - first_off)
 
 
-@cython.cfunc
+@cython.ccall
 @cython.exceptval(check=False)
-def _pose(
+def pose(
     line: cython.double[::1], s: cython.double, poses: cython.double[:, ::1], row: cython.Py_ssize_t
 ) -> cython.void:
     """The pose of the flange in the base at s, into that row."""
