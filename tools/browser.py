@@ -5,12 +5,11 @@
 
 A robot is started with a page, and somebody opens that, with nothing but this machine within reach: pushes
 the arm in a gravity hold with the mouse, presses the emergency stop, releases and resets it, has a reply come
-late, and finds it in the dialogue; then turns the page dark, and opens it on a telephone. At each step it is
-looked at what the robot does, by its own ports, and a picture is kept. At last the browser's frames are
-counted. Exit code 1 where a step has not come to pass.
+late, and finds it in the dialogue; stops it by Ctrl-E while writing a command; then turns the page dark, and
+opens it on a telephone. At each step it is looked at what the robot does, by its own ports, and a picture is
+kept. At last the browser's frames are counted. Exit code 1 where a step has not come to pass.
 
-It is run by hand: Chromium draws in software on a machine without a GPU, and on one that is busy it may take
-minutes for what a test has to be able to wait for.
+`tests/view/test_browser.py` takes the same steps, where Playwright and a Chromium are installed.
 """
 
 from __future__ import annotations
@@ -30,6 +29,7 @@ from typing import Any, NamedTuple
 from iiwa_sim.client import Iiwa
 from iiwa_sim.view.lines import Lines
 
+EMERGENCY_STOP = 3030
 SLOW_S = 180.0
 """So long a step may take; what a quick machine needs is some 20 s for all of them."""
 MS = 1000.0
@@ -74,9 +74,9 @@ def main() -> int:
     options.shots.mkdir(parents=True, exist_ok=True)
     playwright = importlib.import_module("playwright.sync_api").sync_playwright
     try:
-        with _robot() as robot, playwright() as library:
+        with started() as robot, playwright() as library:
             browser = library.chromium.launch(executable_path=options.browser, args=[*ARGUMENTS])
-            _walk(browser, robot, options.shots)
+            walk(browser, robot, options.shots)
             for kind, picture in (("telephone", PHONE), ("small window", SMALL)):
                 frames_hz = _frames_hz(browser, robot, picture, options.shots / f"{kind.split()[0]}.png")
                 print(f"{kind}, {picture['width']} x {picture['height']}: {frames_hz:.1f} frames a second")
@@ -96,7 +96,7 @@ def _options() -> argparse.Namespace:
 
 
 @contextlib.contextmanager
-def _robot() -> Iterator[Robot]:
+def started() -> Iterator[Robot]:
     """A robot with its ports and its page, until the context is left."""
     ports = ("--port", "--status-port", "--backdoor-port", "--view-port")
     command = [sys.executable, "-m", "iiwa_sim", *(word for port in ports for word in (port, "0"))]
@@ -117,8 +117,8 @@ def _address(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
-def _walk(browser: Any, robot: Robot, shots: Path) -> None:
-    """All that a person does, one after the other."""
+def walk(browser: Any, robot: Robot, shots: Path) -> None:
+    """All that a person does, one after the other. Raises Missed for what does not come to pass."""
     context = browser.new_context(viewport=SIZE)
     page = context.new_page()
     page.set_default_timeout(SLOW_S * MS)
@@ -132,13 +132,7 @@ def _walk(browser: Any, robot: Robot, shots: Path) -> None:
 
     def pushed() -> None:
         robot.driver.start_gravity(300.0)
-        x, y = WRIST
-        page.mouse.move(x, y)
-        page.mouse.down()
-        for step in range(1, 9):
-            page.mouse.move(x - 12 * step, y - 4 * step)
-            page.wait_for_timeout(100.0)
-        _until("a force on the robot", lambda: any(robot.state()["joint_torque"]))
+        _until("a force on the robot", lambda: _drag(page, robot))
         _until("the robot gives way", lambda: max(map(abs, robot.state()["joint_velocity"])) > 1e-4)
         page.get_by_text(" N", exact=False).first.wait_for()
 
@@ -148,7 +142,7 @@ def _walk(browser: Any, robot: Robot, shots: Path) -> None:
 
     def stopped() -> None:
         page.get_by_role("button", name="Emergency stop").click()
-        _until("the emergency stop", lambda: robot.state()["error"]["code"] == 3030)
+        _until("the emergency stop", lambda: robot.state()["error"]["code"] == EMERGENCY_STOP)
         page.get_by_text("pressed").wait_for()
 
     def reset() -> None:
@@ -165,15 +159,39 @@ def _walk(browser: Any, robot: Robot, shots: Path) -> None:
         page.get_by_role("tab", name="Dialogue").click()
         page.get_by_text("get status").first.wait_for()
         page.get_by_text("~").first.wait_for()
+        page.get_by_text("# delay replies").first.wait_for()
+
+    def stopped_by_key() -> None:
+        label = page.get_by_text("Command", exact=True)
+        label.locator("xpath=ancestor::*[.//input][1]//input").first.click()
+        page.keyboard.type("get error")
+        page.keyboard.press("Control+e")
+        _until("the emergency stop", lambda: robot.state()["error"]["code"] == EMERGENCY_STOP)
 
     _step("a drag pushes the arm, in a gravity hold", pushed, page, shots / "2-push.png")
     _step("who lets go pushes no more", let_go, page)
     _step("a click on the emergency stop reaches the robot", stopped, page, shots / "3-stop.png")
     _step("release and reset", reset, page)
     _step("a reply comes late, and is found in the dialogue", broken, page, shots / "4-dialogue.png")
+    _step("Ctrl-E stops it while a command is written", stopped_by_key, page)
+    _step("release and reset", reset, page)
     dark = page.get_by_role("button", name="Light or dark")
     _step("the page goes dark", dark.click, page, shots / "5-dark.png")
     context.close()
+
+
+def _drag(page: Any, robot: Robot) -> bool:
+    """Pull at the arm; whether that pushes it. Else, for a page that has not drawn the arm yet, let go."""
+    x, y = WRIST
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 9):
+        page.mouse.move(x - 12 * step, y - 4 * step)
+        page.wait_for_timeout(100.0)
+    if any(robot.state()["joint_torque"]):
+        return True
+    page.mouse.up()
+    return False
 
 
 def _open(page: Any, robot: Robot) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import trimesh
+from trimesh.exchange.gltf import export_glb
 
 from iiwa_sim.view.drawing import Colour, Drawing, Link, wxyz
 from iiwa_sim.view.meshes import joined
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 GHOST: Colour = (70, 130, 230)
 GHOST_OPACITY = 0.25
+ROUGHNESS = 0.6
 
 
 class Arm:
@@ -63,4 +65,14 @@ def _added(scene: viser.SceneApi, link: Link, path: str, ghost: bool) -> Any:
         )
     mesh = trimesh.Trimesh(points, faces, vertex_normals=normals, process=False)
     mesh.visual = trimesh.visual.ColorVisuals(mesh, vertex_colors=colours)
-    return scene.add_mesh_trimesh(path, mesh, **placed)
+    whole = trimesh.Scene(mesh)
+    data = export_glb(whole, include_normals=True, tree_postprocessor=_matt)  # type: ignore[no-untyped-call]
+    return scene.add_glb(path, data, **placed)
+
+
+def _matt(tree: dict[str, Any]) -> None:
+    """What is said to be of no material is metal, which is black where there is nothing to mirror."""
+    tree["materials"] = [{"pbrMetallicRoughness": {"metallicFactor": 0.0, "roughnessFactor": ROUGHNESS}}]
+    for mesh in tree["meshes"]:
+        for primitive in mesh["primitives"]:
+            primitive["material"] = 0

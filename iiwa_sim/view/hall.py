@@ -27,6 +27,9 @@ APART_M = 2.5
 NAME_M = 1.4
 """Height at which the name of one of several stands."""
 _CAMERA, _LOOK_AT = (1.4, -1.3, 1.0), (0.35, 0.1, 0.4)
+_NARROW = 0.8
+"""A window whose width is less of its height, as on a telephone: there the panel lies over its lower part."""
+_NARROW_CAMERA, _NARROW_LOOK_AT = (2.1, -1.95, 0.9), (0.3, 0.15, -0.45)
 
 
 def places_of(count: int) -> list[Vector]:
@@ -70,6 +73,7 @@ class Hall:
             self._choice.on_update(acting(self._choose))
         self._panels = [self._panel(server, number) for number in range(len(stations))]
         add_light_or_dark(server)
+        server.on_client_connect(self._stand)
         command = server.gui.add_command("Emergency stop", hotkey="E", modifier="cmd/ctrl")
         command.on_trigger(self._stop)
 
@@ -98,6 +102,11 @@ class Hall:
             link.on_click(acting(partial(self._clicked, number)))
         with box:
             return Panel(server, station)
+
+    def _stand(self, client: viser.ClientHandle) -> None:
+        """Have a viewer with a narrow window see the arm above the panel."""
+        if len(self._stations) == 1 and client.camera.aspect < _NARROW:
+            client.camera.position, client.camera.look_at = _NARROW_CAMERA, _NARROW_LOOK_AT
 
     def _stop(self, event: Any) -> None:
         self._panels[self._chosen].stop(event)

@@ -30,6 +30,9 @@ LEAST_N_PER_M, MOST_N_PER_M = 50.0, 2000.0
 STRONGEST_N = 150.0
 """The force does not grow beyond this, however far the mouse is."""
 
+YIELDS = "impedance"
+"""The mode of stiffness moves and gravity holds; in all others the robot is where its motion is."""
+
 RELEASE_WHEN_GONE = "release when gone"
 """So what ends this process ends its push."""
 
@@ -84,6 +87,11 @@ def joint_torques(
             torques[each.joint] = sum(a * b for a, b in zip(axis, lever, strict=True))
         place = each.parent
     return torques
+
+
+def told(force_n: float, mode: str) -> str:
+    """What stands beside the spring: its force, and why the robot stays where it is, if it does."""
+    return f"{force_n:.0f} N" if mode == YIELDS else f"{force_n:.0f} N; stiff in mode {mode}, see Push"
 
 
 class Pushing:
@@ -141,7 +149,7 @@ class Pushing:
         point = self._point(grabbed, state)
         self._line.points = np.array([[point, grabbed.target]], np.float32)
         self._label.position = grabbed.target
-        self._label.text = f"{self._force_n:.0f} N"
+        self._label.text = told(self._force_n, state["mode"])
         if not self._line.visible:
             self._line.visible = self._label.visible = True
 

@@ -54,11 +54,11 @@ def figures(state: State, robot: Robot) -> str:
     code, reason = state["error"]["code"], state["error"]["reason"]
     _, pressed, powered, _, _, in_error, _ = state["robot_status"]
     error = html.escape(f"{code} {reason}") if code else "none"
+    drives = "on" if powered == 1 else _coloured("off", True)
     rows = [
         ("robot", html.escape(str(robot.get("name", "")))),
         ("mode", html.escape(f"{state['mode']}, {state['status']}")),
-        ("emergency stop", _coloured("pressed", True) if pressed == 1 else "released"),
-        ("drives", "on" if powered == 1 else _coloured("off", True)),
+        ("emergency stop", f"{_coloured('pressed', True) if pressed == 1 else 'released'}, drives {drives}"),
         ("error", _coloured(error, in_error == 1)),
     ]
     frame = state["tool_frame"]

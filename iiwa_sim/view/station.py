@@ -31,6 +31,8 @@ MOVES_S = 0.2
 FIRST_LINE_S = 5.0
 MOST_SAID = 200
 SAME_PLACE_M = 1e-3
+PAGE = "page"
+"""Who speaks in the dialogue where something was done on the page."""
 
 logger = logging.getLogger(__name__)
 
@@ -80,6 +82,7 @@ class Station:
         self.said: deque[dict[str, Any]] = deque(maxlen=MOST_SAID)
         """Lines of the dialogue that have not been shown yet; who shows them takes them out."""
         self._said_next = 0
+        self._acted: deque[tuple[str, str]] = deque(maxlen=MOST_SAID)  # lines, and why they were refused
         self.fault = ""
         """Why the robot is not reached; empty while it is."""
         self.scene: Scene | None = None
@@ -146,9 +149,14 @@ class Station:
         lines = self.bench if timeout_s is None else self._waits
         if lines is None:
             raise Unanswered("the page was started without a backdoor")
+        reason = ""
         try:
             return lines.do(line, timeout_s or ANSWER_S)
+        except Refusal as refusal:
+            reason = str(refusal)
+            raise
         finally:
+            self._acted.append((line, reason))
             self.look_now()
 
     def look_now(self) -> None:
@@ -237,6 +245,13 @@ class Station:
         rests = self.state is None or self.state["status"] == "stopped"
         self.moves = [] if rests else json.loads(bench.do("get moves"))["moves"]
 
+    def _taken(self) -> list[tuple[str, str]]:
+        """What has been done on the page since the last look."""
+        taken = []
+        while self._acted:
+            taken.append(self._acted.popleft())
+        return taken
+
     def _look_at(self, bench: Lines) -> None:
         cell = json.loads(bench.do("get cell"))
         if cell != self.cell:
@@ -244,10 +259,17 @@ class Station:
         self.clock = bench.do("get clock")
         self.states = json.loads(bench.do("get states"))
         self.connections = json.loads(bench.do("get connections"))
+        acted = self._taken()
         said = json.loads(bench.do(f"get dialogue : {self._said_next}"))
         if said["next"] < self._said_next:  # another simulator is there now
             said = json.loads(bench.do("get dialogue : 0"))
         self._said_next = said["next"]
         self.said.extend(said["lines"])
+        if acted:  # behind what was said before, which it may be about
+            time_s = json.loads(bench.do("get state"))["time_s"]
+            self.said.extend(
+                {"time_s": time_s, "session": PAGE, "mark": "#", "text": line, "reason": reason}
+                for line, reason in acted
+            )
         if not self.follower.wait(0.0):
             self._asked = json.loads(bench.do("get state"))

@@ -101,6 +101,8 @@ def test_a_viewer_sees_the_robot_move_and_stops_it(simulator: Simulator) -> None
         viewer.clicks("Safety", "Release")
         viewer.clicks("Safety", "Reset error")
         shows(viewer, "released", "none")
+        viewer.clicks("Safety", "Release")  # so the dialogue is told once more
+        shows(viewer, "page # emergency stop", "page # reset error (", "page # release emergency stop")
 
 
 def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import logging
 import socket
 import urllib.error
@@ -43,7 +44,9 @@ def test_it_listens_only_at_the_socket_it_was_given(page: Page) -> None:
     assert server.get_port() == port
     status, body, headers = fetch(port)
     assert status == 200
-    assert b"<html" in body
+    assert b"<title>iiwa-sim</title>\n<style>" in body
+    _, packed, headers = fetch(port, **{"Accept-Encoding": "gzip"})
+    assert gzip.decompress(packed) == body
     assert headers["Content-Security-Policy"] == "frame-ancestors 'self'"
 
 
