@@ -106,7 +106,7 @@ def started() -> Iterator[Robot]:
             told = dict(process.stdout.readline().split(" on ") for _ in ports)
             where = {kind: address.strip() for kind, address in told.items()}
             bench = Lines(_address(where["backdoor"]))
-            with Iiwa(*_address(where["listening"])) as driver:
+            with contextlib.closing(bench), Iiwa(*_address(where["listening"])) as driver:
                 yield Robot(where["page"], driver, bench)
         finally:
             process.terminate()
