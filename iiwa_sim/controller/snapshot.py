@@ -21,7 +21,7 @@ class ErrorState(msgspec.Struct, frozen=True):
     reason: str
 
 
-class Snapshot(msgspec.Struct, frozen=True):
+class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     """Where a command gets the same, the field has that command's name, units and order."""
 
     time_s: float
@@ -50,7 +50,7 @@ class Snapshot(msgspec.Struct, frozen=True):
     """0 to 1."""
     tool_load: tuple[float, ...]
     """What the controller takes its arm to carry: kg, and the centre of that in the flange (mm)."""
-    gripper: GripperState | None
+    gripper: GripperState | None = None
     """None without one. mm"""
     robot_status: RobotStatus
     inputs: tuple[bool, ...]

@@ -24,6 +24,7 @@ TARGETS = "/targets"
 JOINTS = "/joint_states"
 WRENCH = "/wrench"
 
+_NULL = "null"
 BASE_TYPES = ("object", "array", "string", "number", "integer", "boolean")
 
 
@@ -201,19 +202,33 @@ _WRENCH = _object(
 
 @cache
 def state_schema() -> Schema:
-    """`protocol/status.schema.json`, which a state fits, but with no `$ref`, and a `type` throughout."""
+    """`protocol/status.schema.json` without `$ref`, with one `type` throughout. What may be null there may
+    be left out here."""
     text = files("iiwa_sim.protocol").joinpath("status.schema.json").read_text("utf-8")
     schema: Schema = json.loads(text)
     shared = schema.pop("$defs")
-    for name, found in schema["properties"].items():
-        reference = found.pop("$ref", None)
-        if reference is not None:
-            target = shared[reference.removeprefix("#/$defs/")]
-            words = [found["description"], target["description"]]
-            schema["properties"][name] = {**target, "description": "; ".join(words)}
-        elif "enum" in found:
-            found["type"] = "string"
-    return schema
+    nullable = {name for name, found in schema["properties"].items() if _NULL in found.get("type", ())}
+    schema["required"] = [name for name in schema["required"] if name not in nullable]
+    return _plain(schema, shared)
+
+
+def _plain(schema: Schema, shared: Schema) -> Schema:
+    """A schema, and all within it, with one type; `shared` are those that a `$ref` may mean."""
+    found = dict(schema)
+    reference = found.pop("$ref", None)
+    if reference is not None:
+        target = shared[reference.removeprefix("#/$defs/")]
+        words = [found["description"], target["description"]]
+        found = {**target, "description": "; ".join(words)}
+    if "enum" in found:
+        found["type"] = "string"
+    if isinstance(found.get("type"), list):
+        (found["type"],) = (each for each in found["type"] if each != _NULL)
+    if "items" in found:
+        found["items"] = _plain(found["items"], shared)
+    if "properties" in found:
+        found["properties"] = {name: _plain(each, shared) for name, each in found["properties"].items()}
+    return found
 
 
 def channels() -> list[Channel]:

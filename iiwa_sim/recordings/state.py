@@ -53,7 +53,8 @@ class _Standing(msgspec.Struct):
     status: str
     override: float
     tool_load: tuple[float, ...]
-    gripper: GripperState | None
+    gripper: GripperState | msgspec.UnsetType
+    """Left out without one: for Lichtblick a field has one type."""
     robot_status: RobotStatus
     inputs: Bits
     outputs: Bits
@@ -130,7 +131,7 @@ def _standing(reading: Reading) -> _Standing:
         "moving" if reading.moving else "stopped",
         reading.override,
         reading.tool_load.told(),
-        reading.gripper,
+        msgspec.UNSET if reading.gripper is None else reading.gripper,
         reading.status,
         reading.inputs,
         reading.outputs,

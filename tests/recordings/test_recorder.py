@@ -269,6 +269,7 @@ def test_a_state_is_a_line_of_the_status_port_rounded_but_for_the_joints(tmp_pat
     robot.controller.load.wrench = (1 / 3, -2 / 3, 3.0, 0.1, 0.0, 0.0)
     robot.step(100)
     line = json.loads(status_line(robot.controller))
+    assert line.pop("gripper") is None, "which is left out"
     robot.end()
     state = contents(tmp_path / "a.mcap", STATE)[-1]
     steps = {key: [step] * len(line[key]) for key, step in ROUNDED.items()}
