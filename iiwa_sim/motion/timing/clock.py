@@ -30,8 +30,8 @@ ROOM = 0.9998
 KEPT_VELOCITY = 1.0009
 ALLOWED = (3e-4, KEPT - 1.0, KEPT - 1.0)
 """What is too much by this, of velocities, accelerations and jerks, counts alike."""
-MU, LEAST = 0.3, 0.1
-"""With which a clock begins (see `Steps.begin`): others take more steps."""
+MU, MU_NEAR, LEAST = 0.3, 0.1, 0.1
+"""With which a clock begins (see `Steps.begin`), at an even pace or from a guess: others take more steps."""
 ENOUGH = 0.02
 """Part of the time that may be left to gain by what the multipliers say: a tenth of it is."""
 IDLE = 0.15
@@ -53,7 +53,7 @@ def quick(rows: Rows, c: Array, most_steps: int = 0, enough: float = ENOUGH) -> 
     loads = np.empty((rows.cells, 3))
     c *= QUICK_START
     steps = Steps(rows, c, 0, 0.0)
-    steps.begin(c, MU, LEAST)
+    steps.begin(c, MU_NEAR, LEAST)
     _, over = steps.go(c, most_steps or max(CELL_STEPS // rows.cells, 1), enough)
     inner_loads(rows, c, rows.cells, loads)
     largest = _too_fast(loads)
