@@ -5,9 +5,10 @@ from math import isfinite
 
 import numpy as np
 
-from iiwa_sim.motion.limits import Array, JointLimits
-from iiwa_sim.motion.path.ptp import ptp
+from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.chain import Chain, Front
+from iiwa_sim.motion.queue.chain_kernel import Way
+from iiwa_sim.motion.queue.controls_kernel import through
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
@@ -28,6 +29,7 @@ LEAST_CORNER = 0.1
 STRAIGHT_STEPS, STRAIGHT_ENOUGH = 40, 0.001
 """Newton steps, and the least weight of the barrier, for a move whose joints go straight: it counts as one
 joint."""
+NOWHERE_S = np.empty(0)
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 SHORTEST_S = 1e-4
@@ -43,7 +45,7 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
     controls, cells_s = nominal
     frozen = front.frozen
     yield
-    rows = yield from rows_along(course, controls[frozen:], front.rows)
+    rows = yield from rows_along(course.way, controls[frozen:], front.rows)
     if frozen:
         # The clock of before as far as x is kept, then one at an even pace.
         c = np.concatenate([front.clock[frozen:-2], guess(rows, cells_s / UNIT_S, front.clock[-2:])])
@@ -60,7 +62,7 @@ def begun(move: Move) -> Chain:
     if len(move.path.coefficients) == 2:
         return _straight(course)
     controls, cells_s = _checked(at_once(_nominal(course, front)))
-    rows = at_once(rows_along(course, controls, None))
+    rows = at_once(rows_along(course.way, controls, None))
     c = steady(rows, cells_s / UNIT_S)
     if not isfinite(float(np.asarray(rows.bounds.j3).sum())):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
@@ -140,25 +142,21 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
     found, limits = course.at(samples)
     yield
     velocity, acceleration, jerk = (np.ascontiguousarray(limits[:, i]) for i in range(3))
-    squares, speeds, times = (np.empty(len(samples)) for _ in range(3))
-    caps(found, velocity, acceleration, jerk, squares)
-    run(samples, found, acceleration, squares, 0.0, speed, speeds, times)
+    # The run, behind where it was a window before, and scratch.
+    x_then, speeds, times, scratch = np.empty((4, len(samples) + 1))
+    x_then[0], speeds[0], times[0] = *earlier, -window_s
+    x_then[1:] = samples
+    caps(found, velocity, acceleration, jerk, scratch[1:])
+    run(samples, found, acceleration, scratch[1:], 0.0, speed, speeds[1:], times[1:])
     yield
-    cells_s = _widths(course, samples, times, speeds, front)
+    cells_s = _widths(course, samples, times[1:], speeds[1:], front)
     if cells_s.min() < SHORTEST_S:
         return None
     yield
-    mean = np.empty((len(cells_s) + 1, 3))
-    moving_average(
-        np.append(earlier[0], samples),
-        np.append(earlier[1], speeds),
-        np.append(-window_s, times),
-        np.empty(len(samples) + 1),
-        window_s,
-        np.append(0.0, np.cumsum(cells_s)),
-        mean,
-    )
-    return _controls(front, mean, cells_s, course.end_x), cells_s
+    knots_s, mean = np.zeros(len(cells_s) + 1), np.empty((len(cells_s) + 1, 3))
+    cells_s.cumsum(out=knots_s[1:])
+    moving_average(x_then, speeds, times, scratch, window_s, knots_s, mean)
+    return through(front.controls, mean, cells_s, course.end_x), cells_s
 
 
 def _straight(course: Course) -> Chain:
@@ -171,47 +169,25 @@ def _straight(course: Course) -> Chain:
     if not isfinite(end_s):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     cells_s: Array = widths(end_s, none, none, lengths.cumsum()[:-1], none)
-    motion = np.empty((len(cells_s) + 1, 3))
-    phases(lengths, jerks, np.append(0.0, cells_s.cumsum()), motion)
+    knots_s, motion = np.zeros(len(cells_s) + 1), np.empty((len(cells_s) + 1, 3))
+    cells_s.cumsum(out=knots_s[1:])
+    phases(lengths, jerks, knots_s, motion)
     front = Front.at_start()
-    controls = _controls(front, motion, cells_s, course.end_x)
+    controls = through(front.controls, motion, cells_s, course.end_x)
     # The clock is planned for one joint, which is x.
-    limits = JointLimits(velocity, acceleration, jerk)
-    x = Course([move._replace(path=ptp((0.0,), (course.end_x,)), limits=limits)], [])
-    rows = at_once(rows_along(x, controls, None))
+    rows = at_once(rows_along(_as_one_joint(course.end_x, velocity, acceleration, jerk), controls, None))
     c = steady(rows, cells_s / UNIT_S)
     quick(rows, c, STRAIGHT_STEPS, STRAIGHT_ENOUGH)
     return Chain(course, controls, c, front.times, None)
 
 
-def _controls(front: Front, mean: Array, widths: Array, end_x: float) -> Array:
-    """Coefficients of x as a B-spline that continues a front: `mean` (N + 1, 3) is x and its first two
-    derivatives over nominal time at the knots, `widths` (N,) are the nominal times of cells (s)."""
-    first = len(front.times) - 1
-    controls = np.empty(first + len(mean) + 2)
-    controls[: first + 3] = front.controls
-    # The control point of the knot k is k + 1: its value without a sixth of its second derivative over theta.
-    inner, (before, behind) = mean[2:-1], (widths[1:-1], widths[2:])
-    second = inner[:, 2] * (0.5 * (before + behind)) ** 2 + inner[:, 1] * (behind - before)
-    controls[first + 3 : -2] = inner[:, 0] - second / 6.0
-    controls[-3:] = end_x
-    _keep_rising(controls[first + 2 :], mean[:, 0])
-    return controls
-
-
-def _keep_rising(controls: Array, x: Array) -> None:
-    """Let x never go back: where cells are too wide for how it changes, control points (m,), but for the
-    first and the last three, are brought between the values beside theirs, `x[k + 1]` for the point k."""
-    falls = np.diff(controls) < 0.0
-    if not falls.any():
-        return
-    beside = np.append(falls, False)
-    beside[1:] |= falls
-    beside[0] = False
-    beside[-3:] = False
-    k = np.flatnonzero(beside)
-    controls[k] = np.clip(controls[k], 0.5 * (x[k] + x[k + 1]), 0.5 * (x[k + 1] + x[k + 2]))
-    controls[:-3] = np.minimum(np.maximum.accumulate(controls[:-3]), controls[-1])
+def _as_one_joint(end_x: float, *limits: Array) -> Way:
+    """The way of a joint that goes from 0 to `end_x` as x does, with limits (1,) of all three."""
+    ends, none = np.array([0.0, end_x]), np.zeros(2)
+    pieces, coefficients = np.array([0, 2], dtype=np.intp), np.array([[0.5 * end_x], [0.5 * end_x]])
+    return Way(
+        ends, none, none, np.ones(2), pieces, np.array([0.0, 1.0]), pieces, coefficients, np.array([limits])
+    )
 
 
 def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:
@@ -222,9 +198,12 @@ def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:
 def _widths(course: Course, samples: Array, times: Array, speeds: Array, front: Front) -> Array:
     """Nominal times (s) of the cells behind the front."""
     half_s = 0.5 * course.window_s
-    first, last = course.corner_spans()
-    enter, leave = np.interp(first, samples, times) + half_s, np.interp(last, samples, times) + half_s
-    ahead = leave > 0.0
+    enter = leave = NOWHERE_S
+    if len(course.moves) > 1:
+        first, last = course.corner_spans()
+        enter, leave = np.interp(first, samples, times) + half_s, np.interp(last, samples, times) + half_s
+        ahead = leave > 0.0
+        enter, leave = enter[ahead], leave[ahead]
     events = switches(times, speeds) + half_s
-    found: Array = widths(float(times[-1]) + 2.0 * half_s, enter[ahead], leave[ahead], events, front.cells_s)
+    found: Array = widths(float(times[-1]) + 2.0 * half_s, enter, leave, events, front.cells_s)
     return found
