@@ -107,7 +107,6 @@ _WRITERS: dict[str, Callable[[], AbstractMovieWriter]] = {
     "mp4": lambda: FFMpegWriter(fps=PICTURES_PER_S),
     "html": _html,
 }
-FORMATS = tuple(_WRITERS)
 
 
 def _staged(recording: Recording) -> tuple[Figure, Callable[[int], None]]:

@@ -22,23 +22,28 @@ if cython.compiled:
 else:
     from iiwa_sim.motion.path.polynomial_kernel import evaluate
 
-OWN = cython.declare(cython.double, 0.004)  # x between samples: some milliseconds at full speed
+# Distance of samples in x outside of corners: some milliseconds at full speed.
+OWN = cython.declare(cython.double, 0.004)
 LEAST_OWN = cython.declare(cython.Py_ssize_t, 24)
 MOST_OWN = cython.declare(cython.Py_ssize_t, 96)
 IN_CORNER = cython.declare(cython.Py_ssize_t, 16)
 IN_PIECE = cython.declare(cython.Py_ssize_t, 16)
 APART = cython.declare(cython.double, 1e-9)
-BORDER = cython.declare(cython.double, 1e-8)  # part of a piece from its end to the sample beside it
-MARKS = cython.declare(cython.Py_ssize_t, 10)  # even parts of a corner: there much may happen at once
-BESIDE = cython.declare(cython.Py_ssize_t, 4)  # more samples near each of its ends
-NEAR = cython.declare(cython.double, 1e-5)  # part of the shorter side of a corner from an edge to a sample
+# The sample beside the end of a piece is so far from it, as a part of the piece.
+BORDER = cython.declare(cython.double, 1e-8)
+# A corner is looked at in so many even parts, since much may happen in it at once,
+MARKS = cython.declare(cython.Py_ssize_t, 10)
+# with so many more samples near each of its ends.
+BESIDE = cython.declare(cython.Py_ssize_t, 4)
+# The sample beside an edge of a corner is so far from it, as a part of the corner's shorter side.
+NEAR = cython.declare(cython.double, 1e-5)
 PLACES = cython.declare(cython.double, 1e-15)
 
 
 @cython.ccall
 @cython.exceptval(check=False)
 def shape(v: cython.double, rho: cython.double, height: cython.double, order: cython.int) -> cython.double:
-    """F(v), or a derivative of it."""
+    """F(v), the shape of corners that the head of this file tells, or its derivative of an order."""
     if v < rho:
         if order == 0:
             return height * v * v * v
@@ -65,7 +70,8 @@ def _corner(
     rho: cython.double,
     height: cython.double,
 ) -> cython.double:
-    """v at an x from the target of a corner that spans from -first_x to second_x."""
+    """v (0 to 1) in a corner from first_x before its target to second_x behind it, at an x counted from the
+    target."""
     low: cython.double = 0.0
     high: cython.double = 1.0
     v: cython.double = (x + first_x) / (first_x + second_x)
@@ -178,7 +184,7 @@ class Way:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _place(self, c: cython.Py_ssize_t, v: cython.double) -> cython.double:
-        """x at v in the corner c."""
+        """x at v (0 to 1) in the corner at the target c."""
         first_x: cython.double = self.before[c] * (self.targets[c] - self.targets[c - 1])
         second_x: cython.double = self.after[c] * (self.targets[c + 1] - self.targets[c])
         height: cython.double = self.heights[c]

@@ -17,16 +17,18 @@ else:
     from iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
 
 _SMALL = cython.declare(cython.double, 0.05)
-_TERMS = cython.declare(cython.int, 12)  # of a series up to there
+# Number of terms of the series that is taken up to there.
+_TERMS = cython.declare(cython.int, 12)
 _SLIGHT = cython.declare(cython.double, 0.1)
-_FEW_TERMS = cython.declare(cython.int, 6)  # of its inverse up to there
+# Number of terms of the inverse's series that is taken up to there.
+_FEW_TERMS = cython.declare(cython.int, 6)
 _HALVINGS = cython.declare(cython.int, 60)
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
 def _time(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double) -> cython.double:
-    """From the beginning of a cell to its part u: exactly, also where b all but comes to 0 on the way.
+    """The time from the beginning of a cell to its part u (0 to 1): exact, also where b nearly comes to 0.
 
     With r = sqrt(b) and s = r(0) + r(u), the integral of 1 / r is 2 u / s times atanh(x) / x with x^2 = w =
     d2b/dtheta2 u^2 / (2 s^2); or atan, where w < 0.
@@ -57,7 +59,7 @@ def _b(c0: cython.double, c1: cython.double, c2: cython.double, u: cython.double
 @cython.cfunc
 @cython.exceptval(check=False)
 def _part(c0: cython.double, c1: cython.double, c2: cython.double, left: cython.double) -> cython.double:
-    """The part of a cell (0..1) that is done so long after it was entered.
+    """The part of a cell (0..1) that is done at a time after its beginning: the inverse of `_time`.
 
     With (du/dt)^2 = b, d2u/dt2 is half of db/du, which is linear in u: u is r(0) t sinh(x) / x and a part of
     db/du t^2 (cosh(x) - 1) / x^2, with x^2 = w = d2b/du2 t^2 / 2. Where b comes near to 0 within the cell
@@ -146,7 +148,7 @@ class Motion:
 
     @cython.ccall
     def x(self, time_s: cython.double) -> cython.double:
-        """Where on its course it is at a time."""
+        """x, the place on its course, at a time (s)."""
         self._go_to(min(max(time_s, self.times[0]), self.times[self.times.shape[0] - 1]))
         return min(max(spline(self.controls, self.cell, self.part), self.way.first_x), self.way.end_x)
 
@@ -189,7 +191,7 @@ class Motion:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _jerk(self, i: cython.Py_ssize_t) -> cython.double:
-        """Of a joint, behind `_derive`."""
+        """The jerk of a joint over time, at the place that `_derive` has looked at last."""
         v: cython.double = self.speed
         j: cython.double = self.way.here[3, 0, i] * v * v * v
         return j + 3.0 * self.way.here[2, 0, i] * v * self.acceleration + self.way.here[1, 0, i] * self.jerk
@@ -227,7 +229,7 @@ class Motion:
         least: cython.double[:, ::1],
         largest: cython.double[:, ::1],
     ) -> cython.void:
-        """Let jerks at a part of a cell be among those of row p."""
+        """Widen the range of jerks in row p, of each joint, by those at a part of a cell."""
         self._derive(k, u)
         for i in range(self.way.joint_count):
             y = self._jerk(i)

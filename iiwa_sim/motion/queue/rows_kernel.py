@@ -16,17 +16,24 @@ else:
     from iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
     from iiwa_sim.motion.timing.bounds_kernel import Rows
 
-PEAK = cython.declare(cython.double, 1.1)  # of jerks inside a cell, over those at its ends
-PLAIN = cython.declare(cython.int, 5)  # places in a cell, its ends too,
-BENT = cython.declare(cython.int, 7)  # or in one that is in a corner
-ENDS = cython.declare(cython.Py_ssize_t, 3)  # cells at either end of a chain, where the clock may bend most,
-MORE = cython.declare(cython.int, 4)  # with so many more
-LONG = cython.declare(cython.double, 0.005)  # of a cell in x, for one more,
-MOST = cython.declare(cython.int, 24)  # but no more than so many
-JUMP = cython.declare(cython.double, 1.5e-5)  # of a corner: so near are places on either side of a jump,
-SAME = cython.declare(cython.double, 0.01)  # and so near in their cell;
-AT_ONCE = cython.declare(cython.double, 1e-6)  # of a cell: so near are those on either side of any other jump
-SURE = cython.declare(cython.double, 1.5)  # margin of what is left out
+# Jerks inside a cell count as larger than those at its ends by this factor at most.
+PEAK = cython.declare(cython.double, 1.1)
+# Limits are looked at in so many places of a cell, its ends included: outside of corners, and in corners.
+PLAIN = cython.declare(cython.int, 5)
+BENT = cython.declare(cython.int, 7)
+# The first and last so many cells of a chain, where the clock may bend most, get so many more places.
+ENDS = cython.declare(cython.Py_ssize_t, 3)
+MORE = cython.declare(cython.int, 4)
+# A long cell gets one more place for each such part of x, up to so many in all.
+LONG = cython.declare(cython.double, 0.005)
+MOST = cython.declare(cython.int, 24)
+# A jump of the third derivative is looked at on both sides: at the edge of a corner so near to it, as a part
+# of the corner, and as a part of the cell; at any other jump so near, as a part of the cell.
+JUMP = cython.declare(cython.double, 1.5e-5)
+SAME = cython.declare(cython.double, 0.01)
+AT_ONCE = cython.declare(cython.double, 1e-6)
+# A row is left out where another one bounds the clock more, with this margin.
+SURE = cython.declare(cython.double, 1.5)
 
 
 def layout(
@@ -119,7 +126,7 @@ def _over_theta(
 def _narrow(
     way: Way, move: cython.Py_ssize_t, corner: cython.Py_ssize_t, limits: cython.double[:, ::1]
 ) -> cython.void:
-    """Lower limits (3, n) to those on a move, or in a corner."""
+    """Lower limits (3, n), where they are higher, to those of a move, or of a corner between two."""
     for o in range(3):
         for i in range(way.joint_count):
             limits[o, i] = min(limits[o, i], way.limit(move, corner, o, i))
@@ -232,7 +239,7 @@ def _knot(
     k: cython.Py_ssize_t,
     rows: Rows,
 ) -> cython.void:
-    """Rows at a knot, from derivatives in the scratch."""
+    """Write the rows of velocities and accelerations at a knot, from the derivatives in the scratch."""
     before: cython.Py_ssize_t = k - 1 if k > 0 else 0
     behind: cython.Py_ssize_t = k if k < rows.bounds.cells else rows.bounds.cells - 1
     rows.bounds.cap[k] = 1e12

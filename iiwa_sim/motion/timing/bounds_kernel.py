@@ -11,13 +11,15 @@ from __future__ import annotations
 import cython
 import numpy as np
 
-VELOCITY = cython.declare(cython.double, 1.001)  # of a limit between knots; of velocities a little more,
-AT_END = cython.declare(cython.double, 1.004)  # and of all in the last cell, which is like no other
+# Velocities at knots count so many times as large, since between knots they may be a little larger,
+VELOCITY = cython.declare(cython.double, 1.001)
+# and so do jerks at the ends of the last cell, which is like no other.
+AT_END = cython.declare(cython.double, 1.004)
 
 
 @cython.cclass
 class Bounds:
-    """Rows: the factors above over the limits, so that all of them have to stay within -1 and 1.
+    """Bounds of b at knots, and rows: linear functions of c, over limits, that have to stay within -1 and 1.
 
     `a1`, `a2` (N + 1, n) are those of accelerations at knots, `cap` (N + 1,) what velocities leave b at
     knots, `j1`, `j2`, `j3` (2 N, n) those of jerks at both ends of each cell. Only the first `counts` (N +

@@ -15,11 +15,16 @@ else:
     from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
     from iiwa_sim.motion.timing.run_kernel import root
 
-PACE = cython.declare(cython.double, 0.98)  # of what limits allow at an even pace,
-MOST = cython.declare(cython.double, 1.2)  # at the most this part of the nominal one (of its square);
-SPAN = cython.declare(cython.Py_ssize_t, 8)  # over so many cells it changes,
-LEAST = cython.declare(cython.double, 0.2)  # and behind a seam it is not less than this part.
-FADE = cython.declare(cython.double, 0.8187307530779818)  # exp(-1/5): the old pace is left in five cells
+# A first guess goes at this part of the even pace that the limits of a cell and its neighbours allow.
+PACE = cython.declare(cython.double, 0.98)
+# The square of its pace is at most this part of the nominal one.
+MOST = cython.declare(cython.double, 1.2)
+# Number of cells over which the pace is averaged.
+SPAN = cython.declare(cython.Py_ssize_t, 8)
+# Where a plan goes on from an older one, the pace falls to no less than this part of what it was there.
+LEAST = cython.declare(cython.double, 0.2)
+# exp(-1/5): the older pace fades within some five cells.
+FADE = cython.declare(cython.double, 0.8187307530779818)
 GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
 
 
@@ -27,7 +32,8 @@ def steady_loads(
     bounds: Bounds,
     c: cython.double[::1],
 ) -> tuple[float, float]:
-    """The largest load of velocities (squared) and accelerations, and that of jerks."""
+    """How near a clock comes to the limits: the largest load (a value over its limit) of squared velocities and
+    of accelerations, which goes with b, and the largest load of jerks, which goes with b^(3/2)."""
     cells: cython.Py_ssize_t = bounds.cells
     square: cython.double = 0.0
     cube: cython.double = 0.0

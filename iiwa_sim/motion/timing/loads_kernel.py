@@ -17,10 +17,14 @@ else:
 
 MOST_TIMES = cython.declare(cython.double, 2.0)
 ALMOST = cython.declare(cython.double, 1.001)
-SMALL = cython.declare(cython.double, 0.75)  # a load: what is between such places does not matter
-NEARLY = cython.declare(cython.double, 0.97)  # a velocity: the same
-LEAST_GAP = cython.declare(cython.double, 1e-3)  # of a cell, between places that are looked at,
-BETWEEN = cython.declare(cython.int, 8)  # in so many parts
+# A load is a value over its limit. Between two places whose loads are below this no limit can be passed.
+SMALL = cython.declare(cython.double, 0.75)
+# The same for velocities, which change less between places.
+NEARLY = cython.declare(cython.double, 0.97)
+# Gaps between places shorter than this part of a cell are not looked into.
+LEAST_GAP = cython.declare(cython.double, 1e-3)
+# Number of parts in which a gap is looked into.
+BETWEEN = cython.declare(cython.int, 8)
 
 
 def inner_loads(
@@ -63,7 +67,7 @@ def inner_loads(
 
 @cython.cfunc
 def _room(rows: Rows) -> cython.double[:, :, ::1]:
-    """For `_fill`, in any cell."""
+    """An array (3, n, m) with room for the m places of any cell: `_fill` writes to it."""
     most: cython.Py_ssize_t = 0
     for k in range(rows.bounds.cells):
         most = max(most, rows.starts[k + 1] - rows.starts[k])

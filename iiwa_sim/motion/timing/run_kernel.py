@@ -9,18 +9,20 @@ passes them; between samples its acceleration d2x/dt2 is constant. All arrays ar
 import cython
 from cython.cimports.libc.math import fabs, sqrt
 
-STILL = cython.declare(cython.double, 1e-9)  # rad per unit of x: a joint that goes less bounds nothing
+# A joint that goes less than this per unit of x (rad) bounds nothing.
+STILL = cython.declare(cython.double, 1e-9)
 BEYOND = cython.declare(cython.double, 1.0)
 SLOWEST = cython.declare(cython.double, 1e-9)
 CREEP = cython.declare(cython.double, 1e-12)
-LEAST = cython.declare(cython.double, 1e-300)  # of what a loop scales
+# A loop scales numbers between these two.
+LEAST = cython.declare(cython.double, 1e-300)
 LARGEST = cython.declare(cython.double, 1e300)
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
 def root(x: cython.double) -> cython.double:
-    """The third root of x > 0, by operations that are the same on all machines."""
+    """The cube root of x > 0, by operations that give the same bits on all machines."""
     scale: cython.double = 1.0
     y: cython.double = 1.0
     if x > LARGEST:
@@ -46,8 +48,9 @@ def rest_to_rest(
     times: cython.double[::1],
     jerks: cython.double[::1],
 ) -> float:
-    """Write how long its phases last (7,), and with which jerks (7,), of the fastest motion over a way within
-    limits of all three; gives how long all of it lasts."""
+    """The fastest motion from rest to rest over a way, within limits of velocity, acceleration and jerk.
+
+    Writes how long each of its seven phases lasts and which jerk it has, (7,) each; gives the whole time."""
     building: cython.double = acceleration / jerk
     rest: cython.double = 0.0
     total: cython.double = 0.0

@@ -11,16 +11,24 @@ from cython.cimports.libc.math import fabs, sqrt
 from numpy.typing import NDArray
 
 CELL_S = cython.declare(cython.double, 0.01)
-LEAST_CELLS = cython.declare(cython.Py_ssize_t, 24)  # of a chain from rest
-LEAST_LEFT = cython.declare(cython.Py_ssize_t, 16)  # of the rest of a chain: cells are like those before
-CORNER_CELLS = cython.declare(cython.double, 12.0)  # about so many in a corner
-SHORTEST_S = cython.declare(cython.double, 0.0025)  # cell: accelerations of a corner come and go within some
-BESIDE_S = cython.declare(cython.double, 0.08)  # over so long the density of cells is averaged
-NEAR_S = cython.declare(cython.double, 0.2)  # cells farther than this from any event are longer
-WIDER = cython.declare(cython.double, 0.1)  # by this part of the distance, at the most
-PER_CELL = cython.declare(cython.double, 0.2)  # step of the grid of densities, in cells
-SWITCH = cython.declare(cython.double, 0.1)  # part of the largest acceleration: a larger change is an event
-FADE = cython.declare(cython.double, 0.8187307530779818)  # exp(-1/5): widths before are left in five cells
+# Least number of cells of a chain from rest, and of what is planned anew behind cells that are kept.
+LEAST_CELLS = cython.declare(cython.Py_ssize_t, 24)
+LEAST_LEFT = cython.declare(cython.Py_ssize_t, 16)
+# A corner gets about so many cells,
+CORNER_CELLS = cython.declare(cython.double, 12.0)
+# none of them shorter than this: accelerations of a corner come and go within some cells.
+SHORTEST_S = cython.declare(cython.double, 0.0025)
+# Time over which the density of cells is averaged.
+BESIDE_S = cython.declare(cython.double, 0.08)
+# Cells farther than this from any event are longer, by at most that part of the distance.
+NEAR_S = cython.declare(cython.double, 0.2)
+WIDER = cython.declare(cython.double, 0.1)
+# Step of the grid on which the density is found, in cells.
+PER_CELL = cython.declare(cython.double, 0.2)
+# A change of acceleration by more than this part of the largest one is an event.
+SWITCH = cython.declare(cython.double, 0.1)
+# exp(-1/5): the width of cells that are kept fades within some five cells.
+FADE = cython.declare(cython.double, 0.8187307530779818)
 GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
 LONGEST_S = cython.declare(cython.double, 1e7)
 NO_TIME_S = cython.declare(cython.double, 1e-300)  # as many cells a second would overflow
