@@ -32,8 +32,11 @@ def steady_loads(
     bounds: Bounds,
     c: cython.double[::1],
 ) -> tuple[float, float]:
-    """How near a clock comes to the limits: the largest load (a value over its limit) of squared velocities and
-    of accelerations, which goes with b, and the largest load of jerks, which goes with b^(3/2)."""
+    """How near a clock comes to the limits, as loads: values over their limits.
+
+    The largest load of squared velocities and of accelerations, which goes with b, and that of jerks, which
+    goes with b^(3/2).
+    """
     cells: cython.Py_ssize_t = bounds.cells
     square: cython.double = 0.0
     cube: cython.double = 0.0
