@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import json
 import subprocess
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -365,6 +366,12 @@ def user(*command: str, env: dict[str, str]) -> Iterator[User]:
             process.kill()
 
 
+def _seconds(stamp: dict[str, int]) -> float:
+    """A time as ROS 1 or ROS 2 has it."""
+    whole, nanoseconds = stamp.values()
+    return whole + 1e-9 * nanoseconds
+
+
 class Socket:
     """A user of rosbridge, in the words of ROS 1 or of ROS 2."""
 
@@ -376,10 +383,12 @@ class Socket:
 
     def asks(self, told: Any) -> Any:
         if told is None:
+            asked_s = time.time()  # older ones may still come of the last time it was asked
             self._says("subscribe", topic=STATES, type=self._states)
-            place = self._hears(STATES)["position"]
+            while _seconds((state := self._hears(STATES))["header"]["stamp"]) < asked_s:
+                pass
             self._says("unsubscribe", topic=STATES)
-            return place
+            return state["position"]
         if isinstance(told, dict):
             self._says("publish", topic=COMMAND_LIST, msg=told)
             return True
