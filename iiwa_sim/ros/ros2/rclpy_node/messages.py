@@ -40,11 +40,22 @@ def fill(message: Any, told: dict[str, Any]) -> Any:
 def plain(value: Any) -> Any:
     """A message as dicts, lists and numbers."""
     if hasattr(value, "get_fields_and_field_types"):
-        return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+        kinds = value.get_fields_and_field_types()
+        return {
+            name: meant(getattr(value, name)) if kind == "float" else plain(getattr(value, name))
+            for name, kind in kinds.items()
+        }
     if isinstance(value, bytes):
         return list(value)
+    if isinstance(value, array.array) and value.typecode == "f":
+        return [meant(each) for each in value]
     if isinstance(value, array.array) or hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, (list, tuple)):
         return [plain(each) for each in value]
     return value
+
+
+def meant(value: float) -> float:
+    """The shortest decimal that a float32 stands for: 0.1, not 0.10000000149, which may exceed a limit."""
+    return float(str(importlib.import_module("numpy").float32(value)))
