@@ -92,7 +92,7 @@ class Pendant:
     def show(self) -> None:
         """What the newest state says."""
         station, state = self._station, self._station.state
-        self._readout.show(state, station.told, station.follower.fault or station.fault)
+        self._readout.show(state, station.told, station.status.fault or station.fault)
         if state is None or station.bench is None:
             return
         if station.cell and len(self._inputs) != min(len(station.cell["inputs"]), MOST_INPUTS):

@@ -16,9 +16,9 @@ from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.robot.description import built_in_robots, load_robot
 from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.follower import Follower
 from iiwa_sim.view.lines import ANSWER_S, Lines, Refusal, Unanswered
 from iiwa_sim.view.scene import Scene, State
+from iiwa_sim.view.status_reader import StatusReader
 from iiwa_sim.wording import Unusable
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Station:
     def __init__(self, place: Place) -> None:
         self.place = place
         self.name = place.name
-        self.follower = Follower(place.status)
+        self.status = StatusReader(place.status)
         self.bench = None if place.backdoor is None else Lines(place.backdoor, place.token)
         self._looks = None if place.backdoor is None else Lines(place.backdoor, place.token)
         self._waits = None if place.backdoor is None else Lines(place.backdoor, place.token)
@@ -117,7 +117,7 @@ class Station:
         self.scene = Scene(scene, drawing, root, place_m)
 
     def start(self) -> None:
-        self.follower.start()
+        self.status.start()
         if self.bench is not None:
             self._looker.start()
 
@@ -126,7 +126,7 @@ class Station:
         self._over = True
         self._wanted.set()
         self._look.set()
-        self.follower.stop()
+        self.status.stop()
         if self.bench is not None:
             self._looker.join()
         for lines in (self.bench, self._looks, self._waits):
@@ -137,7 +137,7 @@ class Station:
 
     def want(self, wanted: bool) -> None:
         """Whether anybody is there who sees it."""
-        self.follower.want(wanted)
+        self.status.want(wanted)
         if wanted != self._wanted.is_set() and not self._over:
             (self._wanted.set if wanted else self._wanted.clear)()
 
@@ -174,7 +174,7 @@ class Station:
     def frame(self) -> bool:
         """Draw the newest state, if there is one; whether there is."""
         asked, self._asked = self._asked, None
-        state = self.follower.newest() or asked
+        state = self.status.newest() or asked
         if self.cell and self._shown_cell is not self.cell and self.scene is not None:
             self._shown_cell = self.cell
             self.scene.show_cell(self.cell)
@@ -271,5 +271,5 @@ class Station:
                 {"time_s": time_s, "session": PAGE, "mark": "#", "text": line, "reason": reason}
                 for line, reason in acted
             )
-        if not self.follower.wait(0.0):
+        if not self.status.wait(0.0):
             self._asked = json.loads(bench.do("get state"))

@@ -9,59 +9,59 @@ from contextlib import contextmanager
 
 import pytest
 
-from iiwa_sim.view.follower import Follower
 from iiwa_sim.view.lines import Lines, Refusal, Unanswered
+from iiwa_sim.view.status_reader import StatusReader
 from tests.talking import DEADLINE_S
 
 
 @contextmanager
-def following(listening: socket.socket) -> Iterator[Follower]:
-    follower = Follower(listening.getsockname()[:2])
-    follower.start()
+def following(listening: socket.socket) -> Iterator[StatusReader]:
+    reader = StatusReader(listening.getsockname()[:2])
+    reader.start()
     try:
-        yield follower
+        yield reader
     finally:
-        follower.stop()
+        reader.stop()
 
 
 def line(number: int) -> bytes:
     return b'{"joint_position":[%d]}\n' % number
 
 
-def newest(follower: Follower) -> object:
-    while (state := follower.newest()) is None:
-        assert follower.wait(DEADLINE_S)
+def newest(reader: StatusReader) -> object:
+    while (state := reader.newest()) is None:
+        assert reader.wait(DEADLINE_S)
     return state["joint_position"]
 
 
 def test_a_robot_that_goes_is_told_and_followed_again() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listening, following(listening) as follower:
+    with socket.create_server(("127.0.0.1", 0)) as listening, following(listening) as reader:
         listening.settimeout(DEADLINE_S)
-        follower.want(True)
+        reader.want(True)
         with listening.accept()[0] as robot:
             robot.sendall(line(1))
-            assert newest(follower) == [1]
+            assert newest(reader) == [1]
         again, _ = listening.accept()
         with again as robot:  # it has waited, and told why
             robot.sendall(line(2)[:9])
             robot.sendall(line(2)[9:] + line(3) + line(4)[:5])
-            while newest(follower) != [3]:
+            while newest(reader) != [3]:
                 pass
-            assert follower.fault == ""
-            follower.want(False)
+            assert reader.fault == ""
+            reader.want(False)
             assert robot.recv(1) == b"", "who is not wanted goes"
 
 
 def test_what_is_no_status_port_is_told() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as listening, following(listening) as follower:
+    with socket.create_server(("127.0.0.1", 0)) as listening, following(listening) as reader:
         listening.settimeout(DEADLINE_S)
-        follower.want(True)
+        reader.want(True)
         with listening.accept()[0] as robot:
             for said in (b"220 hello\n", b"[1]\n", b"{}\n"):
                 robot.sendall(said)
-                assert follower.wait(DEADLINE_S)
-                assert follower.newest() is None
-                assert follower.fault.endswith("is no status port")
+                assert reader.wait(DEADLINE_S)
+                assert reader.newest() is None
+                assert reader.fault.endswith("is no status port")
 
 
 @contextmanager

@@ -24,7 +24,7 @@ RECEIVE_BYTES = 16_384
 logger = logging.getLogger(__name__)
 
 
-class Follower:
+class StatusReader:
     """Reads in a thread of its own, from `start` to `stop`, while it is `wanted`.
 
     Who is not connected costs the robot nothing: one at rest need not tick for a page that nobody has open.
@@ -38,7 +38,7 @@ class Follower:
         self._wanted = threading.Event()
         self._over = threading.Event()
         self._came = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="iiwa-sim-follower", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="iiwa-sim-status", daemon=True)
 
     def start(self) -> None:
         self._thread.start()
