@@ -14,6 +14,8 @@ class Jaws(NamedTuple):
     """With which each jaw presses on what it holds."""
 
 
+JAW_M = (0.02, 0.008, 0.05)
+"""Of each jaw as it is drawn, along x y z of the TCP: a cell does not say how large they are."""
 OPENS, STAYS, CLOSES = 1, 0, -1
 """Which way the jaws are driven."""
 

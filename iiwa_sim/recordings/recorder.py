@@ -249,7 +249,8 @@ class Recorder:
         world, tick = self._controller.load.world, self._controller.tick
         self._surfaces = list(world.surfaces.values())
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
-        scene = self._arm.scene(self._contents.log_ns(tick), self._surfaces, radius_m)
+        jaws = self._controller.handling is not None
+        scene = self._arm.scene(self._contents.log_ns(tick), self._surfaces, radius_m, jaws)
         real_ns = time.time_ns()
         self._put(SCENE, self._encode(scene), tick, real_ns)
         self._put(CELL, self._encode(described_cell(self._controller)), tick, real_ns)

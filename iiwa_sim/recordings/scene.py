@@ -18,11 +18,14 @@ from iiwa_sim.frames import (
     quaternion_from_rotation,
     transform_from_euler,
 )
+from iiwa_sim.handling.gripper import JAW_M
 
 STEPS = 1e7
 """Per unit of lengths (m) and quaternions: of 0.1 um. More would only make files larger."""
 TCP = "tcp"
 GOAL = "goal"
+JAWS = {"jaw_1": 1.0, "jaw_2": -1.0}
+"""Frames of the jaws of a gripper, and to which side of the TCP they open."""
 DELETES_ALL = 1
 """The type of a foxglove.SceneEntityDeletion."""
 
@@ -30,6 +33,7 @@ _PLANE_M = (3.0, 3.0, 0.002)  # of the slab that a plane, which has no end, is d
 _GREY = (0.8, 0.8, 0.8, 1.0)
 _SURFACE = (0.35, 0.55, 0.75, 0.55)
 _TIP = (0.9, 0.3, 0.1, 0.8)
+_JAW = (0.28, 0.28, 0.3, 1.0)
 _TARGET = (0.3, 0.5, 0.9, 0.9)
 _BLENDING = (0.3, 0.5, 0.9, 0.2)
 _TARGET_M = 0.008
@@ -68,8 +72,11 @@ class Arm:
         self.base = next(name for link in self._links if (name := link.get("name", "")) not in children)
         """The frame of the base, in which the robot's own frames are told."""
 
-    def frames(self, ns: int, q: Sequence[float], tcp: Frame, goal: Frame) -> Message:
-        """A foxglove.FrameTransforms: all links at joint positions (rad), TCP and goal in the base."""
+    def frames(
+        self, ns: int, q: Sequence[float], tcp: Frame, goal: Frame, opening_mm: float | None = None
+    ) -> Message:
+        """A foxglove.FrameTransforms: all links at joint positions (rad), TCP and goal in the base, and the
+        jaws of a gripper, if there is one, along y of the TCP."""
         time = stamp(ns)
         transforms = []
         for joint in self._joints:
@@ -87,16 +94,28 @@ class Arm:
             )
         for name, frame in ((TCP, tcp), (GOAL, goal)):
             transforms.append(_transform(time, self.base, name, frame.to_transform()))
+        if opening_mm is not None:
+            for name, side in JAWS.items():
+                away = Transform(IDENTITY.rotation, (0.0, side * 5e-4 * opening_mm, 0.0))
+                transforms.append(_transform(time, TCP, name, away))
         return {"transforms": transforms}
 
-    def scene(self, ns: int, surfaces: Iterable[Surface], contact_radius_m: float) -> Message:
-        """A foxglove.SceneUpdate in place of all before it: arm, surfaces, sphere round the TCP."""
+    def scene(
+        self, ns: int, surfaces: Iterable[Surface], contact_radius_m: float, jaws: bool = False
+    ) -> Message:
+        """A foxglove.SceneUpdate in place of all before it: arm, surfaces, sphere round the TCP, jaws."""
         entities = [self._link(ns, link) for link in self._links if link.find("visual") is not None]
         entities += [_surface(ns, self.base, surface) for surface in surfaces]
         if contact_radius_m > 0.0:
             tip = _entity(ns, TCP, TCP)
             _add(tip, Sphere(contact_radius_m), IDENTITY, _TIP)
             entities.append(tip)
+        for name, side in JAWS.items() if jaws else ():
+            x, y, z = JAW_M
+            jaw = _entity(ns, name, name)
+            place = Transform(IDENTITY.rotation, (0.0, side * 0.5 * y, -0.5 * z))
+            _add(jaw, Box(0.5 * x, 0.5 * y, 0.5 * z), place, _JAW)
+            entities.append(jaw)
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
 
     def targets(self, ns: int, moves: Iterable[DescribedMove]) -> Message:

@@ -6,6 +6,7 @@ from typing import Any
 import msgspec
 
 from iiwa_sim.backdoor.described import DescribedMoves
+from iiwa_sim.controller.handling import GripperState
 from iiwa_sim.frames import Frame
 from iiwa_sim.recordings.scene import TCP, Arm, stamp
 from iiwa_sim.recordings.schemas import FRAMES, JOINTS, MOVES, STATE, TARGETS, WRENCH
@@ -25,6 +26,7 @@ class _Seen(msgspec.Struct):
     tool_frame: Frame
     goal_frame: Frame
     cartesian_force: tuple[float, float, float, float, float, float]
+    gripper: GripperState | None = None
 
 
 class Views:
@@ -52,7 +54,13 @@ class Views:
         time = stamp(message.log_ns)
         fx, fy, fz, tx, ty, tz = seen.cartesian_force
         made: dict[str, Any] = {
-            FRAMES: self._arm.frames(message.log_ns, seen.joint_position, seen.tool_frame, seen.goal_frame),
+            FRAMES: self._arm.frames(
+                message.log_ns,
+                seen.joint_position,
+                seen.tool_frame,
+                seen.goal_frame,
+                None if seen.gripper is None else seen.gripper.opening_mm,
+            ),
             JOINTS: {
                 "timestamp": time,
                 "joints": [

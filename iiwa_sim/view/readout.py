@@ -61,6 +61,11 @@ def figures(state: State, robot: Robot) -> str:
         ("emergency stop", f"{_coloured('pressed', True) if pressed == 1 else 'released'}, drives {drives}"),
         ("error", _coloured(error, in_error == 1)),
     ]
+    gripper, (load_kg, *_) = state.get("gripper"), state["tool_load"]
+    if gripper is not None:
+        rows.append(("gripper", f"{html.escape(gripper['state'])}, {gripper['opening_mm']:.1f} mm"))
+    if load_kg:
+        rows.append(("tool load", f"{load_kg:g} kg"))
     frame = state["tool_frame"]
     columns = [
         zip(robot["joints"], map(degrees, state["joint_position"]), strict=True),

@@ -10,6 +10,7 @@ import numpy as np
 from iiwa_sim.frames import Frame, Transform, Vector, compose, inverse
 from iiwa_sim.view.arm import Arm
 from iiwa_sim.view.drawing import Drawing, wxyz
+from iiwa_sim.view.jaws import Jaws
 from iiwa_sim.view.surfaces import Surfaces, touched
 from iiwa_sim.view.targets import Move, Targets
 from iiwa_sim.view.trail import Trail
@@ -26,13 +27,21 @@ M_PER_N = 0.005
 M_PER_NM = 0.02
 LONGEST_ARROW_M = 0.5
 GHOST_SHOWN_RAD = 0.01
-_SHOWN = ("joint_position", "goal_joint_position", "flange_frame", "tool_frame", "cartesian_force", "status")
+_SHOWN = (
+    "joint_position",
+    "goal_joint_position",
+    "flange_frame",
+    "tool_frame",
+    "cartesian_force",
+    "status",
+    "gripper",
+)
 MOST_MARKS = 4
 """Contacts that are marked at once."""
 
 
 class Scene:
-    """Arm, tool, frames, path, wrench, contacts, targets, and the ghost of the goal, below a node."""
+    """Arm, tool, jaws, frames, path, wrench, contacts, targets, and the ghost of the goal, below a node."""
 
     def __init__(
         self,
@@ -53,6 +62,7 @@ class Scene:
         self.contact_radius_m = 0.0
         scene.add_frame(f"{root}/base", axes_length=0.15, axes_radius=0.004)
         self._tcp: Any = scene.add_frame(f"{root}/tcp", axes_length=0.08, axes_radius=0.003)
+        self._jaws = Jaws(scene, f"{root}/tcp")
         self._force = _arrow(scene, f"{root}/tcp/force", (230, 90, 20))
         self._torque = _arrow(scene, f"{root}/tcp/torque", (150, 60, 200))
         flange = self.arm.paths[drawing.flange]
@@ -74,7 +84,7 @@ class Scene:
 
     def show(self, state: State) -> None:
         """Draw a state. Where its `time_s` is before that of the last one, the path begins anew."""
-        shown = tuple(state[key] for key in _SHOWN)
+        shown = tuple(state.get(key) for key in _SHOWN)  # in recordings there may be no gripper
         if shown == self._shown:
             self._trail.rest(state["time_s"])
             return
@@ -85,6 +95,7 @@ class Scene:
         self._tcp.position, self._tcp.wxyz = tcp.translation, wxyz(tcp.rotation)
         self._show_tool(compose(inverse(flange), tcp))
         self._trail.add(state["time_s"], tcp.translation)
+        self._jaws.show(state.get("gripper"))
         self._show_goal(state)
         wrench = state["cartesian_force"]
         _show_arrow(self._force, wrench[:3], FORCE_SHOWN_N, M_PER_N)

@@ -7,16 +7,25 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
 from iiwa_sim.client import Iiwa
+from iiwa_sim.handling.gripper import JAW_M
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.live import run_page
 from iiwa_sim.view.station import Place, Station, StationFault
 from tests.talking import DEADLINE_S
 from tests.view.viewer import Message, Viewer, viewing
 
+GRIPPER = """
+[gripper]
+stroke_mm = 80
+speed_mm_per_s = 400
+grip_force_n = 40
+close_output = 1
+"""
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
 
 
@@ -133,6 +142,25 @@ def test_targets_that_wait_are_drawn_with_their_spheres(simulator: Simulator) ->
         simulator.call(simulator.controller.stop)
         for name in (blending, "/targets/0/axes"):
             viewer.until(lambda message, name=name: _is_visible(message, name, False))  # type: ignore[misc]
+
+
+def test_a_gripper_is_drawn_and_told(tmp_path: Path) -> None:
+    (tmp_path / "cell.toml").write_text(GRIPPER)
+    with (
+        Simulator(cell=tmp_path / "cell.toml", status_port=0, backdoor_port=0) as simulator,
+        page_of(simulator) as port,
+        viewing(port) as viewer,
+    ):
+        shows(viewer, "open, 80.0 mm")
+        simulator.call(lambda: simulator.controller.io.set_output(1, True))
+        ask(simulator, "set input : 1 0")  # so the robot is looked at again
+        viewer.until(
+            lambda message: (
+                message["type"] == "SetPositionMessage"
+                and message["name"].endswith("/tcp/jaw_2")
+                and message["position"][1] == pytest.approx(-0.5 * JAW_M[1])
+            )
+        )
 
 
 def _updates(message: Message, node: str) -> Message:

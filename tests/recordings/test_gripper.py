@@ -1,0 +1,49 @@
+"""A gripper in a recording."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft7Validator
+
+from iiwa_sim import Iiwa, Simulator
+from iiwa_sim.recordings.schemas import FRAMES, SCENE, STATE
+from tests.recordings.foxglove import published
+from tests.recordings.recorded import contents, found_in
+
+CELL = """
+[gripper]
+stroke_mm = 80
+speed_mm_per_s = 100
+grip_force_n = 40
+close_output = 1
+"""
+
+
+def test_its_jaws_are_frames_and_bodies(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    (tmp_path / "cell.toml").write_text(CELL)
+    with (
+        Simulator(cell=tmp_path / "cell.toml", clock="stepped", record=path) as simulator,
+        Iiwa("127.0.0.1", simulator.port) as robot,
+    ):
+        robot.set_output(1, True)
+        simulator.advance(0.4)
+    states = found_in(path, STATE)
+    for found in states:
+        Draft7Validator(json.loads(found.schema)).validate(found.content)
+    openings_mm = [found.content["gripper"]["opening_mm"] for found in states]
+    assert openings_mm[0] == 80.0
+    assert openings_mm[-1] == pytest.approx(40.0)
+    frames = contents(path, FRAMES)
+    Draft7Validator(published()["foxglove.FrameTransforms"]).validate(frames[-1])
+    places = [
+        {each["child_frame_id"]: each["translation"]["y"] for each in message["transforms"]}
+        for message in (frames[0], frames[-1])
+    ]
+    assert [places[0][f"jaw_{number}"] for number in (1, 2)] == [0.04, -0.04]
+    assert 0.02 <= places[1]["jaw_1"] < 0.03
+    bodies = {each["id"]: each["frame_id"] for each in contents(path, SCENE)[-1]["entities"]}
+    assert bodies["jaw_1"] == "jaw_1"
