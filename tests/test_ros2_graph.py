@@ -19,6 +19,7 @@ from tests.samples import some
 
 AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
 JOINT_STATE, POINTS = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
+MOST_STATES = 2_000
 ALWAYS_BEHIND_S = 0.1
 """The longest delay behind a curve, told in docs/ros2.md."""
 
@@ -69,6 +70,22 @@ def test_transforms_and_the_description_are_told(cell: tuple[Simulator, User]) -
     assert fixed["transforms"]
     (description,) = someone.hears("robot_description", "std_msgs/msg/String", 1, latched=True)
     assert description["data"].startswith("<?xml") or "<robot" in description["data"]
+
+
+def test_rates_are_parameters_of_the_node(cell: tuple[Simulator, User]) -> None:
+    robot, someone = cell
+    wrong = {"rates.joint_states": 0, "rates.tf": 100_000}
+    assert all(someone.asks("parameters", node="iiwa_sim", values=wrong)["reasons"])
+    assert someone.asks("parameters", node="iiwa_sim", values={"rates.joint_states": 7})["reasons"] == [""]
+    assert robot._ros is not None
+    rates = robot._ros._node.rates
+    someone.asks("hear", topic="joint_states", kind=JOINT_STATE)
+    for _ in range(MOST_STATES):  # it is told the robot soon after
+        if rates.rates_hz["/joint_states"] == 7:
+            break
+        someone.asks("wait", topic="joint_states", count=1)
+    assert rates.rates_hz == {**rates.rates_hz, "/joint_states": 7, "/tool_frame": 100}
+    assert someone.asks("parameters", node="iiwa_sim", values={"rates.joint_states": 100})["reasons"] == [""]
 
 
 @st.composite

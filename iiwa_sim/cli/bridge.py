@@ -16,6 +16,7 @@ from iiwa_sim.cli.options import (
     add_ros,
     add_ros2,
     add_ros_conventions,
+    add_ros_rate,
     add_rosbridge,
     add_server,
     ros_conventions,
@@ -81,5 +82,6 @@ def _parser() -> Parser:
     add_ros(parser)
     add_ros2(parser)
     add_ros_conventions(parser)
+    add_ros_rate(parser)
     add_log(parser)
     return parser

@@ -11,7 +11,7 @@ from iiwa_sim.cli.parsing import Error, Parser, whole
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
-from iiwa_sim.ros.conventions import RESULT_TYPES, Conventions, Reference, Stamps
+from iiwa_sim.ros.conventions import COMMON_RATE_HZ, RESULT_TYPES, Conventions, Reference, Stamps
 from iiwa_sim.serve.listening import why
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
@@ -163,6 +163,17 @@ def add_ros2(parser: Parser) -> None:
     )
 
 
+def add_ros_rate(parser: Parser) -> None:
+    parser.add_argument(
+        "--ros-rate",
+        type=whole(1, MAX_RATE_HZ),
+        default=COMMON_RATE_HZ,
+        metavar="HZ",
+        help="how often joint states, transforms, wrench and /clock are told on ROS in a second of simulated "
+        "time, no more often than ticks (default: %(default)s)",
+    )
+
+
 def add_ros_stamps(parser: Parser) -> None:
     parser.add_argument(
         "--ros-stamps",
@@ -176,7 +187,9 @@ def add_ros_stamps(parser: Parser) -> None:
 def ros_conventions(options: argparse.Namespace) -> Conventions:
     """The conventions of the options of `add_ros_conventions` and, where it was added, `add_ros_stamps`."""
     stamps = getattr(options, "ros_stamps", Stamps.REAL.value)
-    return Conventions(RESULT_TYPES[options.ros_result], Reference(options.ros_reference), Stamps(stamps))
+    return Conventions(
+        RESULT_TYPES[options.ros_result], Reference(options.ros_reference), Stamps(stamps), options.ros_rate
+    )
 
 
 def add_rate(parser: Parser, default: int | None = DEFAULT_RATE_HZ) -> None:

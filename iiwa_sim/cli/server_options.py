@@ -16,6 +16,7 @@ from iiwa_sim.cli.options import (
     add_ros,
     add_ros2,
     add_ros_conventions,
+    add_ros_rate,
     add_ros_stamps,
     add_rosbridge,
     secret_in,
@@ -119,6 +120,7 @@ def server_parser() -> Parser:
     add_ros(parser)
     add_ros_conventions(parser)
     add_ros2(parser)
+    add_ros_rate(parser)
     add_ros_stamps(parser)
     parser.add_argument(
         "--backdoor-port",

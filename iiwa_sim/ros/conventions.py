@@ -1,5 +1,6 @@
 """Conventions in which users of robot_movement_interface differ: options of a robot on ROS."""
 
+from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple
 
@@ -42,12 +43,24 @@ class Stamps(Enum):
     """The time of /clock, for nodes with use_sim_time."""
 
 
+COMMON_RATE_HZ = 100
+"""Of joint states, transforms, and what else is told of the motion."""
+
+
 class Conventions(NamedTuple):
     """The conventions of one robot."""
 
     result: ResultType = ResultType.YEAR_2024
     reference: Reference = Reference.APPLY
     stamps: Stamps = Stamps.REAL
+    rate_hz: int = COMMON_RATE_HZ
+    """Of all topics whose rate is 100 Hz of simulated time otherwise; no more than ticks."""
+
+    def rates(self, usual_hz: Mapping[str, int]) -> dict[str, int]:
+        """The rates of topics, by those they usually have."""
+        return {
+            topic: self.rate_hz if usual == COMMON_RATE_HZ else usual for topic, usual in usual_hz.items()
+        }
 
 
 TODAYS = Conventions()

@@ -75,7 +75,7 @@ class RosSide:
                 return round(1e9 * (own.time_s or 0.0))
 
         self._node = Node(robot, now_ns, tick_rate_hz, log, conventions)
-        self._arm = None if arm is None else JointLevel(arm, now_ns, tick_rate_hz, log)
+        self._arm = None if arm is None else JointLevel(arm, now_ns, tick_rate_hz, log, conventions)
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None
         if rosbridge_port is not None:

@@ -12,8 +12,9 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.trajectory_request import order_of
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.arm import Arm
+from iiwa_sim.ros.arm.contents import STATES, TOOL, Contents, Message
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
-from iiwa_sim.ros.arm.links import Links, tool_transform
+from iiwa_sim.ros.arm.links import Links
 from iiwa_sim.ros.arm.messages import (
     BadGoal,
     Float64,
@@ -24,13 +25,13 @@ from iiwa_sim.ros.arm.messages import (
     Trigger,
     TwistStamped,
     converted,
-    time_of,
 )
 from iiwa_sim.ros.arm.twist import RATE_HZ as TWIST_HZ
 from iiwa_sim.ros.arm.twist import TwistServo
+from iiwa_sim.ros.conventions import TODAYS, Conventions
+from iiwa_sim.ros.rmi.rates import Rates
 from iiwa_sim.ros.rmi.robot import Done, Failure
 
-Message = dict[str, Any]
 Listener = Callable[[Message], None]
 
 CONTROLLER = "/joint_trajectory_controller"
@@ -40,16 +41,12 @@ ACTION_TYPE = "control_msgs/action/FollowJointTrajectory"
 TRAJECTORY = f"{CONTROLLER}/joint_trajectory"
 COMMANDS = "/robot_joint_commands"
 """Where joint_state_topic_hardware_interface publishes, with which ros2_control drives a robot."""
-STATES = "/robot_joint_states"
-"""Where it expects the robot's joint states."""
 TWIST = "/servo_node/delta_twist_cmds"
 """Where programs publish that move a robot by MoveIt Servo."""
 SPEED_SCALE = "/set_speed_scale"
 OUTPUT = "/set_output_"
 """A service for each output, by its number from 1."""
-TOOL = "tool"
-"""The frame of the TCP."""
-FEEDBACK_HZ = 20
+FEEDBACK, FEEDBACK_HZ = "feedback", 20
 
 PUBLISHED: Mapping[str, tuple[str, int]] = {
     "/clock": ("rosgraph_msgs/msg/Clock", 100),
@@ -74,29 +71,36 @@ SERVICES: Mapping[str, str] = {
     "/emergency_stop": "std_srvs/srv/SetBool",
 }
 """Those that every robot has; each output has one, too."""
-_OK, _ERROR = 0, 2  # of DiagnosticStatus
 
 
 class JointLevel:
     """The joint level of one robot."""
 
-    def __init__(self, arm: Arm, now_ns: Callable[[], int], tick_rate_hz: int, log: DialectLog) -> None:
+    def __init__(
+        self,
+        arm: Arm,
+        now_ns: Callable[[], int],
+        tick_rate_hz: int,
+        log: DialectLog,
+        conventions: Conventions = TODAYS,
+    ) -> None:
         """`now_ns` returns the time that goes into headers, with which stamps are compared (ns)."""
         self._arm = arm
         self.now_ns = now_ns
-        self._tick_rate_hz = tick_rate_hz
         self._log = log
         description = arm.description
         self._names = description.joints
-        self._links = Links(description.urdf, self._names)
-        self._twist = TwistServo(arm, self._links.base, TOOL)
-        self._twist_due = 0
+        links = Links(description.urdf, self._names)
+        self._twist = TwistServo(arm, links.base, TOOL)
         unknown = {"/clock": arm.time_s, "/wrench": arm.wrench}
         self.published = {topic: of for topic, of in PUBLISHED.items() if unknown.get(topic, ()) is not None}
         """What of `PUBLISHED` this robot tells."""
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
-        self._due = dict.fromkeys(PUBLISHED, 0)  # in units of 1 / tick_rate_hz of a message
-        self._feedback_due = 0
+        self._contents = Contents(arm, links, now_ns)
+        usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
+        self.rates = Rates(conventions.rates(usual), tick_rate_hz)
+        """Of the topics that recur."""
+        self._own = Rates({FEEDBACK: FEEDBACK_HZ, TWIST: TWIST_HZ}, tick_rate_hz)
         self._feedback: dict[int, Listener] = {}  # by the number of the trajectory
         self._goal = 0  # the number of the newest one
 
@@ -114,7 +118,7 @@ class JointLevel:
     def listen(self, topic: str, listener: Listener) -> None:
         """Register a listener for a topic of `PUBLISHED`; what is told once is told now."""
         self._listeners[topic].append(listener)
-        content = self._content(topic) if PUBLISHED[topic][1] == 0 else None
+        content = self._contents.of(topic) if PUBLISHED[topic][1] == 0 else None
         if content is not None:
             listener(content)
 
@@ -200,25 +204,18 @@ class JointLevel:
 
     def step(self) -> None:
         """Notice that a tick has been made."""
-        for topic, (_, rate_hz) in PUBLISHED.items():
-            self._due[topic] += rate_hz
-            if self._due[topic] >= self._tick_rate_hz:
-                self._due[topic] -= self._tick_rate_hz
-                self._publish(topic)
-        self._feedback_due += FEEDBACK_HZ
-        if self._feedback_due >= self._tick_rate_hz:
-            self._feedback_due -= self._tick_rate_hz
-            self._tell_feedback()
-        self._twist_due += TWIST_HZ
-        if self._twist_due >= self._tick_rate_hz:
-            self._twist_due -= self._tick_rate_hz
-            self._follow_twist()
+        for topic in self.rates.due():
+            self._publish(topic)
+        for own in self._own.due():
+            if own == FEEDBACK:
+                self._tell_feedback()
+            else:
+                self._follow_twist()
 
     def skip(self, ticks: int) -> None:
         """The robot has made `ticks` ticks at once, while nobody was told anything."""
-        for topic, (_, rate_hz) in PUBLISHED.items():
-            self._due[topic] = (self._due[topic] + ticks * rate_hz) % self._tick_rate_hz
-        self._feedback_due = (self._feedback_due + ticks * FEEDBACK_HZ) % self._tick_rate_hz
+        self.rates.skip(ticks)
+        self._own.skip(ticks)
 
     def _follow_twist(self) -> None:
         try:
@@ -239,65 +236,14 @@ class JointLevel:
             hear(feedback(progress, self._names, self.now_ns()))
 
     def _publish(self, topic: str) -> None:
-        content = self._content(topic) if self._listeners[topic] else None
+        content = self._contents.of(topic) if self._listeners[topic] else None
         if content is not None:
             for listener in list(self._listeners[topic]):
                 listener(content)
-
-    def _content(self, topic: str) -> Message | None:
-        """The message for a topic; None where the robot does not tell what is in it."""
-        arm = self._arm
-        if topic == "/clock":
-            return None if arm.time_s is None else {"clock": time_of(round(1e9 * arm.time_s))}
-        if topic == "/robot_description":
-            return {"data": arm.description.urdf}
-        if topic == "/tf_static":
-            return {"transforms": self._stamped(self._links.fixed())}
-        joints, stamp = arm.joints, time_of(self.now_ns())
-        if topic == "/tf":
-            return None if joints is None else {"transforms": self._stamped(self._moving(joints))}
-        if topic == STATES:
-            return None if joints is None else self._joint_state(joints, stamp)
-        if topic == "/wrench":
-            if arm.wrench is None:
-                return None
-            force, torque = arm.wrench[:3], arm.wrench[3:]
-            parts = {
-                "force": dict(zip("xyz", force, strict=True)),
-                "torque": dict(zip("xyz", torque, strict=True)),
-            }
-            return {"header": {"stamp": stamp, "frame_id": TOOL}, "wrench": parts}
-        fault = arm.fault
-        status = {
-            "level": _OK if fault is None else _ERROR,
-            "name": "iiwa_sim: robot",
-            "message": "ok" if fault is None else fault.reason,
-            "hardware_id": "iiwa_sim",
-            "values": [{"key": "error_code", "value": str(0 if fault is None else fault.code)}],
-        }
-        return {"header": {"stamp": stamp, "frame_id": ""}, "status": [status]}
-
-    def _moving(self, joints: tuple[float, ...]) -> list[Message]:
-        tool = self._arm.tool_in_flange
-        told = [] if tool is None else [tool_transform(self._arm.description.flange, TOOL, tool)]
-        return [*self._links.moving(joints), *told]
-
-    def _joint_state(self, joints: tuple[float, ...], stamp: Message) -> Message:
-        return {
-            "header": {"stamp": stamp, "frame_id": ""},
-            "name": list(self._names),
-            "position": list(joints),
-            "velocity": list(self._arm.velocities or ()),
-            "effort": [],
-        }
-
-    def _stamped(self, transforms: list[Message]) -> list[Message]:
-        stamp = time_of(self.now_ns())
-        return [{**each, "header": {"stamp": stamp, **each["header"]}} for each in transforms]
 
 
 def _nobody(_: Failure | None) -> None:
     """Nobody asks how it went: a topic has no answer."""
 
 
-__all__ = ["ACTION", "ACTION_TYPE", "PUBLISHED", "SERVICES", "SUBSCRIBED", "BadGoal", "JointLevel"]
+__all__ = ["ACTION", "ACTION_TYPE", "PUBLISHED", "SERVICES", "STATES", "SUBSCRIBED", "BadGoal", "JointLevel"]

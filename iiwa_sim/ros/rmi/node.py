@@ -14,6 +14,7 @@ from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import RESULT, Definition, message, result_message, service, type_of
 from iiwa_sim.ros.rmi.pins import Pins
+from iiwa_sim.ros.rmi.rates import Rates
 from iiwa_sim.ros.rmi.robot import Failure, Robot, State
 from iiwa_sim.ros.rmi.services import Answer, Fail, Services
 
@@ -55,12 +56,13 @@ class Node:
         """`now_ns` returns the time since 1970 (ns) that goes into headers."""
         self._robot = robot
         self._now_ns = now_ns
-        self._tick_rate_hz = tick_rate_hz
         self._result_type = conventions.result
         self._queue = CommandQueue(robot, self._publish_result, log, conventions.reference)
         self._services = Services(robot, self._queue, self.time).all
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
-        self._due = dict.fromkeys(PUBLISHED, 0)  # in units of 1 / tick_rate_hz of a message
+        usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
+        self.rates = Rates(conventions.rates(usual), tick_rate_hz)
+        """Of the topics that recur."""
         self._sequence = dict.fromkeys(PUBLISHED, 0)
         self.services: Mapping[str, str] = {name: kind for name, (kind, _) in self._services.items()}
         """Type of each service, by name."""
@@ -109,11 +111,7 @@ class Node:
         """Notice that a tick has been made."""
         self._queue.step()
         state: State | None = None
-        for topic, (_, rate_hz) in PUBLISHED.items():
-            self._due[topic] += rate_hz
-            if self._due[topic] < self._tick_rate_hz or rate_hz == 0:
-                continue
-            self._due[topic] -= self._tick_rate_hz
+        for topic in self.rates.due():
             if not self._listeners[topic]:
                 continue
             if topic == ROBOT_STATUS:
@@ -126,8 +124,7 @@ class Node:
 
     def skip(self, ticks: int) -> None:
         """The robot has made `ticks` ticks while the node was not `watching`."""
-        for topic, (_, rate_hz) in PUBLISHED.items():
-            self._due[topic] = (self._due[topic] + ticks * rate_hz) % self._tick_rate_hz
+        self.rates.skip(ticks)
 
     def _publish(self, topic: str, content: Message) -> None:
         for listener in list(self._listeners[topic]):

@@ -14,10 +14,13 @@ from iiwa_sim.ros.arm.joint_level import SUBSCRIBED as TO_ARM
 from iiwa_sim.ros.arm.messages import BadGoal, in_ros1, in_ros2, ros1_name
 from iiwa_sim.ros.rmi.definitions import message, service
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
+from iiwa_sim.ros.rmi.rates import Rates
 
 Answer = Callable[[Message], None]
 Fail = Callable[[str], None]
 
+RATES = "rates."
+"""What the names of parameters begin with; a topic follows."""
 ACTIONS: Mapping[str, str] = {ACTION: ACTION_TYPE}
 
 
@@ -47,6 +50,24 @@ class Graph:
         """Type of each service."""
         of_node = {name: _ros2_name(kind, "srv") for name, kind in self._node.services.items()}
         return {**self._arm.services, **of_node}
+
+    @property
+    def parameters(self) -> list[tuple[str, int, int, int]]:
+        """The node's parameters, which are rates (Hz): name, value, lowest and highest value."""
+        return [
+            (f"{RATES}{topic.strip('/')}", rate_hz, 1, rates.highest_hz)
+            for rates in self._rates()
+            for topic, rate_hz in rates.rates_hz.items()
+            if topic in self.published
+        ]
+
+    def set_parameter(self, name: str, value: float) -> None:
+        """One of them has been set."""
+        for rates in self._rates():
+            rates.set(f"/{name.removeprefix(RATES)}", value)
+
+    def _rates(self) -> tuple[Rates, Rates]:
+        return self._node.rates, self._arm.rates
 
     def listen(self, topic: str, hear: Answer) -> Callable[[], None]:
         """Have the messages of a topic heard; gives what ends that."""

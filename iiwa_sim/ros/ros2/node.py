@@ -83,6 +83,7 @@ class Ros2Node:
             "publish": [[_relative(topic), *kind] for topic, kind in graph.published.items()],
             "subscribe": [[_relative(topic), kind] for topic, kind in graph.subscribed.items()],
             "serve": [[_relative(name), kind] for name, kind in graph.services.items()],
+            "parameters": graph.parameters,
             "actions": [[_relative(name), kind] for name, kind in ACTIONS.items()],
         }
         process = await NodeProcess.start(self._python, first, self._share.ask_later, self._too_long)
@@ -150,6 +151,8 @@ class Ros2Node:
     def _take(self, told: dict[str, Any]) -> None:
         if "call" in told:
             self._call(told)
+        elif "parameter" in told:
+            self._graph.set_parameter(told["parameter"], told["value"])
         elif "cancel" in told or "goal" in told:
             if self._goals is not None:
                 self._goals.take(told)

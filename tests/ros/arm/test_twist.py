@@ -14,6 +14,7 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.ros.arm.arm import LocalArm
 from iiwa_sim.ros.arm.joint_level import TWIST as TOPIC
 from iiwa_sim.ros.arm.joint_level import JointLevel
+from iiwa_sim.ros.arm.links import Links
 from tests.ros_robot import NOW_NS, RosRobot
 from tests.samples import some
 
@@ -67,7 +68,7 @@ def test_a_twist_moves_the_tcp_at_its_velocity_and_a_stale_one_lets_it_rest(
     robot = servoed
     told = twist(frame_id or "", vx=0.02, vz=-0.05)
     if frame_id:
-        told["header"]["frame_id"] = robot.level._links.base
+        told["header"]["frame_id"] = Links(robot.description.urdf, robot.description.joints).base
     robot.follows(told, 0.5)
     start, end = robot.follows(told, 1.0)
     assert end - start == pytest.approx([0.02, 0.0, -0.05], abs=1e-3), "m in a second, once it is at speed"

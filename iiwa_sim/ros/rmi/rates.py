@@ -1,0 +1,44 @@
+"""When messages that recur are due, counted in ticks."""
+
+from collections.abc import Mapping
+
+
+class Rates:
+    """Rates of several things (Hz of simulated time), each of which is due at most once a tick."""
+
+    def __init__(self, rates_hz: Mapping[str, int], tick_rate_hz: int) -> None:
+        """Of those with a rate of 0 nothing is ever due."""
+        self._tick_rate_hz = tick_rate_hz
+        self._rates_hz = {name: rate_hz for name, rate_hz in rates_hz.items() if rate_hz}
+        self._parts = dict.fromkeys(self._rates_hz, 0)  # of a message, in units of 1 / tick_rate_hz
+
+    @property
+    def highest_hz(self) -> int:
+        """No rate is higher: that of ticks."""
+        return self._tick_rate_hz
+
+    @property
+    def rates_hz(self) -> Mapping[str, int]:
+        """Rate of each thing that recurs."""
+        return self._rates_hz
+
+    def set(self, name: str, rate_hz: float) -> None:
+        """Let it be due so often, from 1 Hz to every tick."""
+        if name in self._rates_hz:
+            self._rates_hz[name] = round(max(1, min(rate_hz, self._tick_rate_hz)))
+
+    def due(self) -> list[str]:
+        """Notice that a tick has been made; gives what is due now."""
+        told = []
+        for name, rate_hz in self._rates_hz.items():
+            part = self._parts[name] + rate_hz
+            if part >= self._tick_rate_hz:
+                part = min(part - self._tick_rate_hz, self._tick_rate_hz)
+                told.append(name)
+            self._parts[name] = part
+        return told
+
+    def skip(self, ticks: int) -> None:
+        """Notice ticks of which nobody is told anything."""
+        for name, rate_hz in self._rates_hz.items():
+            self._parts[name] = (self._parts[name] + ticks * rate_hz) % self._tick_rate_hz
