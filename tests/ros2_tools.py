@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +22,11 @@ from tests.needed import lacks
 from tests.processes import killed_unless_done
 from tests.talking import DEADLINE_S
 
-FIRST_DOMAIN = 40
-"""Of DDS: each worker of the tests has one of its own, so that they do not meet."""
+DOMAINS = range(1, 40)
+FIRST_LOCK = 23_400
+"""A domain of DDS is whose process has bound the port of 127.0.0.1 that is so much more."""
+CELL = f"cell_{os.getpid()}"
+"""A namespace."""
 FOLDER = Path(ros2.__file__).parent
 PROGRAM = Path(__file__).parent / "ros2_user.py"
 HERE = (0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0)
@@ -33,11 +38,31 @@ def rclpy_python(monkeypatch: pytest.MonkeyPatch) -> Path:
     found = python_in(default_folder())
     if not found.exists():
         lacks("an environment of iiwa-sim ros2-env")
-    worker = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(FIRST_DOMAIN + int(worker) % 50))
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain()))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     monkeypatch.setattr(process, "END_S", DEADLINE_S)  # a machine may be slow
     return found
+
+
+@cache
+def domain() -> int:
+    """A domain of DDS for this process alone: no other worker, and no other run on this machine, is in it.
+
+    In one domain robots of the same name are one, and all have one /clock.
+    """
+    for number in DOMAINS:
+        lock = socket.socket()
+        try:
+            lock.bind(("127.0.0.1", FIRST_LOCK + number))
+        except OSError:
+            lock.close()
+        else:
+            _LOCKS.append(lock)
+            return number
+    raise AssertionError("all domains are in use")
+
+
+_LOCKS: list[socket.socket] = []  # kept until the process ends
 
 
 def compiled(python: Path) -> None:
@@ -89,7 +114,7 @@ class User:
 
 
 @contextmanager
-def user(python: Path, namespace: str = "cell") -> Iterator[User]:
+def user(python: Path, namespace: str = CELL) -> Iterator[User]:
     """A user's node; it ends with the block."""
     node = subprocess.Popen(
         [python, PROGRAM, FOLDER, namespace], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True

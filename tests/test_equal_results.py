@@ -32,6 +32,7 @@ from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 from tests.needed import lacks
 from tests.processes import next_line, running
 from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
+from tests.ros2_tools import domain
 from tests.ros_robot import RosRobot, command
 from tests.samples import some
 from tests.talking import DEADLINE_S
@@ -41,8 +42,6 @@ HOME_POSE = [0.5, 0.0, 0.4, 0.0, 1.5, 0.0]  # m, rad
 COMMAND_LIST, RESULTS, STATES = "/command_list", "/command_result", "/joint_states"
 LONGEST_S = 120.0
 """Simulated time in which every list has its results."""
-DOMAIN = "95"
-"""Of DDS, which no other test has."""
 
 
 def _float32(value: float) -> float:
@@ -447,7 +446,7 @@ def users(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Users]:
     ):
         for name in ("HOME", "ROS_MASTER_URI", "ROS_IP"):
             monkeypatch.setenv(name, terminal.environment[name])
-        monkeypatch.setenv("ROS_DOMAIN_ID", DOMAIN)
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain()))
         monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
         yield _users(there, terminal, python)
 
@@ -463,7 +462,7 @@ def _users(there: contextlib.ExitStack, terminal: Terminal, python: Path) -> Use
     sockets = [there.enter_context(connect(url)) for _ in range(2)]
     ros1 = there.enter_context(user(SYSTEM_PYTHON, "-c", OF_ROS1, env=terminal.environment))
     environment = terminal.environment | {
-        "ROS_DOMAIN_ID": DOMAIN,
+        "ROS_DOMAIN_ID": str(domain()),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     }
     ros2 = there.enter_context(user(str(python), "-c", OF_ROS2, env=environment))

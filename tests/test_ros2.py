@@ -18,11 +18,11 @@ from iiwa_sim.ros.ros2 import environment
 from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
 from iiwa_sim.simulator import Simulator
 from tests.processes import IIWA_SIM, running
-from tests.ros2_tools import rclpy_python
+from tests.ros2_tools import CELL, rclpy_python
 from tests.talking import DEADLINE_S, Client, until
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "ros2_rclpy.py"
-NODE = "ROS 2 node /cell/iiwa_sim\n"
+NODE = f"ROS 2 node /{CELL}/iiwa_sim\n"
 LISTENER = """
 import sys
 import time
@@ -104,10 +104,10 @@ def said_by(python: Path, *arguments: str) -> list[str]:
 
 
 def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> None:
-    with running("--ros2", "--ros2-python", str(python), "--ros-namespace", "cell") as process:
+    with running("--ros2", "--ros2-python", str(python), "--ros-namespace", CELL) as process:
         assert process.line() == NODE
-        assert said_by(python, "-c", BAD, "cell") == ["sent"]
-        lines = said_by(python, str(EXAMPLE), "cell")
+        assert said_by(python, "-c", BAD, CELL) == ["sent"]
+        lines = said_by(python, str(EXAMPLE), CELL)
         code, log = process.ends(signal.SIGTERM)
     # What was sent first was taken first: the robot's log has it.
     assert lines == ["joints A1 A2 A3 A4 A5 A6 A7", "there", "stop True"]
@@ -123,9 +123,9 @@ async def test_states_come_100_times_in_a_second_of_simulated_time_at_every_cloc
 ) -> None:
     conventions = Conventions(stamps=Stamps.SIMULATED)
     options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_conventions": conventions}
-    async with Simulator(clock=clock, ros_namespace="cell", **options) as simulator:
-        assert simulator.ros2_node == "/cell/iiwa_sim"
-        listening = asyncio.create_task(asyncio.to_thread(said_by, python, "-c", LISTENER, "cell"))
+    async with Simulator(clock=clock, ros_namespace=CELL, **options) as simulator:
+        assert simulator.ros2_node == f"/{CELL}/iiwa_sim"
+        listening = asyncio.create_task(asyncio.to_thread(said_by, python, "-c", LISTENER, CELL))
         while not listening.done():  # time passes in steps until it has heard enough
             if clock == "stepped":
                 await simulator.clock.advance(0.1)

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.ros2_tools import HERE, User, compiled, duration, rclpy_python, user
+from tests.ros2_tools import CELL, HERE, User, compiled, duration, rclpy_python, user
 
 AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
-CELL: dict[str, Any] = {"ros2": True, "ros_namespace": "cell"}
+OPTIONS: dict[str, Any] = {"clock": "10x", "ros2": True, "ros_namespace": CELL}
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def python(monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def cell(python: Path) -> Iterator[tuple[Simulator, User]]:
     """A robot whose time runs ten times as fast, and a user."""
-    with Simulator(clock="10x", ros2_python=python, **CELL) as robot, user(python) as someone:
+    with Simulator(ros2_python=python, **OPTIONS) as robot, user(python) as someone:
         yield robot, someone
 
 
@@ -116,7 +116,7 @@ def test_what_cannot_be_followed_is_rejected_and_nothing_moves(
 
 
 def test_a_goal_of_a_user_who_is_gone_is_followed_to_its_end(python: Path) -> None:
-    with Simulator(clock="10x", ros2_python=python, **CELL) as robot:
+    with Simulator(ros2_python=python, **OPTIONS) as robot:
         with user(python) as someone:
             assert someone.sends("left alone", [(2.0, AWAY)])
         with user(python) as other:  # it may have begun, and be there before

@@ -10,7 +10,7 @@ import pytest
 
 from iiwa_sim.simulator import Simulator
 from tests.processes import IIWA_SIM, next_line
-from tests.ros2_tools import HERE, NAMES, compiled, rclpy_python, user
+from tests.ros2_tools import CELL, HERE, NAMES, compiled, rclpy_python, user
 from tests.talking import DEADLINE_S
 
 SET_BOOL, TRIGGER = "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"
@@ -27,14 +27,14 @@ def python(monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_robot_behind_a_bridge_is_a_node(python: Path) -> None:
-    options = ["--rosbridge-port", "0", "--ros2", "--ros2-python", python, "--ros-namespace", "cell"]
+    options = ["--rosbridge-port", "0", "--ros2", "--ros2-python", python, "--ros-namespace", CELL]
     with Simulator(clock="10x") as robot:
         program = [*IIWA_SIM, "bridge", f"127.0.0.1:{robot.port}", *options]
         bridge = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         with bridge, user(python) as someone:
             try:
                 assert next_line(bridge).startswith("rosbridge on ")
-                assert next_line(bridge) == "ROS 2 node /cell/iiwa_sim\n"
+                assert next_line(bridge) == f"ROS 2 node /{CELL}/iiwa_sim\n"
                 state = someone.hears("joint_states", "sensor_msgs/msg/JointState", 2)[-1]
                 assert (state["name"], state["velocity"]) == (NAMES, [])
                 assert state["position"] == pytest.approx(HERE, abs=1e-6)

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.ros2_tools import User, compiled, rclpy_python, user
+from tests.ros2_tools import CELL, User, compiled, rclpy_python, user
 from tests.ros_robot import command, ptp
 
 AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
@@ -22,7 +22,7 @@ def cell(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Simulator, User]]:
     """A robot whose time runs ten times as fast, and a user."""
     python: Path = rclpy_python(monkeypatch)
     compiled(python)
-    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_namespace": "cell"}
+    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_namespace": CELL}
     with Simulator(clock="10x", **options) as robot, user(python) as someone:
         yield robot, someone
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros.arm.joint_level import COMMANDS, TRAJECTORY, TWIST
 from iiwa_sim.simulator import Simulator
-from tests.ros2_tools import HERE, NAMES, User, compiled, duration, rclpy_python, trajectory, user
+from tests.ros2_tools import CELL, HERE, NAMES, User, compiled, duration, rclpy_python, trajectory, user
 from tests.samples import some
 
 AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
@@ -35,7 +35,7 @@ def python() -> Iterator[Path]:
 @pytest.fixture(scope="module")
 def cell(python: Path) -> Iterator[tuple[Simulator, User]]:
     """A robot whose time runs ten times as fast, and a user, for all tests that leave it at rest."""
-    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_namespace": "cell"}
+    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_namespace": CELL}
     with Simulator(clock="10x", **options) as robot, user(python) as someone:
         yield robot, someone
 
