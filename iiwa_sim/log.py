@@ -143,6 +143,11 @@ def robot_contact(contact: Contact) -> None:
     logger.warning("%s", contact, extra={"fields": contact._asdict() | {"tcp": contact.tcp._asdict()}})
 
 
+def robot_touch(told: str) -> None:
+    """Log which link begins to touch a surface or another link."""
+    logger.warning("%s", told)
+
+
 def configure(level: str, as_json: bool, descriptor: int) -> None:
     """Write log lines of `level` (one of LEVELS) or above to the file `descriptor`.
 

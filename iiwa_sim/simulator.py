@@ -26,7 +26,7 @@ from iiwa_sim.dialect.ports import DEFAULT_DIALECT, IIWA, one_each
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
-from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault
+from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault, robot_touch
 from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.recordings.recordings import Recording, Recordings
@@ -168,6 +168,7 @@ class Simulator(LoopOrThread):
             servo_timeout_s=servo_timeout_s,
             on_fault=self._robot_fault,
             on_contact=self._robot_contact,
+            on_touch=self._robot_touch,
         )
         self._controller.endings.on_discarded = moves_discarded
         self.dialogue = RememberedDialogue(self._tick)
@@ -477,3 +478,7 @@ class Simulator(LoopOrThread):
         robot_contact(contact)
         self._recordings.contact(contact)
         self.dialogue.event("robot", str(contact))
+
+    def _robot_touch(self, told: str) -> None:
+        robot_touch(told)
+        self.dialogue.event("robot", told)

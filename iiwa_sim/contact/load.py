@@ -6,11 +6,13 @@ from operator import add as add_numbers
 
 from iiwa_sim.contact import moments
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
+from iiwa_sim.contact.links_kernel import LinkContact, Links
 from iiwa_sim.contact.moments import NO_MOMENTS, Moments
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.contact.world_kernel import AT_REST, World
 from iiwa_sim.frames import Transform, Vector, inverse
+from iiwa_sim.robot.capsules import capsules_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.tcp_kernel import Tcp
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add
@@ -23,8 +25,8 @@ class ExternalLoad:
     """The external load, tick by tick; exactly 0 in free space.
 
     A wrench at the TCP and a torque on each joint are applied from outside as long as they are set. Surfaces
-    are evaluated once per tick, and so is what is carried without that the controller knows. The readings are
-    the sum, with noise if there is any.
+    are evaluated once per tick, at the TCP and at the links, and so is what is carried without that the
+    controller knows. The readings are the sum, with noise if there is any.
     """
 
     def __init__(
@@ -51,6 +53,11 @@ class ExternalLoad:
         self.world = World((), 0.0) if world is None else world
         """The surfaces; changes are felt from the next tick on."""
         self._noise = noise
+        self._links: Links | None = None  # once there has been a surface
+        self._surrounded = NEVER  # the number of changes of the world that the links know of
+        self._link_torques: tuple[float, ...] | None = None  # of surfaces on links, if there are any
+        self.pushes = _Pushes(self)
+        """What a robot that yields gives way to, besides surfaces at the TCP."""
         self._place: Vector | None = None  # position of the TCP at the last evaluation of the surfaces
         self._joints: Sequence[float] = ()  # at the last tick
         self._settled = NEVER  # the number of changes of the world when a tick left all contacts unchanged
@@ -109,8 +116,23 @@ class ExternalLoad:
 
     @property
     def applied(self) -> tuple[object, ...]:
-        """All that acts but surfaces, to be compared."""
-        return self._wrench, self._joint_push, self._carried
+        """All that acts but surfaces at the TCP, to be compared."""
+        return self._wrench, self._joint_push, self._carried, self._link_torques
+
+    @property
+    def links(self) -> Links:
+        """The links of the arm, as the world meets them."""
+        if self._links is None:
+            description = self._model.description
+            self._links = Links(self._model.tcp_of_flange.fixed, capsules_of(description))
+            self._links.colliding(description.home)  # where no links are in each other
+        return self._links
+
+    @property
+    def link_contacts(self) -> tuple[LinkContact, ...]:
+        """The links that surfaces have touched in the last tick."""
+        contacts: tuple[LinkContact, ...] = () if self._link_torques is None else self.links.contacts
+        return contacts
 
     @property
     def changes(self) -> bool:
@@ -153,12 +175,15 @@ class ExternalLoad:
             self._motion.step(self._tcp.pose(joints) if contact is None else contact[0], tick_s)
             self._carried, self._carried_at = self._motion.wrench(self._at_tcp), joints
         if self.world.empty:
-            self._touch, self._place = NO_WRENCH, None
+            if self._place is not None:
+                self._touch, self._place = NO_WRENCH, None
+                self._part_links()
             return
         stands = contact is None and joints == self._joints
         if stands and self._settled == self.world.changes:
             return
         self._joints = joints
+        self._touch_links(joints, tick_s)
         tcp, touch = (self._tcp.pose(joints), None) if contact is None else contact
         self.world.roll(tcp.rotation)
         if touch is not None:
@@ -177,6 +202,7 @@ class ExternalLoad:
         self._tcp = self._model.tcp(tool_in_flange)
         self.levers_m = _longest_levers(self._tcp)
         self.world.forget()
+        self._part_links()
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
         if self._motion is not None:
@@ -204,30 +230,40 @@ class ExternalLoad:
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
         """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
         nothing_at_tcp = self._touch is NO_WRENCH and self._wrench is NO_WRENCH and self._carried is NO_WRENCH
-        if nothing_at_tcp and self._noise is None:
+        if nothing_at_tcp and self._noise is None and self._link_torques is None:
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 
     def exact_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
         """The external torque (Nm) on each joint, without noise, with the robot at `joints` (rad).
 
-        Applied torques, and the wrench at the TCP by the transposed Jacobian.
+        Applied torques, those of surfaces on links, and the wrench at the TCP by the transposed Jacobian.
         """
         wrench = self.acting
-        if not any(wrench):
-            return self._joint_push
-        made: tuple[float, ...] = self._tcp.torques(joints, wrench)
-        return tuple(map(add_numbers, self._joint_push, made)) if self._joints_pushed else made
+        if self._link_torques is None:
+            if not any(wrench):
+                return self._joint_push
+            made: tuple[float, ...] = self._tcp.torques(joints, wrench)
+            return tuple(map(add_numbers, self._joint_push, made)) if self._joints_pushed else made
+        pushed = tuple(map(add_numbers, self._joint_push, self._link_torques))
+        return tuple(map(add_numbers, pushed, self._tcp.torques(joints, wrench))) if any(wrench) else pushed
 
     @property
     def acts(self) -> bool:
         """Whether anything pushes the robot: exactly nothing does in free space."""
-        return self._pushed or self._touch is not NO_WRENCH or self._carried is not NO_WRENCH
+        return (
+            self._pushed
+            or self._touch is not NO_WRENCH
+            or self._carried is not NO_WRENCH
+            or self._link_torques is not None
+        )
 
     @property
     def greatest_joint_push(self) -> float:
-        """The greatest torque (Nm) that is applied to a joint, either way round."""
-        return max(map(abs, self._joint_push)) if self._joints_pushed else 0.0
+        """No torque (Nm) that is applied to a joint, or made by surfaces on links, is greater, either way
+        round."""
+        greatest = max(map(abs, self._joint_push)) if self._joints_pushed else 0.0
+        return greatest if self._link_torques is None else greatest + max(map(abs, self._link_torques))
 
     @property
     def acting(self) -> Wrench:
@@ -237,11 +273,45 @@ class ExternalLoad:
             wrench = self._touch if wrench is NO_WRENCH else add(self._touch, wrench)
         return wrench if self._carried is NO_WRENCH else add(wrench, self._carried)
 
+    def _touch_links(self, joints: Sequence[float], tick_s: float) -> None:
+        """A tick has moved the robot to `joints` (rad): find what surfaces do to its links."""
+        links = self.links
+        if self._surrounded != self.world.changes:
+            self._surrounded = self.world.changes
+            links.surround(self.world.surfaces, joints)
+        links.step(joints, tick_s)
+        self._link_torques = links.torques
+
+    def _part_links(self) -> None:
+        """No link touches anything, and what is in a surface now has to come out of it to feel it."""
+        self._link_torques, self._surrounded = None, NEVER
+        if self._links is not None:
+            self._links.forget()
+
     def _feel(self, tcp: Transform, tick_s: float) -> None:
         rotation, place = tcp
         velocity = AT_REST if self._place is None else velocity_between(self._place, place, tick_s)
         self._place = place
         self._touch = seen_from(rotation, self.world.feel(place, velocity, tick_s))
+
+
+class _Pushes:
+    """What pushes a robot that yields, in the form of `iiwa_sim.motion.surroundings.Pushes`."""
+
+    def __init__(self, load: ExternalLoad) -> None:
+        self._load = load
+
+    @property
+    def tcp_push(self) -> Wrench:
+        """At the TCP, along its axes."""
+        return self._load.tcp_push
+
+    @property
+    def joint_push(self) -> tuple[float, ...]:
+        """Torque (Nm) on each joint: applied, and of surfaces on links."""
+        load = self._load
+        made = None if load._links is None else load._links.yielding_to
+        return load._joint_push if made is None else tuple(map(add_numbers, load._joint_push, made))
 
 
 def _longest_levers(tcp: Tcp) -> tuple[float, ...]:

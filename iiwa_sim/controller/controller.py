@@ -61,17 +61,19 @@ class Controller:
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
+        on_touch: Callable[[str], None] | None = None,
     ) -> None:
         """At rest at `start` (rad, within the limits), None for home; the TCP is the robot's own for None.
 
-        The TCP touches the surfaces of `world`; the robot goes where it is sent, until the torque on a joint
-        passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries
+        TCP and links touch the surfaces of `world`; the robot goes where it is sent, until the torque on a
+        joint passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries
         `tool`, None for nothing, and the controller knows that; `gripper` is what it works with, if anything.
         `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
         16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
         None for never. `on_fault` is told the code and the reason of what goes wrong between commands,
-        `on_contact` which force has ended a move. Raises `RobotFault` where the robot's folder does not fit
-        together, and ValueError for a timeout out of range.
+        `on_contact` which force has ended a move, `on_touch` which link begins to touch a surface or another
+        link. Raises `RobotFault` where the robot's folder does not fit together, and ValueError for a timeout
+        out of range.
         """
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
@@ -97,6 +99,7 @@ class Controller:
             servo_timeout_s,
             on_fault,
             on_contact,
+            on_touch,
         )
         self._moves = Moves(self._core)
         self._trajectories = Trajectories(self._core)

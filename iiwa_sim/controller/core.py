@@ -15,6 +15,7 @@ from iiwa_sim.controller.errors import (
 from iiwa_sim.controller.faults import Faults
 from iiwa_sim.controller.force_guard import Contact, ForceGuard
 from iiwa_sim.controller.handling import Handling
+from iiwa_sim.controller.meetings import Meetings
 from iiwa_sim.controller.modes import (
     SERVO_MODES,
     TRANSITIONS,
@@ -50,6 +51,7 @@ class Core:
         servo_timeout_s: float | None,
         on_fault: Callable[[int, str], None] | None,
         on_contact: Callable[[Contact], None] | None,
+        on_touch: Callable[[str], None] | None,
     ) -> None:
         """At rest at `start` (rad), pushed by `load` of which it knows as `carrying` says, working with
         `handling`, None for nothing, and watched by `protection`; the rest is as `Controller` is given it."""
@@ -77,6 +79,7 @@ class Core:
         self._servo_timeout_s = servo_timeout_s
         self._on_fault = on_fault
         self._on_contact = on_contact
+        self._meetings = None if on_touch is None else Meetings(load, tick_s, on_touch)
 
     def step(self) -> None:
         """One tick: the robot moves, then feels the forces where it is now, then compares with thresholds.
@@ -111,6 +114,8 @@ class Core:
             self._watch_forces(guard)
         if load.acts or self.protection.watches_tcp:
             self._protect()
+        if self._meetings is not None and (load.acts or self.tick % self._meetings.every == 0):
+            self._meetings.after_tick(self.tick, motions.joints != self.joints_before, motions.joints)
 
     @property
     def resting(self) -> bool:
@@ -209,6 +214,5 @@ class Core:
 
     def _motions_from(self, joints: Joints) -> Motions:
         limits = self.targets.limits[Mode.SMART]
-        return motions_of(
-            self.model, self.tool_in_flange, joints, self.tick_s, limits, self.load, self.load.world.feel
-        )
+        pushes, feel = self.load.pushes, self.load.world.feel
+        return motions_of(self.model, self.tool_in_flange, joints, self.tick_s, limits, pushes, feel)

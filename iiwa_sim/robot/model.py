@@ -26,12 +26,13 @@ class Model:
         self.joint_count = len(description.joints)
         self.fixed_poses = _fixed_poses(description)
         """The constant poses between joints, in the form of `Tcp`."""
-        self._flange = Tcp(self.fixed_poses, IDENTITY)
+        self.tcp_of_flange = Tcp(self.fixed_poses, IDENTITY)
+        """The flange in the form of a TCP."""
         self._tcp: Tcp | None = None
 
     def flange(self, q: Sequence[float]) -> Transform:
         """Pose of the flange."""
-        return self._flange.pose(q)
+        return self.tcp_of_flange.pose(q)
 
     def tcp(self, tool_in_flange: Transform) -> Tcp:
         """The TCP of a tool; consecutive calls with the same tool return the same object."""
@@ -41,7 +42,7 @@ class Model:
 
     def jacobian(self, q: Sequence[float]) -> NDArray[np.float64]:
         """Jacobian (6, n) of the flange: velocity of its origin (m/s), then angular (rad/s), in base axes."""
-        return self._flange.jacobian(q)
+        return self.tcp_of_flange.jacobian(q)
 
     def axes_at_zero(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Directions (n, 3) of the joint axes, and points (n, 3) on them (m), in the base at zero pose."""

@@ -1,0 +1,40 @@
+"""What the links of the arm meet: told once, when it begins."""
+
+from collections.abc import Callable
+
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.wording import harmless
+
+SELF_COLLISION_EVERY_S = 0.1
+"""So often a moving arm is looked at for links that are in each other (s, simulated)."""
+
+
+class Meetings:
+    """Which links touch surfaces, which makes forces, or each other, which is only told."""
+
+    def __init__(self, load: ExternalLoad, tick_s: float, tell: Callable[[str], None]) -> None:
+        """`tell` takes one line for each meeting that begins."""
+        self._load = load
+        self._tell = tell
+        self.every = max(1, round(SELF_COLLISION_EVERY_S / tick_s))
+        """In ticks."""
+        self._touching: set[tuple[str, str]] = set()
+        self._folded: tuple[str, str] | None = None
+
+    def after_tick(self, tick: int, moved: bool, joints: Joints) -> None:
+        """A tick of this number has brought the arm to `joints` (rad).
+
+        To be called after ticks in which something acts on it, and after each `every` of all.
+        """
+        contacts = self._load.link_contacts
+        if contacts or self._touching:
+            touching = {(contact.link, contact.surface) for contact in contacts}
+            for link, surface in sorted(touching - self._touching):
+                self._tell(harmless(f"link {link} touches surface {surface!r}"))
+            self._touching = touching
+        if moved and tick % self.every == 0:
+            folded = self._load.links.colliding(joints)
+            if folded is not None and folded != self._folded:
+                self._tell(f"links {folded[0]} and {folded[1]} collide")
+            self._folded = folded

@@ -1,0 +1,94 @@
+"""The links of an arm as capsules: balls, and cylinders with round ends, within the shapes of its URDF."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from functools import lru_cache
+from math import sqrt
+from typing import NamedTuple
+
+from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, transform_from_euler
+from iiwa_sim.robot.description import RobotDescription
+
+_SINE = 0.5 * sqrt(3.0)  # of 60 degrees
+
+
+class Capsule(NamedTuple):
+    """All that is no farther than `radius_m` from a piece of a straight line."""
+
+    link: str
+    """Name of the link in the URDF that it is part of."""
+    joints: int
+    """How many joints move it: 0 for the base, which none does."""
+    start: Vector
+    """One end of the line (m, in the base), with all joints at 0."""
+    end: Vector
+    """The other end; the same as `start` for a ball."""
+    radius_m: float
+
+
+@lru_cache(maxsize=8)
+def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
+    """The capsules of all links, base first.
+
+    Of each `collision` shape of the URDF that is a sphere, a cylinder or a box there are capsules within it,
+    so that nothing is touched that its shape does not reach: the longest of the thickest, and three across of
+    a cylinder that is thicker than long. Meshes get none.
+    """
+    robot = ET.fromstring(description.urdf)
+    joint_to = {_name(joint.find("child"), "link"): joint for joint in robot.findall("joint")}
+    found: list[Capsule] = []
+    for link in robot.findall("link"):
+        name = link.get("name", "")
+        pose, moved_by, at = IDENTITY, 0, name
+        while at in joint_to:
+            joint = joint_to[at]
+            pose = compose(_origin(joint), pose)
+            if moved_by == 0 and joint.get("name", "") in description.joints:
+                moved_by = description.joints.index(joint.get("name", "")) + 1
+            at = _name(joint.find("parent"), "link")
+        for body in link.findall("collision"):
+            for (start, end), radius in _capsules_in(body.find("geometry")):
+                place = compose(pose, _origin(body))
+                found.append(Capsule(name, moved_by, apply(place, start), apply(place, end), radius))
+    return tuple(sorted(found, key=lambda capsule: capsule.joints))
+
+
+def _capsules_in(geometry: ET.Element | None) -> Iterator[tuple[tuple[Vector, Vector], float]]:
+    """Lines and radii (m) in the frame of a shape."""
+    for shape in [] if geometry is None else geometry:
+        if shape.tag == "sphere":
+            yield _along((0.0, 0.0, 0.0)), float(shape.get("radius", "0"))
+        elif shape.tag == "cylinder":
+            thick, length = float(shape.get("radius", "0")), float(shape.get("length", "0"))
+            if length >= 2.0 * thick:
+                yield _along((0.0, 0.0, 0.5 * length - thick)), thick
+            else:
+                half = thick - 0.5 * length
+                for x, y in ((1.0, 0.0), (0.5, _SINE), (-0.5, _SINE)):
+                    yield _along((half * x, half * y, 0.0)), 0.5 * length
+        elif shape.tag == "box":
+            x, y, z = (0.5 * float(word) for word in shape.get("size", "0 0 0").split())
+            radius, longest = min(x, y, z), max(x, y, z)
+            rest = longest - radius
+            yield _along((rest * (x == longest), rest * (y == longest), rest * (z == longest))), radius
+
+
+def _along(half: Vector) -> tuple[Vector, Vector]:
+    """The line through the origin that ends there, and as far on the other side."""
+    x, y, z = half
+    return (-x, -y, -z), half
+
+
+def _origin(element: ET.Element) -> Transform:
+    origin = element.find("origin")
+    if origin is None:
+        return IDENTITY
+    x, y, z = (float(word) for word in origin.get("xyz", "0 0 0").split())
+    roll, pitch, yaw = (float(word) for word in origin.get("rpy", "0 0 0").split())
+    return transform_from_euler(x, y, z, yaw, pitch, roll)
+
+
+def _name(element: ET.Element | None, attribute: str) -> str:
+    return "" if element is None else element.get(attribute, "")

@@ -1,0 +1,197 @@
+"""The whole arm touches: what a robot does whose links meet surfaces or each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from iiwa_sim.contact.shapes import Box, Sphere
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import STOP_TRIGGERED
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.description import load_robot
+from tests.asked import gravity_hold, joint_move, lin_stiff_move
+from tests.contact.materials import at
+from tests.stepped import strong
+
+TICK_S = 0.002
+IIWA = "lbr_iiwa_7_r800"
+FULL = (1.0,) * 7
+STRETCHED: Joints = (0.0, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
+INTO_THE_WALL: Joints = (0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
+WALL_Y = 0.45
+
+
+def wall(stiffness: float = 50_000.0, y: float = WALL_Y, damping: float = 0.0) -> Surface:
+    """Beside the arm: the TCP of a tool that points to the other side does not reach it."""
+    return Surface("wall", Box(0.6, 0.4, 0.6), at(0.0, y + 0.4, 0.6), stiffness, damping, 0.3)
+
+
+class Robot:
+    """One among surfaces, with all that is told of it."""
+
+    def __init__(self, *surfaces: Surface, start: Joints = STRETCHED, unbreakable: bool = False) -> None:
+        self.faults: list[tuple[int, str]] = []
+        self.told: list[str] = []
+        self.controller = Controller(
+            strong(IIWA) if unbreakable else load_robot(IIWA),
+            TICK_S,
+            start=start,
+            world=World(surfaces, 0.0),
+            on_fault=lambda code, reason: self.faults.append((code, reason)),
+            on_touch=self.told.append,
+        )
+
+    def goes_to(self, joints: Joints, speed: float = 0.3) -> list[Joints]:
+        """Its way there."""
+        c = self.controller
+        c.move(joint_move(joints, [speed] * 7))
+        way = [c.joints]
+        while c.moving:
+            c.step()
+            way.append(c.joints)
+        return way
+
+
+def test_a_link_that_meets_a_wall_stops_the_robot_by_the_torques_it_makes() -> None:
+    robot = Robot(wall())
+    c = robot.controller
+    c.move(joint_move(INTO_THE_WALL, [0.3] * 7))
+    while not c.load.link_contacts:
+        assert set(c.joint_torque()) == {0.0}
+        c.step()
+    assert robot.told == [f"link {c.load.link_contacts[0].link} touches surface 'wall'"]
+    assert c.joint_torque()[0] < 0.0, "it holds A1 back"
+    assert c.cartesian_force() == (0.0,) * 6, "nothing touches the TCP"
+    while not robot.faults:
+        assert abs(c.joint_torque()[0]) <= 176.0
+        c.step()
+    code, reason = robot.faults[0]
+    assert code == STOP_TRIGGERED
+    assert reason.startswith("protective stop: the external torque on A")
+    while c.moving:
+        c.step()
+    c.reset_error()
+    robot.goes_to(STRETCHED)
+    assert len(robot.faults) == 1, "it may be led out"
+    assert set(c.joint_torque()) == {0.0}
+    assert c.load.link_contacts == ()
+
+
+def test_a_stiff_robot_moves_as_in_free_space_until_it_stops() -> None:
+    free, soft = Robot(), Robot(wall(stiffness=50.0))
+    assert soft.goes_to(INTO_THE_WALL) == free.goes_to(INTO_THE_WALL)
+    assert soft.controller.joint_torque()[0] < -1.0
+    assert not soft.faults
+
+
+def test_a_cell_whose_surfaces_are_away_from_the_links_changes_no_bit() -> None:
+    free, away = Robot(), Robot(wall(y=0.9), Surface("ball", Sphere(0.1), at(-0.5, 0.0, 1.0), 1e4, 0.0, 0.0))
+    for target in (INTO_THE_WALL, STRETCHED):
+        assert away.goes_to(target) == free.goes_to(target)
+        assert set(away.controller.joint_torque()) == {0.0}
+    for robot in (free, away):
+        robot.controller.move(gravity_hold(200.0))
+        robot.controller.load.joint_push = (5.0,) * 7
+    for _ in range(300):
+        free.controller.step()
+        away.controller.step()
+        assert away.controller.joints == free.controller.joints
+    assert not away.told
+
+
+@pytest.mark.parametrize("stiffness", [2_000.0, 50_000.0, 1e6, 1e7])
+@pytest.mark.parametrize("tick_s", [0.001, 0.002, 0.01])
+def test_a_held_arm_that_is_pushed_against_a_wall_leans_on_it_and_comes_to_rest(
+    stiffness: float, tick_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tests.controller.test_links.TICK_S", tick_s)
+    robot = Robot(wall(stiffness), unbreakable=True)
+    c = robot.controller
+    c.move(gravity_hold(60.0))
+    c.load.joint_push = (80.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    way = []
+    for _ in range(round(4.0 / tick_s)):
+        c.step()
+        way.append(c.joints[0])
+    late = np.array(way[-round(0.5 / tick_s) :])
+    assert np.ptp(late) < 1e-6, "at rest"
+    (contact, *_) = c.load.link_contacts
+    assert contact.force[1] < 0.0
+    # The push, the spring of the hold, and the wall are in balance about A1.
+    assert c.joint_torque()[0] == pytest.approx(60.0 * (c.joints[0] - STRETCHED[0]), rel=1e-3)
+    assert np.max(way) < c.joints[0] + 0.05, "it has not swung far into the wall"
+
+
+def test_a_stiffness_move_gives_way_to_a_link_that_touches() -> None:
+    robot = Robot(wall(), start=(0.45, *STRETCHED[1:]), unbreakable=True)
+    c = robot.controller
+    target = c.tcp_frame_at(INTO_THE_WALL)
+    c.move(lin_stiff_move(target, 0.2, 500.0, (0.0,) * 6))
+    for _ in range(4000):
+        c.step()
+    assert c.load.link_contacts
+    assert robot.told
+    off_mm = np.linalg.norm(np.subtract(c.tool_frame()[:3], target[:3]))
+    assert off_mm > 20.0, "the wall keeps it from its target"
+    deepest = max(np.linalg.norm(contact.force) for contact in c.load.link_contacts)
+    assert deepest < 500.0, "and it does not press as a stiff robot would"
+    before = c.joints
+    for _ in range(200):
+        c.step()
+    assert np.abs(np.subtract(c.joints, before)).max() < 1e-4, "it is at rest there"
+
+
+def test_a_robot_that_leans_on_a_wall_rests_and_notices_when_the_wall_goes() -> None:
+    robot = Robot(wall(stiffness=500.0))
+    c = robot.controller
+    robot.goes_to(INTO_THE_WALL)
+    for _ in range(5):
+        c.step()
+    assert c.resting
+    leaning = c.joint_torque()
+    assert leaning[0] < 0.0
+    c.load.world.move("wall", at(0.0, WALL_Y + 0.41, 0.6))
+    assert not c.resting
+    c.step()
+    assert leaning[0] < c.joint_torque()[0] < 0.0, "less deep"
+    c.load.world.remove("wall")
+    for _ in range(3):
+        c.step()
+    assert set(c.joint_torque()) == {0.0}
+    assert c.resting
+
+
+def test_what_is_put_round_a_link_is_not_felt_before_it_has_come_out() -> None:
+    robot = Robot()
+    c = robot.controller
+    c.load.world.put(Surface("ball", Sphere(0.1), at(0.2, 0.0, 0.5), 5_000.0, 0.0, 0.0))
+    c.step()
+    assert set(c.joint_torque()) == {0.0}
+    robot.goes_to((1.5, *STRETCHED[1:]))
+    assert not robot.told
+    robot.goes_to(STRETCHED)
+    assert robot.told
+
+
+def test_placed_elsewhere_a_robot_leans_on_nothing() -> None:
+    robot = Robot(wall(stiffness=500.0))
+    robot.goes_to(INTO_THE_WALL)
+    c = robot.controller
+    c.injected.place(STRETCHED)
+    assert set(c.joint_torque()) == {0.0}
+    c.injected.place(INTO_THE_WALL)
+    c.step()
+    assert set(c.joint_torque()) == {0.0}, "the wall is round it now, as if it had been put there"
+
+
+def test_an_arm_that_folds_onto_itself_is_told_of_once() -> None:
+    robot = Robot()
+    robot.goes_to((0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0), speed=0.5)
+    assert len(robot.told) >= 1
+    assert all(told.startswith("links iiwa_link_0 and iiwa_link_") for told in robot.told)
+    assert len(set(robot.told)) == len(robot.told)
+    assert not robot.faults
+    assert set(robot.controller.joint_torque()) == {0.0}
