@@ -55,7 +55,8 @@ def test_a_transcript_is_answered_as_it_says(name: str) -> None:
 def test_the_dialogue_of_the_page_is_answered_as_it_says() -> None:
     (dialogue,) = re.findall(r"```\n(> lin move.*?)```", PAGE, re.DOTALL)
     waits = re.sub(r"(> lin move .*\n< done\n)", r"\1wait stopped\n", dialogue)
-    assert deviations(read("protection.md", waits), EXAMPLES / "table.toml") == []
+    about = waits.replace("< 3060", "<~2 3060")  # a few N hang on how a move is planned
+    assert deviations(read("protection.md", about), EXAMPLES / "table.toml") == []
 
 
 def until_it_stops(simulator: Simulator, name: str) -> None:
