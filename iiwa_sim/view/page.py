@@ -7,6 +7,7 @@ import contextlib
 import io
 import logging
 import socket
+import threading
 import time
 from collections.abc import Awaitable, Callable, Iterator
 from http import HTTPStatus
@@ -39,6 +40,7 @@ TITLE = "iiwa-sim"
 LOOKS: dict[str, Any] = {"show_logo": False, "show_share_button": False}
 _SKY, _GROUND, _INTENSITY = (255, 255, 255), (150, 150, 155), 1.5
 _LOOKED_AT = ("host", "origin", "cookie", "authorization")
+_READY_LOOKS_S = 0.02
 _TOLD_PER_S = 1
 """Lines in the log of what browsers do wrong; how many more there were is told after it."""
 
@@ -73,6 +75,7 @@ def open_page(listening: socket.socket, token: Token | None = None) -> Iterator[
             server = viser.ViserServer(host="127.0.0.1", port=0, label=TITLE, verbose=False)
         finally:
             websockets.asyncio.server.serve = real  # type: ignore[misc]
+        guard.ready.set()
         server.request_share_url = _no_url  # type: ignore[assignment,method-assign]
         server.gui.configure_theme(**LOOKS, dark_mode=False)
         _light(server.scene)
@@ -112,6 +115,8 @@ class _Guard:
     def __init__(self, gate: Gate, port: int) -> None:
         self._gate = gate
         self._port = port
+        self.ready = threading.Event()
+        """Whether viser is there altogether: it listens before, and fails at who comes then."""
         self._documents: dict[str, bytes] = {}  # by their encodings
         self._throttle = Throttle[str](_TOLD_PER_S, _told_more)
         self.logger = logging.Logger("websockets")  # noqa: LOG001 - it hands on to nobody but this
@@ -166,6 +171,8 @@ class _Guard:
         async def handle(connection: ServerConnection) -> None:
             asyncio.get_running_loop().set_exception_handler(self._failed)
             connection.recv = self._receiving(connection)  # type: ignore[assignment,method-assign]
+            while not self.ready.is_set():  # noqa: ASYNC110 - set in another thread
+                await asyncio.sleep(_READY_LOOKS_S)
             try:
                 await inner(connection)
             except ConnectionClosed:

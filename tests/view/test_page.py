@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import asyncio
 import gzip
 import logging
 import socket
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 import viser
+from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import InvalidStatus
 
 from iiwa_sim.backdoor.token import Token
-from iiwa_sim.view.page import open_page
+from iiwa_sim.view.gate import Gate
+from iiwa_sim.view.page import _Guard, open_page
 from tests.talking import DEADLINE_S
 from tests.view.viewer import CAMERA, Viewer, viewing
 
@@ -130,3 +134,20 @@ def test_who_sends_rubbish_is_dropped_and_others_see_on(
     assert 1 <= len(caplog.messages) <= 2, caplog.messages
     assert all(line.startswith("page: ") and "\n" not in line for line in caplog.messages)
     assert capfd.readouterr().err == ""
+
+
+async def test_who_comes_before_viser_is_ready_waits_for_it() -> None:
+    guard = _Guard(Gate(None), 1)
+    served: list[Any] = []
+
+    async def serve(connection: Any) -> None:
+        served.append(connection)
+
+    came = cast("ServerConnection", SimpleNamespace(recv=None, protocol=SimpleNamespace(close_sent=None)))
+    handling = asyncio.ensure_future(guard.handling(serve)(came))
+    await asyncio.sleep(0.0)
+    await asyncio.sleep(0.0)
+    assert not served
+    guard.ready.set()
+    await handling
+    assert served == [came]
