@@ -164,7 +164,7 @@ class Simulator(LoopOrThread):
             io=Io(self.cell.input_names, self.cell.output_names),
             safety=self.cell.safety,
             tool=self.cell.tool,
-            gripper=self.cell.gripper,
+            handled=self.cell.handled,
             servo_timeout_s=servo_timeout_s,
             on_fault=self._robot_fault,
             on_contact=self._robot_contact,

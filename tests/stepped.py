@@ -70,7 +70,7 @@ class SteppedRobot:
             noise=cell.noise(),
             safety=cell.safety,
             tool=cell.tool,
-            gripper=cell.gripper,
+            handled=cell.handled,
             servo_timeout_s=servo_timeout_s,
             on_fault=lambda code, reason: self.faults.append((code, reason)),
             on_contact=self._meets,

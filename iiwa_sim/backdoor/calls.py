@@ -174,6 +174,8 @@ CALLS: dict[str, Call] = {
     "wrong sensor": _does(
         lambda backdoor, request: backdoor.wrong_sensor(request.phrase, request.values[0] == 1.0)
     ),
+    "lose part": _does(lambda backdoor, _: backdoor.lose_part()),
+    "remove part": _does(lambda backdoor, request: backdoor.remove_part(request.phrase)),
     "repair gripper": _does(lambda backdoor, _: backdoor.repair_gripper()),
     "reply": _does(_reply),
     "get connections": lambda backdoor, _: _json(backdoor.connections()),

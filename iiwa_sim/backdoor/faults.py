@@ -59,8 +59,18 @@ class Faults(Core):
         self._handling.mistake(sensor, on)
 
     @acts
+    def lose_part(self) -> None:
+        """Have the part that the gripper holds fall. Refused where it holds none."""
+        self._handling.lose()
+
+    @acts
+    def remove_part(self, name: str) -> None:
+        """Take a part away. Refused where there is none of this name."""
+        self._handling.remove(name)
+
+    @acts
     def repair_gripper(self) -> None:
-        """Remove both."""
+        """End stuck jaws and wrong sensors."""
         self._handling.repair()
 
     @property

@@ -6,6 +6,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.handling import Kept
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.settings import LONGEST_NAME
@@ -28,8 +29,8 @@ class State(NamedTuple):
     joint_push: tuple[float, ...]
     surfaces: tuple[Surface, ...]
     tool_load: ToolLoad
-    opening_m: float | None
-    """Of the gripper; None without one."""
+    handled: Kept | None
+    """None without a gripper."""
 
 
 class States:
@@ -76,8 +77,8 @@ class States:
             controller.io.set_output(number, on)
         controller.load.wrench, controller.load.joint_push = state.wrench, state.joint_push
         controller.set_tool_load(state.tool_load)
-        if controller.handling is not None and state.opening_m is not None:
-            controller.handling.place(state.opening_m)
+        if controller.handling is not None and state.handled is not None:
+            controller.handling.restore(state.handled, controller.tcp())
         controller.release_emergency_stop()
         controller.injected.switch_drives(on=True)
         controller.reset_error()
@@ -94,5 +95,5 @@ class States:
             joint_push=controller.load.joint_push,
             surfaces=tuple(controller.load.world.surfaces.values()),
             tool_load=controller.tool_load,
-            opening_m=None if handling is None else handling.gripper.opening_m,
+            handled=None if handling is None else handling.kept(),
         )

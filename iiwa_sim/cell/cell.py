@@ -6,16 +6,16 @@ from dataclasses import dataclass, field
 from math import degrees, radians
 from pathlib import Path
 
+from iiwa_sim.cell.handled import check_places
 from iiwa_sim.cell.settings import HOME, AnySurface, CellFault, CellSettings, read_settings
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Tool
-from iiwa_sim.controller.handling import Wiring
+from iiwa_sim.controller.handling import Handled
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS
 from iiwa_sim.controller.protection import NOTHING_MORE, Safety
 from iiwa_sim.frames import Transform, compose
-from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
 from iiwa_sim.robot.model import Model
 from iiwa_sim.settings import Reader, quoted
@@ -40,8 +40,8 @@ class Cell:
     """What the robot watches besides the torques on its joints."""
     tool: Tool | None = None
     """What is fixed to the flange, with its mass."""
-    gripper: tuple[Jaws, Wiring] | None = None
-    """Its jaws, and what they are wired to."""
+    handled: Handled | None = None
+    """The gripper, what it is wired to, and the parts."""
     path: Path | None = field(default=None, compare=False)
     """The file it was read from, if it was."""
 
@@ -84,7 +84,7 @@ def load_cell(path: str | Path) -> Cell:
         tool_in_flange=description.tool_in_flange if tool is None else tool.to_transform(),
         contact_radius_m=1e-3 * settings.contact_radius_mm,
         tool=None if settings.tool is None else settings.tool.tool(),
-        gripper=None if settings.gripper is None else settings.gripper.gripper(),
+        handled=_handled(settings),
         surfaces=tuple(map(surface_of, settings.surfaces().values())),
         noise_levels=None
         if noise is None
@@ -95,7 +95,15 @@ def load_cell(path: str | Path) -> Cell:
         path=file,
     )
     _check_start(reader, settings, cell)
+    check_places(reader, settings.part, cell.surfaces)
     return cell
+
+
+def _handled(settings: CellSettings) -> Handled | None:
+    if settings.gripper is None:
+        return None
+    parts = tuple((each.to_part(), each.pose()) for each in settings.part)
+    return Handled(*settings.gripper.gripper(), parts)
 
 
 def _robot(reader: Reader, name: str, folder: Path) -> str | Path:

@@ -1,11 +1,21 @@
-"""What a robot works with, as cell.toml has it. The reference for users is docs/gripper.md."""
+"""What a robot works with, as cell.toml has it. The reference for users is docs/cell.md."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import dist
+
 import msgspec
 
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.handling import NOTHING, SENSORS, Wiring
+from iiwa_sim.frames import Frame, Transform, Vector, apply
 from iiwa_sim.handling.gripper import Jaws
+from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.touching import points_of
+from iiwa_sim.handling.workpieces import CLOSE_M
+from iiwa_sim.robot.settings import ANGLE, LENGTH
 from iiwa_sim.settings import Range, Reader
 
 GRIPPER_RANGES: dict[str, Range] = {
@@ -13,7 +23,24 @@ GRIPPER_RANGES: dict[str, Range] = {
     "gripper.speed_mm_per_s": (0.1, 10_000.0, " mm/s"),
     "gripper.grip_force_n": (0.1, 100_000.0, " N"),
 }
+_PAD: Range = (0.1, 1000.0, " mm")
+_SIZE: Range = (0.1, 1000.0, " mm")
+PART_RANGES: dict[str, Range] = {
+    "x_mm": LENGTH,
+    "y_mm": LENGTH,
+    "z_mm": LENGTH,
+    "alpha": ANGLE,
+    "beta": ANGLE,
+    "gamma": ANGLE,
+    "mass_kg": (0.001, 1000.0, " kg"),
+    "friction": (0.0, 10.0, ""),
+    "stiffness_n_per_m": (1.0, 1e7, " N/m"),
+    "size_mm": _SIZE,
+    "radius_mm": _SIZE,
+    "length_mm": _SIZE,
+}
 """Least and greatest value, and the unit."""
+MOST_PARTS = 256
 
 
 class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -27,20 +54,85 @@ class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     open_input: int | None = None
     closed_input: int | None = None
     holds_input: int | None = None
+    pad_mm: tuple[float, float] = (20.0, 20.0)
 
     def gripper(self) -> tuple[Jaws, Wiring]:
         """What a controller takes."""
         wired = (self.open_output, self.open_input, self.closed_input, self.holds_input)
+        wide_m, long_m = (1e-3 * each for each in self.pad_mm)
         return (
-            Jaws(1e-3 * self.stroke_mm, 1e-3 * self.speed_mm_per_s, self.grip_force_n),
+            Jaws(1e-3 * self.stroke_mm, 1e-3 * self.speed_mm_per_s, self.grip_force_n, wide_m, long_m),
             Wiring(self.close_output, *(NOTHING if number is None else number for number in wired)),
         )
+
+
+class PartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="shape"):
+    """The keys that all parts have."""
+
+    name: str
+    mass_kg: float
+    friction: float = 0.5
+    stiffness_n_per_m: float = 1e5
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    z_mm: float = 0.0
+    alpha: float = 0.0
+    beta: float = 0.0
+    gamma: float = 0.0
+
+    def pose(self) -> Transform:
+        """Of its middle, in the base (m)."""
+        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
+
+    def solid(self) -> Box | Cylinder | Sphere:
+        """Its shape."""
+        raise NotImplementedError
+
+    def to_part(self) -> Part:
+        """Without its place."""
+        return Part(self.name, self.solid(), self.mass_kg, self.friction, self.stiffness_n_per_m)
+
+
+class BoxPartSettings(PartSettings, frozen=True, forbid_unknown_fields=True, kw_only=True, tag="box"):
+    """A part with edges of `size_mm` along x, y and z."""
+
+    size_mm: tuple[float, float, float]
+
+    def solid(self) -> Box:
+        x_mm, y_mm, z_mm = self.size_mm
+        return Box(0.5e-3 * x_mm, 0.5e-3 * y_mm, 0.5e-3 * z_mm)
+
+
+class CylinderPartSettings(
+    PartSettings, frozen=True, forbid_unknown_fields=True, kw_only=True, tag="cylinder"
+):
+    """A part that is round about z."""
+
+    radius_mm: float
+    length_mm: float
+
+    def solid(self) -> Cylinder:
+        return Cylinder(1e-3 * self.radius_mm, 0.5e-3 * self.length_mm)
+
+
+class SpherePartSettings(PartSettings, frozen=True, forbid_unknown_fields=True, kw_only=True, tag="sphere"):
+    """A part that is a ball."""
+
+    radius_mm: float
+
+    def solid(self) -> Sphere:
+        return Sphere(1e-3 * self.radius_mm)
+
+
+AnyPart = BoxPartSettings | CylinderPartSettings | SpherePartSettings
 
 
 def check_gripper(reader: Reader, gripper: GripperSettings | None, inputs: int, outputs: int) -> None:
     """Raises an error for numbers that no input or output has, and for one that is wired twice."""
     if gripper is None:
         return
+    for place, value in enumerate(gripper.pad_mm):
+        reader.check_range(f"gripper.pad_mm[{place}]", value, _PAD)
     for kind, count, names in (
         ("output", outputs, ("close", "open")),
         ("input", inputs, SENSORS),
@@ -53,3 +145,68 @@ def check_gripper(reader: Reader, gripper: GripperSettings | None, inputs: int, 
             reader.check(f"gripper.{key}", number, 1 <= number <= count, f"one of the {kind}s 1 to {count}")
             other = taken.setdefault(number, key)
             reader.check(f"gripper.{key}", number, other == key, f"another {kind} than that of {other}")
+
+
+def check_parts(
+    reader: Reader, parts: Sequence[AnyPart], gripper: GripperSettings | None, surfaces: Sequence[str]
+) -> None:
+    """Raises an error for too many parts, for some without a gripper, for names that are taken, and for
+    numbers out of range."""
+    reader.check("part", f"{len(parts)} of them", len(parts) <= MOST_PARTS, f"at most {MOST_PARTS}")
+    reader.check(
+        "part", f"{len(parts)} of them", not parts or gripper is not None, "a [gripper] to work with"
+    )
+    names = dict.fromkeys(surfaces, "a surface")
+    for index, part in enumerate(parts):
+        place = f"part[{index}]"
+        reader.check_name(f"{place}.name", part.name)
+        taken = names.setdefault(part.name, place)
+        reader.check(f"{place}.name", part.name, taken == place, f"another name than that of {taken}")
+        for key, allowed in PART_RANGES.items():
+            value = getattr(part, key, None)
+            if isinstance(value, tuple):
+                for at, each in enumerate(value):
+                    reader.check_range(f"{place}.{key}[{at}]", each, allowed)
+            elif value is not None:
+                reader.check_range(f"{place}.{key}", value, allowed)
+
+
+def check_places(reader: Reader, parts: Sequence[AnyPart], surfaces: Sequence[Surface]) -> None:
+    """Raises an error for a part that does not lie level, and for one within a surface or another part."""
+    solid = list(surfaces)
+    for index, settings in enumerate(parts):
+        part, pose = settings.to_part(), settings.pose()
+        angles = [settings.alpha, settings.beta, settings.gamma]
+        level = "angles with which it lies on a face, or a cylinder on its side"
+        reader.check(f"part[{index}].alpha, beta, gamma", angles, part.is_level(pose.rotation), level)
+        within = _within(part, pose, solid)
+        place = [settings.x_mm, settings.y_mm, settings.z_mm]
+        outside = f"a place outside of {within!r}, up to {1e3 * CLOSE_M:g} mm"
+        reader.check(f"part[{index}].x_mm, y_mm, z_mm", place, not within, outside)
+        solid.append(Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0))
+
+
+def _within(part: Part, pose: Transform, solid: Sequence[Surface]) -> str:
+    """The name of the first of these that a part is within, or that is within it; empty for none."""
+    own = Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0)
+    marks = [apply(pose, place) for place in _marks(part)]
+    for each in solid:
+        middle = each.pose.translation
+        if dist(middle, pose.translation) > each.shape.extent + part.shape.extent:
+            continue
+        if any(each.nearest(*mark)[0] < -CLOSE_M for mark in marks):
+            return each.name
+        if isinstance(each.shape, Box | Cylinder | Sphere):
+            other = Part(each.name, each.shape, 1.0, 0.0, 1.0)
+            if any(own.nearest(*apply(each.pose, mark))[0] < -CLOSE_M for mark in _marks(other)):
+                return each.name
+    return ""
+
+
+def _marks(part: Part) -> tuple[Vector, ...]:
+    """Places of a part: its middle, and corners, points of its rims, or those along the axes of a ball."""
+    if isinstance(part.shape, Sphere):
+        r = part.shape.radius
+        ways: list[Vector] = [(r, 0.0, 0.0), (0.0, r, 0.0), (0.0, 0.0, r)]
+        return (0.0, 0.0, 0.0), *ways, *((-x, -y, -z) for x, y, z in ways)
+    return (0.0, 0.0, 0.0), *points_of(part, upright=True).places

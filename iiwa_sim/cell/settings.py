@@ -7,7 +7,13 @@ from operator import attrgetter
 import msgspec
 import numpy as np
 
-from iiwa_sim.cell.handled import GRIPPER_RANGES, GripperSettings, check_gripper
+from iiwa_sim.cell.handled import (
+    GRIPPER_RANGES,
+    AnyPart,
+    GripperSettings,
+    check_gripper,
+    check_parts,
+)
 from iiwa_sim.contact.moments import body
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.controller.carrying import Tool, ToolLoad
@@ -185,6 +191,7 @@ class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     tool_in_flange: ToolSettings | None = None
     tool: CarriedToolSettings | None = None
     gripper: GripperSettings | None = None
+    part: list[AnyPart] = []
     plane: list[PlaneSettings] = []
     box: list[BoxSettings] = []
     sphere: list[SphereSettings] = []
@@ -219,6 +226,7 @@ def read_settings(path: str, text: str) -> CellSettings:
     _check_io(reader, "io.outputs", settings.io.outputs)
     inputs, outputs = len(settings.io.input_names()), len(settings.io.output_names())
     check_gripper(reader, settings.gripper, inputs, outputs)
+    check_parts(reader, settings.part, settings.gripper, [each.name for each in settings.surfaces().values()])
     return settings
 
 

@@ -5,6 +5,7 @@ from math import degrees
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.controller.protection import Safety
 from iiwa_sim.frames import Frame, compose
+from iiwa_sim.handling.workpieces import start
 from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless
 
@@ -24,11 +25,15 @@ def summary(cell: Cell) -> str:
         mass_kg, centre = cell.tool.load
         place = _numbers(*(1e3 * each for each in centre))
         lines.append(f"tool: {_numbers(mass_kg)} kg, its centre at {place} mm in the flange")
-    if cell.gripper is not None:
-        jaws, wiring = cell.gripper
+    if cell.handled is not None:
+        jaws, wiring, parts = cell.handled
         stroke, speed = _numbers(1e3 * jaws.stroke_m), _numbers(1e3 * jaws.speed_m_per_s)
         on = f"output {wiring.close_output}"
         lines.append(f"gripper: {stroke} mm at {speed} mm/s, {_numbers(jaws.force_n)} N, closed by {on}")
+        for body in start(parts, cell.surfaces):
+            kind, kg = type(body.part.shape).__name__.lower(), _numbers(body.part.mass_kg)
+            on = f"lies on {body.on!r}" if body.on else "falls"
+            lines.append(f"part {body.part.name!r}: {kind}, {kg} kg, {on}")
     for surface in cell.surfaces:
         away_mm = 1e3 * surface.nearest(*tcp.translation)[0] - radius_mm
         there = f"{_numbers(away_mm)} mm away" if away_mm >= 0.0 else f"pressed in by {_numbers(-away_mm)} mm"

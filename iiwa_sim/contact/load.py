@@ -48,6 +48,8 @@ class ExternalLoad:
         self._at_tcp = NO_MOMENTS  # the same, in the frame of the TCP
         self._motion: TcpMotion | None = None  # while there is any of that
         self._carried_at: Sequence[float] = ()  # joints at which it was evaluated last
+        self._handed: Wrench = NO_WRENCH
+        self._handed_weight: Wrench = NO_WRENCH
         self._model = model
         self._tcp = model.tcp(tool_in_flange)
         self.world = World((), 0.0) if world is None else world
@@ -106,18 +108,25 @@ class ExternalLoad:
         self._at_tcp = moments.seen_from(unknown, inverse(self._tcp.tool_in_flange))
         self._carried = self._motion.wrench(self._at_tcp)
 
+    def hand(self, wrench: Wrench, weight: Wrench) -> None:
+        """What a part in the jaws does to the TCP, along its axes, in this tick; of that its weight alone."""
+        self._handed, self._handed_weight = wrench, weight
+
+    def tcp(self, joints: Sequence[float]) -> Transform:
+        """The pose of the TCP in the base, at joint positions (rad)."""
+        return self._tcp.pose(joints)
+
     @property
     def tcp_push(self) -> Wrench:
         """What a robot that yields gives way to at the TCP, along its axes, besides surfaces: the applied
         wrench, and the weight of what the controller does not know of."""
-        if self._motion is None:
-            return self._wrench
-        return add(self._wrench, self._motion.weight(self._at_tcp))
+        push = self._wrench if self._handed is NO_WRENCH else add(self._wrench, self._handed_weight)
+        return push if self._motion is None else add(push, self._motion.weight(self._at_tcp))
 
     @property
     def applied(self) -> tuple[object, ...]:
         """All that acts but surfaces at the TCP, to be compared."""
-        return self._wrench, self._joint_push, self._carried, self._link_torques
+        return self._wrench, self._joint_push, self._carried, self._handed, self._link_torques
 
     @property
     def links(self) -> Links:
@@ -229,8 +238,8 @@ class ExternalLoad:
 
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
         """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
-        nothing_at_tcp = self._touch is NO_WRENCH and self._wrench is NO_WRENCH and self._carried is NO_WRENCH
-        if nothing_at_tcp and self._noise is None and self._link_torques is None:
+        at_tcp = (self._touch, self._wrench, self._carried, self._handed)
+        if self._noise is self._link_torques is None and all(each is NO_WRENCH for each in at_tcp):
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 
@@ -256,6 +265,7 @@ class ExternalLoad:
             or self._touch is not NO_WRENCH
             or self._carried is not NO_WRENCH
             or self._link_torques is not None
+            or self._handed is not NO_WRENCH
         )
 
     @property
@@ -271,6 +281,8 @@ class ExternalLoad:
         wrench = self._wrench
         if self._touch is not NO_WRENCH:
             wrench = self._touch if wrench is NO_WRENCH else add(self._touch, wrench)
+        if self._handed is not NO_WRENCH:
+            wrench = add(wrench, self._handed)
         return wrench if self._carried is NO_WRENCH else add(wrench, self._carried)
 
     def _touch_links(self, joints: Sequence[float], tick_s: float) -> None:

@@ -12,7 +12,7 @@ from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.faults import PRESSED
 from iiwa_sim.controller.force_guard import Contact
-from iiwa_sim.controller.handling import Handling, Wiring
+from iiwa_sim.controller.handling import Handled, Handling
 from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
@@ -25,7 +25,6 @@ from iiwa_sim.controller.trajectories import Progress, Trajectories, TrajectoryE
 from iiwa_sim.controller.trajectory_request import TrajectoryRequest
 from iiwa_sim.controller.wanted import Planned
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
@@ -57,7 +56,7 @@ class Controller:
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
         tool: Tool | None = None,
-        gripper: tuple[Jaws, Wiring] | None = None,
+        handled: Handled | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,
@@ -67,7 +66,7 @@ class Controller:
 
         TCP and links touch the surfaces of `world`; the robot goes where it is sent, until the torque on a
         joint passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries
-        `tool`, None for nothing, and the controller knows that; `gripper` is what it works with, if anything.
+        `tool`, None for nothing, and the controller knows that; `handled` is what it works with, if anything.
         `noise` is added to the readings of forces and torques. There are the inputs and outputs of `io`, or
         16 of each. The robot stops by itself when a servo mode hears of no command for `servo_timeout_s`,
         None for never. `on_fault` is told the code and the reason of what goes wrong between commands,
@@ -94,7 +93,7 @@ class Controller:
             tcp,
             self.load,
             Carrying(tool, self.load),
-            None if gripper is None else Handling(*gripper, self.io, tick_s),
+            None if handled is None else Handling(handled, self.io, self.load, tick_s),
             protection,
             servo_timeout_s,
             on_fault,

@@ -107,7 +107,7 @@ class Core:
         if endings.pending:
             endings.after_tick()
         if self.handling is not None:
-            self.handling.step()
+            self.handling.step(motions.joints, motions.tcp_contact)
         if load.changes:
             load.step(motions.joints, self.tick_s, motions.tcp_contact)
         if endings.pending and (guard := endings.pending[0].guard) is not None:

@@ -4,9 +4,17 @@ from typing import NamedTuple
 
 import msgspec
 
+from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
+from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.handling.falling import GONE
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
+from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.workpieces import Parts, Workpieces, start
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.wording import harmless
+from iiwa_sim.wrench import TcpContact
 
 SENSORS = ("open", "closed", "holds")
 NOTHING = 0
@@ -28,6 +36,32 @@ class Wiring(NamedTuple):
     """On while they press on a part."""
 
 
+class PartState(msgspec.Struct, frozen=True):
+    """A part in one tick."""
+
+    name: str
+    frame: Frame
+    """Of its middle, in the base: mm, rad."""
+    state: str
+    """lies, falls, held, gone"""
+
+
+class Handled(NamedTuple):
+    """What a robot works with, at the beginning."""
+
+    jaws: Jaws
+    wiring: Wiring
+    parts: tuple[tuple[Part, Transform], ...] = ()
+    """With the poses of their middles in the base."""
+
+
+class Kept(NamedTuple):
+    """What a named state keeps of it."""
+
+    opening_m: float
+    parts: Parts
+
+
 class GripperState(msgspec.Struct, frozen=True):
     """A gripper in one tick."""
 
@@ -37,27 +71,107 @@ class GripperState(msgspec.Struct, frozen=True):
 
 
 class Handling:
-    """The gripper of one robot, in its ticks."""
+    """The gripper of one robot and the parts in its cell, in their ticks."""
 
-    def __init__(self, jaws: Jaws, wiring: Wiring, io: Io, tick_s: float) -> None:
-        self.gripper = Gripper(jaws)
-        self._wiring = wiring
+    def __init__(self, handled: Handled, io: Io, load: ExternalLoad, tick_s: float) -> None:
+        """What a part does to the robot is told to `load`, whose surfaces parts lie on."""
+        self.gripper = Gripper(handled.jaws)
+        self._wiring = handled.wiring
         self._io = io
+        self._load = load
         self._tick_s = tick_s
         self._wrong: dict[str, bool] = {}
         self._told: tuple[bool, ...] = ()
+        self._changes = load.world.changes
+        self.workpieces: Workpieces | None = None
+        """The parts, if there are any."""
+        if handled.parts:
+            surfaces = list(load.world.surfaces.values())
+            bodies = start(handled.parts, surfaces)
+            self.workpieces = Workpieces(bodies, surfaces, self.gripper, tick_s)
+        self._parts_at = -1
+        self._parts: tuple[PartState, ...] = ()
         self._tell()
 
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing, as long as the robot stays where it is and outputs as they are."""
-        return self.gripper.settled(self._driven())
+        pieces = self.workpieces
+        return self.gripper.settled(self._driven()) and (
+            pieces is None or (pieces.settled and self._changes == self._load.world.changes)
+        )
 
-    def step(self) -> None:
-        """A tick."""
-        if not self.settled:
-            self.gripper.step(self._driven(), 0.0, self._tick_s)
+    def step(self, joints: Joints, contact: TcpContact | None) -> None:
+        """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, if known."""
+        driven, pieces = self._driven(), self.workpieces
+        if pieces is None:
+            if not self.gripper.settled(driven):
+                self.gripper.step(driven, 0.0, self._tick_s)
+                self._tell()
+            return
+        world = self._load.world
+        if self._changes != world.changes:
+            self._changes = world.changes
+            pieces.surfaces_are(list(world.surfaces.values()))
+        tcp, news = self._load.tcp(joints) if contact is None else contact[0], False
+        if not self.gripper.settled(driven) or (self.gripper.blocked and not pieces.held):
+            was_m = self.gripper.opening_m
+            self.gripper.step(driven, pieces.width_m, self._tick_s)
+            news = True
+            if driven == CLOSES and self.gripper.opening_m < was_m and not pieces.held:
+                width_m = pieces.grip(tcp, was_m)
+                if width_m > 0.0:
+                    self.gripper.block(width_m)
+        pieces.step(tcp)
+        self._load.hand(pieces.wrench, pieces.weight)
+        if news:
             self._tell()
+
+    def tcp_is(self, tcp: Transform) -> None:
+        """The robot has been put somewhere, at rest."""
+        if self.workpieces is not None:
+            self.workpieces.tcp_is(tcp)
+            self._load.hand(self.workpieces.wrench, self.workpieces.weight)
+
+    def kept(self) -> Kept:
+        """What a named state keeps."""
+        return Kept(self.gripper.opening_m, Parts() if self.workpieces is None else self.workpieces.kept())
+
+    def restore(self, kept: Kept, tcp: Transform) -> None:
+        """Bring that back, with the TCP at rest at a pose."""
+        self.gripper.opening_m = kept.opening_m
+        self.gripper.driven = self._driven()
+        self.gripper.blocked = kept.parts.held is not None
+        if self.workpieces is not None:
+            self.workpieces.restore(kept.parts, tcp)
+            self._load.hand(self.workpieces.wrench, self.workpieces.weight)
+        self._tell()
+
+    @property
+    def parts(self) -> tuple[PartState, ...]:
+        """All parts, in the order in which the cell names them."""
+        pieces = self.workpieces
+        if pieces is not None and pieces.changes != self._parts_at:
+            self._parts_at = pieces.changes
+            self._parts = tuple(
+                PartState(name, Frame.from_transform(each.pose), each.state)
+                for name, each in pieces.bodies.items()
+            )
+        return self._parts
+
+    def lose(self) -> None:
+        """A fault: what the jaws hold falls. Raises `Refused` where they hold nothing."""
+        if self.workpieces is None or not self.workpieces.held:
+            raise Refused(EXECUTION, "the gripper holds no part")
+        self.workpieces.lose()
+
+    def remove(self, name: str) -> None:
+        """A fault: a part is missing. Raises `Refused` where there is none of this name."""
+        there = [] if self.workpieces is None else [each.name for each in self.parts if each.state != GONE]
+        if self.workpieces is None or name not in there:
+            there_are = f"there are {', '.join(map(repr, there))}" if there else "there is none"
+            raise Refused(EXECUTION, harmless(f"no part {name!r}: {there_are}"))
+        self.workpieces.remove(name)
 
     @property
     def state(self) -> GripperState:
@@ -65,12 +179,6 @@ class Handling:
         gripper = self.gripper
         state = "holds" if gripper.holds else "open" if gripper.is_open else "between"
         return GripperState(1e3 * gripper.opening_m, "closed" if gripper.is_closed else state)
-
-    def place(self, opening_m: float) -> None:
-        """Have the jaws so far apart, at once."""
-        self.gripper.opening_m = min(max(opening_m, 0.0), self.gripper.jaws.stroke_m)
-        self.gripper.driven = self._driven()
-        self._tell()
 
     def stick(self, stuck: bool) -> None:
         """A fault: the jaws stay where they are, until they are told not to."""

@@ -48,6 +48,7 @@ class Injected:
         self._core.begin_anew(checked)
         self._core.joints_before = checked
         self._core.load.place(checked, self._core.tool_in_flange)
+        self._take_along()
 
     def check_place(self, joints: Sequence[float]) -> Joints:
         """Raises `Refused` where `place` would; changes nothing."""
@@ -64,6 +65,13 @@ class Injected:
         self._core.tool_in_flange = tool_in_flange
         self._core.begin_anew(joints)
         self._core.load.place(joints, tool_in_flange)
+        self._take_along()
+
+    def _take_along(self) -> None:
+        """What the robot holds is where it is."""
+        core = self._core
+        if core.handling is not None:
+            core.handling.tcp_is(core.load.tcp(core.motions.joints))
 
     def _check_rest(self) -> None:
         if self._core.motions.moving:

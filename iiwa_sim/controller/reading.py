@@ -5,7 +5,7 @@ from typing import NamedTuple
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.errors import ErrorRecord
-from iiwa_sim.controller.handling import GripperState
+from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.status import RobotStatus, status_of
@@ -40,6 +40,7 @@ class Reading(NamedTuple):
     override: float
     tool_load: ToolLoad
     gripper: GripperState | None
+    parts: tuple[PartState, ...]
     status: RobotStatus
     error: ErrorRecord | None
     inputs: tuple[bool, ...]
@@ -68,6 +69,7 @@ def read(core: Core, io: Io) -> Reading:
         motions.override,
         core.carrying.believed,
         None if core.handling is None else core.handling.state,
+        () if core.handling is None else core.handling.parts,
         status_of(faults, in_motion=moving and not motions.pausing),
         faults.last,
         io.inputs,

@@ -7,7 +7,7 @@ import msgspec
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
-from iiwa_sim.controller.handling import GripperState
+from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
 
@@ -52,6 +52,7 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     """What the controller takes its arm to carry: kg, and the centre of that in the flange (mm)."""
     gripper: GripperState | None = None
     """None without one. mm"""
+    parts: tuple[PartState, ...]
     robot_status: RobotStatus
     inputs: tuple[bool, ...]
     """From number 1 on."""
@@ -78,6 +79,7 @@ def snapshot(controller: Controller) -> Snapshot:
         override=controller.override,
         tool_load=controller.tool_load.told(),
         gripper=None if controller.handling is None else controller.handling.state,
+        parts=() if controller.handling is None else controller.handling.parts,
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,

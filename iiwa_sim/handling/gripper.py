@@ -12,6 +12,10 @@ class Jaws(NamedTuple):
     """By which that distance changes."""
     force_n: float
     """With which each jaw presses on what it holds."""
+    pad_wide_m: float = 0.02
+    """Of the pads along x of the TCP, which is in the middle of that."""
+    pad_long_m: float = 0.02
+    """Of the pads along z of the TCP, up to the TCP."""
 
 
 JAW_M = (0.02, 0.008, 0.05)
@@ -46,6 +50,10 @@ class Gripper:
     def holds(self) -> bool:
         """Whether they press on a part."""
         return self.blocked and self.driven == CLOSES
+
+    def block(self, width_m: float) -> None:
+        """What is between the jaws has just kept them so far apart."""
+        self.opening_m, self.blocked = width_m, True
 
     def settled(self, driven: int) -> bool:
         """Whether they are where they stay, if they are driven that way."""

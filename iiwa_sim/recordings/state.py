@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.controller.handling import GripperState
+from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.controller.snapshot import NO_ERROR, ErrorState
 from iiwa_sim.controller.status import RobotStatus
@@ -55,6 +55,7 @@ class _Standing(msgspec.Struct):
     tool_load: tuple[float, ...]
     gripper: GripperState | msgspec.UnsetType
     """Left out without one: for Lichtblick a field has one type."""
+    parts: tuple[PartState, ...]
     robot_status: RobotStatus
     inputs: Bits
     outputs: Bits
@@ -132,6 +133,7 @@ def _standing(reading: Reading) -> _Standing:
         reading.override,
         reading.tool_load.told(),
         msgspec.UNSET if reading.gripper is None else reading.gripper,
+        reading.parts,
         reading.status,
         reading.inputs,
         reading.outputs,

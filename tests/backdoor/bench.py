@@ -10,17 +10,23 @@ from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
-from iiwa_sim.controller.handling import Wiring
+from iiwa_sim.contact.shapes import Cylinder
+from iiwa_sim.controller.handling import Handled, Wiring
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
+from iiwa_sim.frames import Frame
+from iiwa_sim.handling.falling import FALLS
 from iiwa_sim.handling.gripper import Jaws
+from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.workpieces import Parts
 from tests.journal import Journal
 from tests.stepped import SteppedRobot
 
 IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"
 
 
-GRIPPER = Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_input=16)
+DISC = Part("disc", Cylinder(0.02, 0.005), 0.2, 0.5, 1e5), Frame(0.0, 0.0, -5.0, 0.0, 0.0, 0.0).to_transform()
+HANDLED = Handled(Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_input=16), (DISC,))
 
 
 class OpenDoor:
@@ -44,7 +50,7 @@ class Bench:
 
     def __init__(self, robot: str = IIWA) -> None:
         alone = robot_alone(robot)
-        self.robot = SteppedRobot(cell=replace(alone, gripper=GRIPPER))
+        self.robot = SteppedRobot(cell=replace(alone, handled=HANDLED))
         self.controller = self.robot.controller
         self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
         self.dialogue = Dialogue(lambda: self.controller.tick)
@@ -60,6 +66,20 @@ class Bench:
         assert reply.endswith(b"\r\n")
         assert reply.count(b"\n") == reply.count(b"\r") == 1
         return reply[:-2].decode("ascii")
+
+    def grips_disc(self) -> None:
+        """The disc falls past the TCP, and is gripped there."""
+        handling = self.controller.handling
+        assert handling is not None
+        assert handling.workpieces is not None
+        tcp = self.controller.tcp()
+        pieces = handling.workpieces
+        body = pieces.bodies["disc"]._replace(pose=tcp, state=FALLS, on="")
+        pieces.restore(Parts((body,)), tcp)
+        handling.gripper.opening_m = 0.01
+        handling.gripper.block(pieces.grip(tcp, 0.08))
+        self.controller.io.set_output(16, on=True)
+        assert pieces.held == "disc"
 
     def seen(self) -> dict[str, object]:
         """All that can be changed from here."""

@@ -73,6 +73,7 @@ PAIRS: dict[str, Callable[[Backdoor], object]] = {
     "seed : 7": lambda b: b.seed(7),
     "refuse next move : 3021": lambda b: b.refuse_next_move(3021),
     "following error : 3": lambda b: b.following_error(3),
+    "remove part : disc": lambda b: b.remove_part("disc"),
     "stick jaws : 1": lambda b: b.stick_jaws(stuck=True),
     "wrong sensor : holds 1": lambda b: b.wrong_sensor("holds", on=True),
     "reply : get status = moving 2": lambda b: b.reply("get status", "moving", 2),
@@ -107,6 +108,7 @@ PREPARED = {
     "fail move : 3000": "normal",
     "accept connections": "refuse connections",
     "repair gripper": "stick jaws : 1",
+    "lose part": "held",
 }
 PAIRS_WITH_MORE: dict[str, Callable[[Backdoor], object]] = {
     "resume": Backdoor.resume,
@@ -114,6 +116,7 @@ PAIRS_WITH_MORE: dict[str, Callable[[Backdoor], object]] = {
     "fail move : 3000": lambda b: b.fail_move(3000),
     "accept connections": Backdoor.accept_connections,
     "repair gripper": Backdoor.repair_gripper,
+    "lose part": Backdoor.lose_part,
 }
 
 
@@ -139,6 +142,8 @@ def prepared(line: str, robot: str = IIWA) -> Bench:
         bench.controller.move(smart_joint_move(place, [0.2] * len(place)))
     elif before == "normal":
         bench.controller.move(joint_move(place, [0.2] * len(place)))
+    elif before == "held":
+        bench.grips_disc()
     elif before:
         assert bench.tell(before) == "done"
     bench.robot.step(5)

@@ -97,9 +97,31 @@ def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
 
 def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
     cell = cell_from(tmp_path, GRIPPER + "open_output = 15\nholds_input = 3\n")
-    assert cell.gripper == (pytest.approx((0.08, 0.1, 40.0)), (16, 15, 0, 0, 3))
+    assert cell.handled == (pytest.approx((0.08, 0.1, 40.0, 0.02, 0.02)), (16, 15, 0, 0, 3), ())
     assert "gripper: 80 mm at 100 mm/s, 40 N, closed by output 16" in summary(cell)
-    assert cell_from(tmp_path, "").gripper is None
+    assert cell_from(tmp_path, "").handled is None
+
+
+def test_parts_lie_where_they_stand_and_fall_elsewhere(tmp_path: Path) -> None:
+    standing = PART + "x_mm = 600\nz_mm = 320.5\n" + PART.replace("cube", "other") + "z_mm = 200\n"
+    cell = cell_from(tmp_path, GRIPPER + standing + TABLE)
+    assert cell.handled is not None
+    (cube, _), (other, pose) = cell.handled.parts
+    assert cube == ("cube", Box(0.02, 0.02, 0.02), 0.2, 0.5, 1e5)
+    assert (other.name, pose.translation) == ("other", (0.0, 0.0, 0.2))
+    told = summary(cell)
+    assert "part 'cube': box, 0.2 kg, lies on 'table'" in told
+    assert "part 'other': box, 0.2 kg, falls" in told
+
+
+def test_as_many_parts_as_there_may_be_are_checked_against_each_other(tmp_path: Path) -> None:
+    many = "".join(
+        PART.replace("cube", f"cube {n}") + f"x_mm = {50 * (n % 16)}\ny_mm = {50 * (n // 16)}\nz_mm = -300\n"
+        for n in range(256)
+    )
+    cell = cell_from(tmp_path, GRIPPER + many)
+    assert cell.handled is not None
+    assert len(cell.handled.parts) == 256
 
 
 def test_what_the_robot_watches(tmp_path: Path) -> None:
@@ -130,6 +152,7 @@ def test_the_sphere_may_press_from_the_start(tmp_path: Path) -> None:
 
 
 GRIPPER = "[gripper]\nstroke_mm = 80\nspeed_mm_per_s = 100\ngrip_force_n = 40\nclose_output = 16\n"
+PART = '[[part]]\nname = "cube"\nshape = "box"\nsize_mm = [40, 40, 40]\nmass_kg = 0.2\n'
 SPHERE = '[[sphere]]\nname = "ball"\nradius_mm = 30\nstiffness_n_per_m = 5000\n'
 FAULTS = [
     # what stands there, then key, value and what was expected
@@ -179,6 +202,38 @@ FAULTS = [
         "another input than that of open_input",
     ),
     (GRIPPER + "[io]\noutputs = 4", "gripper.close_output", "16", "one of the outputs 1 to 4"),
+    (PART, "part", "'1 of them'", r"a \[gripper\] to work with"),
+    (GRIPPER + 257 * PART, "part", "'257 of them'", "at most 256"),
+    (GRIPPER + PART.replace("0.2", "-0.2"), r"part\[0\].mass_kg", "-0.2", "a number from 0.001 to 1000 kg"),
+    (GRIPPER + PART.replace('"box"', '"cone"'), r"part\[0\].shape", "'cone'", "value 'cone'"),
+    (GRIPPER + PART + "friction = -1", r"part\[0\].friction", "-1.0", "a number from 0 to 10"),
+    (GRIPPER + PART.replace("40]", "0]"), r"part\[0\].size_mm\[2\]", "0.0", "a number from 0.1 to 1000 mm"),
+    (GRIPPER + PART + PART, r"part\[1\].name", "'cube'", r"another name than that of part\[0\]"),
+    (
+        GRIPPER + PART.replace('"cube"', '"table"') + TABLE,
+        r"part\[0\].name",
+        "'table'",
+        "another name than that of a surface",
+    ),
+    (
+        GRIPPER + PART + "beta = 0.3",
+        r"part\[0\].alpha, beta, gamma",
+        r"\[0.0, 0.3, 0.0\]",
+        "angles with which it lies on a face, or a cylinder on its side",
+    ),
+    (
+        GRIPPER + PART + "x_mm = 600\nz_mm = 310\n" + TABLE,
+        r"part\[0\].x_mm, y_mm, z_mm",
+        r"\[600.0, 0.0, 310.0\]",
+        "a place outside of 'table', up to 1 mm",
+    ),
+    (
+        GRIPPER + PART + "x_mm = 600\n" + PART.replace('"cube"', '"other"') + "x_mm = 620\nalpha = 0.5\n",
+        r"part\[1\].x_mm, y_mm, z_mm",
+        r"\[620.0, 0.0, 0.0\]",
+        "a place outside of 'cube', up to 1 mm",
+    ),
+    (GRIPPER + "pad_mm = [20, 0]", r"gripper.pad_mm\[1\]", "0.0", "a number from 0.1 to 1000 mm"),
     ("[tool]", "tool.mass_kg", r"\(missing\)", "this key"),
     ("[tool]\nmass_kg = -1", "tool.mass_kg", "-1.0", "a number from 0.001 to 1000 kg"),
     (

@@ -1,0 +1,315 @@
+"""Parts between the jaws of a robot: picked, carried, put down, lost."""
+
+from __future__ import annotations
+
+from math import hypot
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.controller.carrying import ToolLoad
+from iiwa_sim.frames import compose, inverse
+from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES
+from iiwa_sim.handling.part import Part
+from tests.asked import joint_move, lin_force_move, lin_move
+from tests.handling.scenes import BALL, BLOCK, JAWS, PIN, TABLE, TABLE_MM, Scene, at, down
+from tests.samples import some
+
+G = 9.81
+TICK_S = 0.002
+TOP = TABLE_MM + 30.0  # of the middle of block and pin
+
+
+def holding(part: Part = BLOCK, **more: object) -> Scene:
+    """It, lifted off the table."""
+    scene = Scene((part, at(600, 50, TOP if part is not BALL else TABLE_MM + 20)), **more)  # type: ignore[arg-type]
+    scene.picks(600, 50, TABLE_MM + 12.0 if part is BALL else TOP + 10.0)
+    scene.goes(down(600, 50, 500))
+    scene.rests()
+    assert scene.body(part.name).state == HELD
+    return scene
+
+
+@pytest.mark.parametrize("part", [BLOCK, PIN, BALL], ids=lambda part: part.name)
+def test_it_is_picked_carried_and_put_down(part: Part) -> None:
+    scene = holding(part)
+    assert scene.controller.io.inputs[:3] == (False, False, True)
+    assert scene.handling.state.state == "holds"
+    # What weighs, pulls down: along z of a TCP that points there.
+    weight = part.mass_kg * G
+    assert scene.controller.cartesian_force()[:3] == pytest.approx((0.0, 0.0, weight), abs=1e-6)
+    before = scene.body(part.name).pose
+    scene.goes(down(500, -200, 500))
+    moved = scene.body(part.name).pose
+    assert np.subtract(moved.translation, before.translation) == pytest.approx((-0.1, -0.25, 0.0), abs=1e-9)
+    lower_mm = 1e3 * (moved.translation[2] - part.reach(moved.rotation, 2)) - TABLE_MM
+    scene.goes(down(500, -200, 500 - lower_mm), 0.2)
+    scene.closes(closed=False)
+    scene.rests()
+    body = scene.body(part.name)
+    assert (body.state, body.on) == (LIES, "table")
+    assert body.pose.translation[:2] == pytest.approx((0.5, -0.2), abs=1e-6)
+    assert scene.controller.cartesian_force() == (0.0,) * 6
+    assert scene.controller.io.inputs[:3] == (True, False, False)
+
+
+def test_on_the_table_the_table_carries_it() -> None:
+    """So closing the jaws on it pulls nothing, and lifting it loads the flange little by little."""
+    scene = Scene((BLOCK, at(600, 50, TOP)))
+    scene.picks(600, 50, TOP)
+    scene.rests()
+    assert scene.body("block").state == HELD
+    assert scene.controller.cartesian_force() == pytest.approx((0.0,) * 6, abs=1e-6)
+    half_mm = 0.5 * 1e3 * BLOCK.mass_kg * G / (1.0 / (1.0 / 2e4 + 1.0 / 5e4))
+    scene.goes(down(600, 50, TOP + half_mm))
+    scene.rests()
+    assert scene.controller.cartesian_force()[2] == pytest.approx(0.5 * BLOCK.mass_kg * G)
+
+
+def test_a_force_move_puts_it_down() -> None:
+    scene = holding()
+    target = down(600, 50, 250)
+    scene.controller.move(lin_force_move(target, 0.05, 0.0, (1e3, 1e3, 12.0)))
+    scene.robot.runs_until_stopped()
+    (contact,) = scene.robot.contacts
+    assert "12 N" in str(contact)
+    assert scene.body("block").bottom == pytest.approx(1e-3 * TABLE_MM, abs=3e-3)
+    scene.closes(closed=False)
+    scene.rests()
+    assert scene.body("block").on == "table"
+
+
+def test_jaws_push_a_part_that_is_beside_the_middle_between_them() -> None:
+    scene = Scene((BLOCK, at(600, 50, TOP)))
+    scene.goes(down(600, 62, TOP + 80), straight=False)
+    scene.goes(down(600, 62, TOP))
+    scene.closes()
+    scene.rests()
+    assert scene.body("block").state == HELD
+    assert scene.body("block").pose.translation == pytest.approx(
+        (0.6, 0.062, 1e-3 * TOP - 0.00034335), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("x_mm", "y_mm", "z_mm"),
+    [(640.0, 50.0, TOP), (600.0, 75.0, TOP), (600.0, 50.0, TOP + 55.0)],
+    ids=["in front", "under a jaw", "above"],
+)
+def test_beside_a_part_the_jaws_close_on_nothing(x_mm: float, y_mm: float, z_mm: float) -> None:
+    scene = Scene((BLOCK, at(600, 50, TOP)))
+    scene.picks(x_mm, y_mm, z_mm)
+    scene.rests()
+    assert scene.handling.state.state == "closed"
+    assert scene.body("block").state == LIES
+    assert scene.body("block").pose.translation[:2] == (0.6, 0.05)
+
+
+def test_its_weight_and_moment_at_1000_poses() -> None:
+    scene = holding(PIN)
+    scene.controller.load.world.remove("table")
+    controller, d = scene.controller, scene.robot.description
+    tcp = controller.tcp()
+    centre = compose(inverse(tcp), scene.body("pin").pose).translation
+    rng = np.random.default_rng(5)
+    for q in rng.uniform(d.position_min, d.position_max, (1000, len(d.joints))).tolist():
+        controller.injected.place(q)
+        for _ in range(2):
+            turn = np.array(controller.tcp().rotation).reshape(3, 3)
+            weight = turn.T @ (0.0, 0.0, -PIN.mass_kg * G)
+            expected = np.concatenate([weight, np.cross(centre, weight)])
+            assert np.abs(controller.cartesian_force() - expected).max() <= 1e-6
+            jacobian = scene.robot.model.tcp(controller.tool_in_flange).jacobian(q)
+            torques = jacobian.T @ np.concatenate([turn @ expected[:3], turn @ expected[3:]])
+            assert np.abs(controller.joint_torque() - torques).max() <= 1e-6
+            controller.step()
+
+
+def test_along_random_moves_it_is_what_newton_and_euler_say() -> None:
+    """To 1 % of the greatest wrench; what is felt is that of a tick ago. The grip is firm."""
+    scene = holding(BLOCK, jaws=JAWS._replace(force_n=1000.0))
+    controller, d = scene.controller, scene.robot.description
+    controller.load.world.remove("table")
+    model = pin.buildModelFromXML(d.urdf)
+    for inertia in model.inertias:
+        inertia.setZero()
+    flange = model.frames[model.getFrameId(d.flange)]
+    rotation, place = controller.tool_in_flange
+    tcp = flange.placement * pin.SE3(np.array(rotation).reshape(3, 3), np.array(place))
+    turned, centre = compose(inverse(controller.tcp()), scene.body("block").pose)
+    edges = 2.0 * np.array(BLOCK.shape)
+    body = pin.Inertia.FromBox(BLOCK.mass_kg, *edges)
+    model.appendBodyToJoint(
+        flange.parentJoint, body, tcp * pin.SE3(np.array(turned).reshape(3, 3), np.array(centre))
+    )
+    data, rng = model.createData(), np.random.default_rng(6)
+    scene.robot.joints, felt = [controller.joints], [controller.cartesian_force()]
+    for _ in range(some(10)):
+        target = rng.uniform(d.position_min, d.position_max).tolist()
+        controller.move(joint_move(target, rng.uniform(0.2, 1.0, len(target)).tolist()))
+        while controller.moving:
+            scene.robot.step()
+            felt.append(controller.cartesian_force())
+    q = np.array(scene.robot.joints)
+    v, a = (q[2:] - q[:-2]) / (2 * TICK_S), (q[2:] - 2 * q[1:-1] + q[:-2]) / TICK_S**2
+    expected = []
+    for each in zip(q[1:-1], v, a, strict=True):
+        pin.rnea(model, data, *each)
+        expected.append(tcp.inverse().act(-data.f[flange.parentJoint]).vector)
+    off = np.abs(np.array(felt[2:]) - expected)
+    for part in (slice(0, 3), slice(3, 6)):
+        assert off[:, part].max() <= 0.01 * np.linalg.norm(np.array(expected)[:, part], axis=1).max()
+    assert scene.body("block").state == HELD
+
+
+def test_with_the_right_tool_load_a_part_is_not_felt() -> None:
+    scene = holding()
+    x, y, z = compose(inverse(scene.robot.model.flange(scene.controller.joints)), scene.body("block").pose)[1]
+    scene.controller.set_tool_load(ToolLoad(BLOCK.mass_kg, (x, y, z)))
+    assert scene.controller.cartesian_force() == pytest.approx((0.0,) * 6, abs=1e-9)
+    assert scene.controller.joint_torque() == pytest.approx((0.0,) * 7, abs=1e-9)
+
+
+def test_it_slips_within_a_tick_of_where_friction_ends() -> None:
+    """Sideways, along x of the TCP: what holds against that and the weight is friction on both sides."""
+    part = BLOCK._replace(friction=0.2)
+    scene = holding(part, jaws=JAWS._replace(force_n=100.0))
+    gripper = scene.handling.gripper
+    gripper.jaws = gripper.jaws._replace(force_n=12.6)
+    most = 2.0 * 0.2 * 12.6  # N, for a weight of 4.9 N
+    scene.controller.move(lin_move(down(400, 50, 500), 1.0, 0.0))
+    tcps = [scene.controller.tcp()]
+    first = compose(inverse(tcps[0]), scene.body("block").pose).translation
+    too_much, slips = [False], [False]
+    for _ in range(120):
+        scene.robot.step()
+        tcps.append(scene.controller.tcp())
+        there = compose(inverse(tcps[-1]), scene.body("block").pose).translation
+        slips.append(there != pytest.approx(first, abs=1e-10))
+        after, now, before = (np.array(each.translation) for each in [*tcps[:1] * 2, *tcps][:-4:-1])
+        pull = part.mass_kg * ((after - 2 * now + before) / TICK_S**2 + (0.0, 0.0, G))
+        x, _, z = np.array(tcps[-1].rotation).reshape(3, 3).T @ pull
+        too_much.append(hypot(x, z) > most)
+    assert any(slips)
+    assert abs(too_much.index(True) - slips.index(True)) <= 1
+
+
+def test_what_is_too_heavy_for_the_grip_slips_out_and_falls() -> None:
+    scene = Scene((BLOCK, at(600, 50, TOP)), jaws=JAWS._replace(force_n=4.0))  # 4 N for 4.9 N
+    scene.picks(600, 50, TOP)
+    assert scene.handling.state.state == "holds"
+    scene.goes(down(600, 50, 500))
+    scene.rests()
+    assert scene.body("block").state == LIES
+    assert scene.body("block").on == "table"
+    assert scene.handling.state.state == "closed"
+    assert scene.controller.io.inputs[:3] == (False, True, False)
+    assert scene.controller.cartesian_force() == (0.0,) * 6
+
+
+def test_a_part_lands_on_another_and_falls_when_that_is_taken_away() -> None:
+    scene = holding()
+    workpieces = scene.handling.workpieces
+    assert workpieces is not None
+    scene = Scene((BLOCK, at(600, 50, TOP)), (PIN, at(600, 50, TOP + 60.0)))
+    assert scene.body("pin").on == "block"
+    scene.handling.remove("block")
+    assert scene.body("pin").state == FALLS
+    scene.rests()
+    assert scene.body("pin").on == "table"
+    assert scene.body("block").state == GONE
+
+
+def test_a_part_is_put_onto_another() -> None:
+    scene = Scene((BLOCK, at(600, 50, TOP)), (PIN, at(500, -100, TOP)))
+    scene.picks(500, -100, TOP)
+    scene.goes(down(500, -100, TOP + 100))
+    scene.goes(down(600, 50, TOP + 100))
+    scene.controller.move(lin_force_move(down(600, 50, TOP), 0.05, 0.0, (1e3, 1e3, 12.0)))
+    scene.robot.runs_until_stopped()
+    assert len(scene.robot.contacts) == 1
+    assert 1e3 * scene.controller.tcp().translation[2] == pytest.approx(TOP + 60.0, abs=3.0)
+    scene.closes(closed=False)
+    scene.rests()
+    assert scene.body("pin").on == "block"
+
+
+def test_what_loses_its_ground_falls_to_the_next() -> None:
+    shelf = TABLE._replace(name="shelf", pose=at(600.0, 0.0, 500.0))
+    scene = Scene((BLOCK, at(600, 50, 550)), surfaces=(TABLE, shelf))
+    assert scene.body("block").on == "shelf"
+    scene.controller.load.world.remove("shelf")
+    scene.rests()
+    assert scene.body("block").on == "table"
+
+
+def test_a_part_that_is_lost_in_mid_air_flies_on() -> None:
+    scene = holding()
+    scene.controller.move(lin_move(down(600, -250, 500), 1.0, 0.0))
+    scene.robot.step(150)
+    scene.handling.lose()
+    speed = scene.body("block").velocity
+    assert speed[1] < -0.1
+    scene.rests()
+    fell_s = (2.0 * (0.5 - 0.01 - 1e-3 * TOP) / G) ** 0.5
+    assert scene.body("block").pose.translation[1] < 0.05 + speed[1] * 0.9 * fell_s
+    assert scene.handling.state.state == "closed"
+
+
+def test_a_jammed_gripper_keeps_what_it_holds() -> None:
+    scene = holding()
+    scene.handling.stick(True)
+    scene.closes(closed=False)
+    scene.rests()
+    assert scene.body("block").state == HELD
+    scene.handling.repair()
+    scene.closes(closed=False)
+    scene.rests()
+    assert scene.body("block").state == LIES
+
+
+def run_of(scene: Scene) -> list[object]:
+    """What there is in each tick of picking and putting down."""
+    seen: list[object] = []
+    controller, step = scene.controller, scene.robot.step
+
+    def tick(ticks: int = 1) -> None:
+        for _ in range(ticks):
+            step()
+            seen.append(
+                (controller.joints, controller.cartesian_force(), scene.handling.parts, controller.io.inputs)
+            )
+
+    scene.robot.step = tick  # type: ignore[method-assign]
+    scene.picks(600, 55, TOP)
+    scene.goes(down(600, 50, 450))
+    scene.goes(down(560, -50, TOP + 4), 1.0)
+    scene.closes(closed=False)
+    scene.rests()
+    return seen
+
+
+def test_every_run_is_the_same_to_the_last_bit() -> None:
+    parts = ((BLOCK, at(600, 50, TOP)), (PIN, at(500, -100, TOP)))
+    assert run_of(Scene(*parts)) == run_of(Scene(*parts))
+
+
+def test_a_robot_at_rest_may_skip_ticks_with_a_part_in_its_jaws() -> None:
+    skips, steps = holding(), holding()
+    skips.controller.skip(500)
+    steps.robot.step(500)
+    for scene in (skips, steps):
+        scene.goes(down(500, 0, 450))
+    assert skips.controller.cartesian_force() == steps.controller.cartesian_force()
+    assert skips.body("block") == steps.body("block")
+
+
+def test_surfaces_that_come_are_lain_on() -> None:
+    scene = holding()
+    plate: Surface = TABLE._replace(name="plate", pose=at(600.0, 0.0, 400.0))
+    scene.controller.load.world.put(plate)
+    scene.closes(closed=False)
+    scene.rests()
+    assert scene.body("block").on == "plate"
