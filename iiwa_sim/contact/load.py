@@ -239,7 +239,8 @@ class ExternalLoad:
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
         """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
         at_tcp = (self._touch, self._wrench, self._carried, self._handed)
-        if self._noise is self._link_torques is None and all(each is NO_WRENCH for each in at_tcp):
+        free = self._noise is None and self._link_torques is None
+        if free and all(each is NO_WRENCH for each in at_tcp):
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 
