@@ -481,4 +481,5 @@ class Simulator(LoopOrThread):
 
     def _robot_touch(self, told: str) -> None:
         robot_touch(told)
+        self._recordings.touch(told)
         self.dialogue.event("robot", told)

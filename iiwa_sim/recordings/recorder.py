@@ -212,6 +212,10 @@ class Recorder:
         """A force has ended a move."""
         self.event(Event(watch.CONTACT, text, move))
 
+    def touch(self, text: str) -> None:
+        """A link begins to touch something."""
+        self.event(Event(watch.TOUCH, text))
+
     def backdoor(self, call: str) -> None:
         """A test bench has done something, which may have changed the scene."""
         self.event(Event(watch.BACKDOOR, call))

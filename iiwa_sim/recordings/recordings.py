@@ -123,3 +123,8 @@ class Recordings:
         """Record which force has ended a move."""
         for recorder in self.recorders:
             recorder.contact(contact.move, str(contact))
+
+    def touch(self, told: str) -> None:
+        """Record which link begins to touch a surface or another link."""
+        for recorder in self.recorders:
+            recorder.touch(told)

@@ -66,6 +66,8 @@ def figures(state: State, robot: Robot) -> str:
         rows.append(("gripper", f"{html.escape(gripper['state'])}, {gripper['opening_mm']:.1f} mm"))
     if load_kg:
         rows.append(("tool load", f"{load_kg:g} kg"))
+    if any(state["joint_torque"]):
+        rows.append(("torques (Nm)", " ".join(f"{torque + 0.0:.1f}" for torque in state["joint_torque"])))
     frame = state["tool_frame"]
     columns = [
         zip(robot["joints"], map(degrees, state["joint_position"]), strict=True),

@@ -407,3 +407,19 @@ def test_a_robot_at_rest_ticks_while_it_is_recorded(tmp_path: Path) -> None:
     ticks = [state["tick"] for state in contents(path, STATE)]
     assert ticks == list(range(ticks[0], ticks[-1] + 1)), "none is left out, from the first one on"
     assert len(ticks) > 20
+
+
+def test_a_link_that_meets_a_wall_is_an_event_and_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "a.mcap"
+    wall = BoxSettings(name="wall", stiffness_n_per_m=5e4, y_mm=850, z_mm=600, size_mm=(1200, 800, 1200))
+    with (
+        Simulator(clock="stepped", record=path) as simulator,
+        Iiwa("127.0.0.1", simulator.port) as robot,
+    ):
+        simulator.backdoor.add_surface(wall)
+        robot.joint_move((0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0), (0.3,) * 7)
+        simulator.run_until_stopped()
+    touches = [event["text"] for event in contents(path, EVENTS) if event["kind"] == "touch"]
+    met = [text for text in touches if text.startswith("link iiwa_link_") and text.endswith("'wall'")]
+    assert met
+    assert set(met) <= {line["text"] for line in contents(path, DIALOGUE) if line["direction"] == "#"}
