@@ -1,4 +1,4 @@
-"""The course in examples/, 01 to 10, each run as a reader runs it, and each short enough to be read."""
+"""The course in examples/, 01 to 12, each run as a reader runs it, and each short enough to be read."""
 
 from __future__ import annotations
 
@@ -33,12 +33,14 @@ TOLD = {
         "lbr_iiwa_7_r800: 0 answered otherwise",
         "lbr_iiwa_14_r820: 2 answered otherwise",
     ],
+    "11_peg.py": ["sinks in at 60", " places", "at the bottom: 209."],
+    "12_hand_over.py": ["5 N: gave way 5.0 mm, holds on: True", "20 N: gave way 20.0 mm, holds on: False"],
 }
 """What each says, besides other things."""
 
 
-def test_there_are_ten_and_all_of_them_are_run_here() -> None:
-    assert [path.name[:2] for path in COURSE] == [f"{number:02}" for number in range(1, 11)]
+def test_there_are_twelve_and_all_of_them_are_run_here() -> None:
+    assert [path.name[:2] for path in COURSE] == [f"{number:02}" for number in range(1, 13)]
     assert {path.name for path in COURSE} == {*TOLD, "01_telnet.sh", "03_test_a_driver.py"}
 
 
