@@ -149,7 +149,12 @@ async def test_a_surface_is_touched_by_a_line_of_the_krc4(
     seen = simulator.state()
     assert max(map(abs, seen.cartesian_force)) == pytest.approx(20.0, rel=1e-3), "20 N/mm, 1 mm deep"
     assert any(seen.joint_torque)
-    blocked = await bench.ask(f"move surface : table {x_mm} {y_mm} {z_mm - 30} 0 0 0")
+    tick = simulator.controller.tick
+    await told(bench, f"move surface : table {x_mm} {y_mm} {top_mm - 19} 0 0 0")
+    await until(lambda: simulator.controller.tick > tick)
+    seen = simulator.state()
+    assert max(map(abs, seen.cartesian_force)) == pytest.approx(40.0, rel=1e-3), "it pushes on"
+    blocked = await bench.ask(f"add box : other {x_mm} {y_mm} {top_mm - 20} 0 0 0 400 400 40 20000 0 0")
     assert blocked.startswith("error 3000 the TCP would be ")
 
 
