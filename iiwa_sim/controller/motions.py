@@ -46,7 +46,8 @@ class Motions:
     @property
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
-        return self._nominal.moving or self._next is not None or self._drive.moving or self._follower.moving
+        # Asked for in every tick: first what it mostly is.
+        return self._drive.moving or self._next is not None or self._nominal.moving or self._follower.moving
 
     @property
     def settled(self) -> bool:

@@ -196,13 +196,24 @@ class Way:
     def _polynomial(
         self, k: cython.Py_ssize_t, s: cython.double, order: cython.int, out: cython.double[:, :, ::1]
     ) -> cython.void:
-        """q, q', q'', q''' of the move k over its s, up to an order."""
+        """q, q', q'', q''' of the move k over its s, to the order 0 or 3."""
         piece: cython.Py_ssize_t = self.pieces[k]
         # A move of p pieces has p + 1 borders and p + 1 offsets.
         last: cython.Py_ssize_t = self.pieces[k + 1] - 2
         while piece < last and self.borders[piece + 1] <= s:
             piece += 1
-        evaluate(self.borders, self.offsets, self.coefficients, piece, s, order, out, 0)
+        if not self.is_straight(k):
+            evaluate(self.borders, self.offsets, self.coefficients, piece, s, order, out, 0)
+            return
+        # The same in short.
+        first: cython.Py_ssize_t = self.offsets[piece]
+        scale: cython.double = 2.0 / (self.borders[piece + 1] - self.borders[piece])
+        x: cython.double = (s - self.borders[piece]) * scale - 1.0
+        for i in range(self.joint_count):
+            out[0, 0, i] = self.coefficients[first, i] + self.coefficients[first + 1, i] * x
+            if order > 0:
+                out[1, 0, i] = self.coefficients[first + 1, i] * scale
+                out[2, 0, i] = out[3, 0, i] = 0.0
 
     @cython.cfunc
     @cython.exceptval(check=False)

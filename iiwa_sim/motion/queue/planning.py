@@ -163,9 +163,10 @@ def _straight(course: Course) -> Chain:
     """The chain of one move whose joints go straight: x moves as one joint would."""
     move = course.moves[0]
     ways = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
-    velocity, acceleration, jerk = (course.end_x * (limit / ways).min(keepdims=True) for limit in move.limits)
+    limits = course.end_x * (np.array(move.limits) / ways).min(axis=1)
     lengths, jerks, none = np.empty(7), np.empty(7), np.empty(0)
-    end_s = rest_to_rest(course.end_x, velocity[0], acceleration[0], jerk[0], lengths, jerks)
+    velocity, acceleration, jerk = limits.tolist()
+    end_s = rest_to_rest(course.end_x, velocity, acceleration, jerk, lengths, jerks)
     if not isfinite(end_s):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     cells_s: Array = widths(end_s, none, none, lengths.cumsum()[:-1], none)
@@ -175,18 +176,26 @@ def _straight(course: Course) -> Chain:
     front = Front.at_start()
     controls = through(front.controls, motion, cells_s, course.end_x)
     # The clock is planned for one joint, which is x.
-    rows = at_once(rows_along(_as_one_joint(course.end_x, velocity, acceleration, jerk), controls, None))
+    rows = at_once(rows_along(_as_one_joint(course.end_x, limits), controls, None))
     c = steady(rows, cells_s / UNIT_S)
     quick(rows, c, STRAIGHT_STEPS, STRAIGHT_ENOUGH)
     return Chain(course, controls, c, front.times, None)
 
 
-def _as_one_joint(end_x: float, *limits: Array) -> Way:
-    """The way of a joint that goes from 0 to `end_x` as x does, with limits (1,) of all three."""
+def _as_one_joint(end_x: float, limits: Array) -> Way:
+    """The way of a joint that goes from 0 to `end_x` as x does, with its limits (3,)."""
     ends, none = np.array([0.0, end_x]), np.zeros(2)
     pieces, coefficients = np.array([0, 2], dtype=np.intp), np.array([[0.5 * end_x], [0.5 * end_x]])
     return Way(
-        ends, none, none, np.ones(2), pieces, np.array([0.0, 1.0]), pieces, coefficients, np.array([limits])
+        ends,
+        none,
+        none,
+        np.ones(2),
+        pieces,
+        np.array([0.0, 1.0]),
+        pieces,
+        coefficients,
+        limits.reshape(1, 3, 1),
     )
 
 

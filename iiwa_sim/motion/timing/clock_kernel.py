@@ -69,7 +69,7 @@ class Steps:
         self.groups = np.zeros(cells + 1, dtype=np.intp)
         self.first = np.zeros(3 * cells + 2 + cuts.shape[0], dtype=np.intp)
         self.weights = np.zeros((3 * cells + 1 + cuts.shape[0], 3))
-        self.rows = np.zeros((r, COLUMNS))
+        self.rows = np.empty((r, COLUMNS))
         self.band, self.vectors = np.empty((cells + 2, 3)), np.empty((2, cells + 2))
         self.gap = self.far = 0.0
         r = 0
