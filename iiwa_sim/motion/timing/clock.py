@@ -32,7 +32,7 @@ ALLOWED = (3e-4, KEPT - 1.0, KEPT - 1.0)
 """What is too much by this, of velocities, accelerations and jerks, counts alike."""
 MU, MU_NEAR, LEAST = 0.3, 0.1, 0.1
 """With which a clock begins (see `Steps.begin`), at an even pace or from a guess: others take more steps."""
-ENOUGH = 0.02
+ENOUGH = 0.01
 """Part of the time that may be left to gain by what the multipliers say: a tenth of it is."""
 IDLE = 0.15
 """What is below this part of its limit is left out when a clock is found again."""

@@ -61,7 +61,7 @@ class Steps:
         cells: cython.Py_ssize_t = bounds.cells
         g: cython.Py_ssize_t = 0
         m: cython.Py_ssize_t = 0
-        r: cython.Py_ssize_t = cells + 1 + cuts.shape[0]
+        r: cython.Py_ssize_t = 2 * cells + 1 + cuts.shape[0]
         for k in range(cells + 1):
             for e in range(3 if k < cells else 1):
                 r += bounds.counts[k, e]
@@ -80,6 +80,8 @@ class Steps:
                     continue
                 if e % 3 == 0:
                     last = self._knot(given, k + e // 3, e // 3, r)
+                    if e == 0:
+                        last = self._middle(given, k, last)
                 else:
                     last = self._jerks(given, k, e - 1, r)
                     self.weights[g, e - 1] = self.weights[g, e] = 0.5
@@ -119,6 +121,24 @@ class Steps:
             self.rows[r, shift], self.rows[r, shift + 1], self.rows[r, 2 - 2 * shift] = b - y, b + y, 0.0
             r += 1
         return r
+
+    @cython.cfunc
+    def _middle(self, given: Rows, k: cython.Py_ssize_t, r: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """The same of velocities in the middle of a cell: else a clock that is as fast as they allow at all
+        knots might swing from cell to cell, at no cost."""
+        middle: cython.Py_ssize_t = given.starts[k]
+        for p in range(given.starts[k] + 1, given.starts[k + 1]):
+            if fabs(given.parts[p] - 0.5) < fabs(given.parts[middle] - 0.5):
+                middle = p
+        u: cython.double = given.parts[middle]
+        most: cython.double = 0.0
+        for i in range(given.inner.shape[2]):
+            most = max(most, fabs(given.inner[middle, 0, i]) * given.per_limit[k, 0, i])
+        most *= most * given.tight[k, 0]
+        self.rows[r, 0] = most * (0.5 - u + 0.5 * u * u)
+        self.rows[r, 1] = most * (0.5 + u - u * u)
+        self.rows[r, 2] = most * 0.5 * u * u
+        return r + 1
 
     @cython.cfunc
     def _jerks(

@@ -328,7 +328,8 @@ def cut(
                 )
                 # The factors of b, b' and b'' there; what is larger beside the place counts for it.
                 most /= max(fabs(found[order, joint[1], p - rows.starts[k]]), 1e-9)
-                most = rows.per_limit[k, order, joint[1]] * min(max(ALMOST * most, 1.0), MOST_TIMES)
+                most = ALMOST * (most * most if order == 0 else most)
+                most = rows.per_limit[k, order, joint[1]] * min(max(most, 1.0), MOST_TIMES)
                 if order == 0:
                     b, d, dd = first * first * rows.per_limit[k, 0, joint[1]] * most, 0.0, 0.0
                 elif order == 1:
