@@ -91,7 +91,7 @@ def joint_torques(
 
 def told(force_n: float, mode: str) -> str:
     """What stands beside the spring: its force, and why the robot stays where it is, if it does."""
-    return f"{force_n:.0f} N" if mode == YIELDS else f"{force_n:.0f} N; stiff in mode {mode}, see Push"
+    return f"{force_n:.0f} N" if mode == YIELDS else f"{force_n:.0f} N, stiff: see Push"
 
 
 class Pushing:

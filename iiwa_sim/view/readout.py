@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from iiwa_sim.view.scene import State
 
+WHOLE_NM = 10.0
+"""From here on torques are told in whole Nm."""
 EVERY_S = 0.1
 """Time between two changes of the figures (s)."""
 
@@ -66,8 +68,10 @@ def figures(state: State, robot: Robot) -> str:
         rows.append(("gripper", f"{html.escape(gripper['state'])}, {gripper['opening_mm']:.1f} mm"))
     if load_kg:
         rows.append(("tool load", f"{load_kg:g} kg"))
-    if any(state["joint_torque"]):
-        rows.append(("torques (Nm)", " ".join(f"{torque + 0.0:.1f}" for torque in state["joint_torque"])))
+    largest_nm = max(map(abs, state["joint_torque"]))
+    if largest_nm > 0.0:
+        digits = 0 if largest_nm >= WHOLE_NM else 1  # so they have room in one line
+        rows.append(("torques (Nm)", " ".join(f"{torque:.{digits}f}" for torque in state["joint_torque"])))
     frame = state["tool_frame"]
     columns = [
         zip(robot["joints"], map(degrees, state["joint_position"]), strict=True),

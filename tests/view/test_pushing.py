@@ -64,4 +64,4 @@ def test_what_is_no_place_pulls_at_nothing(end: tuple[float, float, float]) -> N
 
 def test_a_stiff_robot_says_why_it_does_not_yield() -> None:
     assert told(96.7, "impedance") == "97 N"
-    assert told(96.7, "normal") == "97 N; stiff in mode normal, see Push"
+    assert told(96.7, "normal") == "97 N, stiff: see Push"
