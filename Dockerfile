@@ -69,6 +69,23 @@ RUN python -c "import tomllib; p = tomllib.load(open('/src/pyproject.toml', 'rb'
         -exec strip --strip-unneeded {} +
 
 
+# The environment of the node of ROS 2, where it will be, without what only a compiler would need; numpy is that of the
+# robot. Libraries in *.libs have been patched: strip leaves those misaligned.
+FROM build AS build-ros2
+
+WORKDIR /opt/ros2
+RUN /opt/iiwa-sim/bin/iiwa-sim ros2-env /opt/ros2 \
+    && ln -s "$(basename lib/python3.*)" lib/python \
+    && bin/python -m pip uninstall --yes numpy setuptools pip \
+    && rm -rf include share lib/cmake lib/*.a \
+    && ln -s /opt/iiwa-sim/lib/python/site-packages/numpy /opt/iiwa-sim/lib/python/site-packages/numpy.libs \
+        lib/python/site-packages \
+    && find . '(' -name '*.pyi' -o -name '*.hpp' -o -name '*.h' -o -name '*.c' -o -name '*.cpp' ')' -delete \
+    && find . -type f '(' -name '*.so' -o -name '*.so.*' ')' -not -path '*.libs/*' \
+        -exec strip --strip-unneeded {} + \
+    && rdfind -makesymlinks true -makeresultsfile false lib
+
+
 FROM ${BASE} AS robot
 
 ARG BASE
@@ -134,6 +151,20 @@ ENV ROS_LOG_DIR=/tmp/ros \
     ROS_PACKAGE_PATH=/opt/iiwa-sim/lib/python/site-packages/iiwa_sim/protocol/rmi
 USER 10001
 ENTRYPOINT ["iiwa-sim", "--ros"]
+
+
+# docker build --target ros2: a node of ROS 2 (x86-64). Others are met in the container's network; /dev/shm is where Fast DDS
+# writes in any case.
+FROM robot AS ros2
+
+USER 0
+COPY --from=build-ros2 /opt/ros2 /opt/ros2
+RUN /opt/ros2/bin/python -I -c "import rclpy.action, rclpy.executors, sensor_msgs.msg, std_srvs.srv, tf2_msgs.msg, \
+        control_msgs.action, industrial_msgs.msg, robot_movement_interface.msg, robot_movement_interface.srv"
+ENV ROS_LOG_DIR=/dev/shm/ros \
+    ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET
+USER 10001
+ENTRYPOINT ["iiwa-sim", "--ros2", "--ros2-python", "/opt/ros2/bin/python"]
 
 
 # What is built where no target is named.

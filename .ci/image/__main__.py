@@ -8,6 +8,7 @@ packages, with images of its own under ~/.cache/iiwa-sim: they last, so that a s
 """
 
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -28,7 +29,10 @@ IMAGES = {
     "iiwa-sim": [],
     "iiwa-sim-view": ["--target", "view"],
     "iiwa-sim-ros": ["--target", "ros"],
+    "iiwa-sim-ros2": ["--target", "ros2"],
 }
+if platform.machine() != "x86_64":  # there are no wheels of rclpy
+    del IMAGES["iiwa-sim-ros2"]
 
 
 def main() -> None:
@@ -44,6 +48,8 @@ def main() -> None:
         trial.try_image(builder, "iiwa-sim", base_mb=base_mb)
         documented.try_documented(builder)
         trial.try_page(builder, "iiwa-sim-view")
+        if "iiwa-sim-ros2" in IMAGES:
+            trial.try_ros2(builder, "iiwa-sim-ros2")
         master = f"http://127.0.0.1:{(port := trial.free_port())}"
         with trial.running(
             builder,

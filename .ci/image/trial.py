@@ -23,6 +23,42 @@ GOALS_S = {"start to listening": 0.45, "health check": 0.15}
 GOAL_MB = 140
 """Of the layers on top of the base, of the image without ROS."""
 TOKEN = "swordfish"
+DOMAIN = 96
+"""Of DDS, which the tests do not have."""
+ROS2_USER = """
+import sys, time
+import rclpy
+from control_msgs.action import FollowJointTrajectory
+from rclpy.action import ActionClient
+from sensor_msgs.msg import JointState
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+PATIENCE_S = 50.0
+end_s = time.monotonic() + PATIENCE_S
+
+def until(holds):
+    while not holds():
+        if time.monotonic() > end_s:
+            sys.exit("the robot is not there, or does not go")
+        rclpy.spin_once(node, timeout_sec=0.1)
+
+rclpy.init()
+node, states = rclpy.create_node("user"), []
+node.create_subscription(JointState, "joint_states", states.append, 10)
+client = ActionClient(node, FollowJointTrajectory, "joint_trajectory_controller/follow_joint_trajectory")
+until(lambda: states and client.server_is_ready())
+print(*states[-1].name)
+point = JointTrajectoryPoint(positions=[each + 0.1 for each in states[-1].position])
+point.time_from_start.sec = 1
+trajectory = JointTrajectory(joint_names=states[-1].name, points=[point])
+sent = client.send_goal_async(FollowJointTrajectory.Goal(trajectory=trajectory))
+until(sent.done)
+ended = sent.result().get_result_async()
+until(ended.done)
+print(ended.result().status, ended.result().result.error_code)
+node.destroy_node()
+rclpy.shutdown()
+"""
 MEASURE = """
 import os, subprocess, sys
 def spent(pid):
@@ -140,6 +176,20 @@ def try_page(engine: Engine, image: str) -> None:
         _demand(container.answer(port, b"hello\r\n"), b"hello\r\n", "with the page, it answers hello")
         _demand(_page(page_port, {}), (401, False), "the page is answered without the token with")
         _demand(_page(page_port, {"Authorization": f"Bearer {TOKEN}"}), (200, True), "and with it with")
+
+
+def try_ros2(engine: Engine, image: str) -> None:
+    """As `try_image`, of an image with a node of ROS 2, whose robot a user's node inside sees and moves."""
+    # Containers here share the network of the machine, beyond which nobody is to be met.
+    alone = ("--env", "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST", "--env", f"ROS_DOMAIN_ID={DOMAIN}")
+    try_image(engine, image, *alone)
+    port = free_port()
+    with running(engine, image, *alone, "--env", f"IIWA_SIM_PORT={port}") as container:
+        _demand(container.answer(port, b"hello\r\n"), b"hello\r\n", "with ROS 2, it answers hello")
+        told = container.does("/opt/ros2/bin/python", "-c", ROS2_USER)
+        _demand(
+            told, "A1 A2 A3 A4 A5 A6 A7\n4 0\n", "a node inside is told the joints, and the end of a goal"
+        )
 
 
 def _page(port: int, headers: dict[str, str]) -> tuple[int, bool]:
