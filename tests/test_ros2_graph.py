@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 from math import cos, nan, sin
 from pathlib import Path
@@ -16,6 +17,7 @@ from iiwa_sim.ros.arm.joint_level import COMMANDS, TRAJECTORY, TWIST
 from iiwa_sim.simulator import Simulator
 from tests.ros2_tools import CELL, HERE, NAMES, User, compiled, duration, rclpy_python, trajectory, user
 from tests.samples import some
+from tests.talking import until
 
 AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
 JOINT_STATE, POINTS = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
@@ -58,6 +60,18 @@ def test_two_robots_in_one_graph_are_told_apart(python: Path) -> None:
         assert left.joints == pytest.approx(AWAY, abs=1e-6)
         assert right.joints == pytest.approx(HERE, abs=1e-6)
         assert (left.controller.io.outputs[0], right.controller.io.outputs[0]) == (False, True)
+
+
+async def test_a_robot_at_rest_whose_node_nobody_hears_does_not_tick(python: Path) -> None:
+    async with Simulator(ros2=True, ros2_python=python, ros_namespace="alone") as robot:
+        ros = robot._ros
+        assert ros is not None
+        assert not ros.watching
+        with user(python, "alone") as someone:
+            asked = {"topic": "joint_states", "kind": JOINT_STATE}
+            await asyncio.to_thread(someone.asks, "hear", **asked)
+            await until(lambda: ros.watching)
+        await until(lambda: not ros.watching)
 
 
 def test_transforms_and_the_description_are_told(cell: tuple[Simulator, User]) -> None:

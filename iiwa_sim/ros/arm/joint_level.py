@@ -113,7 +113,11 @@ class JointLevel:
     @property
     def watching(self) -> bool:
         """Whether a tick may tell somebody something."""
-        return self._twist.active or bool(self._feedback) or any(self._listeners.values())
+        return (
+            self._twist.active
+            or bool(self._feedback)
+            or any(self._listeners[each] for each in self.rates.rates_hz)
+        )
 
     def listen(self, topic: str, listener: Listener) -> None:
         """Register a listener for a topic of `PUBLISHED`; what is told once is told now."""

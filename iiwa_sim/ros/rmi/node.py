@@ -74,8 +74,8 @@ class Node:
 
     @property
     def watching(self) -> bool:
-        """Whether a tick may do anything: a topic is heard, or a command has no result yet."""
-        return not self._queue.empty or any(self._listeners.values())
+        """Whether a tick may do anything: a topic that recurs is heard, or a command has no result yet."""
+        return not self._queue.empty or any(self._listeners[topic] for topic in self.rates.rates_hz)
 
     def definition(self, name: str) -> Definition:
         """The definition of the message package/Type that this node uses. Raises KeyError for others."""

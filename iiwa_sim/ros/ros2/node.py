@@ -58,7 +58,9 @@ class Ros2Node:
         self._share = budget.share(self._work)
         self._process: NodeProcess | None = None
         self._watching: asyncio.Task[None] | None = None
-        self._ended: list[Callable[[], None]] = []  # how what was begun for a process is ended
+        self._listening: dict[
+            str, Callable[[], None]
+        ] = {}  # topics that are published, and how that is ended
         self._without: tuple[str, ...] = ()
 
     async def start(self) -> None:
@@ -93,15 +95,14 @@ class Ros2Node:
             self._without = process.without
             logger.info("ROS 2 has no types here for %s: left out", ", ".join(self._without))
         for topic in graph.published:
-            if _relative(topic) not in self._without:
-                self._ended.append(graph.listen(topic, partial(self._publish, topic)))
-        self._on_heard()  # from now on ticks are wanted
+            if topic not in graph.recurring and _relative(topic) not in self._without:
+                self._listen(topic)
 
     async def _end(self) -> None:
         """End the process, if there is one."""
-        for end in self._ended:
+        for end in self._listening.values():
             end()
-        self._ended.clear()
+        self._listening.clear()
         if self._goals is not None:
             self._goals.forget()
             self._goals = None
@@ -123,6 +124,18 @@ class Ros2Node:
                 logger.warning("%s", fault)
             else:
                 logger.warning("the node of ROS 2 is there again")
+
+    def _listen(self, topic: str) -> None:
+        self._listening[topic] = self._graph.listen(topic, partial(self._publish, topic))
+
+    def _heed(self, topic: str, subscribers: int) -> None:
+        """Publish what recurs as long as somebody subscribes: a robot at rest that nobody watches does not
+        tick."""
+        if topic in self._graph.recurring:
+            if subscribers and topic not in self._listening:
+                self._listen(topic)
+            elif not subscribers and topic in self._listening:
+                self._listening.pop(topic)()
 
     def _publish(self, topic: str, content: Message) -> None:
         if self._process is not None:
@@ -151,6 +164,8 @@ class Ros2Node:
     def _take(self, told: dict[str, Any]) -> None:
         if "call" in told:
             self._call(told)
+        elif "subscribers" in told:
+            self._heed(_rooted(told["to"]), told["subscribers"])
         elif "parameter" in told:
             self._graph.set_parameter(told["parameter"], told["value"])
         elif "cancel" in told or "goal" in told:

@@ -16,6 +16,7 @@ The lines that go out, the first of which is one of the first two:
 - {"ready": [names]}, of what has no type here
 - {"fault": "..."}, in one line; the process ends then
 - {"topic": ..., "msg": {...}}, heard
+- {"subscribers": number, "to": topic}, of one that is published
 - {"parameter": name, "value": ...}, which a user has set
 - {"call": number, "service": ..., "request": {...}}
 - {"goal": number, "action": ..., "request": {...}} and {"cancel": number}, of a goal
@@ -50,6 +51,7 @@ class Ros:
         self.action = importlib.import_module("rclpy.action")
         self.interfaces = importlib.import_module("rcl_interfaces.msg")
         self.groups = importlib.import_module("rclpy.callback_groups")
+        self.events = importlib.import_module("rclpy.event_handler")
         self.executors = importlib.import_module("rclpy.executors")
         self.qos = importlib.import_module("rclpy.qos")
         self.no_handlers = importlib.import_module("rclpy.signals").SignalHandlerOptions.NO
@@ -117,8 +119,11 @@ class Graph:
         latched = qos.QoSProfile(depth=1, durability=qos.DurabilityPolicy.TRANSIENT_LOCAL)
         for topic, kind, kept in told["publish"]:
             if (found := self._typed(topic, kind)) is not None:
-                publisher = node.create_publisher(found, topic, latched if kept else 10)
-                self._publishers[topic] = (found, publisher, kept)
+                heeded = self._ros.events.PublisherEventCallbacks(matched=self._matched(topic))
+                publisher = node.create_publisher(
+                    found, topic, latched if kept else 10, event_callbacks=heeded
+                )
+                self._publishers[topic] = (found, publisher)
         # Messages one at a time and in their order; services at the same time as they.
         alone, together = groups.MutuallyExclusiveCallbackGroup(), groups.ReentrantCallbackGroup()
         for topic, kind in told["subscribe"]:
@@ -142,9 +147,8 @@ class Graph:
         """Do what a line says."""
         if "topic" in said:
             if said["topic"] in self._publishers:
-                kind, publisher, kept = self._publishers[said["topic"]]
-                if kept or publisher.get_subscription_count():
-                    publisher.publish(fill(kind(), said["msg"]))
+                kind, publisher = self._publishers[said["topic"]]
+                publisher.publish(fill(kind(), said["msg"]))
         elif "answer" in said:
             self._calls.answered(said["answer"], said)
         elif self._goals is not None:
@@ -164,6 +168,10 @@ class Graph:
         if found is None:
             self._without.append(name)
         return found
+
+    def _matched(self, topic: str) -> Callable[[Any], None]:
+        """Tell how many there are now, whenever a subscriber comes or goes."""
+        return lambda now: self._out.tell(subscribers=now.current_count, to=topic)
 
     def _hears(self, topic: str) -> Callable[[Any], None]:
         return lambda message: self._out.tell(topic=topic, msg=plain(message))
