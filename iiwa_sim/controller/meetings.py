@@ -2,12 +2,36 @@
 
 from collections.abc import Callable
 
+import msgspec
+
+from iiwa_sim.contact.links_kernel import LinkContact
 from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.frames import Vector
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.wording import harmless
 
 SELF_COLLISION_EVERY_S = 0.1
 """So often a moving arm is looked at for links that are in each other (s, simulated)."""
+
+
+class LinkTouch(msgspec.Struct, frozen=True):
+    """A link that touches a surface."""
+
+    link: str
+    """Its name in the URDF."""
+    surface: str
+    point: Vector
+    """Where (mm, in the base)."""
+    force: Vector
+    """What acts on the link there (N, in the base)."""
+
+
+def touches_of(contacts: tuple[LinkContact, ...]) -> tuple[LinkTouch, ...]:
+    """Contacts as they are told."""
+    return tuple(
+        LinkTouch(link, surface, (1e3 * point[0], 1e3 * point[1], 1e3 * point[2]), force)
+        for link, surface, point, force in contacts
+    )
 
 
 class Meetings:

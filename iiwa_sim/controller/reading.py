@@ -7,6 +7,7 @@ from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.io import Io
+from iiwa_sim.controller.meetings import LinkTouch, touches_of
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.status import RobotStatus, status_of
 from iiwa_sim.frames import Transform
@@ -41,6 +42,7 @@ class Reading(NamedTuple):
     tool_load: ToolLoad
     gripper: GripperState | None
     parts: tuple[PartState, ...]
+    link_touches: tuple[LinkTouch, ...]
     status: RobotStatus
     error: ErrorRecord | None
     inputs: tuple[bool, ...]
@@ -70,6 +72,7 @@ def read(core: Core, io: Io) -> Reading:
         core.carrying.believed,
         None if core.handling is None else core.handling.state,
         () if core.handling is None else core.handling.parts,
+        touches_of(load.link_contacts),
         status_of(faults, in_motion=moving and not motions.pausing),
         faults.last,
         io.inputs,

@@ -8,6 +8,7 @@ import msgspec
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.controller.handling import GripperState, PartState
+from iiwa_sim.controller.meetings import LinkTouch, touches_of
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
 
@@ -53,6 +54,8 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     gripper: GripperState | None = None
     """None without one. mm"""
     parts: tuple[PartState, ...]
+    link_touches: tuple[LinkTouch, ...]
+    """Links that touch surfaces."""
     robot_status: RobotStatus
     inputs: tuple[bool, ...]
     """From number 1 on."""
@@ -80,6 +83,7 @@ def snapshot(controller: Controller) -> Snapshot:
         tool_load=controller.tool_load.told(),
         gripper=None if controller.handling is None else controller.handling.state,
         parts=() if controller.handling is None else controller.handling.parts,
+        link_touches=touches_of(controller.load.link_contacts),
         robot_status=controller.status(),
         inputs=controller.io.inputs,
         outputs=controller.io.outputs,

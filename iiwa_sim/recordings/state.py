@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.controller.handling import GripperState, PartState
+from iiwa_sim.controller.meetings import LinkTouch
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.controller.snapshot import NO_ERROR, ErrorState
 from iiwa_sim.controller.status import RobotStatus
@@ -56,6 +57,7 @@ class _Standing(msgspec.Struct):
     gripper: GripperState | msgspec.UnsetType
     """Left out without one: for Lichtblick a field has one type."""
     parts: tuple[PartState, ...]
+    link_touches: tuple[LinkTouch, ...]
     robot_status: RobotStatus
     inputs: Bits
     outputs: Bits
@@ -134,6 +136,7 @@ def _standing(reading: Reading) -> _Standing:
         reading.tool_load.told(),
         msgspec.UNSET if reading.gripper is None else reading.gripper,
         reading.parts,
+        reading.link_touches,
         reading.status,
         reading.inputs,
         reading.outputs,

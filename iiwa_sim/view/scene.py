@@ -35,6 +35,7 @@ _SHOWN = (
     "cartesian_force",
     "status",
     "gripper",
+    "link_touches",
 )
 MOST_MARKS = 4
 """Contacts that are marked at once."""
@@ -100,7 +101,7 @@ class Scene:
         wrench = state["cartesian_force"]
         _show_arrow(self._force, wrench[:3], FORCE_SHOWN_N, M_PER_N)
         _show_arrow(self._torque, wrench[3:], TORQUE_SHOWN_NM, M_PER_NM)
-        self._show_contacts(tcp.translation)
+        self._show_contacts(tcp.translation, state.get("link_touches", ()))
 
     def show_cell(self, cell: Mapping[str, Any]) -> list[str]:
         """Draw what the backdoor's `get cell` tells; gives the names of surfaces new in the scene."""
@@ -127,10 +128,11 @@ class Scene:
         if self._goal.visible != shown:
             self._goal.visible = shown
 
-    def _show_contacts(self, tcp: Vector) -> None:
-        found = touched(self.surfaces.surfaces, self.contact_radius_m, tcp)[:MOST_MARKS]
+    def _show_contacts(self, tcp: Vector, link_touches: Sequence[Mapping[str, Any]]) -> None:
+        found = [*touched(self.surfaces.surfaces, self.contact_radius_m, tcp)]
+        found += [(1e-3 * x, 1e-3 * y, 1e-3 * z) for x, y, z in (each["point"] for each in link_touches)]
         for number, mark in enumerate(self._marks):
-            shown = number < len(found)
+            shown = number < min(len(found), MOST_MARKS)
             if shown:
                 mark.position = found[number]
             if mark.visible != shown:

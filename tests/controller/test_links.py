@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -10,10 +11,12 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED
+from iiwa_sim.controller.snapshot import snapshot
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import load_robot
 from tests.asked import gravity_hold, joint_move, lin_stiff_move
 from tests.contact.materials import at
+from tests.states import state
 from tests.stepped import strong
 
 TICK_S = 0.002
@@ -85,6 +88,12 @@ def test_a_stiff_robot_moves_as_in_free_space_until_it_stops() -> None:
     assert soft.goes_to(INTO_THE_WALL) == free.goes_to(INTO_THE_WALL)
     assert soft.controller.joint_torque()[0] < -1.0
     assert not soft.faults
+    told = state(msgspec.json.encode(snapshot(soft.controller)) + b"\n")["link_touches"]
+    for each, contact in zip(told, soft.controller.load.link_contacts, strict=True):
+        assert (each["link"], each["surface"]) == (contact.link, "wall")
+        assert each["point"] == pytest.approx([1e3 * value for value in contact.point])
+        assert tuple(each["force"]) == contact.force
+    assert snapshot(free.controller).link_touches == ()
 
 
 def test_a_cell_whose_surfaces_are_away_from_the_links_changes_no_bit() -> None:

@@ -130,6 +130,22 @@ def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:
         )
 
 
+def test_what_a_link_touches_is_marked(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
+        shows(viewer, "stopped")
+        ask(simulator, "add box : wall 0 850 600 0 0 0 1200 800 1200 50 0 0")
+        robot.joint_move((0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0), (0.5,) * 7)
+        robot.wait_until_stopped(timeout_s=DEADLINE_S)
+        assert simulator.state().link_touches
+        viewer.until(
+            lambda message: (
+                message["type"] == "SetSceneNodeVisibilityMessage"
+                and message["name"].endswith("/contact/0")
+                and message["visible"]
+            )
+        )
+
+
 def test_targets_that_wait_are_drawn_with_their_spheres(simulator: Simulator) -> None:
     with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
         shows(viewer, "stopped")
