@@ -17,12 +17,13 @@ from __future__ import annotations
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Rows
 else:
-    from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
+    from iiwa_sim.motion.timing.bounds_kernel import Rows
+from iiwa_sim.motion.timing.packing_kernel import packed
 
 TIE = cython.declare(cython.double, 10.0)  # keeps the ends, where nothing moves yet, like what is beside them
 SIGMA = cython.declare(cython.double, 0.2)  # of what is left to gain: so much a step aims at
@@ -30,7 +31,6 @@ NEAR = cython.declare(cython.double, 0.98)  # part of the way to where a slack o
 SLOWER = cython.declare(cython.double, 0.8)  # and of c to 0, that a step goes
 PASSED = cython.declare(cython.double, 1e-4)  # of limits: so little is too much in the end
 STUCK = cython.declare(cython.double, 0.02)  # of what is beside it: so little is nearly standing still
-COLUMNS = cython.declare(cython.Py_ssize_t, 13)
 
 
 @cython.cclass
@@ -53,108 +53,13 @@ class Steps:
     gap: cython.double
     far: cython.double
 
-    def __init__(self, given: Rows, c: cython.double[::1], fixed: int, idle: cython.double) -> None:
+    def __init__(self, given: Rows, c: cython.double[::1], fixed: int, idle: float) -> None:
         """Of a chain with such rows, but for those that at c (N + 2,) are at less than this part of w. The
         first coefficients, none or two, are `fixed`."""
-        bounds: Bounds = given.bounds
-        cuts: cython.double[:, ::1] = given.cuts
-        cells: cython.Py_ssize_t = bounds.cells
-        g: cython.Py_ssize_t = 0
-        m: cython.Py_ssize_t = 0
-        r: cython.Py_ssize_t = 2 * cells + 1 + cuts.shape[0]
-        for k in range(cells + 1):
-            for e in range(3 if k < cells else 1):
-                r += bounds.counts[k, e]
-        self.cells, self.fixed = cells, fixed
-        self.groups = np.zeros(cells + 1, dtype=np.intp)
-        self.first = np.zeros(3 * cells + 2 + cuts.shape[0], dtype=np.intp)
-        self.weights = np.zeros((3 * cells + 1 + cuts.shape[0], 3))
-        self.rows = np.empty((r, COLUMNS))
-        self.band, self.vectors = np.empty((cells + 2, 3)), np.empty((2, cells + 2))
+        self.cells, self.fixed = given.bounds.cells, fixed
+        self.groups, self.first, self.weights, self.rows = packed(given, c, fixed, idle)
+        self.band, self.vectors = np.empty((self.cells + 2, 3)), np.empty((2, self.cells + 2))
         self.gap = self.far = 0.0
-        r = 0
-        for k in range(cells):
-            self.groups[k] = g
-            for e in range(4):
-                if (k == 0 and e < 2 and fixed > 0) or (k < cells - 1 and e == 3):
-                    continue
-                if e % 3 == 0:
-                    last = self._knot(given, k + e // 3, e // 3, r)
-                    if e == 0:
-                        last = self._middle(given, k, last)
-                else:
-                    last = self._jerks(given, k, e - 1, r)
-                    self.weights[g, e - 1] = self.weights[g, e] = 0.5
-                w = idle * self._w(g, c, k)
-                for i in range(r, last):
-                    y = self.rows[i, 0] * c[k] + self.rows[i, 1] * c[k + 1] + self.rows[i, 2] * c[k + 2]
-                    if fabs(y) >= w:
-                        self.rows[r, 0], self.rows[r, 1], self.rows[r, 2] = (
-                            self.rows[i, 0],
-                            self.rows[i, 1],
-                            self.rows[i, 2],
-                        )
-                        r += 1
-                g += 1
-                self.first[g] = r
-            while m < cuts.shape[0] and cuts[m, 0] < k + 0.5:
-                for i in range(3):
-                    self.rows[r, i] = cuts[m, 1 + i]
-                    self.weights[g, i] = cuts[m, 4 + i]
-                r, g, m = r + 1, g + 1, m + 1
-                self.first[g] = r
-        self.groups[cells] = g
-        self.rows = self.rows[:r]
-
-    @cython.cfunc
-    def _knot(
-        self, given: Rows, k: cython.Py_ssize_t, shift: cython.Py_ssize_t, r: cython.Py_ssize_t
-    ) -> cython.Py_ssize_t:
-        """Write what bounds velocities and accelerations at a knot, for two factors from a shift on, from the
-        row r on. Gives the row behind."""
-        self.rows[r, 2 - 2 * shift] = 0.0
-        self.rows[r, shift] = self.rows[r, shift + 1] = 0.5 * given.tight[k, 0] / given.bounds.cap[k]
-        r += 1
-        for i in range(given.bounds.counts[k, 0]):
-            y = given.tight[k, 1] * given.bounds.a1[k, i]
-            b = 0.5 * given.tight[k, 1] * given.bounds.a2[k, i]
-            self.rows[r, shift], self.rows[r, shift + 1], self.rows[r, 2 - 2 * shift] = b - y, b + y, 0.0
-            r += 1
-        return r
-
-    @cython.cfunc
-    def _middle(self, given: Rows, k: cython.Py_ssize_t, r: cython.Py_ssize_t) -> cython.Py_ssize_t:
-        """The same of velocities in the middle of a cell: else a clock that is as fast as they allow at all
-        knots might swing from cell to cell, at no cost."""
-        middle: cython.Py_ssize_t = given.starts[k]
-        for p in range(given.starts[k] + 1, given.starts[k + 1]):
-            if fabs(given.parts[p] - 0.5) < fabs(given.parts[middle] - 0.5):
-                middle = p
-        u: cython.double = given.parts[middle]
-        most: cython.double = 0.0
-        for i in range(given.inner.shape[2]):
-            most = max(most, fabs(given.inner[middle, 0, i]) * given.per_limit[k, 0, i])
-        most *= most * given.tight[k, 0]
-        self.rows[r, 0] = most * (0.5 - u + 0.5 * u * u)
-        self.rows[r, 1] = most * (0.5 + u - u * u)
-        self.rows[r, 2] = most * 0.5 * u * u
-        return r + 1
-
-    @cython.cfunc
-    def _jerks(
-        self, given: Rows, k: cython.Py_ssize_t, end: cython.Py_ssize_t, r: cython.Py_ssize_t
-    ) -> cython.Py_ssize_t:
-        """The same of jerks at the beginning or the end of a cell."""
-        y: cython.double = given.tight[k, 2 + end]
-        for i in range(given.bounds.counts[k, 1 + end]):
-            f1 = y * given.bounds.j1[2 * k + end, i]
-            f2 = y * given.bounds.j2[2 * k + end, i]
-            f3 = 0.5 * y * given.bounds.j3[2 * k + end, i]
-            self.rows[r, 0], self.rows[r, 1], self.rows[r, 2] = f1, -2.0 * f1, f1
-            self.rows[r, end] += f3 - f2
-            self.rows[r, end + 1] += f3 + f2
-            r += 1
-        return r
 
     def begin(self, c: cython.double[::1], mu: cython.double, least: cython.double) -> None:
         """Slacks as they are at c (N + 2,), but not below a part of w, and multipliers that let `mu` times

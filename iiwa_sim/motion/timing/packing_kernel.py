@@ -1,0 +1,151 @@
+"""What bounds a clock, as its steps take it (`clock_kernel.Steps`); compiled by Cython."""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import fabs, sqrt
+from numpy.typing import NDArray
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
+else:
+    from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
+
+COLUMNS = cython.declare(cython.Py_ssize_t, 13)
+
+
+def packed(
+    given: Rows, c: cython.double[::1], fixed: cython.Py_ssize_t, idle: cython.double
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
+    """`groups`, `first`, `weights` and `rows` of `Steps`, which say what is left out; of rows the first three
+    columns."""
+    bounds: Bounds = given.bounds
+    cuts: cython.double[:, ::1] = given.cuts
+    cells: cython.Py_ssize_t = bounds.cells
+    g: cython.Py_ssize_t = 0
+    m: cython.Py_ssize_t = 0
+    r: cython.Py_ssize_t = 2 * cells + 1 + cuts.shape[0]
+    for k in range(cells + 1):
+        for e in range(3 if k < cells else 1):
+            r += bounds.counts[k, e]
+    groups_array = np.zeros(cells + 1, dtype=np.intp)
+    first_array = np.zeros(3 * cells + 2 + cuts.shape[0], dtype=np.intp)
+    weights_array = np.zeros((3 * cells + 1 + cuts.shape[0], 3))
+    rows_array = np.empty((r, COLUMNS))
+    groups: cython.Py_ssize_t[::1] = groups_array
+    first: cython.Py_ssize_t[::1] = first_array
+    weights: cython.double[:, ::1] = weights_array
+    rows: cython.double[:, ::1] = rows_array
+    r = 0
+    for k in range(cells):
+        groups[k] = g
+        for e in range(4):
+            if (k == 0 and e < 2 and fixed > 0) or (k < cells - 1 and e == 3):
+                continue
+            if e % 3 == 0:
+                last = _knot(rows, given, k + e // 3, e // 3, r)
+                if e == 0:
+                    last = _middle(rows, given, k, last)
+            else:
+                last = _jerks(rows, given, k, e - 1, r)
+                weights[g, e - 1] = weights[g, e] = 0.5
+            w = idle * _w(weights, g, c, k)
+            for i in range(r, last):
+                y = rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2]
+                if fabs(y) >= w:
+                    rows[r, 0], rows[r, 1], rows[r, 2] = (
+                        rows[i, 0],
+                        rows[i, 1],
+                        rows[i, 2],
+                    )
+                    r += 1
+            g += 1
+            first[g] = r
+        while m < cuts.shape[0] and cuts[m, 0] < k + 0.5:
+            for i in range(3):
+                rows[r, i] = cuts[m, 1 + i]
+                weights[g, i] = cuts[m, 4 + i]
+            r, g, m = r + 1, g + 1, m + 1
+            first[g] = r
+    groups[cells] = g
+    return groups_array, first_array, weights_array, rows_array[:r]
+
+
+@cython.cfunc
+@cython.inline
+@cython.exceptval(check=False)
+def _w(
+    weights: cython.double[:, ::1], g: cython.Py_ssize_t, c: cython.double[::1], k: cython.Py_ssize_t
+) -> cython.double:
+    """What the rows of a group stay below."""
+    b: cython.double = weights[g, 0] * c[k] + weights[g, 1] * c[k + 1] + weights[g, 2] * c[k + 2]
+    return 1.0 / sqrt(b) if b > 0.0 else 1.0
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _knot(
+    rows: cython.double[:, ::1],
+    given: Rows,
+    k: cython.Py_ssize_t,
+    shift: cython.Py_ssize_t,
+    r: cython.Py_ssize_t,
+) -> cython.Py_ssize_t:
+    """Write what bounds velocities and accelerations at a knot, for two factors from a shift on, from the
+    row r on. Gives the row behind."""
+    rows[r, 2 - 2 * shift] = 0.0
+    rows[r, shift] = rows[r, shift + 1] = 0.5 * given.tight[k, 0] / given.bounds.cap[k]
+    r += 1
+    for i in range(given.bounds.counts[k, 0]):
+        y = given.tight[k, 1] * given.bounds.a1[k, i]
+        b = 0.5 * given.tight[k, 1] * given.bounds.a2[k, i]
+        rows[r, shift], rows[r, shift + 1], rows[r, 2 - 2 * shift] = b - y, b + y, 0.0
+        r += 1
+    return r
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _middle(
+    rows: cython.double[:, ::1], given: Rows, k: cython.Py_ssize_t, r: cython.Py_ssize_t
+) -> cython.Py_ssize_t:
+    """The same of velocities in the middle of a cell: else a clock that is as fast as they allow at all
+    knots might swing from cell to cell, at no cost."""
+    middle: cython.Py_ssize_t = given.starts[k]
+    for p in range(given.starts[k] + 1, given.starts[k + 1]):
+        if fabs(given.parts[p] - 0.5) < fabs(given.parts[middle] - 0.5):
+            middle = p
+    u: cython.double = given.parts[middle]
+    most: cython.double = 0.0
+    for i in range(given.inner.shape[2]):
+        most = max(most, fabs(given.inner[middle, 0, i]) * given.per_limit[k, 0, i])
+    most *= most * given.tight[k, 0]
+    rows[r, 0] = most * (0.5 - u + 0.5 * u * u)
+    rows[r, 1] = most * (0.5 + u - u * u)
+    rows[r, 2] = most * 0.5 * u * u
+    return r + 1
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _jerks(
+    rows: cython.double[:, ::1],
+    given: Rows,
+    k: cython.Py_ssize_t,
+    end: cython.Py_ssize_t,
+    r: cython.Py_ssize_t,
+) -> cython.Py_ssize_t:
+    """The same of jerks at the beginning or the end of a cell."""
+    y: cython.double = given.tight[k, 2 + end]
+    for i in range(given.bounds.counts[k, 1 + end]):
+        f1 = y * given.bounds.j1[2 * k + end, i]
+        f2 = y * given.bounds.j2[2 * k + end, i]
+        f3 = 0.5 * y * given.bounds.j3[2 * k + end, i]
+        rows[r, 0], rows[r, 1], rows[r, 2] = f1, -2.0 * f1, f1
+        rows[r, end] += f3 - f2
+        rows[r, end + 1] += f3 + f2
+        r += 1
+    return r
