@@ -1,5 +1,6 @@
 """A gripper with two parallel jaws."""
 
+from math import hypot
 from typing import NamedTuple
 
 
@@ -29,6 +30,8 @@ class Gripper:
 
     def __init__(self, jaws: Jaws) -> None:
         self.jaws = jaws
+        self.reach_m = hypot(0.5 * jaws.stroke_m, 0.5 * jaws.pad_wide_m, jaws.pad_long_m)
+        """No place between the pads is farther from the TCP."""
         self.opening_m = jaws.stroke_m
         """Distance between the jaws."""
         self.driven = OPENS

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import cos, dist, pi, sin
+from math import cos, dist, pi, sin, sqrt
 from typing import NamedTuple
 
 from iiwa_sim.contact.at_tcp_kernel import velocity_between
@@ -16,6 +16,8 @@ from iiwa_sim.wrench import NO_TOUCH
 
 NEAR_M = 0.05
 """Surfaces farther away are not looked at until the part has come so far."""
+CLOSE_M = 0.005
+"""Points that are twice as far from all of them (m) touch none, and come to them as if for the first time."""
 RIM = 8
 """Points on each rim of a cylinder."""
 _RIM = [(cos(2.0 * pi * k / RIM), sin(2.0 * pi * k / RIM)) for k in range(RIM)]
@@ -50,15 +52,17 @@ def points_of(part: Part, upright: bool) -> Points:
 class Touching:
     """What acts on one part, tick by tick: a force (N) and a torque (Nm) about its middle, in base axes."""
 
-    def __init__(self, part: Part, upright: bool, pose: Transform) -> None:
-        """It is at `pose`, and has touched nothing before."""
+    def __init__(self, part: Part, upright: bool) -> None:
+        """It has touched nothing before."""
         self._part = part
         self._points = points_of(part, upright)
         self._extent = part.shape.extent
         self._looked: Vector | None = None  # where its middle was when surfaces were looked for
-        self._near: list[Surface] = []
-        self._worlds: list[World] = []
-        self._places = self._at(pose)
+        self._near: list[Surface] = []  # of those found then, as it feels them
+        self._measured: Transform | None = None  # where it was when the distances of points were measured
+        self._known_m = 0.0  # so far points may go from there before that tells nothing any more
+        self._worlds: dict[int, World] = {}  # of the points that were close then
+        self._places: dict[int, Vector] = {}  # of these, in the tick before
         self.force: Vector = (0.0, 0.0, 0.0)
         self.torque: Vector = (0.0, 0.0, 0.0)
 
@@ -68,22 +72,24 @@ class Touching:
 
     def memory(self) -> object:
         """What surfaces remember of it, to be compared."""
-        return [world.memory() for world in self._worlds]
+        return [world.memory() for world in self._worlds.values()]
 
     def step(self, pose: Transform, surfaces: Sequence[Surface], tick_s: float) -> None:
         """A tick has brought it to `pose`."""
         middle = pose.translation
         if self._looked is None or dist(middle, self._looked) > NEAR_M:
             self._look(middle, surfaces)
+        before = self._measured
+        if before is None or self._farthest(before, pose) > self._known_m:
+            self._measure(pose)
         if not self._worlds:
-            self._places = ()
             self.force = self.torque = (0.0, 0.0, 0.0)
             return
-        places = self._at(pose)
-        before = self._places or places
-        self._places = places
         fx = fy = fz = tx = ty = tz = 0.0
-        for world, was, place in zip(self._worlds, before, places, strict=True):
+        for point, world in self._worlds.items():
+            place = apply(pose, self._points.places[point])
+            was = self._places.get(point, place)
+            self._places[point] = place
             touch = world.feel(place, velocity_between(was, place, tick_s), tick_s)
             if touch is NO_TOUCH:
                 continue
@@ -95,23 +101,41 @@ class Touching:
             tz += bz + x * ay - y * ax
         self.force, self.torque = (fx, fy, fz), (tx, ty, tz)
 
-    def _at(self, pose: Transform) -> tuple[Vector, ...]:
-        return tuple(apply(pose, place) for place in self._points.places)
+    def _farthest(self, before: Transform, now: Transform) -> float:
+        """No point has gone farther (m) between two poses."""
+        turned = sum((a - b) * (a - b) for a, b in zip(before.rotation, now.rotation, strict=True))
+        return dist(before.translation, now.translation) + self._extent * sqrt(turned)
 
     def _look(self, middle: Vector, surfaces: Sequence[Surface]) -> None:
         """Find the surfaces that may be touched before it has gone `NEAR_M`."""
         self._looked = middle
         reach = self._extent + 2.0 * NEAR_M
-        near = [each for each in surfaces if each.nearest(*middle)[0] <= reach]
-        if near == self._near:
-            return
-        self._near = near
         points, part = self._points, self._part
-        softened = [
+        near = [
             each._replace(
                 stiffness=1.0 / (1.0 / each.stiffness + 1.0 / part.stiffness) / points.at_once,
                 friction=part.friction,
             )
-            for each in near
+            for each in surfaces
+            if each.nearest(*middle)[0] <= reach
         ]
-        self._worlds = [World(softened, points.radius_m) for _ in points.places] if near else []
+        if near != self._near:
+            self._near, self._measured = near, None
+            self._worlds, self._places = {}, {}
+
+    def _measure(self, pose: Transform) -> None:
+        """Find which points are close to surfaces, and how far the others may go before that changes."""
+        self._measured = pose
+        radius = self._points.radius_m
+        self._known_m = NEAR_M
+        for point, own in enumerate(self._points.places):
+            place = apply(pose, own)
+            away_m = min((each.nearest(*place)[0] for each in self._near), default=2.0 * NEAR_M) - radius
+            if away_m > 2.0 * CLOSE_M:
+                self._known_m = min(self._known_m, away_m - CLOSE_M)
+                self._worlds.pop(point, None)
+                self._places.pop(point, None)
+            else:
+                self._known_m = min(self._known_m, CLOSE_M)
+                if point not in self._worlds:
+                    self._worlds[point] = World(self._near, radius)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import hypot
+from math import dist, hypot
 from typing import NamedTuple
 
 from iiwa_sim.contact.at_tcp_kernel import velocity_between
@@ -96,7 +96,8 @@ class Workpieces:
         self._tcp = tcp
         now_m, seen = self._gripper.opening_m, inverse(tcp)
         for name, each in self.bodies.items():
-            if each.state == GONE or name == self._lost:
+            reach = each.part.shape.extent + self._gripper.reach_m
+            if each.state == GONE or name == self._lost or dist(each.pose[1], tcp[1]) > reach:
                 continue
             in_tcp = compose(seen, each.pose)
             y = in_tcp.translation[Y]
@@ -191,7 +192,7 @@ class Workpieces:
         x, _, z = in_tcp.translation
         self._held, self._in_tcp = name, Transform(in_tcp.rotation, (x, 0.0, z))
         pose = compose(self._tcp, self._in_tcp)
-        self._touching = Touching(each.part, abs(pose.rotation[8]) >= _UPRIGHT, pose)
+        self._touching = Touching(each.part, abs(pose.rotation[8]) >= _UPRIGHT)
         self._motion, self._quiet, self._slip = TcpMotion(self._tcp), False, (0.0, 0.0)
         self._moments, self._velocity = each.part.moments(self._in_tcp), STILL
         self._lively.discard(name)

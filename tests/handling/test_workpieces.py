@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.frames import compose, inverse
@@ -79,6 +80,33 @@ def test_a_force_move_puts_it_down() -> None:
     scene.closes(closed=False)
     scene.rests()
     assert scene.body("block").on == "table"
+
+
+def test_it_is_put_into_a_fixture_until_it_is_felt() -> None:
+    """A pocket with 2 mm of room on each side, 20 mm deep; beside it the part stands on the rim."""
+    height = TABLE_MM + 10.0
+    walls = tuple(
+        Surface(f"wall {n}", Box(*half), at(500.0 + x, -150.0 + y, height), 5e4, 0.0, 0.3)
+        for n, (half, x, y) in enumerate(
+            [
+                ((0.01, 0.06, 0.01), 32.0, 0.0),
+                ((0.01, 0.06, 0.01), -32.0, 0.0),
+                ((0.022, 0.01, 0.01), 0.0, 32.0),
+                ((0.022, 0.01, 0.01), 0.0, -32.0),
+            ]
+        )
+    )
+    for off_mm, bottom_mm in ((0.0, TABLE_MM), (5.0, TABLE_MM + 20.0)):
+        scene = holding(surfaces=(TABLE, *walls))
+        scene.goes(down(500.0 + off_mm, -150, 500), straight=False)
+        scene.controller.move(lin_force_move(down(500 + off_mm, -150, 300), 0.02, 0.0, (1e3, 1e3, 12.0)))
+        scene.robot.runs_until_stopped()
+        assert len(scene.robot.contacts) == 1
+        assert 1e3 * scene.body("block").bottom == pytest.approx(bottom_mm, abs=4.0)
+        scene.closes(closed=False)
+        scene.rests()
+        if off_mm == 0.0:
+            assert scene.body("block").on == "table"
 
 
 def test_jaws_push_a_part_that_is_beside_the_middle_between_them() -> None:
