@@ -166,8 +166,6 @@ class Links:
         self._muted = np.zeros(max(len(rows), 1), dtype=np.int8)
         self._pushing = np.zeros((self._link_count, max(len(rows), 1)))
         self._go_to(joints)
-        c: cython.Py_ssize_t
-        s: cython.Py_ssize_t
         old: cython.Py_ssize_t
         for s in range(self._surface_count):
             old = before.get(self._names[s], -1)
@@ -188,7 +186,6 @@ class Links:
         """A tick has moved the robot to joint positions (rad)."""
         way: cython.double = 0.0
         known: cython.bint = True
-        k: cython.Py_ssize_t
         q: cython.double
         for k in range(self._count):
             q = joints[k]
@@ -206,13 +203,9 @@ class Links:
         """Find what touches; the time is 0 where the robot has not moved here."""
         self._go_to(joints)
         speeds = [(q - self._before[k]) / tick_s if tick_s > 0.0 else 0.0 for k, q in enumerate(joints)]
-        k: cython.Py_ssize_t
         for k in range(self._count):
             self._before[k] = joints[k]
         least: cython.double = 1e9
-        gap: cython.double
-        c: cython.Py_ssize_t
-        s: cython.Py_ssize_t
         felt = []
         torques = [0.0] * self._count
         pushing = [0.0] * self._count
@@ -248,7 +241,6 @@ class Links:
     @cython.cfunc
     def _is_out(self, s: cython.Py_ssize_t, base_m: cython.double) -> cython.bint:
         """Whether no link is in a surface, and the base not deeper than so."""
-        c: cython.Py_ssize_t
         for c in range(self._capsule_count):
             if self._gap(c, s, _NEAR_M)[0] < (-base_m if self._moved_by[c] == 0 else 0.0):
                 return False
@@ -283,7 +275,6 @@ class Links:
         square: cython.double = 0.0
         lever: cython.double
         moves: cython.bint = any(speeds)
-        k: cython.Py_ssize_t
         a, p = self._axes, self._points
         for k in range(self._moved_by[c]):
             dx, dy, dz = x - p[k, 0], y - p[k, 1], z - p[k, 2]
@@ -342,9 +333,6 @@ class Links:
     def _go_to(self, joints: Any) -> object:
         """Find the ends of all capsules in the base."""
         f, m = self._fixed, self._frames
-        k: cython.Py_ssize_t
-        i: cython.Py_ssize_t
-        j: cython.Py_ssize_t
         for i in range(12):
             m[0, i] = 1.0 if i in (0, 4, 8) else 0.0
         for k in range(self._count):
@@ -360,7 +348,6 @@ class Links:
                 m[k + 1, 3 * i], m[k + 1, 3 * i + 1] = c * x + s * y, c * y - s * x
                 m[k + 1, 3 * i + 2] = z
                 self._axes[k, i], self._points[k, i] = z, m[k + 1, 9 + i]
-        n: cython.Py_ssize_t
         e, v = self._ends, self._local
         for n in range(self._capsule_count):
             k = self._moved_by[n]
@@ -392,7 +379,6 @@ class Links:
         right: cython.double = _GOLDEN
         at_left = self._distance(s, ax + left * dx, ay + left * dy, az + left * dz)
         at_right = self._distance(s, ax + right * dx, ay + right * dy, az + right * dz)
-        _cut: cython.Py_ssize_t
         for _cut in range(_CUTS):
             if at_left <= at_right:
                 high, right, at_right = right, left, at_left
@@ -420,10 +406,6 @@ class Links:
         nx: cython.double = 0.0
         ny: cython.double = 0.0
         nz: cython.double = 0.0
-        a: cython.double
-        b: cython.double
-        c: cython.double
-        distance: cython.double
         if kind == _PLANE:
             distance, nz = z, 1.0
         elif kind == _SPHERE:
