@@ -8,6 +8,8 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
+from iiwa_sim.handling.falling import GONE
+from iiwa_sim.handling.part import Part
 
 
 class DescribedRobot(msgspec.Struct, frozen=True):
@@ -38,6 +40,8 @@ class DescribedCell(msgspec.Struct, frozen=True):
     outputs: tuple[str, ...]
     surfaces: tuple[dict[str, object], ...]
     """The surfaces as they stand now: `shape` is plane, box, sphere or cylinder."""
+    parts: tuple[dict[str, object], ...]
+    """What the parts that are there look like: `name`, `shape`, its lengths. A state tells where they are."""
 
 
 class DescribedMove(msgspec.Struct, frozen=True):
@@ -101,7 +105,22 @@ def described_cell(controller: Controller) -> DescribedCell:
             {"shape": _KINDS[type(settings)], **msgspec.to_builtins(settings)}
             for settings in map(settings_of, world.surfaces.values())
         ),
+        parts=tuple({"name": part.name, **_looks(part.shape)} for part in parts_of(controller)),
     )
+
+
+def parts_of(controller: Controller) -> list[Part]:
+    """The parts that are there, in the order in which the cell names them."""
+    pieces = None if controller.handling is None else controller.handling.workpieces
+    return [] if pieces is None else [each.part for each in pieces.bodies.values() if each.state != GONE]
+
+
+def _looks(shape: Box | Cylinder | Sphere) -> dict[str, object]:
+    if isinstance(shape, Box):
+        return {"shape": "box", "size_mm": [2e3 * half for half in shape]}
+    if isinstance(shape, Sphere):
+        return {"shape": "sphere", "radius_mm": 1e3 * shape.radius}
+    return {"shape": "cylinder", "radius_mm": 1e3 * shape.radius, "length_mm": 2e3 * shape.half_z}
 
 
 def settings_of(surface: Surface) -> AnySurface:

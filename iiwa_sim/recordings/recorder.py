@@ -10,12 +10,13 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.backdoor.described import DescribedMoves, described_cell, described_moves
+from iiwa_sim.backdoor.described import DescribedMoves, described_cell, described_moves, parts_of
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
+from iiwa_sim.handling.part import Part
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.contents import SECOND_NS, Block, Contents, Told
 from iiwa_sim.recordings.mcap_file import Head, McapFile
@@ -77,6 +78,7 @@ class Recorder:
         self._began_ns = time.time_ns()
         self._clocks_apart_ns = self._began_ns - time.monotonic_ns()
         self._surfaces: list[Surface] = []
+        self._parts: list[Part] = []
         self._watch: Watch | None = None
         self._last_state = -1  # its tick
         self._block = Block([], [])  # states that have not been put yet
@@ -221,7 +223,8 @@ class Recorder:
         self.event(Event(watch.BACKDOOR, call))
         if self._watch is not None:
             self._watch.look()
-        if self._surfaces != list(self._controller.load.world.surfaces.values()):
+        surfaces = list(self._controller.load.world.surfaces.values())
+        if surfaces != self._surfaces or parts_of(self._controller) != self._parts:
             self._show_scene()
 
     def _hear(self, said: DialogueLine) -> None:
@@ -251,10 +254,10 @@ class Recorder:
 
     def _show_scene(self) -> None:
         world, tick = self._controller.load.world, self._controller.tick
-        self._surfaces = list(world.surfaces.values())
+        self._surfaces, self._parts = list(world.surfaces.values()), parts_of(self._controller)
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
         jaws = self._controller.handling is not None
-        scene = self._arm.scene(self._contents.log_ns(tick), self._surfaces, radius_m, jaws)
+        scene = self._arm.scene(self._contents.log_ns(tick), self._surfaces, radius_m, jaws, self._parts)
         real_ns = time.time_ns()
         self._put(SCENE, self._encode(scene), tick, real_ns)
         self._put(CELL, self._encode(described_cell(self._controller)), tick, real_ns)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from iiwa_sim.backdoor.described import DescribedMove
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.controller.handling import PartState
 from iiwa_sim.frames import (
     IDENTITY,
     Frame,
@@ -19,6 +20,7 @@ from iiwa_sim.frames import (
     transform_from_euler,
 )
 from iiwa_sim.handling.gripper import JAW_M
+from iiwa_sim.handling.part import Part
 
 STEPS = 1e7
 """Per unit of lengths (m) and quaternions: of 0.1 um. More would only make files larger."""
@@ -33,6 +35,7 @@ _PLANE_M = (3.0, 3.0, 0.002)  # of the slab that a plane, which has no end, is d
 _GREY = (0.8, 0.8, 0.8, 1.0)
 _SURFACE = (0.35, 0.55, 0.75, 0.55)
 _TIP = (0.9, 0.3, 0.1, 0.8)
+_PART = (0.85, 0.6, 0.25, 1.0)
 _JAW = (0.28, 0.28, 0.3, 1.0)
 _TARGET = (0.3, 0.5, 0.9, 0.9)
 _BLENDING = (0.3, 0.5, 0.9, 0.2)
@@ -73,10 +76,16 @@ class Arm:
         """The frame of the base, in which the robot's own frames are told."""
 
     def frames(
-        self, ns: int, q: Sequence[float], tcp: Frame, goal: Frame, opening_mm: float | None = None
+        self,
+        ns: int,
+        q: Sequence[float],
+        tcp: Frame,
+        goal: Frame,
+        opening_mm: float | None = None,
+        parts: Iterable[PartState] = (),
     ) -> Message:
-        """A foxglove.FrameTransforms: all links at joint positions (rad), TCP and goal in the base, and the
-        jaws of a gripper, if there is one, along y of the TCP."""
+        """A foxglove.FrameTransforms: all links at joint positions (rad), TCP, goal and parts in the base,
+        and the jaws of a gripper, if there is one, along y of the TCP."""
         time = stamp(ns)
         transforms = []
         for joint in self._joints:
@@ -92,7 +101,8 @@ class Arm:
                     "rotation": _rounded_quaternion(turned),
                 }
             )
-        for name, frame in ((TCP, tcp), (GOAL, goal)):
+        bodies = [(part_frame(part.name), part.frame) for part in parts]
+        for name, frame in ((TCP, tcp), (GOAL, goal), *bodies):
             transforms.append(_transform(time, self.base, name, frame.to_transform()))
         if opening_mm is not None:
             for name, side in JAWS.items():
@@ -101,9 +111,14 @@ class Arm:
         return {"transforms": transforms}
 
     def scene(
-        self, ns: int, surfaces: Iterable[Surface], contact_radius_m: float, jaws: bool = False
+        self,
+        ns: int,
+        surfaces: Iterable[Surface],
+        contact_radius_m: float,
+        jaws: bool = False,
+        parts: Iterable[Part] = (),
     ) -> Message:
-        """A foxglove.SceneUpdate in place of all before it: arm, surfaces, sphere round the TCP, jaws."""
+        """A foxglove.SceneUpdate in place of all before it: arm, cell, sphere round the TCP, jaws, parts."""
         entities = [self._link(ns, link) for link in self._links if link.find("visual") is not None]
         entities += [_surface(ns, self.base, surface) for surface in surfaces]
         if contact_radius_m > 0.0:
@@ -116,6 +131,11 @@ class Arm:
             place = Transform(IDENTITY.rotation, (0.0, side * 0.5 * y, -0.5 * z))
             _add(jaw, Box(0.5 * x, 0.5 * y, 0.5 * z), place, _JAW)
             entities.append(jaw)
+        for part in parts:
+            frame = part_frame(part.name)
+            body = _entity(ns, frame, frame)
+            _add(body, part.shape, IDENTITY, _PART)
+            entities.append(body)
         return {"deletions": [{"timestamp": stamp(ns), "type": DELETES_ALL, "id": ""}], "entities": entities}
 
     def targets(self, ns: int, moves: Iterable[DescribedMove]) -> Message:
@@ -149,6 +169,11 @@ class Arm:
             if material.find("color") is not None
             else self._colors.get(material.get("name", ""), _GREY)
         )
+
+
+def part_frame(name: str) -> str:
+    """The frame in the middle of a part."""
+    return f"part {name}"
 
 
 def _joint(joint: ET.Element, names: Sequence[str]) -> _Joint:

@@ -172,11 +172,21 @@ _SURFACE = _object(
     radius_mm=_said("number", "of a sphere or a cylinder"),
     length_mm=_said("number", "of a cylinder"),
 )
+_PART = _object(
+    "",
+    ("size_mm", "radius_mm", "length_mm"),
+    name=_TEXT,
+    shape=_said("string", "box, sphere or cylinder"),
+    size_mm={**_list(_NUMBER), "description": "of a box"},
+    radius_mm=_said("number", "of a sphere or a cylinder"),
+    length_mm=_said("number", "of a cylinder"),
+)
 _CELL = _object(
     contact_radius_mm=_said("number", "of the sphere round the TCP that touches surfaces"),
     inputs={**_list(_TEXT), "description": "names, from number 1 on"},
     outputs={**_list(_TEXT), "description": "names, from number 1 on"},
     surfaces=_list(_SURFACE),
+    parts=_list(_PART),
 )
 _MOVES = _object(
     count=_said("integer", "moves that run and wait"),

@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 
 from iiwa_sim.backdoor.described import DescribedMoves
-from iiwa_sim.controller.handling import GripperState
+from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.frames import Frame
 from iiwa_sim.recordings.scene import TCP, Arm, stamp
 from iiwa_sim.recordings.schemas import FRAMES, JOINTS, MOVES, STATE, TARGETS, WRENCH
@@ -27,6 +27,7 @@ class _Seen(msgspec.Struct):
     goal_frame: Frame
     cartesian_force: tuple[float, float, float, float, float, float]
     gripper: GripperState | None = None
+    parts: tuple[PartState, ...] = ()
 
 
 class Views:
@@ -60,6 +61,7 @@ class Views:
                 seen.tool_frame,
                 seen.goal_frame,
                 None if seen.gripper is None else seen.gripper.opening_mm,
+                seen.parts,
             ),
             JOINTS: {
                 "timestamp": time,

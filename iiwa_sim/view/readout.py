@@ -71,7 +71,8 @@ def figures(state: State, robot: Robot) -> str:
     largest_nm = max(map(abs, state["joint_torque"]))
     if largest_nm > 0.0:
         digits = 0 if largest_nm >= WHOLE_NM else 1  # so they have room in one line
-        rows.append(("torques (Nm)", " ".join(f"{torque:.{digits}f}" for torque in state["joint_torque"])))
+        torques = [round(torque, digits) + 0.0 for torque in state["joint_torque"]]  # no -0.0
+        rows.append(("torques (Nm)", " ".join(f"{torque:.{digits}f}" for torque in torques)))
     frame = state["tool_frame"]
     columns = [
         zip(robot["joints"], map(degrees, state["joint_position"]), strict=True),
@@ -95,7 +96,7 @@ def _figures(columns: Sequence[Any]) -> str:
 
 def _pair(name: str, value: float) -> str:
     label = f'<td style="padding-left:0.6em">{html.escape(name)}</td>'
-    return f'{label}<td style="{_NUMBER}">{value + 0.0:.2f}</td>'
+    return f'{label}<td style="{_NUMBER}">{round(value, 2) + 0.0:.2f}</td>'
 
 
 def _rows(rows: Sequence[tuple[str, str]]) -> str:

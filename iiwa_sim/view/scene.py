@@ -11,6 +11,7 @@ from iiwa_sim.frames import Frame, Transform, Vector, compose, inverse
 from iiwa_sim.view.arm import Arm
 from iiwa_sim.view.drawing import Drawing, wxyz
 from iiwa_sim.view.jaws import Jaws
+from iiwa_sim.view.parts import Parts
 from iiwa_sim.view.surfaces import Surfaces, touched
 from iiwa_sim.view.targets import Move, Targets
 from iiwa_sim.view.trail import Trail
@@ -36,13 +37,14 @@ _SHOWN = (
     "status",
     "gripper",
     "link_touches",
+    "parts",
 )
 MOST_MARKS = 4
 """Contacts that are marked at once."""
 
 
 class Scene:
-    """Arm, tool, jaws, frames, path, wrench, contacts, targets, and the ghost of the goal, below a node."""
+    """Arm, tool, jaws, parts, frames, path, wrench, contacts, targets, ghost of the goal, below a node."""
 
     def __init__(
         self,
@@ -64,6 +66,7 @@ class Scene:
         scene.add_frame(f"{root}/base", axes_length=0.15, axes_radius=0.004)
         self._tcp: Any = scene.add_frame(f"{root}/tcp", axes_length=0.08, axes_radius=0.003)
         self._jaws = Jaws(scene, f"{root}/tcp")
+        self._parts = Parts(scene, f"{root}/parts")
         self._force = _arrow(scene, f"{root}/tcp/force", (230, 90, 20))
         self._torque = _arrow(scene, f"{root}/tcp/torque", (150, 60, 200))
         flange = self.arm.paths[drawing.flange]
@@ -85,7 +88,7 @@ class Scene:
 
     def show(self, state: State) -> None:
         """Draw a state. Where its `time_s` is before that of the last one, the path begins anew."""
-        shown = tuple(state.get(key) for key in _SHOWN)  # in recordings there may be no gripper
+        shown = tuple(state.get(key) for key in _SHOWN)  # in recordings there may be no gripper, no parts
         if shown == self._shown:
             self._trail.rest(state["time_s"])
             return
@@ -97,6 +100,7 @@ class Scene:
         self._show_tool(compose(inverse(flange), tcp))
         self._trail.add(state["time_s"], tcp.translation)
         self._jaws.show(state.get("gripper"))
+        self._parts.show(state.get("parts", ()))
         self._show_goal(state)
         wrench = state["cartesian_force"]
         _show_arrow(self._force, wrench[:3], FORCE_SHOWN_N, M_PER_N)
@@ -107,6 +111,7 @@ class Scene:
         """Draw what the backdoor's `get cell` tells; gives the names of surfaces new in the scene."""
         self.contact_radius_m = 1e-3 * cell["contact_radius_mm"]
         self._shown = ()  # there may be contacts where there were none
+        self._parts.are(cell.get("parts", ()))
         return self.surfaces.show(cell["surfaces"])
 
     def show_moves(self, moves: Sequence[Move]) -> None:

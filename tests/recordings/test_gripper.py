@@ -1,4 +1,4 @@
-"""A gripper in a recording."""
+"""A gripper and parts in a recording."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 from jsonschema import Draft7Validator
 
 from iiwa_sim import Iiwa, Simulator
+from iiwa_sim.recordings.schemas import CELL as CELLS
 from iiwa_sim.recordings.schemas import FRAMES, SCENE, STATE
 from tests.recordings.foxglove import published
 from tests.recordings.recorded import contents, found_in
@@ -19,10 +20,34 @@ stroke_mm = 80
 speed_mm_per_s = 100
 grip_force_n = 40
 close_output = 1
+
+[[part]]
+name = "block"
+shape = "box"
+size_mm = [40, 40, 60]
+mass_kg = 0.5
+x_mm = 600
+z_mm = 60
+
+[[part]]
+name = "pin"
+shape = "cylinder"
+radius_mm = 10
+length_mm = 60
+mass_kg = 0.1
+x_mm = 500
+z_mm = 60
+
+[[box]]
+name = "table"
+size_mm = [800, 1000, 40]
+x_mm = 600
+z_mm = 10
+stiffness_n_per_m = 100000
 """
 
 
-def test_its_jaws_are_frames_and_bodies(tmp_path: Path) -> None:
+def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     (tmp_path / "cell.toml").write_text(CELL)
     with (
@@ -31,6 +56,7 @@ def test_its_jaws_are_frames_and_bodies(tmp_path: Path) -> None:
     ):
         robot.set_output(1, True)
         simulator.advance(0.4)
+        simulator.backdoor.remove_part("pin")
     states = found_in(path, STATE)
     for found in states:
         Draft7Validator(json.loads(found.schema)).validate(found.content)
@@ -47,3 +73,13 @@ def test_its_jaws_are_frames_and_bodies(tmp_path: Path) -> None:
     assert 0.02 <= places[1]["jaw_1"] < 0.03
     bodies = {each["id"]: each["frame_id"] for each in contents(path, SCENE)[-1]["entities"]}
     assert bodies["jaw_1"] == "jaw_1"
+    assert bodies["part block"] == "part block"
+    assert "part pin" not in bodies, "which is gone"
+    first = contents(path, SCENE)[0]
+    Draft7Validator(published()["foxglove.SceneUpdate"]).validate(first)
+    assert {"part block", "part pin"} <= {each["id"] for each in first["entities"]}
+    (block,) = (each for each in frames[0]["transforms"] if each["child_frame_id"] == "part block")
+    assert block["translation"] == pytest.approx({"x": 0.6, "y": 0.0, "z": 0.06}, abs=1e-4)
+    cells = found_in(path, CELLS)
+    Draft7Validator(json.loads(cells[0].schema)).validate(cells[0].content)
+    assert [part["name"] for part in cells[-1].content["parts"]] == ["block"]

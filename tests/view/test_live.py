@@ -25,6 +25,21 @@ stroke_mm = 80
 speed_mm_per_s = 400
 grip_force_n = 40
 close_output = 1
+
+[[part]]
+name = "block"
+shape = "box"
+size_mm = [40, 40, 60]
+mass_kg = 0.5
+x_mm = 600
+z_mm = 60
+
+[[box]]
+name = "table"
+size_mm = [800, 1000, 40]
+x_mm = 600
+z_mm = 10
+stiffness_n_per_m = 100000
 """
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
 
@@ -160,14 +175,22 @@ def test_targets_that_wait_are_drawn_with_their_spheres(simulator: Simulator) ->
             viewer.until(lambda message, name=name: _is_visible(message, name, False))  # type: ignore[misc]
 
 
-def test_a_gripper_is_drawn_and_told(tmp_path: Path) -> None:
+def test_a_gripper_and_parts_are_drawn_and_told(tmp_path: Path) -> None:
     (tmp_path / "cell.toml").write_text(GRIPPER)
     with (
         Simulator(cell=tmp_path / "cell.toml", status_port=0, backdoor_port=0) as simulator,
         page_of(simulator) as port,
         viewing(port) as viewer,
     ):
-        shows(viewer, "open, 80.0 mm")
+        block = viewer.until(lambda message: message["type"] == "BoxMessage" and "/parts/" in message["name"])
+        assert block["props"]["dimensions"] == pytest.approx((0.04, 0.04, 0.06))
+        viewer.until(
+            lambda message: (
+                message["type"] == "SetPositionMessage"
+                and message["name"] == block["name"]
+                and message["position"] == pytest.approx((0.6, 0.0, 0.06), abs=1e-4)
+            )
+        )
         simulator.call(lambda: simulator.controller.io.set_output(1, True))
         ask(simulator, "set input : 1 0")  # so the robot is looked at again
         viewer.until(
