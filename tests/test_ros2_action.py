@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from math import nan
 from pathlib import Path
 from typing import Any
 
 import pytest
+from websockets.sync.client import connect
 
+from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
 from iiwa_sim.simulator import Simulator
 from tests.ros2_tools import CELL, HERE, User, compiled, duration, rclpy_python, user
+from tests.talking import DEADLINE_S
 
 AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
 OPTIONS: dict[str, Any] = {"clock": "10x", "ros2": True, "ros_namespace": CELL}
@@ -123,3 +127,13 @@ def test_a_goal_of_a_user_who_is_gone_is_followed_to_its_end(python: Path) -> No
             assert other.sends("after", [(8.0, AWAY)])
             assert other.asks("result", name="after")["status"] == 4
         assert [round(each, 6) for each in robot.joints] == list(AWAY)
+
+
+def test_a_goal_that_another_client_cancels_is_aborted(python: Path) -> None:
+    with Simulator(ros2_python=python, rosbridge_port=0, **OPTIONS) as robot, user(python) as someone:
+        assert someone.sends("mine", [(3600.0, AWAY)])
+        with connect(f"ws://127.0.0.1:{robot.rosbridge_port}") as other:
+            other.send(json.dumps({"op": "call_service", "service": CANCEL_SERVICE}))
+            other.recv(DEADLINE_S)
+        end = someone.asks("result", name="mine")
+        assert (end["status"], end["result"]) == (6, {"error_code": -1, "error_string": "cancelled"})

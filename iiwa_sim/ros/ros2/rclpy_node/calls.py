@@ -6,8 +6,8 @@ from typing import Any
 
 from .out import Out
 
-ANSWER_S = 10.0
-"""What has no answer by then fails."""
+ANSWER_S = 60.0
+"""What has no answer by then fails: iiwa-sim is there as long as standard input is, but may be slow."""
 
 
 class Calls:
@@ -19,6 +19,7 @@ class Calls:
         self._kind = kind
         self._lock = threading.Lock()
         self._next = 0
+        self._closed = False
         self._waiting: dict[int, Any] = {}
 
     def ask(self, **what: Any) -> tuple[int, Any]:
@@ -29,9 +30,18 @@ class Calls:
             number = self._next
             self._waiting[number] = [there, None]
         self._out.tell(**{self._kind: number}, **what)
+        if self._closed:
+            there.set()
         there.wait(ANSWER_S)
         with self._lock:
             return number, self._waiting.pop(number)[1]
+
+    def close(self) -> None:
+        """Let all that wait fail: nobody answers any more."""
+        with self._lock:
+            self._closed = True
+            for there, _ in self._waiting.values():
+                there.set()
 
     def answered(self, number: int, answer: Any) -> None:
         """An answer has come."""

@@ -69,6 +69,7 @@ class Goals:
 
     def close(self) -> None:
         """End all goals: their robot is gone."""
+        self.calls.close()
         for number in list(self._goals):
             self._end(number, ABORTED, {"error_code": INVALID_GOAL, "error_string": "the robot has gone"})
 

@@ -39,6 +39,7 @@ from .messages import class_of, fill, plain
 from .out import Out
 
 CALLS_AT_ONCE = 4
+END_S = 10.0
 GOALS_AT_ONCE = 4
 """Threads that wait for the ends of goals; all but the newest goal have ended already."""
 
@@ -96,7 +97,7 @@ def main() -> None:
     finally:
         graph.close()
         executor.shutdown(timeout_sec=0.0)
-        spinning.join(ANSWER_S)
+        spinning.join(END_S)
         node.destroy_node()
         ros.rclpy.try_shutdown()
 
@@ -155,7 +156,8 @@ class Graph:
             self._goals.told(said)
 
     def close(self) -> None:
-        """End what waits for the robot."""
+        """End what waits for the robot: a thread that still waited would keep the process."""
+        self._calls.close()
         if self._goals is not None:
             self._goals.close()
 
