@@ -8,7 +8,12 @@ from tests.stepped import SteppedRobot, assert_within_limits
 SAMPLE = 23  # every one of so many; all of them are in `make bench ARGS=dense`
 TINY = "circle of 0.5 mm lines at 1"  # a KR 6 once stopped at each of these, and took three times as long
 SLOW = "circle of 2 mm lines at 0.02"  # an iiwa 14 stopped on it, as no clock was found that kept velocities
-NAMED = (("kr_6_r900_sixx", TINY, "at once"), ("lbr_iiwa_14_r820", SLOW, "at once"))
+FOUR = "polyline of 2 mm, 10 deg, R = L/2"  # 8 mm ahead were once less than it went while a plan was made
+NAMED = (
+    ("kr_6_r900_sixx", TINY, "at once"),
+    ("lbr_iiwa_14_r820", SLOW, "at once"),
+    ("lbr_iiwa_7_r800", FOUR, "as four wait"),
+)
 RUNS = list(before())
 
 

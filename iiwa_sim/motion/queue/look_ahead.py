@@ -40,14 +40,14 @@ two moves, the first of which takes more alone, the robot does not wait at all."
 SLICE_S = 0.0025
 """A tick computes one slice for each of these that it has begun, and `MOST_SLICES` at the most."""
 MOST_SLICES = 2
-SLICES = 10
-"""A plan takes about so many slices. What the robot does until then is not changed by it."""
+SLICES = 8
+"""A plan of few cells takes about so many slices. What the robot does until then is not changed by it."""
 LEAST_MARGIN_S = 0.01
 CHANGING_S = 0.15
 CELL_S = 0.01
 CELLS_OF_MOVE = 10
 """About how many cells a short move has."""
-CELLS_IN_SLICE = 25.0
+CELLS_IN_SLICE = 20.0
 """About how many cells of a plan a slice computes."""
 LONG_S = 1.5
 """A longer move has no more cells than one of this length."""
@@ -201,7 +201,7 @@ class LookAhead:
 
     def _faster(self, chain: Chain) -> Slices[Ahead | None]:
         now_s = self._time.time_s
-        faster = yield from planned_on(chain, now_s, now_s + self._soonest_s, [], [])
+        faster = yield from planned_on(chain, now_s, now_s + self._needed_s(chain, []), [], [])
         if faster is None or faster.rest_s >= chain.rest_s:
             return None
         return Ahead(faster, 0)

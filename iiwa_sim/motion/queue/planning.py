@@ -30,6 +30,8 @@ STRAIGHT_STEPS, STRAIGHT_ENOUGH = 40, 0.001
 """Newton steps, and the least weight of the barrier, for a move whose joints go straight: it counts as one
 joint."""
 NOWHERE_S = np.empty(0)
+MANY_SAMPLES = 400
+"""A nominal motion of fewer samples of x is planned in one slice."""
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 SHORTEST_S = 1e-4
@@ -138,9 +140,12 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
     else:
         x, speed, earlier = course.first_x, 0.0, (course.first_x, 0.0)
     samples: Array = course.way.samples(x)
-    yield
+    many = len(samples) > MANY_SAMPLES
+    if many:
+        yield
     found, limits = course.at(samples)
-    yield
+    if many:
+        yield
     velocity, acceleration, jerk = (np.ascontiguousarray(limits[:, i]) for i in range(3))
     # The run, behind where it was a window before, and scratch.
     x_then, speeds, times, scratch = np.empty((4, len(samples) + 1))
@@ -148,11 +153,13 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
     x_then[1:] = samples
     caps(found, velocity, acceleration, jerk, scratch[1:])
     run(samples, found, acceleration, scratch[1:], 0.0, speed, speeds[1:], times[1:])
-    yield
+    if many:
+        yield
     cells_s = _widths(course, samples, times[1:], speeds[1:], front)
     if cells_s.min() < SHORTEST_S:
         return None
-    yield
+    if many:
+        yield
     knots_s, mean = np.zeros(len(cells_s) + 1), np.empty((len(cells_s) + 1, 3))
     cells_s.cumsum(out=knots_s[1:])
     moving_average(x_then, speeds, times, scratch, window_s, knots_s, mean)
