@@ -202,7 +202,8 @@ class Links:
     def _look(self, joints: Any, tick_s: cython.double) -> object:
         """Find what touches; the time is 0 where the robot has not moved here."""
         self._go_to(joints)
-        speeds = [(q - self._before[k]) / tick_s if tick_s > 0.0 else 0.0 for k, q in enumerate(joints)]
+        moved = tick_s > 0.0
+        speeds = [(joints[k] - self._before[k]) / tick_s if moved else 0.0 for k in range(self._count)]
         for k in range(self._count):
             self._before[k] = joints[k]
         least: cython.double = 1e9
