@@ -131,6 +131,7 @@ def version_of(folder: Path, pretended: str = "") -> str:
     return done.stdout.split()[-1]
 
 
+@pytest.mark.slow
 def test_the_version_is_that_of_a_tag_also_where_there_is_none(tmp_path: Path) -> None:
     source = tmp_path / "source"
     source.mkdir()

@@ -47,12 +47,13 @@ def files() -> tuple[Path, ...]:
 
 @cache
 def names() -> frozenset[str]:
-    """All names in the code, the tables and the tests but this one."""
+    """All names in the code, the tables, the tests but this one, and Python."""
     kinds = {".py", ".pxd", ".toml", ".json", ".yaml", ".yml", ".msg", ".srv", ".action", ".mjs", ""}
     texts = [path for path in files() if path.suffix in kinds and path != Path(__file__)]
     words = re.compile(r"(?<![\w-])--[a-z][a-z-]+|\w+")
     found = {word for path in texts for word in words.findall(path.read_text("utf-8", "replace"))}
     found |= {f"{start}{name}" for name in pytest_options.INI for start in ("--iiwa-", "iiwa_")}
+    found |= {*OF_OTHERS, *dir(builtins)}
     return frozenset(found.union(path.stem for path in texts))
 
 
@@ -94,8 +95,7 @@ def test_what_a_page_names_is_there(page: Path) -> None:
         elif match := MODULE.fullmatch(word):
             there = is_a_name(*match.groups())
         else:
-            known = names() | OF_OTHERS | set(dir(builtins))
-            there = known.issuperset(NAME.findall(word)) and all(is_run(*run) for run in RUN.findall(word))
+            there = names().issuperset(NAME.findall(word)) and all(is_run(*run) for run in RUN.findall(word))
         if not there:
             missing.append(word)
     assert not missing
