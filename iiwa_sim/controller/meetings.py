@@ -28,6 +28,8 @@ class LinkTouch(msgspec.Struct, frozen=True):
 
 def touches_of(contacts: tuple[LinkContact, ...]) -> tuple[LinkTouch, ...]:
     """Contacts as they are told."""
+    if not contacts:  # as in most ticks of a robot that is recorded
+        return ()
     return tuple(
         LinkTouch(link, surface, (1e3 * point[0], 1e3 * point[1], 1e3 * point[2]), force)
         for link, surface, point, force in contacts
