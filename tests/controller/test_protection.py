@@ -16,6 +16,7 @@ from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
 from iiwa_sim.controller.protection import Protection, Safety
@@ -279,19 +280,34 @@ FREE_MOVES = st.tuples(
 )
 
 
+centres = st.tuples(*[st.floats(-0.2, 0.2)] * 3)
+
+
 @settings(max_examples=some(60), deadline=None)
-@given(name=st.sampled_from(ARMS), program=st.lists(FREE_MOVES, min_size=1, max_size=6))
-def test_no_free_motion_stops_itself(name: str, program: list[tuple[str, list[float], float, int]]) -> None:
-    """Neither with the least thresholds, nor with a speed and a box that it keeps just so."""
+@given(
+    name=st.sampled_from(ARMS),
+    program=st.lists(FREE_MOVES, min_size=1, max_size=6),
+    tool=st.none() | st.builds(ToolLoad, st.floats(0.01, 14.0), centres),
+)
+def test_no_free_motion_stops_itself(
+    name: str, program: list[tuple[str, list[float], float, int]], tool: ToolLoad | None
+) -> None:
+    """Whatever the arm carries that the controller knows of: neither with the least thresholds, nor with a
+    speed and a box that it keeps just so."""
     least = {"force_n": 1e-9, "torque_nm": 1e-9}
-    way = np.array(free_way(name, program, Safety(**least)))
+    way = np.array(free_way(name, program, tool, Safety(**least)))
     speed = max(dist(before, after) / TICK_S for before, after in pairwise(way.tolist())) + 1e-9
     box = tuple(way.min(axis=0).tolist()), tuple(way.max(axis=0).tolist())
-    again = free_way(name, program, Safety(**least, tcp_speed_m_per_s=speed, box=box))  # type: ignore[arg-type]
+    again = free_way(name, program, tool, Safety(**least, tcp_speed_m_per_s=speed, box=box))  # type: ignore[arg-type]
     assert np.array_equal(again, way)
 
 
-def free_way(name: str, program: list[tuple[str, list[float], float, int]], safety: Safety) -> list[Vector]:
+def free_way(
+    name: str,
+    program: list[tuple[str, list[float], float, int]],
+    tool: ToolLoad | None,
+    safety: Safety,
+) -> list[Vector]:
     """Where the TCP is after each tick (m), far from a floor and with readings that are mostly noise; nothing
     stops it."""
     description = load_robot(name)
@@ -303,8 +319,12 @@ def free_way(name: str, program: list[tuple[str, list[float], float, int]], safe
         world=World([Surface("floor", Plane(), below, 1e5, 0.0, 0.5)], 0.01),
         noise=Noise(NoiseLevels(1, 100.0, 10.0, 10.0), len(description.joints)),
         safety=safety,
+        tool=None if tool is None else Tool(tool, (0.01, 0.01, 0.02, 0.0, 0.0, 0.0)),
         on_fault=lambda _, reason: faults.append(reason),
     )
+    if tool is not None:
+        mass, x_mm, y_mm, z_mm = tool.told()  # as a driver tells it, in mm
+        c.set_tool_load(ToolLoad(mass, (1e-3 * x_mm, 1e-3 * y_mm, 1e-3 * z_mm)))
     way = [c.tcp().translation]
     for kind, part, speed, ticks in program:
         lows, highs = description.position_min, description.position_max
