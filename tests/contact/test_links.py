@@ -16,6 +16,7 @@ from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from tests.contact.materials import at, surface
+from tests.interpreted import interpreted
 from tests.stepped import ARMS, ROBOTS
 
 Array = NDArray[np.float64]
@@ -234,3 +235,35 @@ def test_an_arm_that_folds_onto_its_base_collides() -> None:
     links = links_of(ARMS[0])
     assert links.colliding(MODELS[ARMS[0]].description.home) is None
     assert links.colliding((0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)) == ("iiwa_link_0", "iiwa_link_5")
+
+
+def test_compiled_and_interpreted_feel_the_same_bits() -> None:
+    plain = interpreted("iiwa_sim.contact.links_kernel")
+    rng, touched = np.random.default_rng(5), 0
+    for name in ARMS:
+        model = MODELS[name]
+        arms = [
+            kind(model.tcp_of_flange.fixed, capsules_of(model.description)) for kind in (Links, plain.Links)
+        ]
+        placed = {
+            str(number): surface(
+                shape,
+                at(*rng.uniform(0.2, 0.6, 3).tolist()),
+                name=str(number),
+                damping=0.5,
+                stiffness=STIFFNESS,
+            )
+            for number, shape in enumerate(SHAPES[1:])
+        }
+        for arm in arms:
+            arm.surround(placed, model.description.home)
+        for _ in range(20):
+            joints = joints_at(name, rng.uniform(-0.9, 0.9, 7).tolist())
+            for arm in arms:
+                arm.step(joints, TICK_S)
+            touched += arms[0].torques is not None
+            assert arms[0].torques == arms[1].torques
+            assert arms[0].yielding_to == arms[1].yielding_to
+            assert [tuple(each) for each in arms[0].contacts] == [tuple(each) for each in arms[1].contacts]
+            assert arms[0].colliding(joints) == arms[1].colliding(joints)
+    assert touched > 3
