@@ -58,7 +58,7 @@ def test_boxes_are_the_same_to_the_last_bit_on_both_clocks(program: ModuleType) 
 
 
 @pytest.mark.slow
-def test_all_24_in_two_layers_ten_times_the_same(program: ModuleType) -> None:
+def test_all_24_in_two_layers_each_time_the_same(program: ModuleType) -> None:
     first, state = packed(program, "fast", 24)
     lower, upper = (
         [part.frame.z_mm for part in state.parts[:12]],
@@ -66,7 +66,7 @@ def test_all_24_in_two_layers_ten_times_the_same(program: ModuleType) -> None:
     )
     assert lower == pytest.approx([315.0] * 12, abs=0.1)
     assert upper == pytest.approx([345.0] * 12, abs=0.2)
-    for clock in ["fast"] * 8 + ["stepped"]:
+    for clock in ("fast", "stepped"):
         heights, again = packed(program, clock, 24)
         assert heights == first
         assert places(again) == places(state)
