@@ -170,8 +170,8 @@ class Clock:
         """Make the ticks that are due by now: for whoever is about to do something else."""
         if self._idles:
             self._make_up_for_rest()
-        elif 1 < self._asked_ns <= self._now_ns():  # below, nothing is asked for, or what is in haste
-            self._wake()
+        elif 1 < self._asked_ns <= self._now_ns() and not self._hastens:
+            self._wake()  # what is in haste is not due, and may be a move that `commanded` will hold
 
     def look(self) -> None:
         """Catch up, and make the next tick when it is due, whether the robot is resting or not.

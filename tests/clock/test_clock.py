@@ -172,6 +172,17 @@ class TestFast:
         assert robot.ticks == 1000
         assert time.now_ns == start_ns + 9 * (HOLD_NS - 1) + HOLD_NS
 
+    def test_who_asks_for_the_tick_before_a_move_is_told_of_does_not_begin_it(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=FAST)
+        time.now_ns += REST_SLEEP_NS  # the machine is slow: a wake-up of the rest is due
+        robot.left = 100
+        clock.catch_up()
+        assert robot.ticks == 0
+        clock.commanded(moved=True)
+        assert time.asked_ns == time.now_ns + HOLD_NS
+
     def test_questions_do_not_make_time_stand_still(self) -> None:
         time = HandTime()
         robot = CountedRobot(time)
