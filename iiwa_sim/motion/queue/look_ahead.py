@@ -57,10 +57,8 @@ times the first."""
 LONGEST_S = 0.2
 """A change of a chain begins no later than this after now."""
 LEAST_PACE = 0.02
-SHARES = (1.0, 0.6, 0.3)
+SHARES = (1.0, 0.6)
 """Parts of a corner that are tried one after the other, until a clock is found."""
-MOST_TRIES = 3
-"""How often it is tried to go on into a move, before that is left to set out from rest."""
 ABOUT = 0.95
 ROUNDING = 1e-9
 
@@ -111,7 +109,6 @@ class LookAhead:
         self._setting_out: _SettingOut | None = None
         self._waits_s = 0.0  # so long at the most for what sets out
         self._faster_tried = False
-        self._tries = 0  # so far, to go on into the first move that waits
         self._refused = 0  # number of the last move that is left to set out from rest
 
     def begin(self, waiting: deque[Move]) -> Ahead | None:
@@ -252,7 +249,6 @@ class LookAhead:
             tries.insert(2, (1, 1.0))
         patience = 1.0
         rests_s: float | None = None
-        slower: set[int] = set()  # numbers of moves which take less time with stops between them
         for count, share in tries if moves else ():
             first = corners[0]._replace(before=share * corners[0].before, after=share * corners[0].after)
             while True:
@@ -266,19 +262,14 @@ class LookAhead:
                         if rests_s is None:
                             rests_s = yield from self._rests_s(chain)
                         if (yield from _slower(on.rest_s - rests_s, moves[:count])):
-                            slower.add(count)
                             break
                     if self._in_time(on):
-                        self._tries = 0
                         return Ahead(on, count)
                 elif patience > MOST_PATIENCE:
                     break
                 else:
                     patience *= MORE_PATIENCE
-        # A later try may succeed: what can still be changed then begins elsewhere.
-        self._tries += 1
-        if not moves or 1 in slower or self._tries >= MOST_TRIES:
-            self._refused, self._tries = number, 0
+        self._refused = number
         return None
 
     def _rests_s(self, chain: Chain) -> Slices[float]:
