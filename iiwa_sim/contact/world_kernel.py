@@ -294,6 +294,11 @@ class World:
         """Whether a surface, which must be there, was touched where the TCP has been last."""
         return bool(self._contacts[name].touched)
 
+    def outward(self, name: str) -> Vector:
+        """Which way a surface, which must be there and touched, pushes: a unit vector in the base."""
+        contact: Contact = self._contacts[name]
+        return (contact._nx, contact._ny, contact._nz)
+
     def roll(self, rotation: Rotation) -> None:
         """The TCP is turned like that in the base now, and has turned since the last call, by little."""
         before, self._turned = self._turned, rotation

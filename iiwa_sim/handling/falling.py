@@ -2,8 +2,9 @@
 
 It does not tumble: in the air it is turned as it was let go of, and where it lands it is laid on the face
 that is nearest to below. It does not bounce: its speed into the face is lost, and so is, of the speed along
-it, as much times the coefficient of friction. It lies where its middle is above a level face, and is pressed
-in by its weight over the stiffness. Nothing here gains energy.
+it, as much times the coefficient of friction. It lies where its middle is above a level face, or where it is
+pressed into one from above as it is let go of, and is pressed in by its weight over the stiffness. Nothing
+here gains energy.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ STILL: Vector = (0.0, 0.0, 0.0)
 LIES, FALLS, HELD, GONE = "lies", "falls", "held", "gone"
 HALVINGS = 50
 """Of a time in which a part slides over an edge."""
+_ROUNDING_M = 1e-9
 MOST_EVENTS = 8
 """In a tick; what is left then waits for the next."""
 
@@ -40,7 +42,7 @@ class Body(NamedTuple):
     state: str
     """`LIES` also while it slides, `FALLS`, `HELD`, `GONE`."""
     on: str = ""
-    """Name of what it lies on."""
+    """Name of what it lies on; of what begins to fall, of the face into which it is pressed from above."""
 
     @property
     def settled(self) -> bool:
@@ -85,13 +87,28 @@ def landed(body: Body, face: Ground) -> Body:
     return body._replace(pose=Transform(rotation, (x, y, z)), velocity=STILL, state=LIES, on=face.name)
 
 
+def ridden(body: Body, faces: Sequence[Ground]) -> Body:
+    """What lies, after surfaces have moved: taken along upwards by the face on which it lies, or it falls."""
+    (x, y, z), bottom = body.pose.translation, body.bottom
+    face = next((each for each in faces if each.name == body.on and each.has(x, y)), None)
+    if face is None:
+        return body._replace(state=FALLS, on="")
+    if any(face.top < each.top <= z and bottom < each.top and each.has(x, y) for each in faces):
+        return body._replace(state=FALLS, on=body.on)  # onto what has come in between
+    up = landed(body, face)
+    rises_m = up.pose.translation[2] - z
+    if rises_m < -_ROUNDING_M:
+        return body._replace(state=FALLS, on=body.on)
+    return body if rises_m <= _ROUNDING_M else up._replace(velocity=body.velocity)
+
+
 def _fallen(body: Body, faces: Sequence[Ground], left: float) -> tuple[Body, float]:
     """In the air up to when it lands, or for as long as is left; and what then is left."""
     (x, y, z), (vx, vy, vz) = body.pose.translation, body.velocity
     bottom = body.bottom
     first, on = inf, None
     for face in faces:
-        if face.top > z:
+        if face.top > z and face.name != body.on:
             continue  # its middle is below already: it falls past
         height = max(0.0, bottom - face.top)
         time = (vz + sqrt(vz * vz + 2.0 * GRAVITY_M_S2 * height)) / GRAVITY_M_S2
@@ -103,7 +120,7 @@ def _fallen(body: Body, faces: Sequence[Ground], left: float) -> tuple[Body, flo
     z += vz * time - 0.5 * GRAVITY_M_S2 * time * time
     vz -= GRAVITY_M_S2 * time
     pose = Transform(body.pose.rotation, (x + vx * time, y + vy * time, z))
-    body = body._replace(pose=pose, velocity=(vx, vy, vz))
+    body = body._replace(pose=pose, velocity=(vx, vy, vz), on="")
     if on is None:
         return body, 0.0
     speed = sqrt(vx * vx + vy * vy)

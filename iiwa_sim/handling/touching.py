@@ -11,7 +11,7 @@ from iiwa_sim.contact.shapes import Box, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.frames import Transform, Vector, apply
-from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.part import LEVEL, Part
 from iiwa_sim.wrench import NO_TOUCH
 
 NEAR_M = 0.05
@@ -69,6 +69,11 @@ class Touching:
     def look_again(self) -> None:
         """Surfaces may have come, moved or gone."""
         self._looked = None
+
+    def pressed_from_above(self, name: str) -> bool:
+        """Whether a surface of this name pushes it straight up, where it has been last."""
+        worlds = (each for each in self._worlds.values() if name in each.surfaces)
+        return any(each.touched(name) and each.outward(name)[2] > 1.0 - LEVEL for each in worlds)
 
     def memory(self) -> object:
         """What surfaces remember of it, to be compared."""

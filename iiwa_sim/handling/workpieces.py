@@ -11,7 +11,7 @@ from iiwa_sim.contact.moments import NO_MOMENTS
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose
-from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved
+from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved, ridden
 from iiwa_sim.handling.grip import grip_width, on_pads
 from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper
 from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
@@ -79,16 +79,26 @@ class Workpieces:
         return not self._lively and (not self._held or self._quiet)
 
     def surfaces_are(self, surfaces: Sequence[Surface]) -> None:
-        """What stands there from now on; parts of which the ground has gone fall."""
+        """What stands there from now on: parts ride up with what they lie on, and fall where it goes from
+        below them."""
         self._surfaces = tuple(surfaces)
         self._solid = self._grounds = None
         if self._touching is not None:
             self._touching.look_again()
         self._quiet = False
-        for name, each in self.bodies.items():
-            if each.state == LIES:
+        faces = grounds_of(self._surfaces)
+        lying = [each for each in self.bodies.values() if each.state == LIES]
+        for each in sorted(lying, key=_height):
+            name = each.part.name
+            now = ridden(each, faces)
+            if now != each:
+                self._put(now)
+            if now.state != LIES:
                 self._lively.add(name)
-                self._put(each._replace(state=FALLS, on=""))
+            elif now.velocity == STILL:
+                face = ground_of(name, each.part.shape, now.pose, each.part.stiffness)
+                if face is not None:
+                    faces.append(face)
 
     def grip(self, tcp: Transform, was_m: float) -> float:
         """Jaws that were `was_m` apart close to where they are now, with the TCP at this pose: parts between
@@ -126,8 +136,8 @@ class Workpieces:
                 self._let_go()
             elif not (self._quiet and tcp == before):
                 self._carry(tcp)
-        for name in sorted(self._lively):
-            self._move(name)
+        for each in sorted((self.bodies[name] for name in self._lively), key=_height):
+            self._move(each.part.name)
 
     def lose(self) -> None:
         """What is held is lost: it falls, and is not held again before the jaws have opened."""
@@ -139,11 +149,24 @@ class Workpieces:
         if not self._held:
             return
         name, each = self._held, self.bodies[self._held]
+        pressed_into = self._pressed_into(each)
         self._held, self._touching, self._motion = "", None, None
         self.wrench = self.weight = NO_WRENCH
         self._quiet, self._slip = False, (0.0, 0.0)
-        self._put(each._replace(state=FALLS, velocity=self._velocity))
+        self._put(each._replace(state=FALLS, velocity=self._velocity, on=pressed_into))
         self._lively.add(name)
+
+    def _pressed_into(self, held: Body) -> str:
+        """The name of the level face into which the held part is pressed from above, if any."""
+        touching, (x, y, _) = self._touching, held.pose.translation
+        if touching is None or not any(touching.force):
+            return ""
+        faces = [
+            each
+            for each in self._grounds_but(held.part.name)
+            if each.top > held.bottom and each.has(x, y) and touching.pressed_from_above(each.name)
+        ]
+        return max(faces, key=lambda each: each.top).name if faces else ""
 
     def remove(self, name: str) -> None:
         """Take a part away."""
@@ -317,6 +340,10 @@ class Workpieces:
                     part = each.part
                     self._solid.append(Surface(name, part.shape, each.pose, part.stiffness, 0.0, 0.0))
         return self._solid
+
+
+def _height(body: Body) -> tuple[float, str]:
+    return body.pose.translation[2], body.part.name
 
 
 def start(parts: Iterable[tuple[Part, Transform]], surfaces: Sequence[Surface]) -> list[Body]:

@@ -341,3 +341,58 @@ def test_surfaces_that_come_are_lain_on() -> None:
     scene.closes(closed=False)
     scene.rests()
     assert scene.body("block").on == "plate"
+
+
+TILE = Part("tile", Box(0.015, 0.015, 0.002), 0.05, 0.5, 5e4)
+
+
+def test_a_thin_part_pressed_in_with_its_middle_below_the_face_lies_on_it_when_let_go() -> None:
+    """2.6 mm of 4 mm: as a stiff robot, or a hard force move, presses it."""
+    scene = Scene((TILE, at(600, 50, TABLE_MM + 2.0)))
+    scene.picks(600, 50, TABLE_MM + 2.0)
+    scene.goes(down(600, 50, TABLE_MM - 0.6), 0.05)
+    assert 1e3 * scene.body("tile").pose.translation[2] < TABLE_MM - 0.5
+    scene.closes(closed=False)
+    scene.rests()
+    assert (scene.body("tile").state, scene.body("tile").on) == (LIES, "table")
+    assert 1e3 * scene.body("tile").bottom == pytest.approx(TABLE_MM, abs=0.1)
+
+
+def test_a_thin_part_pressed_up_into_a_plate_from_below_falls() -> None:
+    plate: Surface = TABLE._replace(name="plate", pose=at(600.0, 0.0, 500.0))
+    scene = Scene((TILE, at(600, 50, TABLE_MM + 2.0)))
+    scene.picks(600, 50, TABLE_MM + 2.0)
+    scene.goes(down(600, 50, 450.0))
+    scene.controller.load.world.put(plate)
+    scene.goes(down(600, 50, 480.0 + 0.5), 0.05)
+    assert scene.controller.cartesian_force()[2] > 10.0  # along z of a TCP that points down
+    scene.closes(closed=False)
+    scene.rests()
+    assert scene.body("tile").on == "table"
+
+
+@pytest.mark.parametrize("rise_mm", [5.0, 19.9, 30.0, 80.0])
+def test_what_lies_rides_up_with_its_ground(rise_mm: float) -> None:
+    """With what lies on it, too."""
+    scene = Scene(
+        (BALL, at(500, 50, TABLE_MM + 20.0)), (PIN, at(600, 50, TOP)), (BLOCK, at(600, 50, TOP + 60.0))
+    )
+    before = {name: scene.body(name) for name in ("ball", "pin", "block")}
+    scene.controller.load.world.move("table", at(600.0, 0.0, TABLE_MM - 20.0 + rise_mm))
+    scene.rests()
+    for name, was in before.items():
+        now = scene.body(name)
+        assert (now.state, now.on) == (LIES, was.on)
+        way = np.subtract(now.pose.translation, was.pose.translation)
+        assert way == pytest.approx((0.0, 0.0, 1e-3 * rise_mm), abs=1e-9)
+
+
+def test_what_lies_stays_as_its_ground_goes_sideways_until_it_has_gone() -> None:
+    scene = Scene((BLOCK, at(600, 50, TOP)))
+    was = scene.body("block")
+    scene.controller.load.world.move("table", at(700.0, 0.0, TABLE_MM - 20.0))
+    scene.robot.step()
+    assert scene.body("block") == was
+    scene.controller.load.world.move("table", at(1100.0, 0.0, TABLE_MM - 20.0))
+    scene.rests()
+    assert scene.body("block").state == GONE
