@@ -17,7 +17,8 @@ from iiwa_sim.wrench import NO_TOUCH
 NEAR_M = 0.05
 """Surfaces farther away are not looked at until the part has come so far."""
 CLOSE_M = 0.005
-"""Points that are twice as far from all of them (m) touch none, and come to them as if for the first time."""
+"""Points that are twice as far from all of them (m), and are pushed by none, come to them as if for the first
+time."""
 RIM = 8
 """Points on each rim of a cylinder."""
 _RIM = [(cos(2.0 * pi * k / RIM), sin(2.0 * pi * k / RIM)) for k in range(RIM)]
@@ -58,7 +59,7 @@ class Touching:
         self._points = points_of(part, upright)
         self._extent = part.shape.extent
         self._looked: Vector | None = None  # where its middle was when surfaces were looked for
-        self._near: list[Surface] = []  # of those found then, as it feels them
+        self._near: dict[str, Surface] = {}  # those found then, as it feels them
         self._measured: Transform | None = None  # where it was when the distances of points were measured
         self._known_m = 0.0  # so far points may go from there before that tells nothing any more
         self._worlds: dict[int, World] = {}  # of the points that were close then
@@ -69,6 +70,12 @@ class Touching:
     def look_again(self) -> None:
         """Surfaces may have come, moved or gone."""
         self._looked = None
+
+    def forget(self) -> None:
+        """It has been put somewhere else, and has touched nothing before."""
+        self._looked = self._measured = None
+        self._worlds, self._places = {}, {}
+        self.force = self.torque = (0.0, 0.0, 0.0)
 
     def pressed_from_above(self, name: str) -> bool:
         """Whether a surface of this name pushes it straight up, where it has been last."""
@@ -116,31 +123,52 @@ class Touching:
         self._looked = middle
         reach = self._extent + 2.0 * NEAR_M
         points, part = self._points, self._part
-        near = [
-            each._replace(
+        pushing = {name for world in self._worlds.values() for name in _touched(world)}
+        near = {
+            each.name: each._replace(
                 stiffness=1.0 / (1.0 / each.stiffness + 1.0 / part.stiffness) / points.at_once,
                 friction=part.friction,
             )
             for each in surfaces
-            if each.nearest(*middle)[0] <= reach
-        ]
+            if each.name in pushing or each.nearest(*middle)[0] <= reach
+        }
         if near != self._near:
+            for world in self._worlds.values():
+                _change(world, self._near, near)
             self._near, self._measured = near, None
-            self._worlds, self._places = {}, {}
 
     def _measure(self, pose: Transform) -> None:
         """Find which points are close to surfaces, and how far the others may go before that changes."""
         self._measured = pose
-        radius = self._points.radius_m
+        radius, near = self._points.radius_m, self._near.values()
         self._known_m = NEAR_M
         for point, own in enumerate(self._points.places):
             place = apply(pose, own)
-            away_m = min((each.nearest(*place)[0] for each in self._near), default=2.0 * NEAR_M) - radius
-            if away_m > 2.0 * CLOSE_M:
+            away_m = min((each.nearest(*place)[0] for each in near), default=2.0 * NEAR_M) - radius
+            world = self._worlds.get(point)
+            if away_m > 2.0 * CLOSE_M and not (world is not None and _touched(world)):
                 self._known_m = min(self._known_m, away_m - CLOSE_M)
                 self._worlds.pop(point, None)
                 self._places.pop(point, None)
             else:
                 self._known_m = min(self._known_m, CLOSE_M)
-                if point not in self._worlds:
-                    self._worlds[point] = World(self._near, radius)
+                if world is None:
+                    self._worlds[point] = World(near, radius)
+
+
+def _touched(world: World) -> list[str]:
+    """The names of those that push, also of one through which a point has been pressed."""
+    return [name for name in world.surfaces if world.touched(name)]
+
+
+def _change(world: World, before: dict[str, Surface], after: dict[str, Surface]) -> None:
+    """Other surfaces are near; those that were so before remember what they do."""
+    for name in before:
+        if name not in after:
+            world.remove(name)
+    for name, now in after.items():
+        was = before.get(name)
+        if was is None or now != was._replace(pose=now.pose):
+            world.put(now)
+        elif now != was:
+            world.move(name, now.pose)

@@ -207,7 +207,7 @@ class Workpieces:
             self._set_held(compose(tcp, self._in_tcp))
             self._velocity, self._quiet = STILL, False
             if self._touching is not None:
-                self._touching.look_again()
+                self._touching.forget()
 
     def _take(self, name: str, in_tcp: Transform) -> None:
         """From now on it is held."""

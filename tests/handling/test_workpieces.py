@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
-from iiwa_sim.frames import compose, inverse
+from iiwa_sim.frames import Frame, compose, inverse
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES
 from iiwa_sim.handling.part import Part
 from tests.asked import joint_move, lin_force_move, lin_move
@@ -396,3 +396,64 @@ def test_what_lies_stays_as_its_ground_goes_sideways_until_it_has_gone() -> None
     scene.controller.load.world.move("table", at(1100.0, 0.0, TABLE_MM - 20.0))
     scene.rests()
     assert scene.body("block").state == GONE
+
+
+FIRM = JAWS._replace(force_n=1000.0)
+SOFT = 3e3  # N/m
+SERIES = 1.0 / (1.0 / SOFT + 1.0 / BLOCK.stiffness)
+
+
+def forces_along(scene: Scene, target: Frame, speed: float) -> np.ndarray:
+    """In each tick of a line: the force (N) along base axes, of a TCP that points down, less the weight."""
+    scene.controller.move(lin_move(target, speed, 0.0))
+    felt = []
+    while scene.controller.moving:
+        scene.robot.step()
+        turn = np.array(scene.controller.tcp().rotation).reshape(3, 3)
+        felt.append(turn @ scene.controller.cartesian_force()[:3])
+    return np.add(felt, (0.0, 0.0, BLOCK.mass_kg * G))
+
+
+@pytest.mark.parametrize("from_mm", [425.0, 445.0, 470.0, 520.0])
+@pytest.mark.parametrize("thick_mm", [1.0, 6.0, 30.0])
+def test_a_held_part_is_pushed_out_of_a_plate_the_way_it_came_in(thick_mm: float, from_mm: float) -> None:
+    """Through it, too: k d of the depth behind the face, wherever surfaces have been looked for again."""
+    plate = Surface(
+        "plate", Box(0.1, 0.1, 5e-4 * thick_mm), at(600.0, 50.0, 380.0 - 0.5 * thick_mm), SOFT, 0.0, 0.3
+    )
+    scene = holding(jaws=FIRM)
+    scene.goes(down(600, 50, from_mm), 0.3)
+    scene.controller.load.world.put(plate)
+    felt = forces_along(scene, down(600, 50, 400), 0.05)[:, 2]
+    depth = 0.38 - scene.body("block").bottom
+    assert depth > 0.017
+    assert felt[-1] == pytest.approx(SERIES * depth, rel=0.01)
+    assert np.diff(felt).min() > -0.1
+    assert np.diff(felt).max() < 1.0
+
+
+def test_a_plate_that_is_moved_into_a_held_part_goes_on_pushing() -> None:
+    plate = Surface("plate", Box(0.1, 0.1, 0.003), at(600.0, 50.0, 377.0), SOFT, 0.0, 0.3)
+    scene = holding(jaws=FIRM)
+    scene.goes(down(600, 50, 421.0), 0.3)
+    scene.controller.load.world.put(plate)
+    scene.robot.step(3)
+    bottom_mm = 1e3 * scene.body("block").bottom
+    for top_mm in np.arange(380.0, bottom_mm + 20.0, 1.0):
+        scene.controller.load.world.move("plate", at(600.0, 50.0, top_mm - 3.0))
+        scene.robot.step(3)
+        force = -scene.controller.cartesian_force()[2] + BLOCK.mass_kg * G
+        assert force == pytest.approx(SERIES * 1e-3 * max(0.0, top_mm - bottom_mm), abs=0.1)
+
+
+def test_friction_goes_on_where_other_parts_come_near() -> None:
+    """It slides past two that lie, pressed on the table by a millimetre."""
+    block, pin, ball = at(600, 200, TOP), at(640, 0, TOP), at(640, -150, TABLE_MM + 20.0)
+    scene = Scene((BLOCK, block), (PIN, pin), (BALL, ball), jaws=FIRM)
+    scene.picks(600, 200, TOP)
+    scene.goes(down(600, 200, TOP - 1.0))
+    felt = forces_along(scene, down(560, -200, TOP - 1.0), 0.2)
+    normal, along = felt[:, 2], np.hypot(felt[:, 0], felt[:, 1])
+    assert normal.min() > 10.0
+    fast = slice(300, -300)  # its own inertia aside
+    assert along[fast] == pytest.approx(BLOCK.friction * normal[fast], rel=0.01)
