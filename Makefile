@@ -54,7 +54,7 @@ kernels .venv/kernels: .venv/ready
 	  echo 'iiwa-sim needs Python 3.11 or newer as $(PYTHON); name another one: make PYTHON=python3.12 ...' >&2; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
 	  echo '$(PYTHON) cannot make virtual environments; on Debian and Ubuntu: sudo apt install python3-venv' >&2; exit 1; }
-	@echo 'making .venv: this takes a minute, once'
+	@echo 'making .venv: this takes some minutes, once'
 	@$(PYTHON) -m venv .venv
 	@$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@

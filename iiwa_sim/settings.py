@@ -93,6 +93,7 @@ class Reader:
     def check_name(self, key: str, name: str) -> None:
         """Raises the fault if a text is not usable as a name."""
         self.check(key, name, name.strip() != "", "a name")
+        self.check(key, name, name == " ".join(name.split()), "single blanks, and none at the ends")
         self.check(key, name, name.isprintable(), "characters that print")
         self.check(key, name, len(name) <= LONGEST_NAME, f"at most {LONGEST_NAME} characters")
 
@@ -110,6 +111,8 @@ class Reader:
             holder = _value(table, key)
             value = quoted(holder[field]) if field in holder else "(missing)"
             return self._fault(self.path, f"{key}.{field}" if key else field, value, wanted)
+        if expected.startswith("Invalid value"):  # of the key by which msgspec tells types apart
+            expected = "one of those that the documentation names"
         if expected == "Number out of range":
             expected = "a number of less than 309 digits"
         expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")

@@ -29,6 +29,10 @@ def add(controller: Controller, settings: AnySurface) -> None:
     try:
         reader.check_name("name", settings.name)
         reader.check("name", settings.name, settings.name not in world.surfaces, "a name no surface has")
+        parts = () if controller.handling is None else controller.handling.parts
+        reader.check(
+            "name", settings.name, settings.name not in [part.name for part in parts], "a name no part has"
+        )
         check_surface(reader, "", settings)
     except CellFault as fault:
         raise Refused(EXECUTION, str(fault)) from None

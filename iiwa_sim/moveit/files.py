@@ -14,6 +14,14 @@ from iiwa_sim.ros.arm.joint_level import ACTION, COMMANDS, CONTROLLER, STATES
 from iiwa_sim.ros.arm.links import Links
 
 GROUP = "arm"
+RESAMPLED_S = 0.1
+"""How far apart in time the points are that MoveIt's default timing makes (resample_dt)."""
+OVERSHOOT = 0.075
+"""Between two points a trajectory is a polynomial of degree 5. Where the acceleration jumps between them, as
+it does in that timing, the joint is faster there than at both by at most this part of the greatest
+acceleration times their distance in time: found by looking at all places of one or two jumps."""
+LEAST_SPEED = 0.5
+"""No joint is told less of its velocity limit than this part."""
 UPDATE_HZ = 100
 
 
@@ -64,7 +72,8 @@ def _joint_limits(robot: RobotDescription) -> str:
         "joint_limits:",
     ]
     rows = zip(robot.joints, robot.velocity, robot.direct_acceleration, robot.direct_jerk, strict=True)
-    for name, velocity, acceleration, jerk in rows:
+    for name, fastest, acceleration, jerk in rows:
+        velocity = max(fastest - OVERSHOOT * RESAMPLED_S * acceleration, LEAST_SPEED * fastest)
         lines.append(f"  {name}:")
         for kind, value in (("velocity", velocity), ("acceleration", acceleration), ("jerk", jerk)):
             lines += [f"    has_{kind}_limits: true", f"    max_{kind}: {value:.9g}"]

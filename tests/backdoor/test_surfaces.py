@@ -129,6 +129,12 @@ def test_there_is_a_bound_of_surfaces() -> None:
     assert bench.tell("add sphere : one more 3000 0 0 0 0 0 40 5e4 1 0") == "done"
 
 
+def test_a_surface_has_no_name_of_a_part() -> None:
+    bench = Bench()
+    told = bench.tell("add sphere : disc 3000 0 0 0 0 0 40 5e4 1 0")
+    assert told == "error 3000 surface: name = 'disc': expected a name no part has"
+
+
 @pytest.mark.parametrize("fault", ["drop", Drop, None, (1.0,)])
 def test_what_is_no_fault_is_refused_with_what_was_expected(fault: Any) -> None:
     bench = Bench()

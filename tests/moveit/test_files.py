@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
 from pathlib import Path
 
 import pinocchio as pin
 import pytest
 import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 
 from iiwa_sim.cli import main
+from iiwa_sim.controller.trajectory_request import TrajectoryPoint
 from iiwa_sim.moveit.files import files
 from iiwa_sim.moveit.pairs import ADJACENT, NEVER, Pair
 from iiwa_sim.robot.description import RobotDescription, load_robot
 from iiwa_sim.ros.arm.joint_level import ACTION, COMMANDS, STATES
+from tests.controller.test_trajectories import Following
 from tests.stepped import ARMS
 
 PAIRS = [Pair("iiwa_link_0", "iiwa_link_1", ADJACENT), Pair("iiwa_link_0", "iiwa_link_2", NEVER)]
@@ -55,12 +61,55 @@ def test_pinocchio_takes_the_pairs_out(tmp_path: Path) -> None:
     assert len(shapes.collisionPairs) < before
 
 
-def test_limits_are_those_in_which_trajectories_are_followed(robot: RobotDescription) -> None:
+def test_limits_are_told_for_all_joints(robot: RobotDescription) -> None:
     limits = yaml.safe_load(files(robot, [])["joint_limits.yaml"])["joint_limits"]
     assert tuple(limits) == robot.joints
     for name, kind in (("velocity", robot.velocity), ("acceleration", robot.direct_acceleration)):
-        assert [each[f"max_{name}"] for each in limits.values()] == pytest.approx(kind)
-        assert all(each[f"has_{name}_limits"] is True for each in limits.values())
+        for told, greatest in zip(limits.values(), kind, strict=True):
+            assert 0.5 * greatest <= told[f"max_{name}"] <= greatest * (1.0 + 1e-8)
+            assert told[f"has_{name}_limits"] is True
+
+
+@pytest.mark.parametrize("name", ARMS)
+@given(length=st.floats(0.01, 1.0), data=st.data(), share=st.sampled_from([1.0, 0.5, 0.1]))
+def test_what_moveits_timing_makes_within_these_limits_is_followed(
+    name: str, length: float, data: st.DataObject, share: float
+) -> None:
+    follower = Following(name)
+    robot = follower.robot.description
+    told = yaml.safe_load(files(robot, [])["joint_limits.yaml"])["joint_limits"].values()
+    way = [data.draw(st.floats(-length, length)) for _ in robot.joints]
+    speed = min(each["max_velocity"] / max(abs(part), 1e-9) for each, part in zip(told, way, strict=True))
+    change = share * min(
+        each["max_acceleration"] / max(abs(part), 1e-9) for each, part in zip(told, way, strict=True)
+    )
+    points = [
+        TrajectoryPoint(
+            time_s,
+            [at + place * part for at, part in zip(robot.home, way, strict=True)],
+            [velocity * part for part in way],
+            [acceleration * part for part in way],
+        )
+        for time_s, place, velocity, acceleration in trapezoid(speed, change)
+    ]
+    follower.sends(points)  # raises where it is rejected
+
+
+def trapezoid(speed: float, change: float, apart_s: float = 0.1) -> Iterator[tuple[float, ...]]:
+    """From 0 to 1 in the least time at a greatest speed and change of it: time (s), place and derivatives."""
+    speed = min(speed, math.sqrt(change))
+    rises_s = speed / change
+    over_s = rises_s + 1.0 / speed
+    for number in range(math.ceil(over_s / apart_s - 0.01)):
+        time_s = number * apart_s
+        left_s = over_s - time_s
+        if time_s < rises_s:
+            yield time_s, 0.5 * change * time_s**2, change * time_s, change
+        elif left_s > rises_s:
+            yield time_s, speed * (time_s - 0.5 * rises_s), speed, 0.0
+        else:
+            yield time_s, 1.0 - 0.5 * change * left_s**2, change * left_s, -change
+    yield over_s, 1.0, 0.0, -change
 
 
 def test_moveit_finds_the_action(robot: RobotDescription) -> None:

@@ -144,7 +144,7 @@ class JointLevel:
         else:
             trajectory = converted(content, JointTrajectory)
             request = read_trajectory(trajectory, self.now_ns())._replace(may_end_fast=True)
-            self._noted(self._arm.follow(request, None), who)
+            self._noted(self._arm.follow(request, None), who, TRAJECTORY)
 
     def _head_for(self, wanted: JointState) -> None:
         order = order_of(wanted.name, self._names)
@@ -171,7 +171,7 @@ class JointLevel:
             self._feedback.pop(number, None)
             ended(goal_end(end))
 
-        number = self._noted(self._arm.follow(request, tell), who)
+        number = self._noted(self._arm.follow(request, tell), who, ACTION)
         self._goal = number
         if hear is not None:
             self._feedback[number] = hear
@@ -227,10 +227,10 @@ class JointLevel:
         except Refused as refused:
             self._log.refused("ros", TWIST, refused.code, refused.reason)
 
-    def _noted(self, taken: tuple[int, str], who: str) -> int:
+    def _noted(self, taken: tuple[int, str], who: str, where: str) -> int:
         number, remark = taken
         if remark:
-            self._log.odd(who, TRAJECTORY, remark)
+            self._log.odd(who, where, remark)
         return number
 
     def _tell_feedback(self) -> None:

@@ -56,10 +56,10 @@ class TwistServo:
         if not all(map(isfinite, _numbers(told))):
             raise Refused(EXECUTION, "a twist that is not finite")
         stamp_ns = told.header.stamp.ns or now_ns
-        if abs(now_ns - stamp_ns) > STALE_NS:
-            raise Refused(
-                EXECUTION, f"the stamp is {1e-9 * (now_ns - stamp_ns):g} s old: expected up to 0.1 s"
-            )
+        old_ns = now_ns - stamp_ns
+        if abs(old_ns) > STALE_NS:
+            place = f"{1e-9 * old_ns:g} s old" if old_ns > 0 else f"{-1e-9 * old_ns:g} s in the future"
+            raise Refused(EXECUTION, f"the stamp is {place}: expected up to 0.1 s")
         self._told, self._told_ns = told, stamp_ns
 
     def step(self, now_ns: int) -> None:
