@@ -143,7 +143,7 @@ class Handling:
         self.gripper.driven = self._driven()
         self.gripper.blocked = kept.parts.held is not None
         if self.workpieces is not None:
-            self.workpieces.restore(kept.parts, tcp)
+            self.workpieces.restore(kept.parts, tcp, list(self._load.world.surfaces.values()))
             self._load.hand(self.workpieces.wrench, self.workpieces.weight)
         self._tell()
 

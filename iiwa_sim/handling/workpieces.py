@@ -180,34 +180,49 @@ class Workpieces:
         """All that is to be kept."""
         return Parts(tuple(self.bodies.values()), self._in_tcp if self._held else None, self._slip)
 
-    def restore(self, parts: Parts, tcp: Transform) -> None:
-        """Bring that back, with the TCP at rest at a pose."""
+    def restore(self, parts: Parts, tcp: Transform, surfaces: Sequence[Surface]) -> None:
+        """Bring that back, among these surfaces, with the TCP at rest at a pose; nothing has been touched
+        before."""
         self._held = self._lost = ""
         self._touching, self._motion, self._quiet = None, None, False
         self.wrench = self.weight = NO_WRENCH
         self._tcp = tcp
         self.bodies = {each.part.name: each for each in parts.bodies}
         self.changes += 1
-        self._solid = None
+        self._surfaces = tuple(surfaces)
+        self._solid = self._grounds = None
         self._lively = {name for name, each in self.bodies.items() if not each.settled}
         for name, each in self.bodies.items():
             if each.state == HELD and parts.held is not None:
                 self._take(name, parts.held)
                 self._slip = parts.slip
-        if self._motion is not None:
-            self._motion.rest(tcp)
+        self._rest()
 
     def tcp_is(self, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest, and what it holds with it."""
         self._tcp = tcp
-        if self._held and self._motion is not None:
-            self._motion.rest(tcp)
-            self.wrench = self.weight = self._motion.weight(self._moments)
+        if self._held:
             self._slip = (0.0, 0.0)
             self._set_held(compose(tcp, self._in_tcp))
             self._velocity, self._quiet = STILL, False
-            if self._touching is not None:
-                self._touching.forget()
+            self._rest()
+
+    def _rest(self) -> None:
+        """What is held has been put where it is, with the TCP at rest: it weighs, and is pressed."""
+        touching, motion = self._touching, self._motion
+        if touching is None or motion is None:
+            return
+        body = self.bodies[self._held]
+        motion.rest(self._tcp)
+        touching.forget()
+        touching.step(body.pose, self._all_solid(), self._tick_s)
+        self.weight = motion.weight(self._moments)
+        needed = add(self.weight, self._pressed(self._tcp, touching))
+        load, most = hypot(needed[X], needed[Z]), self._most(body.part)
+        self.wrench = needed
+        if load > most:  # more is not held: it slides from the next tick on
+            share = most / load
+            self.wrench = self._at_middle(share * needed[X], needed[Y], share * needed[Z])
 
     def _take(self, name: str, in_tcp: Transform) -> None:
         """From now on it is held."""
@@ -267,12 +282,21 @@ class Workpieces:
             now = (self.bodies[self._held].pose, self.wrench, touching.memory()) if was_still else None
             self._quiet = motion.still and before is not None and before == now
 
+    def _most(self, part: Part) -> float:
+        """The greatest force (N) along the pads that the jaws hold by friction."""
+        return 2.0 * part.friction * self._gripper.jaws.force_n
+
+    def _at_middle(self, fx: float, fy: float, fz: float) -> Wrench:
+        """A force (N) at the middle of the held part, as the TCP has it."""
+        x, y, z = self._in_tcp.translation
+        return (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+
     def _hold(self, part: Part, pressed: Wrench, motion: TcpMotion) -> None:
         """The jaws hold by friction what they can; what is more makes the part slide."""
         needed = add(motion.wrench(self._moments), pressed)  # what it would do to the jaws
         self.weight = motion.weight(self._moments)
         load = hypot(needed[X], needed[Z])
-        most = 2.0 * part.friction * self._gripper.jaws.force_n
+        most = self._most(part)
         u, w = self._slip
         if u == w == 0.0 and load <= most:
             self.wrench = needed
@@ -288,8 +312,7 @@ class Workpieces:
         x, z = x + new_u * self._tick_s, z + new_w * self._tick_s
         self._in_tcp = Transform(turned, (x, y, z))
         self._moments = part.moments(self._in_tcp)
-        fx, fy, fz = most * dx, needed[Y], most * dz
-        self.wrench = (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+        self.wrench = self._at_middle(most * dx, needed[Y], most * dz)
         sx, sy, sz = rotate(self._tcp.rotation, (new_u, 0.0, new_w))
         vx, vy, vz = self._velocity
         self._velocity = (vx + sx, vy + sy, vz + sz)

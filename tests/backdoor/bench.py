@@ -75,7 +75,7 @@ class Bench:
         tcp = self.controller.tcp()
         pieces = handling.workpieces
         body = pieces.bodies["disc"]._replace(pose=tcp, state=FALLS, on="")
-        pieces.restore(Parts((body,)), tcp)
+        pieces.restore(Parts((body,)), tcp, list(self.controller.load.world.surfaces.values()))
         handling.gripper.opening_m = 0.01
         handling.gripper.block(pieces.grip(tcp, 0.08))
         self.controller.io.set_output(16, on=True)

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from iiwa_sim.backdoor.states import States
 from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
@@ -457,3 +458,28 @@ def test_friction_goes_on_where_other_parts_come_near() -> None:
     assert normal.min() > 10.0
     fast = slice(300, -300)  # its own inertia aside
     assert along[fast] == pytest.approx(BLOCK.friction * normal[fast], rel=0.01)
+
+
+def test_after_a_restore_a_held_part_weighs_and_is_pressed_before_the_first_tick() -> None:
+    """And lies on what it is pressed into, let go at once. Of friction nothing is kept."""
+    scene = Scene((TILE, at(600, 50, TABLE_MM + 2.0)))
+    states = States(scene.controller)
+    scene.picks(600, 50, TABLE_MM + 2.0)
+    scene.goes(down(600, 50, TABLE_MM - 0.6), 0.05)
+    scene.rests()
+    pressed = scene.controller.cartesian_force()
+    assert pressed[2] < -30.0
+    states.save("pressed")
+    for between in ("start", "pressed"):
+        states.restore(between)
+        states.restore("pressed")
+        assert scene.controller.cartesian_force() == pytest.approx(pressed, abs=1e-6)
+        scene.robot.step()
+        assert scene.controller.cartesian_force() == pytest.approx(pressed, abs=1e-6)
+    scene.controller.injected.place(scene.controller.joints)
+    assert scene.controller.cartesian_force() == pytest.approx(pressed, abs=1e-6)
+    states.restore("start")
+    states.restore("pressed")
+    scene.handling.lose()
+    scene.rests()
+    assert scene.body("tile").on == "table"
