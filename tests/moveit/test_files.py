@@ -71,7 +71,7 @@ def test_limits_are_told_for_all_joints(robot: RobotDescription) -> None:
 
 
 @pytest.mark.parametrize("name", ARMS)
-@given(length=st.floats(0.01, 0.9), data=st.data(), share=st.sampled_from([1.0, 0.5, 0.1]))
+@given(length=st.floats(0.01, 0.45), data=st.data(), share=st.sampled_from([1.0, 0.5, 0.1]))
 def test_what_moveits_timing_makes_within_these_limits_is_followed(
     name: str, length: float, data: st.DataObject, share: float
 ) -> None:
@@ -92,7 +92,7 @@ def test_what_moveits_timing_makes_within_these_limits_is_followed(
         )
         for time_s, place, velocity, acceleration in trapezoid(speed, change)
     ]
-    follower.sends(points)  # raises where it is rejected
+    follower.sends(points)  # raises where it is rejected; limits of positions are 0.52 rad away
 
 
 def trapezoid(speed: float, change: float, apart_s: float = 0.1) -> Iterator[tuple[float, ...]]:
