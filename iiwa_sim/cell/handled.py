@@ -85,7 +85,7 @@ class PartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_o
         return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
 
     def solid(self) -> Box | Cylinder | Sphere:
-        """Its shape."""
+        """The shape of the part, in m; each kind of part has its own."""
         raise NotImplementedError
 
     def to_part(self) -> Part:

@@ -81,7 +81,7 @@ class Links:
     torques: Any = cython.declare(object, visibility="readonly")
     """Torque (Nm) on each joint; None where no link touches anything."""
     yielding_to: Any = cython.declare(object, visibility="readonly")
-    """The same for a robot that yields."""
+    """Torque (Nm) on each joint that a yielding robot gives way to; None where no link touches anything."""
     contacts: Any = cython.declare(object, visibility="readonly")
     """Tuple of `LinkContact`."""
     _capsules: Any

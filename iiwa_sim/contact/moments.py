@@ -69,7 +69,7 @@ def difference(a: Moments, b: Moments) -> Moments:
 
 
 def seen_from(moments: Moments, frame: Transform) -> Moments:
-    """The same in an outer frame, in which `frame` is the pose (m) of theirs."""
+    """Moments in an outer frame, of those in another frame whose pose in the outer one is `frame` (m)."""
     mass, *first = moments[:4]
     xx, yy, zz, xy, xz, yz = moments[4:]
     turned = frame.rotation

@@ -63,6 +63,6 @@ def ground_of(name: str, shape: Shape, pose: Transform, stiffness: float) -> Gro
 
 
 def grounds_of(surfaces: Iterable[Surface]) -> list[Ground]:
-    """Those of all surfaces that have one."""
+    """The level faces, on which parts can lie, of all surfaces that have one."""
     found = (ground_of(each.name, each.shape, each.pose, each.stiffness) for each in surfaces)
     return [face for face in found if face is not None]

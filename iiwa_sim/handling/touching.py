@@ -35,7 +35,7 @@ class Points(NamedTuple):
 
 
 def points_of(part: Part, upright: bool) -> Points:
-    """Those of a part; a cylinder has rims where it is `upright`, and lies on two spheres where it is not."""
+    """The points at which a part touches: of a cylinder its rims where it is `upright`, else two spheres."""
     shape = part.shape
     if isinstance(shape, Sphere):
         return Points(((0.0, 0.0, 0.0),), shape.radius, 1)

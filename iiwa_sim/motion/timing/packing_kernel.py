@@ -112,8 +112,8 @@ def _knot(
 def _middle(
     rows: cython.double[:, ::1], given: Rows, k: cython.Py_ssize_t, r: cython.Py_ssize_t
 ) -> cython.Py_ssize_t:
-    """The same of velocities in the middle of a cell: else a clock that is as fast as they allow at all
-    knots might swing from cell to cell, at no cost."""
+    """Pack the rows that bound velocities in the middle of a cell: without them a clock that is as fast as
+    they allow at all knots might swing from cell to cell, at no cost."""
     middle: cython.Py_ssize_t = given.starts[k]
     for p in range(given.starts[k] + 1, given.starts[k + 1]):
         if fabs(given.parts[p] - 0.5) < fabs(given.parts[middle] - 0.5):
@@ -138,7 +138,7 @@ def _jerks(
     end: cython.Py_ssize_t,
     r: cython.Py_ssize_t,
 ) -> cython.Py_ssize_t:
-    """The same of jerks at the beginning or the end of a cell."""
+    """Pack the rows that bound jerks at the beginning or the end of a cell."""
     y: cython.double = given.tight[k, 2 + end]
     for i in range(given.bounds.counts[k, 1 + end]):
         f1 = y * given.bounds.j1[2 * k + end, i]
