@@ -45,25 +45,36 @@ def kernel(text: Path) -> Extension:
 
 
 class StampedBuild(build_ext):
-    """Compiles what has no fresh stamp, whatever the times of files say, and stamps it."""
+    """Compiles what has no fresh stamp where it belongs, whatever the times of files say, and stamps it.
+
+    It belongs beside its text for make and for an editable installation, whose folder build_lib is one of
+    pip's that is gone afterwards; for a wheel it belongs in build_lib.
+    """
+
+    def run(self) -> None:
+        self.beside_text = bool(self.inplace)  # setuptools calls all else with inplace off
+        super().run()
 
     def build_extensions(self) -> None:
         kept = self.extensions
-        self.extensions = [extension for extension in kept if not self._is_fresh(extension)]
+        self.extensions = self.made = [extension for extension in kept if not self._is_fresh(extension)]
         self.force = self.parallel = True
         super().build_extensions()
-        for extension in self.extensions:
+        for extension in self.made:
             Path(self.build_lib, self._stamp_of(extension)).write_text(stamp(_text_of(extension)))
         self.extensions = kept
 
     def copy_extensions_to_source(self) -> None:
         """For an editable installation, and for make."""
+        kept, self.extensions = self.extensions, self.made
         super().copy_extensions_to_source()
-        for extension in self.extensions:
+        self.extensions = kept
+        for extension in self.made:
             self.copy_file(Path(self.build_lib, self._stamp_of(extension)), self._stamp_of(extension))
 
     def _is_fresh(self, extension: Extension) -> bool:
-        compiled = Path(self.build_lib, self.get_ext_filename(extension.name))
+        folder = "" if self.beside_text else self.build_lib
+        compiled = Path(folder, self.get_ext_filename(extension.name))
         stamped = compiled.with_suffix(".stamp")
         fresh = stamped.exists() and stamped.read_text() == stamp(_text_of(extension))
         return fresh and compiled.exists()

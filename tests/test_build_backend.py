@@ -9,12 +9,14 @@ import runpy
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from iiwa_sim.kernels import stamp
 from tests.robot.arms import copy_of_robot
 from tests.talking import DEADLINE_S
 
@@ -76,6 +78,42 @@ def test_the_pythons_that_are_named_are_those_that_are_built_and_tested() -> Non
     built = {f"3.{each[3:-2]}" for each in PROJECT["tool"]["cibuildwheel"]["build"]}
     workflow = (ROOT / ".github" / "workflows" / "test.yml").read_text()
     assert named == built == set(re.findall(r'"(3\.\d+)"', workflow.split("matrix:")[1].split("os:")[0]))
+
+
+@pytest.mark.slow
+def test_an_editable_installation_compiles_a_kernel_once_and_make_when_it_was_edited(tmp_path: Path) -> None:
+    for name in ("pyproject.toml", "README.md", "LICENSE", "setup.py", "build_backend.py"):
+        shutil.copy(ROOT / name, tmp_path)
+    package = tmp_path / "iiwa_sim"
+    for folder in (package, tmp_path / "protocol", tmp_path / "robots"):
+        folder.mkdir()
+    shutil.copy(ROOT / "iiwa_sim" / "kernels.py", package)
+    (package / "one_kernel.py").write_text("def value():\n    return 1\n")
+    (package / "two_kernel.py").write_text("def value():\n    return 2\n")
+    suffix = sysconfig.get_config_var("EXT_SUFFIX")
+    one, two = (package / f"{name}_kernel{suffix}" for name in ("one", "two"))
+    by_pip = ["-c", "import build_backend; build_backend.build_editable('wheels')"]  # the hook that pip calls
+    by_make = ["build_backend.py"]
+
+    def build(words: list[str]) -> tuple[int, int]:
+        subprocess.run([sys.executable, *words], cwd=tmp_path, check=True, capture_output=True)
+        for each in (one, two):
+            text = package / each.name.replace(suffix, ".py")
+            assert each.with_suffix(".stamp").read_text() == stamp(text)
+        return one.stat().st_mtime_ns, two.stat().st_mtime_ns
+
+    made = build(by_pip)
+    assert build(by_make) == made == build(by_pip)
+    (package / "two_kernel.py").write_text("def value():\n    return 3\n")
+    edited = build(by_make)
+    assert edited[0] == made[0]
+    assert edited[1] > made[1]
+    (package / "one_kernel.pxd").write_text("cpdef value()\n")
+    declared = build(by_pip)
+    assert declared[0] > edited[0]
+    assert declared[1] == edited[1]
+    one.unlink()
+    assert build(by_make)[0] > declared[0], "a compiled module that is gone"
 
 
 def git(folder: Path, *words: str) -> None:
