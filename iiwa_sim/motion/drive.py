@@ -39,6 +39,7 @@ class Drive:
         self._version = 0  # planned joint positions of the chain
         self._waiting = Waiting()
         self._ahead: list[Joints] = []  # of the coming ticks, the last one first
+        self._quiet_until_s = 0.0  # of planned time: until then there is nothing to look ahead for
 
     @property
     def moving(self) -> bool:
@@ -118,6 +119,7 @@ class Drive:
         """Queue a move that begins at `rest`."""
         self.rest = move.path.end
         self._waiting.append(move, slowed=self._time.override.part_to_keep != 1.0)
+        self._quiet_until_s = 0.0
 
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest after a stop now (rad)."""
@@ -192,8 +194,13 @@ class Drive:
     def step(self) -> None:
         """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
         the path's exception is raised."""
-        waiting = self._waiting
-        if self._ahead and not waiting.planned and not waiting.again and self._time.step_evenly():
+        time = self._time
+        if (
+            self._ahead
+            and time.time_s < self._quiet_until_s
+            and not self._waiting.again
+            and time.step_evenly()
+        ):
             self.joints = self._ahead.pop()
             return
         if not self.moving:
@@ -208,6 +215,7 @@ class Drive:
         waiting = self._waiting.planned
         if self._waiting.again:
             self.rest = self._waiting.plan_next_again(self._planned_end)
+            self._quiet_until_s = 0.0
         if self._chain is None:
             if not waiting:
                 return
@@ -224,6 +232,7 @@ class Drive:
             # A tick that computes joint positions ahead has enough to do.
             slowed = self._time.override.part_to_keep != 1.0
             chain = self._take(chain, self._look_ahead.step(chain, self._waiting.to_look_at(slowed=slowed)))
+            self._quiet_until_s = 0.0 if slowed else self._look_ahead.quiet_until_s
         self._time.step()
         while self._time.time_s >= chain.rest_s:
             self.joints = chain.end
@@ -263,6 +272,7 @@ class Drive:
     def _go_along(self, chain: Chain) -> None:
         self._version += 1
         self._chain, chain.version = chain, self._version
+        self._quiet_until_s = 0.0
 
     def _end_chain(self) -> None:
         self._chain = None

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.motion.queue.look_ahead import LookAhead
 from tests.hunting import Hunt
 from tests.samples import some
 from tests.stepped import TOLERANCE, VELOCITY_TOLERANCE
@@ -54,6 +55,19 @@ def test_what_was_found_by_hunting_keeps_all_limits(seed: int) -> None:
     hunt = Hunt(seed)
     hunt.run()
     assert_within_limits(hunt)
+
+
+@pytest.mark.parametrize("seed", [14, 19])
+def test_what_looks_ahead_only_where_there_is_something_to_do_moves_as_what_always_asks(
+    monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    asks_less = Hunt(seed)
+    asks_less.run()
+    quiet = property(lambda _: 0.0, lambda *_: None)
+    monkeypatch.setattr(LookAhead, "quiet_until_s", quiet, raising=False)
+    asks_always = Hunt(seed)
+    asks_always.run()
+    assert asks_less.robot.joints == asks_always.robot.joints
 
 
 @pytest.mark.requirement("FRC003", "FRC013", "FRC014", "FRC016", "FRC025")

@@ -110,6 +110,8 @@ class LookAhead:
         self._waits_s = 0.0  # so long at the most for what sets out
         self._faster_tried = False
         self._refused = 0  # number of the last move that is left to set out from rest
+        self.quiet_until_s = 0.0
+        """Until this planned time `step` has nothing to do, with the same chain and the same moves."""
 
     def begin(self, waiting: deque[Move]) -> Ahead | None:
         """A chain to set out with from rest; None while short moves are still being planned together."""
@@ -137,6 +139,7 @@ class LookAhead:
 
     def step(self, chain: Chain, waiting: deque[Move]) -> Ahead | None:
         """Plan for a tick. Gives a chain that replaces `chain`; None while that stays."""
+        self.quiet_until_s = 0.0
         if _are_short(waiting) and (chain.rest_s < SHORTEST_S or self._refused == waiting[0].number):
             self._set_out(waiting).go_on(self._slices)
             return None
@@ -144,6 +147,8 @@ class LookAhead:
             if self._work is None:
                 self._work = self._next(chain, waiting)
                 if self._work is None:
+                    on = self._may_go_on(chain, waiting)
+                    self.quiet_until_s = chain.rest_s - HORIZON_S if on else chain.rest_s
                     return None
             try:
                 next(self._work)
@@ -177,18 +182,16 @@ class LookAhead:
         return planned.front_s > self._time.time_s + self.kept_s
 
     def _next(self, chain: Chain, waiting: deque[Move]) -> Slices[Ahead | None] | None:
-        left_s = chain.rest_s - self._time.time_s
-        if (
-            waiting
-            and left_s < HORIZON_S
-            and waiting[0].number != self._refused
-            and may_blend(chain.moves[-1], waiting[0])
-        ):
+        if chain.rest_s - self._time.time_s < HORIZON_S and self._may_go_on(chain, waiting):
             return self._on(chain, list(islice(waiting, MOST_AT_ONCE)))
         if chain.rough and not self._faster_tried:
             self._faster_tried = True
             return self._faster(chain)
         return None
+
+    def _may_go_on(self, chain: Chain, waiting: deque[Move]) -> bool:
+        """Whether a chain may be planned on into what waits."""
+        return bool(waiting) and waiting[0].number != self._refused and may_blend(chain.moves[-1], waiting[0])
 
     @property
     def _soonest_s(self) -> float:
