@@ -17,13 +17,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from iiwa_sim.backdoor.ports import HttpFault
-    from iiwa_sim.cell.settings import (
-        BoxSettings,
-        CellFault,
-        CylinderSettings,
-        PlaneSettings,
-        SphereSettings,
-    )
+    from iiwa_sim.cell.settings import CellFault
+    from iiwa_sim.cell.surfaces import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
     from iiwa_sim.client import (
         AsyncIiwa,
         AsyncKrc4,
@@ -100,7 +95,8 @@ __all__ = [
 
 _HOMES = {
     "backdoor.ports": ("HttpFault",),
-    "cell.settings": ("BoxSettings", "CellFault", "CylinderSettings", "PlaneSettings", "SphereSettings"),
+    "cell.settings": ("CellFault",),
+    "cell.surfaces": ("BoxSettings", "CylinderSettings", "PlaneSettings", "SphereSettings"),
     "client": (
         *("AsyncIiwa", "AsyncKrc4", "Iiwa", "Krc4"),
         *("CommandError", "Krc4Error", "ReplyError", "UnknownCommandError"),

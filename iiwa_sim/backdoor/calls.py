@@ -6,7 +6,7 @@ from collections.abc import Callable, Coroutine, Sequence
 import msgspec
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.table import Request
 from iiwa_sim.dialect.wire.wire_faults import (

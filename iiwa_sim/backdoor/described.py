@@ -3,7 +3,7 @@
 import msgspec
 
 from iiwa_sim.cell.cell import surface_of
-from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller

@@ -1,7 +1,9 @@
 """Adds, moves and removes surfaces while the simulator runs."""
 
 from iiwa_sim.cell.cell import surface_of
-from iiwa_sim.cell.settings import AnySurface, CellFault, check_surface
+from iiwa_sim.cell.placed import check_ranges
+from iiwa_sim.cell.settings import CellFault
+from iiwa_sim.cell.surfaces import SURFACE_RANGES, AnySurface
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
@@ -33,7 +35,7 @@ def add(controller: Controller, settings: AnySurface) -> None:
         reader.check(
             "name", settings.name, settings.name not in [part.name for part in parts], "a name no part has"
         )
-        check_surface(reader, "", settings)
+        check_ranges(reader, "", settings, SURFACE_RANGES)
     except CellFault as fault:
         raise Refused(EXECUTION, str(fault)) from None
     surface = surface_of(settings)

@@ -6,8 +6,9 @@ from dataclasses import dataclass, field
 from math import degrees, radians
 from pathlib import Path
 
-from iiwa_sim.cell.handled import check_places
-from iiwa_sim.cell.settings import HOME, AnySurface, CellFault, CellSettings, read_settings
+from iiwa_sim.cell.handled import check_places, part_of
+from iiwa_sim.cell.settings import HOME, CellFault, CellSettings, read_settings
+from iiwa_sim.cell.surfaces import AnySurface
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
@@ -102,7 +103,7 @@ def load_cell(path: str | Path) -> Cell:
 def _handled(settings: CellSettings) -> Handled | None:
     if settings.gripper is None:
         return None
-    parts = tuple((each.to_part(), each.pose()) for each in settings.part)
+    parts = tuple((part_of(each), each.pose()) for each in settings.part)
     return Handled(*settings.gripper.gripper(), parts)
 
 

@@ -7,15 +7,15 @@ from math import dist
 
 import msgspec
 
+from iiwa_sim.cell.placed import POSE_RANGES, Placed, box, check_ranges, cylinder, sphere
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.handling import NOTHING, SENSORS, Wiring
-from iiwa_sim.frames import Frame, Transform, Vector, apply
+from iiwa_sim.frames import Transform, Vector, apply
 from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.touching import points_of
 from iiwa_sim.handling.workpieces import CLOSE_M
-from iiwa_sim.robot.settings import ANGLE, LENGTH
 from iiwa_sim.settings import Range, Reader
 
 GRIPPER_RANGES: dict[str, Range] = {
@@ -26,12 +26,7 @@ GRIPPER_RANGES: dict[str, Range] = {
 _PAD: Range = (0.1, 1000.0, " mm")
 _SIZE: Range = (0.1, 1000.0, " mm")
 PART_RANGES: dict[str, Range] = {
-    "x_mm": LENGTH,
-    "y_mm": LENGTH,
-    "z_mm": LENGTH,
-    "alpha": ANGLE,
-    "beta": ANGLE,
-    "gamma": ANGLE,
+    **POSE_RANGES,
     "mass_kg": (0.001, 1000.0, " kg"),
     "friction": (0.0, 10.0, ""),
     "stiffness_n_per_m": (1.0, 1e7, " N/m"),
@@ -66,31 +61,12 @@ class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         )
 
 
-class PartSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="shape"):
-    """The keys that all parts have."""
+class PartSettings(Placed, frozen=True, forbid_unknown_fields=True, kw_only=True, tag_field="shape"):
+    """The keys that all parts have. The pose is that of the middle."""
 
-    name: str
     mass_kg: float
     friction: float = 0.5
     stiffness_n_per_m: float = 1e5
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    z_mm: float = 0.0
-    alpha: float = 0.0
-    beta: float = 0.0
-    gamma: float = 0.0
-
-    def pose(self) -> Transform:
-        """Of its middle, in the base (m)."""
-        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
-
-    def solid(self) -> Box | Cylinder | Sphere:
-        """The shape of the part, in m; each kind of part has its own."""
-        raise NotImplementedError
-
-    def to_part(self) -> Part:
-        """Without its place."""
-        return Part(self.name, self.solid(), self.mass_kg, self.friction, self.stiffness_n_per_m)
 
 
 class BoxPartSettings(PartSettings, frozen=True, forbid_unknown_fields=True, kw_only=True, tag="box"):
@@ -99,8 +75,7 @@ class BoxPartSettings(PartSettings, frozen=True, forbid_unknown_fields=True, kw_
     size_mm: tuple[float, float, float]
 
     def solid(self) -> Box:
-        x_mm, y_mm, z_mm = self.size_mm
-        return Box(0.5e-3 * x_mm, 0.5e-3 * y_mm, 0.5e-3 * z_mm)
+        return box(self.size_mm)
 
 
 class CylinderPartSettings(
@@ -112,7 +87,7 @@ class CylinderPartSettings(
     length_mm: float
 
     def solid(self) -> Cylinder:
-        return Cylinder(1e-3 * self.radius_mm, 0.5e-3 * self.length_mm)
+        return cylinder(self.radius_mm, self.length_mm)
 
 
 class SpherePartSettings(PartSettings, frozen=True, forbid_unknown_fields=True, kw_only=True, tag="sphere"):
@@ -121,10 +96,16 @@ class SpherePartSettings(PartSettings, frozen=True, forbid_unknown_fields=True, 
     radius_mm: float
 
     def solid(self) -> Sphere:
-        return Sphere(1e-3 * self.radius_mm)
+        return sphere(self.radius_mm)
 
 
 AnyPart = BoxPartSettings | CylinderPartSettings | SpherePartSettings
+
+
+def part_of(settings: AnyPart) -> Part:
+    """The part of checked settings, without its place."""
+    solid = settings.solid()
+    return Part(settings.name, solid, settings.mass_kg, settings.friction, settings.stiffness_n_per_m)
 
 
 def check_gripper(reader: Reader, gripper: GripperSettings | None, inputs: int, outputs: int) -> None:
@@ -162,20 +143,14 @@ def check_parts(
         reader.check_name(f"{place}.name", part.name)
         taken = names.setdefault(part.name, place)
         reader.check(f"{place}.name", part.name, taken == place, f"another name than that of {taken}")
-        for key, allowed in PART_RANGES.items():
-            value = getattr(part, key, None)
-            if isinstance(value, tuple):
-                for at, each in enumerate(value):
-                    reader.check_range(f"{place}.{key}[{at}]", each, allowed)
-            elif value is not None:
-                reader.check_range(f"{place}.{key}", value, allowed)
+        check_ranges(reader, f"{place}.", part, PART_RANGES)
 
 
 def check_places(reader: Reader, parts: Sequence[AnyPart], surfaces: Sequence[Surface]) -> None:
     """Raises an error for a part that does not lie level, and for one within a surface or another part."""
     solid = list(surfaces)
     for index, settings in enumerate(parts):
-        part, pose = settings.to_part(), settings.pose()
+        part, pose = part_of(settings), settings.pose()
         angles = [settings.alpha, settings.beta, settings.gamma]
         level = "angles with which it lies on a face, or a cylinder on its side"
         reader.check(f"part[{index}].alpha, beta, gamma", angles, part.is_level(pose.rotation), level)

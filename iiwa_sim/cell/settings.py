@@ -14,14 +14,22 @@ from iiwa_sim.cell.handled import (
     check_gripper,
     check_parts,
 )
+from iiwa_sim.cell.placed import POSE_RANGES
+from iiwa_sim.cell.surfaces import (
+    AnySurface,
+    BoxSettings,
+    CylinderSettings,
+    PlaneSettings,
+    SphereSettings,
+    check_surfaces,
+)
 from iiwa_sim.contact.moments import body
-from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.controller.protection import GREATEST, Safety
-from iiwa_sim.frames import Frame, Transform, Vector
+from iiwa_sim.frames import Vector
 from iiwa_sim.robot.description import DEFAULT_ROBOT
-from iiwa_sim.robot.settings import ANGLE, LENGTH, ToolSettings
+from iiwa_sim.robot.settings import LENGTH, ToolSettings
 from iiwa_sim.settings import Range, Reader, SettingsFault
 
 HOME = "home"
@@ -30,25 +38,6 @@ LARGEST_IO_COUNT = 499
 """Most inputs or outputs: `get outputs` lists them in a reply of 1,000 bytes."""
 
 _INERTIA: Range = (-1000.0, 1000.0, " kg m^2")
-_SIZE: Range = (0.01, 10_000.0, " mm")
-POSE_RANGES: dict[str, Range] = {
-    "x_mm": LENGTH,
-    "y_mm": LENGTH,
-    "z_mm": LENGTH,
-    "alpha": ANGLE,
-    "beta": ANGLE,
-    "gamma": ANGLE,
-}
-SURFACE_RANGES: dict[str, Range] = {
-    **POSE_RANGES,
-    "stiffness_n_per_m": (1.0, 1e7, " N/m"),
-    "damping_s_per_m": (0.0, 100.0, " s/m"),
-    "friction": (0.0, 10.0, ""),
-    "size_mm": _SIZE,
-    "radius_mm": _SIZE,
-    "length_mm": _SIZE,
-}
-"""Range and unit of the keys of any surface, or of each value in them."""
 OTHER_RANGES: dict[str, Range] = {
     "contact_radius_mm": (0.0, 500.0, " mm"),
     **{f"tool_in_flange.{key}": allowed for key, allowed in POSE_RANGES.items()},
@@ -70,68 +59,6 @@ class CellFault(SettingsFault):
 
     The message is one line that names the file, the key, its value and what was expected.
     """
-
-
-class SurfaceSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """The keys that all surfaces have."""
-
-    name: str
-    stiffness_n_per_m: float
-    damping_s_per_m: float = 0.0
-    friction: float = 0.0
-    x_mm: float = 0.0
-    y_mm: float = 0.0
-    z_mm: float = 0.0
-    alpha: float = 0.0
-    beta: float = 0.0
-    gamma: float = 0.0
-
-    def pose(self) -> Transform:
-        """The surface's frame in the base (m)."""
-        return Frame(self.x_mm, self.y_mm, self.z_mm, self.alpha, self.beta, self.gamma).to_transform()
-
-
-class PlaneSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A plane to touch: x and y of its frame lie in it, z points out of what is solid."""
-
-    def shape(self) -> Plane:
-        """What is felt, without pose and material."""
-        return Plane()
-
-
-class BoxSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A box to touch, with its middle at its frame and edges of `size_mm` along x, y and z."""
-
-    size_mm: tuple[float, float, float]
-
-    def shape(self) -> Box:
-        """What is felt, without pose and material."""
-        x_mm, y_mm, z_mm = self.size_mm
-        return Box(0.5e-3 * x_mm, 0.5e-3 * y_mm, 0.5e-3 * z_mm)
-
-
-class SphereSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A sphere to touch, with its middle at its frame."""
-
-    radius_mm: float
-
-    def shape(self) -> Sphere:
-        """What is felt, without pose and material."""
-        return Sphere(1e-3 * self.radius_mm)
-
-
-class CylinderSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A cylinder to touch, with its middle at its frame and its axis along z."""
-
-    radius_mm: float
-    length_mm: float
-
-    def shape(self) -> Cylinder:
-        """What is felt, without pose and material."""
-        return Cylinder(1e-3 * self.radius_mm, 0.5e-3 * self.length_mm)
-
-
-AnySurface = PlaneSettings | BoxSettings | SphereSettings | CylinderSettings
 
 
 class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -219,7 +146,7 @@ def read_settings(path: str, text: str) -> CellSettings:
             value := attrgetter(key)(settings)
         ) is not None:
             reader.check_range(key, value, allowed)
-    _check_surfaces(reader, settings.surfaces())
+    check_surfaces(reader, settings.surfaces())
     _check_tool(reader, settings.tool)
     _check_box(reader, settings.safety)
     _check_io(reader, "io.inputs", settings.io.inputs)
@@ -228,28 +155,6 @@ def read_settings(path: str, text: str) -> CellSettings:
     check_gripper(reader, settings.gripper, inputs, outputs)
     check_parts(reader, settings.part, settings.gripper, [each.name for each in settings.surfaces().values()])
     return settings
-
-
-def _check_surfaces(reader: Reader, surfaces: dict[str, AnySurface]) -> None:
-    names: dict[str, str] = {}
-    for place, surface in surfaces.items():
-        reader.check_name(f"{place}.name", surface.name)
-        taken = names.setdefault(surface.name, place)
-        reader.check(f"{place}.name", surface.name, taken == place, f"another name than that of {taken}")
-        check_surface(reader, f"{place}.", surface)
-
-
-def check_surface(reader: Reader, prefix: str, surface: AnySurface) -> None:
-    """Raises an error if a number of a surface is out of range; `prefix` is put before its keys."""
-    for key in surface.__struct_fields__:
-        if key not in SURFACE_RANGES:
-            continue
-        value = getattr(surface, key)
-        if isinstance(value, float | int):
-            reader.check_range(f"{prefix}{key}", value, SURFACE_RANGES[key])
-        else:
-            for index, each in enumerate(value):
-                reader.check_range(f"{prefix}{key}[{index}]", each, SURFACE_RANGES[key])
 
 
 def _check_tool(reader: Reader, tool: CarriedToolSettings | None) -> None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from iiwa_sim.backdoor.backdoor import MOST_MOVES
 from iiwa_sim.backdoor.described import settings_of
 from iiwa_sim.cell.cell import surface_of
-from iiwa_sim.cell.settings import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.robot.description import load_robot
 from tests.asked import joint_move
 from tests.backdoor.bench import KR_6, Bench

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.calls import CALLS
-from iiwa_sim.cell.settings import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
+from iiwa_sim.cell.surfaces import BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.dialect.wire.wire_faults import (

@@ -10,7 +10,8 @@ import pytest
 
 from iiwa_sim.cell import handled
 from iiwa_sim.cell import settings as cell_settings
-from iiwa_sim.cell.settings import OTHER_RANGES, SURFACE_RANGES, CellSettings
+from iiwa_sim.cell.settings import OTHER_RANGES, CellSettings
+from iiwa_sim.cell.surfaces import SURFACE_RANGES
 from iiwa_sim.settings import Range
 from tests.cell.cells import CELLS, SteppedDriver, cell_from
 

@@ -14,7 +14,7 @@ from jsonschema import Draft202012Validator
 from mcap.reader import make_reader
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.cell.settings import BoxSettings
+from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.dialect.status import status_line

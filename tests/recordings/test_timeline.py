@@ -8,7 +8,7 @@ import pytest
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
-from iiwa_sim.cell.settings import BoxSettings
+from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import Iiwa
 from iiwa_sim.recordings.fault import RecordingFault
 from iiwa_sim.recordings.read import Recorded

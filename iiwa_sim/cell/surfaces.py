@@ -1,0 +1,84 @@
+"""The surfaces of cell.toml: their keys and ranges. The reference for users is docs/cell.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from iiwa_sim.cell.placed import POSE_RANGES, Placed, box, check_ranges, cylinder, sphere
+from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.settings import Range, Reader
+
+_SIZE: Range = (0.01, 10_000.0, " mm")
+SURFACE_RANGES: dict[str, Range] = {
+    **POSE_RANGES,
+    "stiffness_n_per_m": (1.0, 1e7, " N/m"),
+    "damping_s_per_m": (0.0, 100.0, " s/m"),
+    "friction": (0.0, 10.0, ""),
+    "size_mm": _SIZE,
+    "radius_mm": _SIZE,
+    "length_mm": _SIZE,
+}
+"""Range and unit of the keys of any surface, or of each value in them."""
+
+
+class SurfaceSettings(Placed, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """The keys that all surfaces have."""
+
+    stiffness_n_per_m: float
+    damping_s_per_m: float = 0.0
+    friction: float = 0.0
+
+
+class PlaneSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A plane to touch: x and y of its frame lie in it, z points out of what is solid."""
+
+    def shape(self) -> Plane:
+        """What is felt, without pose and material."""
+        return Plane()
+
+
+class BoxSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A box to touch, with its middle at its frame and edges of `size_mm` along x, y and z."""
+
+    size_mm: tuple[float, float, float]
+
+    def shape(self) -> Box:
+        """What is felt, without pose and material."""
+        return box(self.size_mm)
+
+
+class SphereSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A sphere to touch, with its middle at its frame."""
+
+    radius_mm: float
+
+    def shape(self) -> Sphere:
+        """What is felt, without pose and material."""
+        return sphere(self.radius_mm)
+
+
+class CylinderSettings(SurfaceSettings, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A cylinder to touch, with its middle at its frame and its axis along z."""
+
+    radius_mm: float
+    length_mm: float
+
+    def shape(self) -> Cylinder:
+        """What is felt, without pose and material."""
+        return cylinder(self.radius_mm, self.length_mm)
+
+
+AnySurface = PlaneSettings | BoxSettings | SphereSettings | CylinderSettings
+
+
+def check_surfaces(reader: Reader, surfaces: Mapping[str, AnySurface]) -> None:
+    """Raises an error for a number out of range, and for a name that is used twice.
+
+    Each surface comes with its key in the file.
+    """
+    names: dict[str, str] = {}
+    for place, surface in surfaces.items():
+        reader.check_name(f"{place}.name", surface.name)
+        taken = names.setdefault(surface.name, place)
+        reader.check(f"{place}.name", surface.name, taken == place, f"another name than that of {taken}")
+        check_ranges(reader, f"{place}.", surface, SURFACE_RANGES)
