@@ -238,9 +238,14 @@ class ExternalLoad:
 
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
         """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
-        at_tcp = (self._touch, self._wrench, self._carried, self._handed)
-        free = self._noise is None and self._link_torques is None
-        if free and all(each is NO_WRENCH for each in at_tcp):
+        if (  # written out: it is asked for in each tick of a robot that is recorded
+            self._touch is NO_WRENCH
+            and self._wrench is NO_WRENCH
+            and self._carried is NO_WRENCH
+            and self._handed is NO_WRENCH
+            and self._noise is None
+            and self._link_torques is None
+        ):
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 

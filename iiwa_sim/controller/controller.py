@@ -18,7 +18,7 @@ from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.protection import NOTHING_MORE, Protection, Safety
-from iiwa_sim.controller.reading import Reading, read
+from iiwa_sim.controller.reading import Reader
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
 from iiwa_sim.controller.trajectories import Progress, Trajectories, TrajectoryEnded
@@ -250,9 +250,9 @@ class Controller:
         """Joint positions (rad)."""
         return self._core.motions.joints
 
-    def reading(self) -> Reading:
-        """What the state follows from, for who wants it in each tick."""
-        return read(self._core, self.io)
+    def reader(self) -> Reader:
+        """What reads all that the state follows from, for who wants it in each tick."""
+        return Reader(self._core, self.io)
 
     @property
     def override(self) -> float:

@@ -26,30 +26,22 @@ class Io:
         """As many of each as there are names."""
         self.input_names = input_names
         self.output_names = output_names
-        self._inputs = [False] * len(self.input_names)
-        self._outputs = [False] * len(self.output_names)
-
-    @property
-    def inputs(self) -> tuple[bool, ...]:
+        self.inputs = (False,) * len(self.input_names)
+        """All of them, from number 1 on. A change makes another tuple."""
+        self.outputs = (False,) * len(self.output_names)
         """All of them, from number 1 on."""
-        return tuple(self._inputs)
-
-    @property
-    def outputs(self) -> tuple[bool, ...]:
-        """All of them, from number 1 on."""
-        return tuple(self._outputs)
 
     def input(self, number: int) -> bool:
         """The state of one; raises `Refused` where there is none of this number."""
-        return self._inputs[_place("input", number, self.input_names)]
+        return self.inputs[_place("input", number, self.input_names)]
 
     def output(self, number: int) -> bool:
         """The state of one; raises `Refused` where there is none of this number."""
-        return self._outputs[_place("output", number, self.output_names)]
+        return self.outputs[_place("output", number, self.output_names)]
 
     def set_output(self, number: int, on: bool) -> None:
         """What a driver may switch; raises `Refused` where there is none of this number."""
-        self._outputs[_place("output", number, self.output_names)] = on
+        self.outputs = _switched(self.outputs, _place("output", number, self.output_names), on)
 
     def refuse_input(self, number: int) -> None:
         """What a driver may not switch; raises `Refused`, whatever the number."""
@@ -58,7 +50,7 @@ class Io:
 
     def wire(self, number: int, on: bool) -> None:
         """What is wired to an input switches; raises `Refused` where there is none of this number."""
-        self._inputs[_place("input", number, self.input_names)] = on
+        self.inputs = _switched(self.inputs, _place("input", number, self.input_names), on)
 
 
 def _place(kind: str, number: int, names: Sequence[str]) -> int:
@@ -66,3 +58,7 @@ def _place(kind: str, number: int, names: Sequence[str]) -> int:
         there_are = f"there are {kind}s 1 to {len(names)}" if names else f"there are no {kind}s"
         raise Refused(NUMBER_OUT_OF_RANGE, f"no {kind} {number:g}: {there_are}")
     return number - 1
+
+
+def _switched(states: tuple[bool, ...], place: int, on: bool) -> tuple[bool, ...]:
+    return (*states[:place], on, *states[place + 1 :])

@@ -1,6 +1,5 @@
 """The state of the robot in the terms of ROS-Industrial: fields and values of industrial_msgs/RobotStatus."""
 
-from functools import lru_cache
 from typing import NamedTuple
 
 from iiwa_sim.controller.faults import NO_CODE, Faults
@@ -27,19 +26,11 @@ class RobotStatus(NamedTuple):
 
 def status_of(faults: Faults, *, in_motion: bool) -> RobotStatus:
     """Status of a robot with these faults."""
-    standing = faults.standing
-    code = None if standing is None else standing.code
-    return _status(faults.e_stopped, faults.drives_powered, in_motion, code)
-
-
-@lru_cache(maxsize=64)
-def _status(e_stopped: bool, drives_powered: bool, in_motion: bool, code: int | None) -> RobotStatus:
-    """Status with the code of the cause of the state of error, None outside of it. It is made once, since a
-    recording asks for it in each tick."""
+    code = None if faults.standing is None else faults.standing.code
     return RobotStatus(
         mode=AUTOMATIC,
-        e_stopped=int(e_stopped),
-        drives_powered=int(drives_powered),
+        e_stopped=int(faults.e_stopped),
+        drives_powered=int(faults.drives_powered),
         motion_possible=int(code is None),
         in_motion=int(in_motion),
         in_error=int(code is not None),

@@ -1,7 +1,6 @@
 """What is put into a recording, made the messages of its channels: in the thread that writes them."""
 
-from collections.abc import Iterator, Sequence
-from itertools import chain
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import msgspec
@@ -15,8 +14,6 @@ from iiwa_sim.recordings.writer import Message
 SECOND_NS = 1_000_000_000
 READING_BYTES = 1200
 """A line of state has about so many, and so has what waits to be one."""
-AT_ONCE = 25
-"""States whose lines are made together, which takes 0.3 ms or so: then the other threads get their turn."""
 _LINE_BYTES = 300  # of a line of the dialogue, beside its text
 
 
@@ -63,28 +60,21 @@ class Contents:
         self._began_ns = began_ns
         self._encode = msgspec.json.Encoder().encode
 
-    def made(self, told: Sequence[Told]) -> Iterator[Message]:
+    def made(self, told: Iterable[Told]) -> Iterator[Message]:
         """The messages that these become, in their order."""
-        blocks = [each.content.readings for each in told if isinstance(each.content, Block)]
-        lines = self._lines_of(list(chain.from_iterable(blocks)))
+        line, log_ns, expand = self._lines.line, self.log_ns, self._views.expand
         for topic, content, tick, real_ns in told:
             if isinstance(content, Block):
                 for reading, when_ns in zip(*content, strict=True):
-                    yield from self._with_views(topic, next(lines), reading.tick, when_ns)
+                    message = Message(topic, line(reading), log_ns(reading.tick), when_ns)
+                    yield message
+                    yield from expand(message)
             elif isinstance(content, bytes):
-                yield from self._with_views(topic, content, tick, real_ns)
+                message = Message(topic, content, log_ns(tick), real_ns)
+                yield message
+                yield from expand(message)
             else:
-                data = self._encode(self._said(content, real_ns))
-                yield Message(topic, data, self.log_ns(tick), real_ns)
-
-    def _lines_of(self, readings: list[Reading]) -> Iterator[bytes]:
-        for begins in range(0, len(readings), AT_ONCE):
-            yield from self._lines.lines(readings[begins : begins + AT_ONCE])
-
-    def _with_views(self, topic: str, data: bytes, tick: int, real_ns: int) -> Iterator[Message]:
-        message = Message(topic, data, self.log_ns(tick), real_ns)
-        yield message
-        yield from self._views.expand(message)
+                yield Message(topic, self._encode(self._said(content, real_ns)), log_ns(tick), real_ns)
 
     def log_ns(self, tick: int) -> int:
         """The time of a tick in the file."""

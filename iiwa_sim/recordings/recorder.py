@@ -30,8 +30,8 @@ from iiwa_sim.recordings.writer import Writer
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
 _LEVELS = {watch.FAULT: _ERROR, watch.LOST: _ERROR, watch.REFUSED: _WARNING, watch.CONTACT: _WARNING}
 _OF_MOVES = (watch.ACCEPTED, watch.BEGINS, watch.ENDS)
-BLOCKS_HZ = 20
-"""So often in a simulated second states are put, those of 25 ticks at 500 Hz; and when anything is said."""
+BLOCKS_HZ = 5
+"""So often in a simulated second states are put, those of 100 ticks at 500 Hz; and when anything is said."""
 MOST_MOVES = 10
 """Moves that are recorded at most, of those that run and wait."""
 MOVES_HZ = 10
@@ -68,6 +68,7 @@ class Recorder:
         if rate_hz is not None and not 1 <= rate_hz <= tick_rate_hz:
             raise ValueError(f"record_rate_hz is {rate_hz}, expected 1 to {tick_rate_hz}, that of the ticks")
         self._controller = controller
+        self._read = controller.reader().read
         self._dialogue = dialogue
         self._cell = cell
         self._clock = clock
@@ -122,7 +123,7 @@ class Recorder:
         self._watch = Watch(self._controller, self._clock, self.event)
         self._dialogue.listeners.append(self._hear)
         self._show_scene()
-        self._add_state(self._controller.reading())
+        self._add_state(self._read())
         for session, dialect in there:
             now_ns = time.monotonic_ns()
             tick = self._controller.tick
@@ -133,7 +134,7 @@ class Recorder:
         if self._watch is None:
             return
         if self._last_state != self._controller.tick:
-            self._add_state(self._controller.reading())
+            self._add_state(self._read())
         if self._moves_changed:
             self._put_moves()
         self._put_block()
@@ -155,7 +156,7 @@ class Recorder:
         watch = self._watch
         if watch is None:
             return
-        reading = self._controller.reading()
+        reading = self._read()
         watch.ticked(reading)
         if self._moves_changed and reading.tick >= self._moves_due:
             self._put_moves()

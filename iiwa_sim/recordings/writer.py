@@ -23,7 +23,7 @@ PATIENCE_S = 1.0
 """So long a file may take nothing, before who can wait, and the end of the recording, wait no longer."""
 THREAD_NAME = "iiwa-sim-recording"
 _TAKEN_BYTES = 512 * 1024  # so that who waits for room gets some soon
-_AT_ONCE = 16  # messages, some 0.2 ms: then the other threads get their turn
+_AT_ONCE = 25  # messages, some 0.2 ms: then the other threads get their turn
 _TURN_S = 5e-5
 
 logger = logging.getLogger(__name__)
