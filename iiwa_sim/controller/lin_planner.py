@@ -13,7 +13,7 @@ from iiwa_sim.motion.path.lin import lin
 from iiwa_sim.motion.path.line_joints import LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.tcp_line import TcpLine
-from iiwa_sim.robot.inverse import Inverse
+from iiwa_sim.robot.inverse_kernel import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform, inverse
-from iiwa_sim.robot.inverse import Inverse
+from iiwa_sim.robot.inverse_kernel import Inverse
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.turns import continued
+from iiwa_sim.robot.turns_kernel import continued
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.robot.inverse_kernel import solve

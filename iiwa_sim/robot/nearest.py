@@ -6,7 +6,7 @@ the target within the joint limits; otherwise change as little as possible.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import radians
 from typing import NamedTuple
 
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
+from iiwa_sim.robot import turns_kernel
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.inverse import Inverse
-from iiwa_sim.robot.turns import Turns
+from iiwa_sim.robot.inverse_kernel import Inverse
 
 OUT_OF_REACH = 3021
 """The arm is too short for the target or cannot fold that far, whatever its redundancy."""
@@ -25,8 +25,6 @@ ROBOT_CONFIGURATION = 3022
 JOINT_LIMIT = 3023
 """The target is reachable but for a joint limit."""
 
-# Joint positions that exceed a limit by rounding are set to it.
-_ROUNDING_RAD = 1e-10
 _GRID_RAD = radians(1.0)
 _COARSE_GRID_RAD = radians(3.0)
 # Halvings of a grid step down to less than 1e-6 rad.
@@ -65,11 +63,7 @@ class Nearest:
     def __init__(self, inverse: Inverse, description: RobotDescription) -> None:
         self._inverse = inverse
         self._names = description.joints
-        self._low = description.position_min
-        self._high = description.position_max
-        self._limits = tuple(zip(self._low, self._high, strict=True))
-        # half the rounding, so that `_within_limits` agrees with all positions turned to be within limits
-        self._turns = Turns(self._low, self._high, 0.5 * _ROUNDING_RAD)
+        self._low, self._high = np.array(description.position_min), np.array(description.position_max)
 
     def find(
         self,
@@ -98,7 +92,7 @@ class Nearest:
             allowed = f"{limits[0]:.7g} to {limits[1]:.7g} rad"
             raise Unreachable(JOINT_LIMIT, f"the redundancy of {kept:.7g} rad is outside {allowed}")
         searched = None if redundancy is not None else limits
-        found = self._best(flange, kept, own, present)
+        found = inverse.nearest(flange, kept, own, present)
         if found is not None:
             return Found(*found, changed=False)
         candidates = self._candidates(flange, _grid(kept, searched, _GRID_RAD), own, present)
@@ -109,41 +103,12 @@ class Nearest:
             raise self._reason(flange, redundancy, candidates, elsewhere, present)
         distances = ((elsewhere.joints - present) ** 2).sum(axis=1)
         row = int(np.where(elsewhere.feasible, distances, np.inf).argmin())
-        joints = self._within_limits(elsewhere.joints[row].tolist())
-        assert joints is not None
-        return Found(joints, int(elsewhere.statuses[row]), changed=True)
+        return Found(self._joints(elsewhere, row), int(elsewhere.statuses[row]), changed=True)
 
-    def _best(
-        self, flange: Transform, redundancy: float, statuses: Iterable[int], present: Sequence[float]
-    ) -> tuple[tuple[float, ...], int] | None:
-        """The status and joint positions nearest in joints, among the given branches."""
-        best, least = None, float("inf")
-        for status in statuses:
-            joints = self._serving(flange, redundancy, status, present)
-            if joints is not None:
-                distance = sum((a - b) ** 2 for a, b in zip(joints, present, strict=True))
-                if distance < least:
-                    best, least = (joints, status), distance
-        return best
-
-    def _serving(
-        self, flange: Transform, redundancy: float, status: int, present: Sequence[float]
-    ) -> tuple[float, ...] | None:
-        joints = self._inverse.joints(flange, redundancy, status, present)
-        return None if joints is None else self._within_limits(self._turns.nearest(joints, present))
-
-    def _within_limits(self, joints: Sequence[float]) -> tuple[float, ...] | None:
-        """The joint positions, with rounding beyond a limit removed; None if they exceed a limit by more."""
-        for position, (low, high) in zip(joints, self._limits, strict=True):
-            if not low <= position <= high:
-                break
-        else:
-            return tuple(joints)
-        clipped = tuple(
-            min(max(position, low), high) for position, (low, high) in zip(joints, self._limits, strict=True)
-        )
-        off = max(abs(a - b) for a, b in zip(clipped, joints, strict=True))
-        return clipped if off <= _ROUNDING_RAD else None
+    def _joints(self, candidates: _Candidates, row: int) -> tuple[float, ...]:
+        """Feasible joint positions of one row, with rounding beyond a limit removed."""
+        turns_kernel.clip(candidates.joints, row, self._low, self._high)
+        return tuple(candidates.joints[row].tolist())
 
     def _candidates(
         self,
@@ -158,11 +123,11 @@ class Nearest:
         every_status = np.repeat(np.array(statuses, dtype=np.int64), len(redundancies))
         rotations = np.broadcast_to(np.reshape(flange.rotation, (3, 3)), (rows, 3, 3))
         translations = np.broadcast_to(flange.translation, (rows, 3))
-        solved = self._inverse.joints_batch(rotations, translations, every_redundancy, every_status, present)
-        joints = self._turns.nearest_rows(solved, present)
-        # half the rounding, so that `_within_limits` agrees with every one of these
-        low, high = np.array(self._low) - 0.5 * _ROUNDING_RAD, np.array(self._high) + 0.5 * _ROUNDING_RAD
-        feasible: NDArray[np.bool_] = np.all((joints >= low) & (joints <= high), axis=1)
+        joints = self._inverse.joints_batch(rotations, translations, every_redundancy, every_status, present)
+        feasible = np.empty(rows, dtype=np.bool_)
+        turns_kernel.turn_rows(
+            joints, np.array(present, dtype=np.float64), self._low, self._high, feasible.view(np.uint8)
+        )
         return _Candidates(joints, every_status, every_redundancy, feasible)
 
     def _refined(
@@ -179,16 +144,16 @@ class Nearest:
             if serves - _GRID_RAD >= nearest or serves == float("inf"):
                 continue
             status = int(candidates.statuses[row])
-            joints = self._within_limits(candidates.joints[row].tolist())
+            joints = self._joints(candidates, row)
             fails = max(serves - _GRID_RAD, 0.0)
             for _ in range(_HALVINGS):
                 middle = 0.5 * (fails + serves)
-                closer = self._serving(flange, kept + side * middle, status, present)
+                closer = self._inverse.within_limits(flange, kept + side * middle, status, present)
                 if closer is None:
                     fails = middle
                 else:
                     serves, joints = middle, closer
-            if joints is not None and serves < nearest:
+            if serves < nearest:
                 best, nearest = (joints, status), serves
         assert best is not None
         return best
@@ -224,7 +189,7 @@ class Nearest:
         excess = np.maximum(np.subtract(self._low, joints), np.subtract(joints, self._high)).clip(min=0.0)
         row = int(excess.max(axis=1).argmin())
         joint = int(excess[row].argmax())
-        low, high = self._limits[joint]
+        low, high = self._low[joint], self._high[joint]
         where = f"{self._names[joint]} would have to be at {joints[row, joint]:.7g} rad"
         return Unreachable(JOINT_LIMIT, f"{where}, its limits are {low:.7g} and {high:.7g} rad")
 

@@ -3,7 +3,7 @@
 # mypy: allow-untyped-decorators
 
 import cython
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import remainder, sqrt
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.robot.arctangent_kernel import arctangent
@@ -150,6 +150,21 @@ def solve(
         numbers[15] * arctangent(-(x * r02 + y * r12 + z * r22), x * r01 + y * r11 + z * r21)
     )
     return result
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def branch(numbers: cython.double[::1], q: cython.double[::1], distances: cython.double[::1]) -> cython.int:
+    """The status of joint positions (rad), and the distances (3,) from where the branches of each of its bits
+    meet: of the wrist point in x (m) of the frame that A1 turns, of A3 from where the arm is stretched, and
+    of A5 (rad)."""
+    q2: cython.double = numbers[11] * q[1]
+    q23: cython.double = q2 + numbers[12] * q[2]
+    upper: cython.double = numbers[0] + numbers[2] * cosine(q2) + numbers[3] * sine(q2)
+    distances[0] = upper + numbers[25] * cosine(q23) + numbers[26] * sine(q23)
+    distances[1] = remainder(q[2] - numbers[27], 6.283185307179586)
+    distances[2] = q[4]
+    return (distances[0] < 0.0) | (distances[1] >= 0.0) << 1 | (distances[2] > 0.0) << 2
 
 
 @cython.cfunc

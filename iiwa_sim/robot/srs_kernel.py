@@ -166,3 +166,16 @@ def solve(
     joints[row, 5] = arctangent(s6, t2)
     joints[row, 6] = arctangent(x * r00 + y * r10 + z * r20, x * r01 + y * r11 + z * r21)
     return result
+
+
+@cython.ccall
+@cython.exceptval(check=False)
+def branch(numbers: cython.double[::1], q: cython.double[::1], distances: cython.double[::1]) -> cython.int:
+    """The status of joint positions (rad), and the distances (3,) from where the branches of each of its bits
+    meet: of the wrist point in x (m) of the frame that A1 turns, of A4 and of A6 (rad)."""
+    d5: cython.double = numbers[2]
+    reach: cython.double = sine(q[1]) * (numbers[1] + d5 * cosine(q[3]))
+    distances[0] = reach - cosine(q[1]) * d5 * sine(q[3]) * cosine(q[2])
+    distances[1] = q[3]
+    distances[2] = q[5]
+    return (distances[0] < 0.0) | (distances[1] < 0.0) << 1 | (distances[2] <= 0.0) << 2

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotDescription, load_robot
-from iiwa_sim.robot.inverse import Inverse, inverse_of
+from iiwa_sim.robot.inverse import inverse_of
+from iiwa_sim.robot.inverse_kernel import Inverse
 from iiwa_sim.robot.model import Model
 
 IIWAS = ("lbr_iiwa_7_r800", "lbr_iiwa_14_r820")

@@ -14,6 +14,7 @@ from tests.robot.arms import BUILT_IN, SIX_AXES, arm_named
 
 PLAIN_SRS = interpreted("iiwa_sim.robot.srs_kernel")
 PLAIN_OPW = interpreted("iiwa_sim.robot.opw_kernel")
+PLAIN = interpreted("iiwa_sim.robot.inverse_kernel")
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -41,3 +42,22 @@ def test_compiled_and_interpreted_are_the_same(
         assert result in {REGULAR, NEAR, OUT_OF_REACH}
         found.append((result, joints.tolist()))
     assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+@given(seed=st.integers(0, 2**32 - 1), zeros=st.sets(st.integers(1, 5)))
+def test_branches_and_the_nearest_of_them(name: str, seed: int, zeros: set[int]) -> None:
+    arm = arm_named(name)
+    compiled = arm.inverse
+    plain = PLAIN.Inverse(arm.model, compiled.kind, compiled.numbers, "sideways")
+    plain.followed = compiled.followed
+    (present, there) = arm.anywhere(np.random.default_rng(seed), 2).tolist()
+    for zero in zeros:
+        there[zero] = 0.0
+    flange = arm.model.flange(there)
+    assert compiled.distances(there) == plain.distances(there)
+    assert compiled.merging_statuses(there) == plain.merging_statuses(there)
+    assert (compiled.turning_point(there) is None) == (plain.turning_point(there) is None)
+    for statuses in ([compiled.status(present)], compiled.statuses):
+        one, other = (each.nearest(flange, there[2], statuses, present) for each in (compiled, plain))
+        assert one == other

@@ -207,11 +207,6 @@ def test_status_is_what_kuka_means_by_it(joints_deg: tuple[int, ...], status: in
     assert arm_named(SIX_AXES).inverse.status([math.radians(value) for value in joints_deg]) == status
 
 
-def test_turn_is_what_kuka_means_by_it(arm: Arm) -> None:
-    assert arm.inverse.turn([0.0, -1.5, 1.5, 0.0, 0.1, 0.0]) == 0b10
-    assert arm.inverse.turn([-0.1, 0.1, -0.1, 3.2, -0.1, -6.0]) == 0b110101
-
-
 def test_there_is_no_redundancy(arm: Arm) -> None:
     assert arm.inverse.redundancy_range is None
     assert arm.inverse.redundancy(SEED) == 0.0

@@ -227,12 +227,11 @@ def test_batch_of_nothing(arm: Arm) -> None:
     assert empty.shape == (0, 7)
 
 
-def test_status_and_turn() -> None:
+def test_status_and_redundancy() -> None:
     inverse = arm_named(IIWAS[0]).inverse
     assert inverse.status([0.0, 0.5, 0.0, -1.0, 0.0, 0.5, 0.0]) == 2
     assert inverse.status([0.0, -0.5, 0.0, 1.0, 0.0, -0.5, 0.0]) == 1 | 4
     assert inverse.status([0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0]) == 4
-    assert inverse.turn([0.1, -0.1, 0.0, -1.0, 0.0, 0.5, -3.0]) == 2 | 8 | 64
     assert inverse.redundancy([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]) == 0.3
     assert inverse.redundancy_range == pytest.approx((-math.radians(170), math.radians(170)))
 

@@ -9,7 +9,7 @@ from iiwa_sim.motion.path.line_joints import LineJoints, fitted_pieces
 from iiwa_sim.motion.path.polynomial import Polynomial
 from iiwa_sim.motion.path.singular import FREE_AT_START, Stretches
 from iiwa_sim.motion.tcp_line import TcpLine
-from iiwa_sim.robot.inverse import Inverse
+from iiwa_sim.robot.inverse_kernel import Inverse
 
 SMALLEST_PIECE = 1.0 / 128.0
 """In s: a line that needs smaller ones is looked at more closely before."""

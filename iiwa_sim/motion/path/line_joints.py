@@ -9,8 +9,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import line_kernel
 from iiwa_sim.motion.tcp_line import TcpLine
-from iiwa_sim.robot.inverse import Inverse
-from iiwa_sim.robot.inverse_kernel import OUT_OF_REACH
+from iiwa_sim.robot.inverse_kernel import OUT_OF_REACH, Inverse
 
 DEGREES = (16, 32)
 """Degrees of the polynomials that are tried; the nodes of the first are among those of the second."""

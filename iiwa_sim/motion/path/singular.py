@@ -15,7 +15,7 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array
 from iiwa_sim.motion.path.bridge import at_border, bridge
 from iiwa_sim.motion.path.line_joints import LineJoints, LineOutOfReach, SingularLine, fitted_pieces
-from iiwa_sim.robot.turns import continued
+from iiwa_sim.robot.turns_kernel import continued
 
 EVEN_SAMPLES = 33
 MOST_SAMPLES = 400
