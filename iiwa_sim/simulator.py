@@ -188,7 +188,7 @@ class Simulator(LoopOrThread):
                 own_port,
                 admission=admission,
                 budget=budget,
-                on_answered=self._commanded,
+                on_answered=self.clock.commanded,
                 on_good_bye=on_bye if dialect.says_bye else None,
                 faults=faults,
                 dialect=dialect.name if len(spoken) > 1 else "",
@@ -198,7 +198,6 @@ class Simulator(LoopOrThread):
         self._transcript = None if transcript is None else Path(transcript)
         self._recorder: Recorder | None = None
         self._record = None if record is None else (Path(record), record_rate_hz)
-        self._accepted = 0  # moves the clock knows of
         entrances = Entrances(list(self._servers.values()))
         recent = RecentDialogue(self.dialogue, self.clock.tick_s)
         self.backdoor = Backdoor(self._controller, faults, entrances, self.clock, recent, self.call)
@@ -250,7 +249,7 @@ class Simulator(LoopOrThread):
                 rosbridge_secret=rosbridge_secret,
                 rospy=ros,
                 conventions=ros_conventions,
-                on_heard=self._commanded,
+                on_heard=self.clock.commanded,
                 budget=budget,
                 access=WebAccess(rosbridge_origins, rosbridge_hosts),
                 arm=LocalArm(self._controller),
@@ -441,10 +440,7 @@ class Simulator(LoopOrThread):
         return self._controller.tick
 
     def _commanded(self) -> None:
-        """Commands may have been carried out."""
-        accepted = self._controller.accepted
-        self.clock.commanded(moved=accepted != self._accepted)
-        self._accepted = accepted
+        self.clock.commanded()
 
     def _status_line(self) -> bytes:
         return status_line(self._controller)

@@ -82,6 +82,7 @@ class Clock:
         self._deadline_ns = 0  # of the next tick at the pace
         self._paused = False
         self._errands: deque[Errand] = deque()
+        self._accepted = 0  # moves that are no news
         self._held_since_ns: int | None = None
         self._held_until_ns = 0
         self._idles = False  # no timer is set, since the robot is resting
@@ -90,7 +91,7 @@ class Clock:
 
     def start(self, robot: Stepped) -> None:
         """Make ticks from now on; at a pace the first one period from now. Must be called inside the loop."""
-        self._robot = robot
+        self._robot, self._accepted = robot, robot.accepted
         self._timer = self._open_timer(self._wake)
         self._asked_ns, self._idles = 0, False
         self._count_anew()
@@ -137,6 +138,8 @@ class Clock:
         """Let time pass otherwise from now on. A pause goes on."""
         self._make_up_for_rest()
         self._take(pace)
+        if self._timer is not None:
+            self._accepted = self._robot.accepted
         self._count_anew()
         self._sleep()
 
@@ -152,14 +155,12 @@ class Clock:
             self._count_anew()
             self._sleep()
 
-    def commanded(self, *, moved: bool) -> None:
-        """Commands have been carried out, and moves accepted among them or not.
-
-        That is news in haste, and where the robot was resting.
-        """
+    def commanded(self) -> None:
+        """Commands may have been carried out: news in haste, and where the robot was resting."""
         if self._timer is None or not (self._pace.ticks_in_haste or self._idles):
             return
-        if moved and self._pace.ticks_in_haste:
+        if self._pace.ticks_in_haste and self._accepted != (accepted := self._robot.accepted):
+            self._accepted = accepted
             now_ns = self._now_ns()
             if self._held_since_ns is None:
                 self._held_since_ns = now_ns

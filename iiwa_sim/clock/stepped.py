@@ -10,6 +10,10 @@ class Stepped(Protocol):
         """One tick."""
 
     @property
+    def accepted(self) -> int:
+        """How many moves it has been given since its start."""
+
+    @property
     def moving(self) -> bool:
         """Whether it has not stopped."""
 

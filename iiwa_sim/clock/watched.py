@@ -44,6 +44,10 @@ class Watched:
             watcher.skip(ticks)
 
     @property
+    def accepted(self) -> int:
+        return self._robot.accepted
+
+    @property
     def moving(self) -> bool:
         return self._robot.moving or self._has_commands
 

@@ -18,8 +18,8 @@ class Session(Protocol):
     """Takes bytes, split anywhere, and returns replies on request."""
 
     @property
-    def waiting(self) -> bool:
-        """Whether commands wait for their reply."""
+    def waiting(self) -> object:
+        """The commands that wait for their reply, or the next of them; false where none does."""
 
     @property
     def closing(self) -> bool:

@@ -61,6 +61,8 @@ class Budget:
         self._served: Share | None = None  # at this instant
         self._turns = 0  # in which there was work
         self._turn: asyncio.Handle | None = None
+        self.crowded = False
+        """Whether any share waits for its turn."""
 
     def share(self, work: Callable[[float], bool]) -> "Share":
         """A new share for one connection.
@@ -69,11 +71,6 @@ class Budget:
         whether there is more.
         """
         return Share(self, work)
-
-    @property
-    def crowded(self) -> bool:
-        """Whether any share waits."""
-        return bool(self._waiting or self._now_and_then)
 
     def _ask(self, share: "Share", at_once: bool) -> None:
         if at_once and self._served is None and not self.crowded:
@@ -95,12 +92,12 @@ class Budget:
         share.waits = True
         # A share that was idle does not save up time, and one that has used much does not have to make up for
         # all of it: its wait would be multiplied by the number of shares.
-        # that would be as many times as long as there are others.
         share.used_s = min(max(share.used_s, self._used_s), self._used_s + MOST_AHEAD_S)
         heapq.heappush(self._waiting, (share.used_s, next(self._arrivals), share))
         self._go_on()
 
     def _go_on(self) -> None:
+        self.crowded = True
         if self._turn is None:
             self._turn = asyncio.get_running_loop().call_soon(self._take_turn)
 
@@ -121,6 +118,8 @@ class Budget:
             self._go_on()
 
     def _serve_next(self, share: "Share") -> None:
+        """Serve a share that has just been taken out of those that wait."""
+        self.crowded = bool(self._waiting or self._now_and_then)
         if not share.left:
             share.waits = False
             self._serve(share, PIECE_S if self.crowded else TURN_S)

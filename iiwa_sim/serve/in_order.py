@@ -13,11 +13,8 @@ class InOrder:
         self._when_idle = when_idle
         self._queue: deque[Callable[[], None] | float] = deque()
         self._timer: asyncio.TimerHandle | None = None
-
-    @property
-    def busy(self) -> bool:
-        """Whether an action or a delay is pending."""
-        return self._timer is not None
+        self.busy = False
+        """Whether a delay is pending, and whatever comes after it."""
 
     def __len__(self) -> int:
         """Number of actions and delays after the present delay."""
@@ -36,6 +33,7 @@ class InOrder:
             self._queue.append(seconds)
         else:
             self._timer = self._loop.call_later(seconds, self._go_on)
+            self.busy = True
 
     def forget(self) -> None:
         """Drop all pending actions and delays."""
@@ -43,14 +41,15 @@ class InOrder:
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
+        self.busy = False
 
     def _go_on(self) -> None:
-        self._timer = None
-        while self._queue and self._timer is None:
+        self.busy = False
+        while self._queue and not self.busy:
             following = self._queue.popleft()
             if isinstance(following, float):
-                self._timer = self._loop.call_later(following, self._go_on)
+                self.wait(following)
             else:
                 following()
-        if self._timer is None:
+        if not self.busy:
             self._when_idle()

@@ -41,6 +41,8 @@ class LineConnection(asyncio.BufferedProtocol):
     _session: Session
     gone: asyncio.Future[None]
     """Done when the connection is closed."""
+    faulted = False
+    """Whether a wire fault is set for it, as `WireFaults` tells."""
 
     def __init__(self, server: "TcpServer") -> None:
         self._server = server
@@ -154,7 +156,7 @@ class LineConnection(asyncio.BufferedProtocol):
             return False
         try:
             self._hand_on()
-            answered = self._session.waiting
+            answered = bool(self._session.waiting)
             self._answer(until_s)
         except FromBrowserFault as fault:
             logger.warning(
@@ -186,7 +188,7 @@ class LineConnection(asyncio.BufferedProtocol):
         session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
         try:
             while session.waiting and not (self._ends or self._is_kept_from_answering()):
-                if faults.concerns(self._number):
+                if self.faulted:
                     self._send(replies)
                     self.take(list(faults.steps(self._number, session.answer(1))))
                 else:
@@ -202,8 +204,8 @@ class LineConnection(asyncio.BufferedProtocol):
         """Whether a wire fault, unsent or unread replies, or a pending reply hold back the next line."""
         pending = self._session.pending
         return (
-            self._server.faults.silences(self._number)
-            or len(self._outgoing) > MOST_LATE
+            (self.faulted and self._server.faults.silences(self._number))
+            or (self._outgoing.busy and len(self._outgoing) > MOST_LATE)
             or self._unread is not None
             or (pending is not None and not pending.done())
         )

@@ -51,6 +51,8 @@ class CountedRobot:
         """When the ticks were made."""
         self.left = 0
         """Ticks until it has stopped."""
+        self.accepted = 0
+        """Moves that it was given."""
         self.waits = False
         """Whether only a command can end its motion."""
         self.rests = False

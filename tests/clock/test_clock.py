@@ -110,7 +110,7 @@ class TestFast:
         robot = CountedRobot(time, tick_takes_ns=4000)
         clock = started(robot, time, pace=FAST)
         robot.left = 5000
-        clock.commanded(moved=False)
+        clock.commanded()
         before_ns = time.now_ns
         while robot.moving:
             time.pass_until_woken()
@@ -122,7 +122,7 @@ class TestFast:
         robot = CountedRobot(time, tick_takes_ns=4000)
         clock = started(robot, time, pace=FAST)
         robot.left = 100_000
-        clock.commanded(moved=False)
+        clock.commanded()
         for _ in range(50):
             before_ns = time.now_ns
             time.pass_until_woken()
@@ -141,7 +141,8 @@ class TestFast:
         robot = CountedRobot(time)
         clock = started(robot, time, pace=FAST)
         robot.left, robot.waits = 100, True
-        clock.commanded(moved=True)
+        robot.accepted += 1
+        clock.commanded()
         time.pass_until(time.now_ns + SECOND_NS)
         assert robot.ticks == 500
 
@@ -151,7 +152,7 @@ class TestFast:
         clock = started(robot, time, pace=FAST)
         time.now_ns += 7 * MS_NS  # some ticks are due
         robot.left = 1000
-        clock.commanded(moved=False)
+        clock.commanded()
         while robot.moving:
             time.pass_until_woken()
         end_ns = time.now_ns
@@ -165,7 +166,8 @@ class TestFast:
         start_ns = time.now_ns
         for _ in range(10):
             robot.left += 100
-            clock.commanded(moved=True)
+            robot.accepted += 1
+            clock.commanded()
             time.pass_until(time.now_ns + HOLD_NS - 1)
         assert robot.ticks == 0
         time.pass_until_woken()
@@ -180,7 +182,8 @@ class TestFast:
         robot.left = 100
         clock.catch_up()
         assert robot.ticks == 0
-        clock.commanded(moved=True)
+        robot.accepted += 1
+        clock.commanded()
         assert time.asked_ns == time.now_ns + HOLD_NS
 
     def test_questions_do_not_make_time_stand_still(self) -> None:
@@ -188,11 +191,12 @@ class TestFast:
         robot = CountedRobot(time)
         clock = started(robot, time, pace=FAST)
         robot.left = 100
-        clock.commanded(moved=True)
+        robot.accepted += 1
+        clock.commanded()
         until_ns = time.now_ns + HOLD_NS
         for _ in range(20):
             time.pass_until(time.now_ns + HOLD_NS // 10)
-            clock.commanded(moved=False)
+            clock.commanded()
         assert set(robot.at_ns) == {until_ns}
 
     def test_a_driver_that_never_stops_sending_does_not_stop_time(self) -> None:
@@ -202,7 +206,8 @@ class TestFast:
         start_ns = time.now_ns
         while time.now_ns < start_ns + SECOND_NS:
             robot.left += 1
-            clock.commanded(moved=True)
+            robot.accepted += 1
+            clock.commanded()
             time.pass_until(time.now_ns + MS_NS // 10)
         assert len(set(robot.at_ns)) == SECOND_NS // LONGEST_HOLD_NS
 
@@ -331,7 +336,7 @@ class TestRest:
     def test_no_timer_is_set(self, pace: Pace) -> None:
         time = HandTime()
         _, clock = resting(time, pace)
-        clock.commanded(moved=False)
+        clock.commanded()
         assert time.asked_ns is None
 
     @pytest.mark.parametrize("pace", [REAL, multiple(10)])
@@ -342,7 +347,8 @@ class TestRest:
         time.now_ns += 3600 * SECOND_NS + 100_000
         clock.catch_up()
         robot.left = 5
-        clock.commanded(moved=True)
+        robot.accepted += 1
+        clock.commanded()
         period_ns = round(SECOND_NS / (500 * pace.speed))
         begun_ns = time.now_ns
         while time.asked_ns is not None:
@@ -360,7 +366,8 @@ class TestRest:
         time.now_ns += 3600 * SECOND_NS
         clock.catch_up()
         robot.left = 100
-        clock.commanded(moved=True)
+        robot.accepted += 1
+        clock.commanded()
         assert time.asked_ns == time.now_ns + HOLD_NS
         time.pass_until_woken()
         assert (robot.ticks, robot.skipped, time.asked_ns) == (100, 3600 * 500, None)
@@ -423,7 +430,7 @@ def test_a_paused_clock_makes_no_ticks_and_resumes_without_making_up(pace: Pace)
     time.pass_until(time.now_ns + SECOND_NS)
     clock.pause()
     robot.left, before = 50, robot.ticks
-    clock.commanded(moved=False)
+    clock.commanded()
     time.pass_until(time.now_ns + SECOND_NS)
     assert (robot.ticks, clock.paused) == (before, True)
     robot.left = 0

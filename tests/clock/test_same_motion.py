@@ -38,6 +38,10 @@ class ProgrammedRobot:
         self.robot.step()
 
     @property
+    def accepted(self) -> int:
+        return self.robot.controller.accepted
+
+    @property
     def moving(self) -> bool:
         return bool(self._program) or self.robot.controller.moving
 

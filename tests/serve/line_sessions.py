@@ -18,33 +18,29 @@ class EchoSession:
         self.pending = None
         self._lines_at_once = lines_at_once
         self._blow_up = blow_up
-        self._lines: deque[bytes] = deque()
+        self.waiting: deque[bytes] = deque()
         self._rest = b""
-
-    @property
-    def waiting(self) -> bool:
-        return bool(self._lines)
 
     def receive(self, data: bytes) -> None:
         *lines, self._rest = (self._rest + data).split(b"\n")
-        self._lines.extend(lines)
+        self.waiting.extend(lines)
 
     def end(self) -> None:
         self.ended = True
         if self._rest:
-            self._lines.append(self._rest)
+            self.waiting.append(self._rest)
 
     def answer(self, most: int = 1_000_000) -> bytes:
         replies = []
-        for _ in range(min(most, self._lines_at_once, len(self._lines))):
-            line = self._lines.popleft().rstrip(b"\r")
+        for _ in range(min(most, self._lines_at_once, len(self.waiting))):
+            line = self.waiting.popleft().rstrip(b"\r")
             if line == b"fault":
                 raise ZeroDivisionError("a fault of ours")
             replies.append(line * (self._blow_up if line.startswith(b"#") else 1) + b"\r\n")
             self.answered += 1
             if line == b"bye":
                 self.closing = True
-                self._lines.clear()
+                self.waiting.clear()
                 break
         return b"".join(replies)
 

@@ -137,6 +137,9 @@ FAULTS: dict[type, tuple[str, ...]] = {
 class Peer(Protocol):
     """A connection as its server has it."""
 
+    faulted: bool
+    """Whether a fault is set for it: looked at with each of its lines, so it is told when that changes."""
+
     def go_on(self) -> None:
         """Answer waiting lines, now that no fault holds them back."""
 
@@ -176,6 +179,7 @@ class WireFaults:
         for rule in self._rules:
             if rule.connection == NEXT:
                 rule.connection = self._count
+        peer.faulted = self._first(self._count) is not None
         return self._count
 
     def leaves(self, connection: int) -> None:
@@ -203,6 +207,7 @@ class WireFaults:
         if connection not in (EVERY, NEXT):
             self._peers_of(connection)
         self._rules.append(_Rule(fault, connection, replies or None))
+        self._tell_peers()
 
     def end(self, step: Close | Reset, connection: int = EVERY) -> None:
         """End a connection, after replies that are delayed. Raises `Refused` if there is no such
@@ -216,18 +221,15 @@ class WireFaults:
         self.canned.clear()
         self._rules.clear()
         self._silent.clear()
+        self._tell_peers()
         for peer, _, _ in list(self._peers.values()):
             peer.go_on()
 
-    def concerns(self, connection: int) -> bool:
-        """Whether a fault is set for a connection."""
-        return self._first(connection) is not None
-
-    def silences(self, connection: int, waiting: bool = True) -> bool:
-        """Whether the next line of a connection has to wait; `waiting` tells if there is one."""
+    def silences(self, connection: int) -> bool:
+        """Whether the next line of a connection, which is there, has to wait."""
         rule = self._first(connection)
         silent = rule is not None and isinstance(rule.fault, Silence)
-        if silent and waiting and connection not in self._silent:
+        if silent and connection not in self._silent:
             self._silent.add(connection)
             self._tell(self._peers[connection][1], "no answer")
         return silent
@@ -243,6 +245,7 @@ class WireFaults:
                 rule.left -= 1
                 if rule.left == 0:
                     self._rules.remove(rule)
+                    self._tell_peers()
             made = rule.fault.steps(reply, self._random)
             if made != [Send(reply)]:
                 told = ", ".join(text_of(step, reply) for step in made) or "nothing"
@@ -257,6 +260,10 @@ class WireFaults:
             if rule.connection in (EVERY, connection):
                 return rule
         return None
+
+    def _tell_peers(self) -> None:
+        for connection, (peer, _, _) in self._peers.items():
+            peer.faulted = self._first(connection) is not None
 
     def _peers_of(self, connection: int) -> list[tuple[Peer, str, str]]:
         if connection == EVERY:

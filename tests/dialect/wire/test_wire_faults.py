@@ -35,6 +35,7 @@ class Somebody:
     """A connection that remembers."""
 
     def __init__(self) -> None:
+        self.faulted = False
         self.taken: list[Step] = []
         self.went_on = 0
 
@@ -70,10 +71,10 @@ def kinds(steps: list[Step]) -> list[type]:
     ],
 )
 def test_what_a_fault_makes_of_a_reply(fault: Fault, steps: list[Step]) -> None:
-    faults, _ = connected()
+    faults, peers = connected()
     faults.set(fault, 1, 1)
     assert list(faults.steps(1, b"moving\r\n")) == steps
-    assert not faults.concerns(1)
+    assert not peers[0].faulted
     assert list(faults.steps(1, b"moving\r\n")) == [Send(b"moving\r\n")]
 
 
@@ -166,10 +167,10 @@ def test_of_a_garbled_message_the_tags_round_it_stay(seed: int) -> None:
 
 
 def test_a_fault_of_one_connection_is_not_that_of_another() -> None:
-    faults, _ = connected(2)
+    faults, peers = connected(2)
     faults.set(Drop(), 2)
-    assert not faults.concerns(1)
-    assert faults.concerns(2)
+    assert not peers[0].faulted
+    assert peers[1].faulted
     assert list(faults.steps(1, b"done\r\n")) == [Send(b"done\r\n")]
     faults.leaves(2)
     assert faults.connections() == {1: "client 1"}
@@ -185,13 +186,14 @@ def test_one_number_for_all_connections() -> None:
 
 
 def test_the_next_connection_is_the_one_that_comes() -> None:
-    faults, _ = connected()
+    faults, peers = connected()
     faults.set(Drop(), NEXT)
     faults.set(Delay(1.0), NEXT)
-    assert not faults.concerns(1)
-    assert faults.arrives(Somebody(), "the next") == 2
-    assert faults.arrives(Somebody(), "the one behind") == 3
-    assert [faults.concerns(number) for number in (1, 2, 3)] == [False, True, False]
+    assert not peers[0].faulted
+    peers += [Somebody(), Somebody()]
+    assert faults.arrives(peers[1], "the next") == 2
+    assert faults.arrives(peers[2], "the one behind") == 3
+    assert [peer.faulted for peer in peers] == [False, True, False]
     assert list(faults.steps(2, b"done\r\n")) == []
 
 
@@ -203,8 +205,10 @@ def test_silence_lasts_until_faults_are_cleared() -> None:
     list(faults.steps(1, b"done\r\n"))
     assert faults.silences(1)
     assert not faults.silences(2)
+    assert [peer.faulted for peer in peers] == [True, False]
     faults.clear()
     assert not faults.silences(1)
+    assert [peer.faulted for peer in peers] == [False, False]
     assert [peer.went_on for peer in peers] == [1, 1]
 
 
