@@ -189,7 +189,8 @@ def _replying_us(kind: str, busy: bool) -> list[float]:
 class _Silent:
     """A log that drops its entries."""
 
-    commands = False
+    def wants_commands(self) -> bool:
+        return False
 
     def command(self, session: str, line: str, reply: str) -> None: ...
 

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextvars import ContextVar
 from datetime import UTC, datetime
+from functools import partial
 
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.never_waiting import NeverWaiting
@@ -43,12 +44,9 @@ class SessionLog:
     def __init__(self, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
         self.on_refused: list[Callable[[str, str, int, str], None]] = []
         """Told of every refusal, none held back: session, line, code and reason."""
+        self.wants_commands: Callable[[], bool] = partial(logger.isEnabledFor, logging.DEBUG)
         self._now_ns = now_ns
         self._refusals = Throttle[tuple[str, int]](REFUSALS_TOLD, _refused_more)
-
-    @property
-    def commands(self) -> bool:
-        return logger.isEnabledFor(logging.DEBUG)
 
     def command(self, session: str, line: str, reply: str) -> None:
         logger.debug(
@@ -63,7 +61,7 @@ class SessionLog:
         for listener in self.on_refused:
             listener(session, line, code, reason)
         last = False
-        if not self.commands:
+        if not self.wants_commands():
             count = self._refusals.count((session, code), self._now_ns())
             if count is None:
                 return

@@ -8,7 +8,7 @@ class Journal:
 
     def __init__(self, commands: bool = False, *, fails: bool = False) -> None:
         """With `fails` an internal error is raised again, for tests that expect none."""
-        self.commands = commands
+        self._commands = commands
         self.said: list[tuple[str, str, str]] = []
         self.refusals: list[tuple[str, str, int, str]] = []
         self.extras: list[tuple[str, str, int]] = []
@@ -16,6 +16,9 @@ class Journal:
         self.stops: list[tuple[str, bool]] = []
         self.faults: list[tuple[str, str, Exception]] = []
         self._fails = fails
+
+    def wants_commands(self) -> bool:
+        return self._commands
 
     def command(self, session: str, line: str, reply: str) -> None:
         self.said.append((session, line, reply))

@@ -84,7 +84,7 @@ def test_json_lines_say_all_as_fields() -> None:
 def test_the_level_decides_what_is_written(level: str) -> None:
     pipe = Pipe(level, as_json=True)
     ours = log.SessionLog()
-    assert ours.commands == (level == "debug")
+    assert ours.wants_commands() == (level == "debug")
     ours.command("s", "hello", "hello")
     logging.getLogger("iiwa_sim.other").info("someone connected")
     ours.refused("s", "hullo", -1, "no such command")

@@ -37,7 +37,8 @@ STEERING = ("stop", "cancel move", "clear queue", "reset error", "get queue", "g
 class Quiet:
     """A log that drops its entries."""
 
-    commands = False
+    def wants_commands(self) -> bool:
+        return False
 
     def __getattr__(self, _: str) -> object:
         return lambda *_, **__: None

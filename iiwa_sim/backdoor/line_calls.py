@@ -61,7 +61,7 @@ class LineCalls:
 
     def done(self, line: bytes, reply: str) -> None:
         """Log that a line has been carried out, if that is wanted."""
-        if self._log.commands:
+        if self._log.wants_commands():
             self._log.command(self._name, shown(line), reply)
 
     @contextmanager

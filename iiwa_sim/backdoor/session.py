@@ -6,7 +6,7 @@ there is a token, it has to be the first line; anything else there ends the conn
 """
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Coroutine
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.line_calls import BYE, RELEASE_WHEN_GONE, LineCalls
@@ -33,22 +33,11 @@ class BackdoorSession(LineSession):
         self._calls = LineCalls(backdoor, log, name)
         self._releases = False  # when the connection goes
         self._token = token  # until it has been received
-        self._taking_time: tuple[bytes, asyncio.Task[str]] | None = None  # `pending` is its task
-
-    @property
-    def waiting(self) -> bool:
-        """Whether lines wait for an answer."""
-        return self._taking_time is not None or super().waiting
+        self._taking_time: asyncio.Task[str] | None = None  # for the first of the lines that wait
 
     def answer(self, most: int = _LINES_AT_ONCE) -> bytes:
         r"""The replies to the next waiting lines, each with its `\r\n`, up to a line that takes time."""
-        if self._taking_time is None:
-            return super().answer(most)
-        line, task = self._taking_time
-        if not task.done():
-            return b""
-        self._taking_time = self.pending = None
-        return self._replied(line, task.result) + super().answer(most - 1)
+        return super().answer(most)
 
     def lost(self) -> None:
         """Notice that the connection has gone: its effects remain, but for pushes, where the client has asked
@@ -58,7 +47,7 @@ class BackdoorSession(LineSession):
             self._releases = False
             self._backdoor.release()
         if self._taking_time is not None:
-            self._taking_time[1].cancel()
+            self._taking_time.cancel()
             self._taking_time = self.pending = None
 
     def _reply(self, line: bytes) -> bytes:
@@ -66,21 +55,28 @@ class BackdoorSession(LineSession):
             return self._admitted(self._token, line)
         try:
             with self._calls.telling(line):
-                request = self._calls.parse(line)
-                if request.command.name == BYE:
-                    self.close()
-                if request.command.name == RELEASE_WHEN_GONE:
-                    self._releases = True
-                reply = self._calls.start(request)
+                reply = self._outcome(line)
         except Refused as refused:
             return _error(refused)
         if isinstance(reply, str):
             self._calls.done(line, reply)
             return written(reply)
-        self.pending = task = asyncio.get_running_loop().create_task(reply)
-        self._taking_time = line, task
-        self.pause()
+        self.pending = self._taking_time = asyncio.get_running_loop().create_task(reply)
+        self.waiting.appendleft(line)
+        self.ends_batch = True
         return b""
+
+    def _outcome(self, line: bytes) -> str | Coroutine[None, None, str]:
+        """The reply to a line, or what to await for it. Raises what the call raises."""
+        if self._taking_time is not None:  # and is done: the line waited for that
+            task, self._taking_time, self.pending = self._taking_time, None, None
+            return task.result()
+        request = self._calls.parse(line)
+        if request.command.name == BYE:
+            self.close()
+        if request.command.name == RELEASE_WHEN_GONE:
+            self._releases = True
+        return self._calls.start(request)
 
     def _admitted(self, token: Token, line: bytes) -> bytes:
         if line is not OVERLONG and token.fits(line):
@@ -90,15 +86,6 @@ class BackdoorSession(LineSession):
         # the line may be a misspelt token, so it is not logged
         self.log.refused(self.name, "(not shown)", COMMUNICATION_FAILURE, _NO_TOKEN)
         return _error(Refused(COMMUNICATION_FAILURE, _NO_TOKEN))
-
-    def _replied(self, line: bytes, answer: Callable[[], str]) -> bytes:
-        try:
-            with self._calls.telling(line):
-                reply = answer()
-        except Refused as refused:
-            return _error(refused)
-        self._calls.done(line, reply)
-        return written(reply)
 
 
 def _error(refused: Refused) -> bytes:

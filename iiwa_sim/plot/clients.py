@@ -133,8 +133,10 @@ class _Krc4Session(Krc4Session):
 class _Refusal:
     """A `DialectLog` that keeps the last reason."""
 
-    commands = False
     reason = ""
+
+    def wants_commands(self) -> bool:
+        return False
 
     def command(self, session: str, line: str, reply: str) -> None:
         pass

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
 from iiwa_sim.dialect.status import NOTHING_ELSE, StatusSession, status_line
+from iiwa_sim.dialect.wire.decimals import readable
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.robot.description import load_robot
 from tests.dialect.fake_robot import Conversation, FakeRobot
@@ -41,7 +42,8 @@ def test_stop_is_read_as_on_the_main_port(line):
     for packet in (line[:2], line[2:]):
         assert reader.says(packet) == b""
     assert reader.robot.stops == 1
-    assert reader.journal.said == [("reader", "stop", "done")]
+    ((name, said, reply),) = reader.journal.said
+    assert (name, said, reply) == ("reader", readable(line.rstrip(b"\r\n")), "done")
     assert reader.journal.refusals == []
     assert reader.robot.last_error is None
 

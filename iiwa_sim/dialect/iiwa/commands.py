@@ -39,8 +39,8 @@ def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
     of lines."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
-        session.pause()
-        session.move(request_of(request.values))
+        session.ends_batch = True
+        session.moves.add(session.controller.move(request_of(request.values), session.has_ended))
         return _DONE
 
     return handler
@@ -89,7 +89,7 @@ def _checks(kind: Kind) -> Handler:
     move."""
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
-        session.pause()
+        session.ends_batch = True
         place, redundancy = request.values[:6], (*request.values, None)[6]
         try:
             session.controller.check(MoveRequest(kind, Frame(*place), redundancy=redundancy))

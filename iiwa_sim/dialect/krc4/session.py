@@ -15,6 +15,7 @@ from iiwa_sim.dialect.krc4.short import short_reply, word_for_word, written
 from iiwa_sim.dialect.krc4.stream import Broken, Element, XmlStream
 from iiwa_sim.dialect.krc4.table import Message, load_krc4_table, reply, understand
 from iiwa_sim.dialect.ports import KRC4
+from iiwa_sim.dialect.session import Pending
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.wording import harmless, shortened
@@ -40,36 +41,25 @@ class Krc4Session:
         self._dialogue.event(name, "connected", KRC4)
         self._table = load_krc4_table()
         self._stream = XmlStream()
-        self._next: Element | Broken | None = None
+        self.waiting: Element | Broken | None = None
+        """What is answered next, of the messages that wait."""
         self._next_wire = b""
         self._moves: set[int] = set()  # of this connection, that have not ended
         self._planned = False  # whether the present answer() has planned a move
-        self._closing = False
-
-    @property
-    def waiting(self) -> bool:
-        """Whether messages wait for an answer."""
-        return self._next is not None
-
-    @property
-    def closing(self) -> bool:
+        self.closing = False
         """Whether the stream is broken: the shell sends what is to be sent and closes."""
-        return self._closing
-
-    @property
-    def pending(self) -> None:
-        """No reply waits for anything."""
-        return
+        self.pending: Pending | None = None
+        """Nothing that a reply waits for."""
 
     def receive(self, data: bytes) -> None:
         """Bytes from the client."""
-        if not self._closing:
+        if not self.closing:
             self._stream.receive(data)
             self._look_ahead()
 
     def end(self) -> None:
         """The client sends no more."""
-        if not self._closing:
+        if not self.closing:
             self._stream.end()
             self._look_ahead()
 
@@ -82,7 +72,7 @@ class Krc4Session:
         replies: list[bytes] = []
         self._planned = False
         for _ in range(most):
-            request, wire, self._next = self._next, self._next_wire, None
+            request, wire, self.waiting = self.waiting, self._next_wire, None
             if request is None:
                 break
             if isinstance(request, Broken):
@@ -97,8 +87,8 @@ class Krc4Session:
     def lost(self) -> None:
         """Notice that the connection has gone: stop the robot if a move of this session is pending."""
         self._dialogue.event(self._name, "disconnected")
-        self._next = None
-        self._closing = True
+        self.waiting = None
+        self.closing = True
         if self._moves:
             self.controller.stop()
             self._log.stopped(self._name, vanished=True)
@@ -110,13 +100,13 @@ class Krc4Session:
         self._moves.add(self.controller.move(request, self._has_ended))
 
     def _look_ahead(self) -> None:
-        if self._next is None:
-            self._next = self._stream.next()
-            if self._next is not None:
+        if self.waiting is None:
+            self.waiting = self._stream.next()
+            if self.waiting is not None:
                 self._next_wire = self._stream.wire
 
     def _break_off(self, reason: str, wire: bytes) -> bytes:
-        self._closing = True
+        self.closing = True
         hint = "" if b"<" in wire else "; lines of text go to a robot with --dialect iiwa"
         why = f"{reason}; the connection ends{hint}"
         return self._refuse(_NO_MESSAGE, word_for_word(wire), COMMUNICATION_FAILURE, why)
@@ -135,9 +125,10 @@ class Krc4Session:
             told = f"internal fault at '{_in_log(text)}', told in the log"
             self.controller.record_error(EXECUTION, told)
             return self._refusal(message, text, EXECUTION, told)
-        if log.commands or self._dialogue.listeners:
+        logs = log.wants_commands()
+        if logs or self._dialogue.listeners:
             shown = short_reply(integers, answer.reals)
-            if log.commands:
+            if logs:
                 log.command(self._name, _in_log(text), shown)
             self._dialogue.exchange(self._name, text, shown)
         return whole

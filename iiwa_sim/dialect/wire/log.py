@@ -6,9 +6,8 @@ from typing import Protocol
 class DialectLog(Protocol):
     """Lines are passed as printable ASCII, with other characters escaped."""
 
-    @property
-    def commands(self) -> bool:
-        """Whether `command` is wanted; read once per batch of lines."""
+    def wants_commands(self) -> bool:
+        """Whether `command` is wanted; asked once for each batch of lines."""
 
     def command(self, session: str, line: str, reply: str) -> None:
         """A line was carried out and answered."""

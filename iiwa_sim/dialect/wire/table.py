@@ -7,11 +7,11 @@ carries out the request ignores or refuses them. Parameters behind a command tha
 """
 
 from collections.abc import Sequence
-from math import tau
+from math import isfinite, tau
 from typing import NamedTuple
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.dialect.wire.decimals import parse_decimals, quoted
+from iiwa_sim.dialect.wire.decimals import DECIMAL, quoted
 from iiwa_sim.dialect.wire.lines import MAX_LINE_BYTES, OVERLONG
 from iiwa_sim.dialect.wire.names import Names
 
@@ -23,6 +23,7 @@ BETWEEN_PHRASES = "="
 
 _CACHED_LINES = 1024
 _LONGEST_ARM_M = 3.0
+_IN_RAD = "angles are in rad, not in degrees"
 
 
 class Quantity(NamedTuple):
@@ -46,6 +47,8 @@ class Quantity(NamedTuple):
 
     def expectation(self, value: float) -> str:
         """Message for a value that is out of range; empty if it is in range."""
+        if not isfinite(value):
+            return "expected a finite number"
         if self.integer and value != int(value):
             return "expected a whole number"
         too_low = (self.above is not None and value <= self.above) or (
@@ -152,6 +155,8 @@ class Request(NamedTuple):
     phrase: str
     beyond: int = 0
     """Number of values after the last parameter."""
+    in_degrees: str = ""
+    """A remark where an angle is more than a turn, and so may be meant in degrees; else empty."""
 
     @property
     def phrases(self) -> tuple[str, ...]:
@@ -219,13 +224,17 @@ class Table:
             quantities += command.optional
         if len(words) < len(quantities):
             return _error(f"{command.name} takes {command.takes()}, got {len(words)}{_commas(rest)}")
-        values, fault = parse_decimals(words[: len(quantities)])
-        for quantity, word, value in zip(quantities, words, values, strict=False):
+        values, in_degrees = [], ""
+        for quantity, word in zip(quantities, words, strict=False):
+            if not DECIMAL.fullmatch(word):
+                return _error(f"{quantity.name} = {quoted(word)}: expected a number{_commas(word)}")
+            value = float(word)
             if expected := quantity.expectation(value):
                 return _error(f"{quantity.name} = {quoted(word)}: {expected}")
-        if fault:
-            return _error(f"{quantities[len(values)].name} = {fault}{_commas(words[len(values)])}")
-        request = Request(command, tuple(values), phrase, len(words) - len(values))
+            if quantity.unit == "rad" and abs(value) > tau and not in_degrees:
+                in_degrees = f"{quantity.name} = {value:.7g} is more than a turn: {_IN_RAD}"
+            values.append(value)
+        request = Request(command, tuple(values), phrase, len(words) - len(values), in_degrees)
         if len(command.phrases) > 1 and not (
             len(request.phrases) == len(command.phrases) and all(request.phrases)
         ):
@@ -263,15 +272,6 @@ def _words(text: bytes) -> list[str]:
     return [word for word in text.replace(b"\t", b" ").decode("ascii", "backslashreplace").split(" ") if word]
 
 
-def in_degrees(request: Request) -> str:
-    """A hint for angles of more than a turn, which may be meant in degrees; empty without one."""
-    quantities = request.command.parameters + request.command.optional
-    for quantity, value in zip(quantities, request.values, strict=False):
-        if quantity.unit == "rad" and abs(value) > tau:
-            return f"{quantity.name} = {value:.7g} is more than a turn: angles are in rad, not in degrees"
-    return ""
-
-
 def _in_metres(request: Request) -> str:
     """A hint for a place within the foot of the robot, which may be meant in metres; empty without one."""
     names = [each.name for each in request.command.parameters[:3]]
@@ -284,7 +284,7 @@ def _in_metres(request: Request) -> str:
 
 def with_hint(reason: str, request: Request) -> str:
     """Why a request is refused, and what to say of its angles and its place."""
-    return "; ".join(each for each in (reason, in_degrees(request), _in_metres(request)) if each)
+    return "; ".join(each for each in (reason, request.in_degrees, _in_metres(request)) if each)
 
 
 def _commas(text: bytes) -> str:
