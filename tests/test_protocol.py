@@ -5,7 +5,7 @@ import re
 import pytest
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.wire.table import Quantity
+from iiwa_sim.dialect.wire.command import Quantity
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.frames import quaternion_from_rotation
 from iiwa_sim.robot.description import load_robot

@@ -17,8 +17,8 @@ from iiwa_sim.backdoor.openapi import description
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.dialect.wire.command import Command
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.dialect.wire.table import Command
 from iiwa_sim.serve.http import HttpAnswer, HttpRequest
 from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
 

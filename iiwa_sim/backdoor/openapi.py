@@ -6,7 +6,7 @@ from importlib import metadata
 from importlib.resources import files
 
 from iiwa_sim.backdoor.json_lines import Field, fields
-from iiwa_sim.dialect.wire.table import Command, Quantity
+from iiwa_sim.dialect.wire.command import Command, Quantity
 
 _STATE = "#/components/schemas/State"
 _ERRORS = {

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from iiwa_sim.dialect.wire.table import Command, Quantity
+from iiwa_sim.dialect.wire.command import Command, Quantity
 from iiwa_sim.dialect.wire.table_file import load_table
 from tools.client_source.text import WIDTH, Argument, Kind, call, docs, kinds
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 from iiwa_sim.check import connections, lines, motion, numbers
 from iiwa_sim.dialect.krc4.table import Command as Message
 from iiwa_sim.dialect.krc4.table import load_krc4_table
+from iiwa_sim.dialect.wire.command import Command, Quantity
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
-from iiwa_sim.dialect.wire.table import Command, Quantity
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.transcript.lines import read
 from tests.requirements import REQUIREMENTS

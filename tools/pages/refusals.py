@@ -18,9 +18,9 @@ from typing import NamedTuple, Self
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.dialect.krc4.short import from_short, to_xml
 from iiwa_sim.dialect.krc4.table import Command as Message
+from iiwa_sim.dialect.wire.command import Command, Quantity
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import DialogueLine
-from iiwa_sim.dialect.wire.table import Command, Quantity
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.simulator import Simulator
 

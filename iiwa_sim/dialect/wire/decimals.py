@@ -12,8 +12,7 @@ from collections.abc import Sequence
 import msgspec
 
 _to_json = msgspec.json.Encoder().encode  # the fastest text for a float; never used for exponents
-DECIMAL = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-"""A word that is a number, if perhaps too large a one; float() also takes underscores, nan, inf and words."""
+NOT_DECIMAL = re.compile(rb"[^0-9eE.+\-]")  # float() also takes underscores, nan, inf and words
 
 _LONGEST_QUOTE = 40
 
@@ -24,9 +23,12 @@ class NotANumberError(ValueError):
 
 def parse_decimal(word: bytes) -> float:
     """The finite number that `word` stands for; raises NotANumberError."""
-    if not DECIMAL.fullmatch(word):
+    if NOT_DECIMAL.search(word):
         raise NotANumberError(f"{quoted(word)}: expected a number")
-    value = float(word)
+    try:
+        value = float(word)
+    except ValueError:
+        raise NotANumberError(f"{quoted(word)}: expected a number") from None
     if not math.isfinite(value):
         raise NotANumberError(f"{quoted(word)}: expected a finite number")
     return value

@@ -1,8 +1,9 @@
 """The line that `help` answers, written from the protocol table and that of error codes."""
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
+from iiwa_sim.dialect.wire.command import Command
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
-from iiwa_sim.dialect.wire.table import Command, Table
+from iiwa_sim.dialect.wire.table import Table
 
 EXTENSIONS = "extensions"
 """`help : extensions` names the commands that the original does not know."""

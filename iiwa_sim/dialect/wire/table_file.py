@@ -5,7 +5,8 @@ from importlib.resources import files
 
 import msgspec
 
-from iiwa_sim.dialect.wire.table import Command, Quantity, Table
+from iiwa_sim.dialect.wire.command import Command, Quantity
+from iiwa_sim.dialect.wire.table import Table
 
 
 class TableError(Exception):

@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from iiwa_sim.dialect.wire.command import Quantity
 from iiwa_sim.dialect.wire.lines import OVERLONG
-from iiwa_sim.dialect.wire.table import ERROR, UNKNOWN_COMMAND, Quantity, Refusal, Request
+from iiwa_sim.dialect.wire.table import ERROR, UNKNOWN_COMMAND, Refusal, Request
 from iiwa_sim.dialect.wire.table_file import TableError, load_table, read_table
 
 TABLE = load_table("iiwa")
