@@ -42,6 +42,40 @@ AT_REST: Vector = (0.0, 0.0, 0.0)
 _new = tuple.__new__  # calling the class costs twice as much
 
 
+@cython.cfunc
+def _turn(before: Any, after: Any) -> Any:
+    """The turn between two rotations, as a vector along its axis as long as its angle (rad), if that is
+    small: by parts of 1e-12 of 0.1 rad."""
+    a0: cython.double
+    a1: cython.double
+    a2: cython.double
+    a3: cython.double
+    a4: cython.double
+    a5: cython.double
+    a6: cython.double
+    a7: cython.double
+    a8: cython.double
+    b0: cython.double
+    b1: cython.double
+    b2: cython.double
+    b3: cython.double
+    b4: cython.double
+    b5: cython.double
+    b6: cython.double
+    b7: cython.double
+    b8: cython.double
+    a0, a1, a2, a3, a4, a5, a6, a7, a8 = before
+    b0, b1, b2, b3, b4, b5, b6, b7, b8 = after
+    # Half the cross products of the axes before and now: the turn's axis times the sine of its angle.
+    x = 0.5 * (a3 * b6 - a6 * b3 + a4 * b7 - a7 * b4 + a5 * b8 - a8 * b5)
+    y = 0.5 * (a6 * b0 - a0 * b6 + a7 * b1 - a1 * b7 + a8 * b2 - a2 * b8)
+    z = 0.5 * (a0 * b3 - a3 * b0 + a1 * b4 - a4 * b1 + a2 * b5 - a5 * b2)
+    # The arcsine: what is turned to and fro by large and by small steps has to come back to where it was.
+    sine2 = x * x + y * y + z * z
+    angle = 1.0 + sine2 * (1.0 / 6.0 + sine2 * (3.0 / 40.0 + sine2 * (5.0 / 112.0 + sine2 * (35.0 / 1152.0))))
+    return angle * x, angle * y, angle * z
+
+
 @cython.cclass
 class Contact:
     """A surface, what holds the TCP on it, and by which way the TCP has come in."""
@@ -122,12 +156,18 @@ class Contact:
         self._height = self._nx * self._ox + self._ny * self._oy + self._nz * self._oz + self._radius
 
     def move(self, surface: Surface) -> None:
-        """The surface is moved to another pose, and takes along what holds the TCP on it."""
+        """The surface is moved to another pose, and takes along what holds the TCP on it. The sphere, which
+        has not turned, rolls back where the surface has."""
         before, after = self.surface.pose, surface.pose
         self._ax, self._ay, self._az = apply(after, apply(inverse(before), (self._ax, self._ay, self._az)))
         up = rotate(transpose(before.rotation), (self._ux, self._uy, self._uz))
         self._ux, self._uy, self._uz = rotate(after.rotation, up)
         self._put(surface)
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        x, y, z = _turn(before.rotation, after.rotation)
+        self.roll(-x, -y, -z)
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -304,30 +344,10 @@ class World:
         before, self._turned = self._turned, rotation
         if before is None or before == rotation:
             return
-        a0: cython.double
-        a1: cython.double
-        a2: cython.double
-        a3: cython.double
-        a4: cython.double
-        a5: cython.double
-        a6: cython.double
-        a7: cython.double
-        a8: cython.double
-        b0: cython.double
-        b1: cython.double
-        b2: cython.double
-        b3: cython.double
-        b4: cython.double
-        b5: cython.double
-        b6: cython.double
-        b7: cython.double
-        b8: cython.double
-        a0, a1, a2, a3, a4, a5, a6, a7, a8 = before
-        b0, b1, b2, b3, b4, b5, b6, b7, b8 = rotation
-        # Half the cross products of the axes before and now: the turn's axis times the sine of its angle.
-        wx = 0.5 * (a3 * b6 - a6 * b3 + a4 * b7 - a7 * b4 + a5 * b8 - a8 * b5)
-        wy = 0.5 * (a6 * b0 - a0 * b6 + a7 * b1 - a1 * b7 + a8 * b2 - a2 * b8)
-        wz = 0.5 * (a0 * b3 - a3 * b0 + a1 * b4 - a4 * b1 + a2 * b5 - a5 * b2)
+        wx: cython.double
+        wy: cython.double
+        wz: cython.double
+        wx, wy, wz = _turn(before, rotation)
         contact: Contact
         for contact in self._all:
             contact.roll(wx, wy, wz)

@@ -98,7 +98,10 @@ class Touching:
             self.force = self.torque = (0.0, 0.0, 0.0)
             return
         fx = fy = fz = tx = ty = tz = 0.0
+        rolls = self._points.radius_m > 0.0
         for point, world in self._worlds.items():
+            if rolls:
+                world.roll(pose.rotation)
             place = apply(pose, self._points.places[point])
             was = self._places.get(point, place)
             self._places[point] = place
