@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 from collections.abc import AsyncIterator, Iterator
@@ -27,12 +28,20 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 # Else samples would hang on the numbers in the sources, and on what a worker happened to import before.
 providers._get_local_constants = Constants  # type: ignore[assignment]
 
+# What is collected stays: nobody need look for garbage in it, now or in each test.
+gc.disable()
+
 collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """`make lint` reads how the tests of the requirements went."""
     last_results.register(config)
+
+
+def pytest_collection_finish() -> None:
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_xdist_auto_num_workers() -> int:

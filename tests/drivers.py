@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import Reply, replies, request
-from tests.talking import DEADLINE_S, Client, until
+from tests.talking import DEADLINE_S, PAUSE_S, Client, until
 
 
 class Driver(Client, ABC):
@@ -51,6 +51,7 @@ class Driver(Client, ABC):
         async with asyncio.timeout(DEADLINE_S):
             while await self.moving():
                 asked += 1
+                await asyncio.sleep(PAUSE_S)
         return asked
 
 

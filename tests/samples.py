@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
 
 ALL = os.environ.get("SAMPLES") == "all"
 
@@ -10,3 +14,11 @@ ALL = os.environ.get("SAMPLES") == "all"
 def some(count: int) -> int:
     """All samples with SAMPLES=all, else a fifth, but not fewer than 5."""
     return count if ALL else max(count // 5, 5)
+
+
+def spread(cases: Iterable[tuple[Any, ...]], each: int = 5) -> list[Any]:
+    """Parameters of a test, of which `make test` tries each fifth: `make test-slow` tries the others."""
+    return [
+        pytest.param(*case, marks=() if number % each == 0 else pytest.mark.slow)
+        for number, case in enumerate(cases)
+    ]

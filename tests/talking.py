@@ -10,6 +10,8 @@ from collections.abc import Callable
 from typing import Self
 
 DEADLINE_S = 60.0  # for what takes milliseconds: only a fault takes longer
+PAUSE_S = 0.002  # between two looks at what takes real time
+TURNS = 1000  # of the loop, in which comes what takes none
 
 
 class Client:
@@ -53,6 +55,7 @@ class Client:
         async with asyncio.timeout(DEADLINE_S):
             while await self.ask("get status") == "moving":
                 asked += 1
+                await asyncio.sleep(PAUSE_S)
         return asked
 
     async def rest(self) -> bytes:
@@ -84,7 +87,7 @@ class Client:
 async def until(condition: Callable[[], bool]) -> None:
     """Lets the loop run until something holds."""
     async with asyncio.timeout(DEADLINE_S):
-        while True:
-            if condition():
-                return
-            await asyncio.sleep(0)
+        turn = 0
+        while not condition():
+            turn += 1
+            await asyncio.sleep(0 if turn < TURNS else PAUSE_S)

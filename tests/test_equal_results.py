@@ -31,8 +31,8 @@ from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.ros.rosbridge.session import RosbridgeSession
 from tests.needed import lacks
 from tests.processes import next_line, running
+from tests.ros.ros2.users import domain
 from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
-from tests.ros2_tools import domain
 from tests.ros_robot import RosRobot, command
 from tests.samples import some
 from tests.talking import DEADLINE_S

@@ -330,10 +330,10 @@ async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
     try:
         await ros.says("subscribe", topic="/joint_states", queue_length=1000)
         first = (await ros.hears())["msg"]["header"]["seq"]
-        for k in range(1, 101):
+        for k in range(1, 31):
             assert (await ros.hears())["msg"]["header"]["seq"] == first + k
         await ros.says("unsubscribe", topic="/joint_states")
-        for _ in range(20):
+        for _ in range(5):
             assert (await ros.calls("/get_io", number=1))["values"] == {"value": False, "error": 0}
         telnet = await Client.connect(simulator.port)
         assert await telnet.ask("hello") == "hello"

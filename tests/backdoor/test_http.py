@@ -70,7 +70,9 @@ def test_each_command_of_the_table_has_a_path_and_a_description() -> None:
         assert bench.answer("POST", path_of(TABLE.commands[name])).status == 404
 
 
-@pytest.mark.parametrize(("robot", "token"), [(IIWA, None), (KR_6, "swordfish")])
+@pytest.mark.parametrize(
+    ("robot", "token"), [pytest.param(IIWA, None, marks=pytest.mark.slow), (KR_6, "swordfish")]
+)
 def test_the_description_is_openapi(robot: str, token: str | None) -> None:
     bench = HttpBench(robot, token)
     headers = (HERE,) if token is None else (HERE, ("authorization", f"Bearer {token}"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import product
 from math import inf, nan
 from typing import Any
 
@@ -23,7 +24,7 @@ from iiwa_sim.wrench import Wrench
 from tests import asked
 from tests.asked import joint_move, lin_force_move, lin_move, ptp_force_move, ptp_move
 from tests.contact.materials import RADIUS, at, surface
-from tests.samples import ALL, some
+from tests.samples import ALL, some, spread
 from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, line_errors
 
 STOP_S = 0.1
@@ -138,10 +139,10 @@ def test_the_stop_begins_in_the_tick_after_the_threshold_is_passed(
 
 
 @pytest.mark.requirement("FRC009")
-@pytest.mark.parametrize("speed", [0.02, 0.05, 0.1, 0.2])
-@pytest.mark.parametrize("stiffness", [5e3, 2e4, 1e5])
-@pytest.mark.parametrize("threshold", [2.0, 20.0])
-@pytest.mark.parametrize("shape", [Plane(), Sphere(0.1)])
+@pytest.mark.parametrize(
+    ("speed", "stiffness", "threshold", "shape"),
+    spread(product([0.02, 0.05, 0.1, 0.2], [5e3, 2e4, 1e5], [2.0, 20.0], [Plane(), Sphere(0.1)])),
+)
 def test_down_onto_a_table_it_rests_where_stiffness_and_stop_distance_say(
     speed: float, stiffness: float, threshold: float, shape: Shape
 ) -> None:

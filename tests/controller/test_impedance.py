@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from itertools import product
 from math import inf, nan
 from typing import Any
 
@@ -31,7 +32,7 @@ from tests.asked import (
     ptp_stiff_move,
     smart_joint_move,
 )
-from tests.samples import some
+from tests.samples import some, spread
 from tests.stepped import ARMS, SteppedRobot, assert_straight, assert_within_limits, strong
 
 START = [0.2, 0.4, -0.1, -1.2, 0.3, 0.9, -0.5]
@@ -149,10 +150,10 @@ def test_the_six_values_are_subtracted_from_what_acts() -> None:
     assert robot.controller.cartesian_force() == (0.0,) * 6, "what the controller adds is not felt"
 
 
-@pytest.mark.parametrize("tick_s", [0.001, 0.002, 0.01])
-@pytest.mark.parametrize("surface", [1e3, 1e5])
-@pytest.mark.parametrize("stiffness", [100.0, 5000.0])
-@pytest.mark.parametrize("speed_rel", [0.1, 1.0])
+@pytest.mark.parametrize(
+    ("tick_s", "surface", "stiffness", "speed_rel"),
+    spread(product([0.001, 0.002, 0.01], [1e3, 1e5], [100.0, 5000.0], [0.1, 1.0])),
+)
 def test_pressed_into_a_table_the_forces_balance(
     tick_s: float, surface: float, stiffness: float, speed_rel: float
 ) -> None:

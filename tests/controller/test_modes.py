@@ -31,7 +31,7 @@ from tests.asked import (
     smart_cartesian_move,
     smart_joint_move,
 )
-from tests.samples import some
+from tests.samples import some, spread
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
 
 FULL = [1.0] * 7
@@ -217,8 +217,9 @@ def test_a_robot_at_rest_changes_its_mode_without_delay(command: str, other: str
 
 
 @pytest.mark.requirement("FRA103")
-@pytest.mark.parametrize(("command", "other"), CHANGES)
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize(
+    ("name", "command", "other"), spread((name, *change) for name, change in product(ARMS, CHANGES))
+)
 def test_a_change_in_mid_motion_stops_on_the_path_and_then_begins(
     name: str, command: str, other: str
 ) -> None:
@@ -284,12 +285,12 @@ def test_a_stop_ends_every_mode_on_the_path(name: str, command: str) -> None:
 
 @pytest.mark.parametrize(
     ("first", "second", "third"),
-    [
+    spread(
         (first, second, third)
         for first, second in CHANGES
         for third in ("lin", "smart joint", "direct cartesian")
         if "cartesian" not in first and GOES[second][0] is not GOES[third][0]
-    ],
+    ),
 )
 def test_what_has_not_begun_when_the_mode_changes_again_never_moves(
     first: str, second: str, third: str
@@ -310,11 +311,11 @@ def test_what_has_not_begun_when_the_mode_changes_again_never_moves(
 
 @pytest.mark.parametrize(
     ("first", "servo", "by_stop"),
-    [
+    spread(
         (first, servo, by_stop)
         for first, servo, by_stop in product(COMMANDS, SERVOS, [True, False])
         if by_stop or GOES[first][0] is not GOES[servo][0]
-    ],
+    ),
 )
 def test_of_the_targets_that_come_during_a_stop_the_newest_is_headed_for(
     first: str, servo: str, by_stop: bool
@@ -357,7 +358,7 @@ def test_normal_moves_that_come_during_a_stop_queue(servo: str) -> None:
 
 
 @pytest.mark.requirement("FRC016")
-@pytest.mark.parametrize(("command", "other"), CHANGES)
+@pytest.mark.parametrize(("command", "other"), spread(CHANGES))
 def test_a_stop_during_a_change_drops_what_waits(command: str, other: str) -> None:
     changed, stopped = in_mid_motion(command), in_mid_motion(command)
     number = sends(changed, other, ELSEWHERE)

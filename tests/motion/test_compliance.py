@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import exp, hypot, pi, sqrt
 
 import numpy as np
@@ -23,7 +24,7 @@ from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
 from tests.plane import Plane
-from tests.samples import some
+from tests.samples import some, spread
 
 
 class Arm:
@@ -192,9 +193,16 @@ SURFACES = [1e3, 1e4, 1e5]
 
 
 @pytest.mark.parametrize("tick_s", TICKS_S)
-@pytest.mark.parametrize("surface", SURFACES)
 @pytest.mark.parametrize(
-    ("arm", "stiffness"), [*((ARM, each) for each in (0.0, 50.0, 2000.0, 5000.0)), (SIX_AXES, 2000.0)]
+    ("surface", "arm", "stiffness"),
+    spread(
+        (
+            (surface, *arm)
+            for surface in SURFACES
+            for arm in [*((ARM, each) for each in (0.0, 50.0, 2000.0, 5000.0)), (SIX_AXES, 2000.0)]
+        ),
+        each=4,
+    ),
 )
 def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
     arm: Arm, tick_s: float, surface: float, stiffness: float
@@ -212,11 +220,10 @@ def test_pressed_on_a_surface_it_comes_to_rest_where_the_forces_balance(
 
 
 @pytest.mark.parametrize("tick_s", TICKS_S)
-@pytest.mark.parametrize("surface", SURFACES)
 @pytest.mark.parametrize(
-    ("arm", "stiffness"), [(ARM, 0.0), (ARM, 2000.0), (ARM, 5000.0), (SIX_AXES, 0.0), (SIX_AXES, 5000.0)]
+    ("arm", "stiffness", "surface", "damping"),
+    spread(product([ARM, SIX_AXES], [0.0, 2000.0, 5000.0], SURFACES, [0.0, 2.0])),
 )
-@pytest.mark.parametrize("damping", [0.0, 2.0])
 def test_energy_never_grows_in_contact(
     arm: Arm, tick_s: float, surface: float, stiffness: float, damping: float
 ) -> None:

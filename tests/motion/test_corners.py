@@ -12,6 +12,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.robot.description import load_robot
 from tests.blended_path import Joints, Run, Sent
 from tests.chain_checks import assert_keeps_its_paths, assert_keeps_its_speeds
+from tests.samples import ALL
 from tests.stepped import SteppedRobot, assert_within_limits
 
 TICK_S = 0.002
@@ -46,12 +47,13 @@ def test_the_named_corners_are_passed_at_speed(robot: str) -> None:
 
 
 @pytest.mark.requirement("FRC012", "FRC015")
+@pytest.mark.sampled
 @pytest.mark.parametrize("first", range(4))
 @both
 def test_paths_are_exact_outside_the_sphere_and_limits_hold_everywhere(robot: str, first: int) -> None:
     """To 1 um; a quarter of the corners each, at one of the ticks' lengths."""
     tick_s = (0.001, 0.002, 0.005, 0.01)[first]
-    for corner in corners.corners(robot)[first::4]:
+    for corner in corners.corners(robot)[first :: 4 if ALL else 16]:
         recorded = run_of(robot, corner, tick_s)
         assert_keeps_its_paths(recorded)
         assert_keeps_its_speeds(recorded)

@@ -167,6 +167,9 @@ def test_numbers_at_one_place_share_it() -> None:
 
 @pytest.mark.parametrize("file_format", ["svg", pytest.param("png", marks=pytest.mark.slow)])
 def test_the_same_recording_gives_the_same_picture(recording: Recording, file_format: str) -> None:
+    """Any name can stand in its title."""
+    script = recording.script._replace(path="of/$\\alpha$ \u6f22\n%.txt")
+    recording = replace(recording, script=script)
     first = picture(recording, file_format)
     assert first == picture(recording, file_format)
     if file_format == "png":
@@ -239,8 +242,3 @@ def test_a_joint_that_stays_on_another_is_dashed(recording: Recording) -> None:
     joints[:, 4] = joints[:, 2]
     axes = panel(draw(replace(recording, joints=joints)), "joint position (deg)")
     assert [curve(axes, name).get_linestyle() for name in ("A3", "A4", "A5")] == ["-", "-", "--"]
-
-
-def test_any_name_can_stand_in_the_title(recording: Recording) -> None:
-    script = recording.script._replace(path="of/$\\alpha$ \u6f22\n%.txt")
-    assert picture(replace(recording, script=script), "png").startswith(PNG_START)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.cli import main
+from iiwa_sim.plot import draw
 from tests.plot.scripts import EXAMPLE, EXAMPLES, LIN, TABLE
 from tests.processes import IIWA_SIM
 from tests.talking import DEADLINE_S
@@ -100,7 +101,10 @@ def test_a_file_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "moves.txt: cannot be read: No such file or directory" in told
 
 
-def test_a_picture_that_cannot_be_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_picture_that_cannot_be_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(draw, "picture", lambda *_: b"")  # which takes a second
     told = told_by([EXAMPLE, "-o", tmp_path / "missing" / "picture.png"], capsys)
     assert "picture.png: cannot be written: No such file or directory" in told
 

@@ -86,7 +86,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.sampled
 def test_every_channel_has_messages_that_fit_the_schema_in_the_file(session: Path) -> None:
-    stride = 1 if ALL else 10
+    stride = 1 if ALL else 40
     counts: Counter[str] = Counter()
     validators: dict[str, Draft202012Validator] = {}
     for found in found_in(session):

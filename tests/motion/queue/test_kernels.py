@@ -193,16 +193,18 @@ def test_the_fastest_motion_over_a_way(way: float, velocity: float, acceleration
     assert np.allclose(end, [way, 0.0, 0.0], rtol=1e-9, atol=1e-9 * np.array([way, velocity, acceleration]))
 
 
+PLACES, WEIGHTS = np.polynomial.legendre.leggauss(400)
+
+
 @settings(max_examples=some(60), deadline=None)
 @given(exponents=st.lists(st.floats(-4.0, 1.0), min_size=3, max_size=3))
 def test_the_time_of_a_cell_is_exact_also_where_the_clock_comes_near_to_0(exponents: list[float]) -> None:
     c = 10.0 ** np.array(exponents)
-    places, weights = np.polynomial.legendre.leggauss(400)
-    u = 0.5 * (places + 1.0)
+    u = 0.5 * (PLACES + 1.0)
     b = 0.5 * (c[0] + c[1]) + u * (c[1] - c[0]) + 0.5 * u * u * (c[0] - 2.0 * c[1] + c[2])
     times = np.zeros(2)
     motion_kernel.add_times(c, times)
-    assert np.isclose(times[1], 0.5 * float((weights / np.sqrt(b)).sum()), rtol=1e-10)
+    assert np.isclose(times[1], 0.5 * float((WEIGHTS / np.sqrt(b)).sum()), rtol=1e-10)
 
 
 def test_cells_that_run_backwards_or_are_no_numbers_have_places_in_order() -> None:

@@ -17,7 +17,7 @@ TICK_S = 0.002
 
 @pytest.mark.requirement("FRC009")
 @pytest.mark.parametrize("robot", ALL_ROBOTS)
-@pytest.mark.parametrize("speed_rel", [1.0, 0.3])
+@pytest.mark.parametrize("speed_rel", [1.0, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
     description = load_robot(robot)
     # Among these is one whose jerk was once 17 % too high, where rounding hid a change of acceleration.

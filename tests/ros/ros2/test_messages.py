@@ -1,4 +1,4 @@
-"""Messages of rclpy as plain ones, by a stand-in for a message: rclpy itself is in tests/test_ros2.py."""
+"""Messages of rclpy as plain ones, by a stand-in for a message: rclpy itself is in `test_process.py`."""
 
 from __future__ import annotations
 

@@ -18,10 +18,10 @@ from iiwa_sim.ros.ros2 import environment
 from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
 from iiwa_sim.simulator import Simulator
 from tests.processes import IIWA_SIM, running
-from tests.ros2_tools import CELL, rclpy_python
+from tests.ros.ros2.users import CELL
 from tests.talking import DEADLINE_S, Client, until
 
-EXAMPLE = Path(__file__).parent.parent / "examples" / "ros2_rclpy.py"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "ros2_rclpy.py"
 NODE = f"ROS 2 node /{CELL}/iiwa_sim\n"
 LISTENER = """
 import sys
@@ -52,12 +52,6 @@ node.destroy_node()
 rclpy.shutdown()
 """
 """Of a user: prints the time of /clock, then the stamps of 50 joint states, in ns."""
-
-
-@pytest.fixture
-def python(monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An interpreter that has rclpy."""
-    return rclpy_python(monkeypatch)
 
 
 BAD = """
@@ -117,7 +111,9 @@ def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> Non
     assert "bytes as JSON: that is too long" in log
 
 
-@pytest.mark.parametrize("clock", ["real", "10x", "fast", "stepped"])
+@pytest.mark.parametrize(
+    "clock", ["fast", "stepped", *(pytest.param(each, marks=pytest.mark.slow) for each in ("real", "10x"))]
+)
 async def test_states_come_100_times_in_a_second_of_simulated_time_at_every_clock(
     python: Path, clock: str
 ) -> None:

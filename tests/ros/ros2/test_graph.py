@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 from math import cos, nan, sin
 from pathlib import Path
 from typing import Any
@@ -15,40 +14,23 @@ from hypothesis import strategies as st
 from iiwa_sim.client import Iiwa
 from iiwa_sim.ros.arm.joint_level import COMMANDS, TRAJECTORY, TWIST
 from iiwa_sim.simulator import Simulator
-from tests.ros2_tools import CELL, HERE, NAMES, User, compiled, duration, rclpy_python, trajectory, user
+from tests.ros.ros2.users import AWAY, HERE, NAMES, User, duration, trajectory, user
 from tests.samples import some
 from tests.talking import until
 
-AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
 JOINT_STATE, POINTS = "sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"
 MOST_STATES = 2_000
 ALWAYS_BEHIND_S = 0.1
 """The longest delay behind a curve, told in docs/ros2.md."""
 
 
-@pytest.fixture(scope="module")
-def python() -> Iterator[Path]:
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        found = rclpy_python(monkeypatch)
-        compiled(found)
-        yield found
-
-
-@pytest.fixture(scope="module")
-def cell(python: Path) -> Iterator[tuple[Simulator, User]]:
-    """A robot whose time runs ten times as fast, and a user, for all tests that leave it at rest."""
-    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_namespace": CELL}
-    with Simulator(clock="10x", **options) as robot, user(python) as someone:
-        yield robot, someone
-
-
-def test_two_robots_in_one_graph_are_told_apart(python: Path) -> None:
-    options: dict[str, Any] = {"clock": "10x", "ros2": True, "ros2_python": python}
+def test_two_robots_in_one_graph_are_told_apart(whole_python: Path) -> None:
+    options: dict[str, Any] = {"ros2": True, "ros2_python": whole_python}
     with (
         Simulator(ros_namespace="left", **options) as left,
         Simulator(ros_namespace="right", **options) as right,
-        user(python, "left") as one,
-        user(python, "right") as other,
+        user(whole_python, "left") as one,
+        user(whole_python, "right") as other,
     ):
         assert one.sends("there", [(1.0, AWAY)])
         assert one.asks("result", name="there")["status"] == 4
@@ -62,16 +44,16 @@ def test_two_robots_in_one_graph_are_told_apart(python: Path) -> None:
         assert (left.controller.io.outputs[0], right.controller.io.outputs[0]) == (False, True)
 
 
-async def test_a_robot_at_rest_whose_node_nobody_hears_does_not_tick(python: Path) -> None:
-    async with Simulator(ros2=True, ros2_python=python, ros_namespace="alone") as robot:
-        ros = robot._ros
-        assert ros is not None
-        assert not ros.watching
-        with user(python, "alone") as someone:
-            asked = {"topic": "joint_states", "kind": JOINT_STATE}
-            await asyncio.to_thread(someone.asks, "hear", **asked)
-            await until(lambda: ros.watching)
-        await until(lambda: not ros.watching)
+async def test_a_robot_at_rest_whose_node_nobody_hears_does_not_tick(
+    whole_python: Path, cell: tuple[Simulator, User]
+) -> None:
+    ros = cell[0]._ros
+    assert ros is not None
+    await until(lambda: not ros.watching)
+    with user(whole_python) as someone:
+        await asyncio.to_thread(someone.asks, "hear", topic="joint_states", kind=JOINT_STATE)
+        await until(lambda: ros.watching)
+    await until(lambda: not ros.watching)
 
 
 def test_transforms_and_the_description_are_told(cell: tuple[Simulator, User]) -> None:
@@ -98,6 +80,7 @@ def test_rates_are_parameters_of_the_node(cell: tuple[Simulator, User]) -> None:
         if rates.rates_hz["/joint_states"] == 7:
             break
         someone.asks("wait", topic="joint_states", count=1)
+    someone.asks("forget", topic="joint_states")
     assert rates.rates_hz == {**rates.rates_hz, "/joint_states": 7, "/tool_frame": 100}
     assert someone.asks("parameters", node="iiwa_sim", values={"rates.joint_states": 100})["reasons"] == [""]
 
@@ -144,14 +127,9 @@ def test_trajectories_of_2_to_200_points_are_followed(
 
 
 def test_what_is_bad_comes_to_nothing_however_much_of_it_there_is(
-    python: Path, caplog: pytest.LogCaptureFixture
+    cell: tuple[Simulator, User], caplog: pytest.LogCaptureFixture
 ) -> None:
-    with Simulator(ros2=True, ros2_python=python) as robot, user(python, "") as someone:
-        flooded(robot, someone)
-    assert "not finite" in caplog.text
-
-
-def flooded(robot: Simulator, someone: User) -> None:
+    robot, someone = cell
     before = robot.joints
     bad_points = [
         trajectory([(1.0, [nan] * 7)]),
@@ -176,6 +154,7 @@ def flooded(robot: Simulator, someone: User) -> None:
         topic = TRAJECTORY.strip("/")
         someone.asks("publish", topic=topic, kind=POINTS, messages=[long])
         assert telnet.get_status() == "stopped"
-    assert someone.sends("then", [(0.1, HERE)]), "it is taken behind all of that"
+    assert someone.sends("then", [(0.1, before)]), "it is taken behind all of that"
     assert someone.asks("result", name="then")["status"] == 4
     assert robot.joints == pytest.approx(before, abs=1e-6)
+    assert "not finite" in caplog.text

@@ -28,7 +28,8 @@ FIRST_LOCK = 23_400
 CELL = f"cell_{os.getpid()}"
 """A namespace."""
 FOLDER = Path(ros2.__file__).parent
-PROGRAM = Path(__file__).parent / "ros2_user.py"
+PROGRAM = Path(__file__).parent / "user_node.py"
+AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
 HERE = (0.0, 0.523599, 0.0, -1.047198, 0.0, 1.570796, 0.0)
 NAMES = [f"A{k}" for k in range(1, 8)]
 
@@ -78,7 +79,7 @@ class User:
         self._process = node
 
     def asks(self, do: str, **what: Any) -> Any:
-        """See `ros2_user.py`; the test fails where that does."""
+        """See `user_node.py`; the test fails where that does."""
         node = self._process
         assert node.stdin is not None
         assert node.stdout is not None
@@ -95,6 +96,7 @@ class User:
         """So many messages of a topic."""
         self.asks("hear", topic=topic, kind=kind, latched=latched)
         messages: list[Any] = self.asks("wait", topic=topic, count=count)["messages"]
+        self.asks("forget", topic=topic)
         return messages
 
     def calls(self, service: str, kind: str, **request: Any) -> Any:

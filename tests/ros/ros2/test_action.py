@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -13,25 +12,8 @@ from websockets.sync.client import connect
 
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE
 from iiwa_sim.simulator import Simulator
-from tests.ros2_tools import CELL, HERE, User, compiled, duration, rclpy_python, user
+from tests.ros.ros2.users import AWAY, HERE, User, duration, user
 from tests.talking import DEADLINE_S
-
-AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
-OPTIONS: dict[str, Any] = {"clock": "10x", "ros2": True, "ros_namespace": CELL}
-
-
-@pytest.fixture
-def python(monkeypatch: pytest.MonkeyPatch) -> Path:
-    found = rclpy_python(monkeypatch)
-    compiled(found)
-    return found
-
-
-@pytest.fixture
-def cell(python: Path) -> Iterator[tuple[Simulator, User]]:
-    """A robot whose time runs ten times as fast, and a user."""
-    with Simulator(ros2_python=python, **OPTIONS) as robot, user(python) as someone:
-        yield robot, someone
 
 
 def test_goals_end_as_those_of_joint_trajectory_controller(cell: tuple[Simulator, User]) -> None:
@@ -115,25 +97,26 @@ def test_what_cannot_be_followed_is_rejected_and_nothing_moves(
     for reason in bad:
         assert any(reason in each for each in told), (reason, told)
     assert robot.joints == before
-    assert someone.sends("then", [(1.0, HERE)])
+    assert someone.sends("then", [(2.0, HERE)])
     assert someone.asks("result", name="then")["status"] == 4
 
 
-def test_a_goal_of_a_user_who_is_gone_is_followed_to_its_end(python: Path) -> None:
-    with Simulator(ros2_python=python, **OPTIONS) as robot:
-        with user(python) as someone:
-            assert someone.sends("left alone", [(2.0, AWAY)])
-        with user(python) as other:  # it may have begun, and be there before
-            assert other.sends("after", [(8.0, AWAY)])
-            assert other.asks("result", name="after")["status"] == 4
-        assert [round(each, 6) for each in robot.joints] == list(AWAY)
+def test_a_goal_of_a_user_who_is_gone_is_followed_to_its_end(
+    whole_python: Path, cell: tuple[Simulator, User]
+) -> None:
+    robot, someone = cell
+    with user(whole_python) as other:
+        assert other.sends("left alone", [(2.0, AWAY)])
+    assert someone.sends("after", [(8.0, AWAY)]), "the other may have begun, and be there before"
+    assert someone.asks("result", name="after")["status"] == 4
+    assert [round(each, 6) for each in robot.joints] == list(AWAY)
 
 
-def test_a_goal_that_another_client_cancels_is_aborted(python: Path) -> None:
-    with Simulator(ros2_python=python, rosbridge_port=0, **OPTIONS) as robot, user(python) as someone:
-        assert someone.sends("mine", [(3600.0, AWAY)])
-        with connect(f"ws://127.0.0.1:{robot.rosbridge_port}") as other:
-            other.send(json.dumps({"op": "call_service", "service": CANCEL_SERVICE}))
-            other.recv(DEADLINE_S)
-        end = someone.asks("result", name="mine")
-        assert (end["status"], end["result"]) == (6, {"error_code": -1, "error_string": "cancelled"})
+def test_a_goal_that_another_client_cancels_is_aborted(cell: tuple[Simulator, User]) -> None:
+    robot, someone = cell
+    assert someone.sends("mine", [(3600.0, AWAY)])
+    with connect(f"ws://127.0.0.1:{robot.rosbridge_port}") as other:
+        other.send(json.dumps({"op": "call_service", "service": CANCEL_SERVICE}))
+        other.recv(DEADLINE_S)
+    end = someone.asks("result", name="mine")
+    assert (end["status"], end["result"]) == (6, {"error_code": -1, "error_string": "cancelled"})

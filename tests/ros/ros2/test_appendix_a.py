@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import nan
-from pathlib import Path
-from typing import Any
-
-import pytest
 
 from iiwa_sim.simulator import Simulator
-from tests.ros2_tools import CELL, User, compiled, rclpy_python, user
+from tests.ros.ros2.users import AWAY, User
 from tests.ros_robot import command, ptp
 
-AWAY = (0.2, 0.7, 0.2, -0.9, 0.2, 1.2, 0.2)
 RMI = "robot_movement_interface"
-
-
-@pytest.fixture
-def cell(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Simulator, User]]:
-    """A robot whose time runs ten times as fast, and a user."""
-    python: Path = rclpy_python(monkeypatch)
-    compiled(python)
-    options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_namespace": CELL}
-    with Simulator(clock="10x", **options) as robot, user(python) as someone:
-        yield robot, someone
 
 
 def test_commands_end_with_their_results(cell: tuple[Simulator, User]) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from iiwa_sim.simulator import Simulator
 from tests.processes import IIWA_SIM, next_line
-from tests.ros2_tools import CELL, HERE, NAMES, compiled, rclpy_python, user
+from tests.ros.ros2.users import CELL, HERE, NAMES, user
 from tests.talking import DEADLINE_S
 
 SET_BOOL, TRIGGER = "std_srvs/srv/SetBool", "std_srvs/srv/Trigger"
@@ -19,28 +19,22 @@ MOST_STATES = 2_000
 """In which the robot is there: it takes 0.03 s."""
 
 
-@pytest.fixture
-def python(monkeypatch: pytest.MonkeyPatch) -> Path:
-    found = rclpy_python(monkeypatch)
-    compiled(found)
-    return found
-
-
-def test_a_robot_behind_a_bridge_is_a_node(python: Path) -> None:
-    options = ["--rosbridge-port", "0", "--ros2", "--ros2-python", python, "--ros-namespace", CELL]
+def test_a_robot_behind_a_bridge_is_a_node(whole_python: Path) -> None:
+    options = ["--rosbridge-port", "0", "--ros2", "--ros2-python", whole_python, "--ros-namespace", CELL]
     with Simulator(clock="10x") as robot:
         program = [*IIWA_SIM, "bridge", f"127.0.0.1:{robot.port}", *options]
         bridge = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        with bridge, user(python) as someone:
+        with bridge, user(whole_python) as someone:
             try:
                 assert next_line(bridge).startswith("rosbridge on ")
                 assert next_line(bridge) == f"ROS 2 node /{CELL}/iiwa_sim\n"
-                state = someone.hears("joint_states", "sensor_msgs/msg/JointState", 2)[-1]
+                kind = "sensor_msgs/msg/JointState"
+                someone.asks("hear", topic="joint_states", kind=kind)
+                state = someone.asks("wait", topic="joint_states", count=2)["messages"][-1]
                 assert (state["name"], state["velocity"]) == (NAMES, [])
                 assert state["position"] == pytest.approx(HERE, abs=1e-6)
                 near = [HERE[0] + 0.05, *HERE[1:]]
                 told = {"name": NAMES, "position": near}
-                kind = "sensor_msgs/msg/JointState"
                 someone.asks("publish", topic="robot_joint_commands", kind=kind, messages=[told])
                 assert someone.calls("set_output_1", SET_BOOL, data=True) == {"success": True, "message": ""}
                 assert robot.controller.io.outputs[0]

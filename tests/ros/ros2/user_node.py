@@ -20,7 +20,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 sys.path.append(sys.argv[1])
 from rclpy_node.messages import class_of, fill, plain
 
-PATIENCE_S = float(os.environ.get("PAT", "100.0"))
+PATIENCE_S = 100.0
 DEPTH = 1000
 
 
@@ -48,17 +48,26 @@ class User:
         qos = QoSProfile(depth=DEPTH)
         if latched:
             qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        heard = self.heard.setdefault(topic, [])
-        self.node.create_subscription(class_of(kind), topic, lambda each: heard.append(plain(each)), qos)
+        heard = []
+        hears = self.node.create_subscription(
+            class_of(kind), topic, lambda each: heard.append(plain(each)), qos
+        )
+        self.heard[topic] = hears, heard
         self.until(lambda: self.node.count_publishers(topic))
         return {}
 
     def wait(self, topic, count):
         """The messages of a topic, when there are so many since the last time."""
-        heard = self.heard[topic]
+        _, heard = self.heard[topic]
         self.until(lambda: len(heard) >= count)
         told, heard[:] = list(heard), []
         return {"messages": told}
+
+    def forget(self, topic):
+        """Hear it no more."""
+        hears, _ = self.heard.pop(topic)
+        self.node.destroy_subscription(hears)
+        return {}
 
     def publish(self, topic, kind, messages, period_s=0.0, acknowledged=True):
         """Publish; answers when all are acknowledged, which DDS may do only after 3 s."""
