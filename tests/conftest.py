@@ -44,6 +44,10 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
+def pytest_unconfigure() -> None:
+    gc.unfreeze()  # what a library finds at the end of the process it would call leaked
+
+
 def pytest_xdist_auto_num_workers() -> int:
     """Two more than there are cores: many tests wait for processes of their own, or for real time."""
     return (os.cpu_count() or 1) + 2
