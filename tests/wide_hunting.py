@@ -21,7 +21,7 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame, multiply, rotation_vector, transpose
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.queue.chain import Chain
 from tests.asked import (
     direct_joint_move,

@@ -10,9 +10,9 @@ from iiwa_sim.controller.poses import Asked
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.lin import lin
-from iiwa_sim.motion.path.line_joints import LineOutOfReach, SingularLine
-from iiwa_sim.motion.path.polynomial import Polynomial
-from iiwa_sim.motion.tcp_line import TcpLine
+from iiwa_sim.motion.path.line_kernel import LineOutOfReach, SingularLine
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from iiwa_sim.robot.inverse_kernel import Inverse
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found

@@ -14,7 +14,7 @@ from iiwa_sim.controller.requests import Kind, MoveRequest, Shift
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.path.zone import JointBall, Sphere, Zone
 from iiwa_sim.robot.inverse import inverse_of

@@ -6,7 +6,7 @@ import pytest
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.override import Override
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import begun

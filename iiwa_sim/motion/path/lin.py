@@ -5,10 +5,10 @@ where it goes exactly through a singular pose, or begins or ends in one, see `ii
 """
 
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path.line_joints import LineJoints, fitted_pieces
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.line_kernel import LineJoints
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.singular import FREE_AT_START, Stretches
-from iiwa_sim.motion.tcp_line import TcpLine
+from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from iiwa_sim.robot.inverse_kernel import Inverse
 
 SMALLEST_PIECE = 1.0 / 128.0
@@ -18,11 +18,11 @@ SMALLEST_PIECE = 1.0 / 128.0
 def lin(inverse: Inverse, start: Joints, line: TcpLine, target_redundancy: float, status: int) -> Polynomial:
     """Joints along a line from `start` (rad), where it begins, on the branch `status`.
 
-    Raises `LineOutOfReach` and `SingularLine` of `iiwa_sim.motion.path.line_joints`.
+    Raises `LineOutOfReach` and `SingularLine` of `iiwa_sim.motion.path.line_kernel`.
     """
     along = LineJoints(inverse, start, line, target_redundancy)
     if len(inverse.merging_statuses(start, FREE_AT_START)) == 1:
-        fitted = fitted_pieces(along, 0.0, 1.0, status, start, start, SMALLEST_PIECE, near=False)
+        fitted = along.pieces(0.0, 1.0, status, start, start, SMALLEST_PIECE, near=False)
         if not isinstance(fitted, float):
             borders, pieces = fitted
             end = tuple(pieces[-1].sum(axis=0).tolist())

@@ -1,262 +1,300 @@
-"""The sums of `iiwa_sim.motion.path.lin`: poses along a line, their joints, and a polynomial through these.
-
-A line is given by forty numbers, those of `TcpLine.numbers`.
-"""
+"""The joints along a line of the TCP by the closed-form inverse, and polynomials fitted to them."""
 
 # mypy: allow-untyped-decorators
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
 import cython
+import numpy as np
+from numpy.typing import NDArray
+
+from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.path.fit_kernel import nodes_and_weights
+from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
+from iiwa_sim.robot.inverse_kernel import Inverse
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.path.fit_kernel import fit
     from cython.cimports.iiwa_sim.robot.inverse_kernel import solve
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
+    from iiwa_sim.motion.path.fit_kernel import fit
     from iiwa_sim.robot.inverse_kernel import solve
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
-NOT_RESOLVED = 0
-SINGULAR = -1
-OUT_OF_REACH = -2
-HOPELESS = -3
+DEGREES = (16, 32)
+"""Degrees of the polynomials that are tried; the nodes of the first are among those of the second."""
+ALIGNED_RAD = 4e-10
+"""With less than this between the axes of two joints, one of them keeps its position along a line."""
+_ALIGNED = cython.declare(cython.double, 4e-10)
+_MOST_NODES = 33
+_HALVINGS = cython.declare(cython.int, 40)  # of a step, to find where the arm does not reach
+_MEETING_HALVINGS = cython.declare(cython.int, 50)  # or where branches meet
+_MOST_PIECES = 100
 
 _NEAR = cython.declare(cython.int, 1)
 _OUT_OF_REACH = cython.declare(cython.int, 2)
 _PI = cython.declare(cython.double, 3.141592653589793)
 _TAU = cython.declare(cython.double, 6.283185307179586)
-_HALVINGS = cython.declare(cython.int, 50)  # of a step, to find where branches meet
-# Coefficients (rad) below this are left out.
-_NOTHING = cython.declare(cython.double, 1e-13)
-# With the last three coefficients (rad) below this a piece is resolved: where derivatives have to agree with
-# those of neighbours, and where there are none.
-_RESOLVED = cython.declare(cython.double, 1e-12)
-_RESOLVED_ALONE = cython.declare(cython.double, 1e-11)
-# With more a polynomial of twice the degree would not do either.
-_TOO_MUCH = cython.declare(cython.double, 1e-4)
-# Near singular poses rounding shows in all coefficients: below this, and where they do not fall any more.
-_ROUNDING = cython.declare(cython.double, 1e-8)
-_LEVEL = cython.declare(cython.double, 10.0)
 
 
-def nodes_and_weights(degree: cython.int, nodes: cython.double[::1], weights: cython.double[:, ::1]) -> None:
-    """The places (degree + 1,) in -1..1 where a polynomial of that degree is fitted, ends included, and what
-    each value there counts in each coefficient (degree + 1, degree + 1)."""
-    for k in range(degree + 1):
-        nodes[k] = sine(_PI * (2 * k - degree) / (2 * degree))
-    nodes[0] = -1.0
-    nodes[degree] = 1.0
-    for j in range(degree + 1):
-        for k in range(degree + 1):
-            weight = 2.0 / degree * cosine(_PI * ((j * (degree - k)) % (2 * degree)) / degree)
-            if k == 0 or k == degree:
-                weight *= 0.5
-            if j == 0 or j == degree:
-                weight *= 0.5
-            weights[j, k] = weight
+def _nodes_and_weights(degree: int) -> tuple[Array, Array]:
+    nodes, weights = np.empty(degree + 1), np.empty((degree + 1, degree + 1))
+    nodes_and_weights(degree, nodes, weights)
+    return nodes, weights
 
 
-def places(
-    kind: cython.int,
-    numbers: cython.double[::1],
-    line: cython.double[::1],
-    redundancy: cython.double,
-    redundancy_way: cython.double,
-    statuses: cython.longlong[::1],
-    seed: cython.double[::1],
-    aligned: cython.double,
-    s: cython.double[::1],
-    poses: cython.double[:, ::1],
-    joints: cython.double[:, ::1],
-    results: cython.schar[::1],
-) -> None:
-    """The pose of the flange (12: rotation, place in m) and the joint positions (n,) at each s (m,).
-
-    Results (m,) are those of `iiwa_sim.robot.inverse_kernel.solve_rows`.
-    """
-    for row in range(s.shape[0]):
-        pose(line, s[row], poses, row)
-        own = redundancy + s[row] * redundancy_way
-        results[row] = solve(kind, numbers, poses, row, own, statuses[row], seed, aligned, joints)
+_NODES_AND_WEIGHTS = tuple([_nodes_and_weights(degree) for degree in DEGREES])
 
 
-def meeting(
-    kind: cython.int,
-    numbers: cython.double[::1],
-    line: cython.double[::1],
-    redundancy: cython.double,
-    redundancy_way: cython.double,
-    own: cython.int,
-    other: cython.int,
-    seed: cython.double[::1],
-    before: cython.double,
-    after: cython.double,
-    coming: cython.double[::1],
-    going: cython.double[::1],
-    poses: cython.double[:, ::1],
-    joints: cython.double[:, ::1],
-) -> tuple[float, float]:
-    """The s between `before` and `after` up to which the branch `own`, and from which on `other`, is nearer
-    to an even way of the joints from coming to going (rad, (n,)): where the two meet, if they do.
+class LineOutOfReach(Exception):
+    """The arm cannot reach the line, on its branch, from the place `s` on."""
 
-    A branch that does not reach a place is far. `poses` (1, 12) and `joints` (1, n) are for its own use.
-    """
-    low: cython.double = before
-    high: cython.double = after
-    k: cython.int = 0
-    while k < _HALVINGS:
-        k += 1
-        s = 0.5 * (low + high)
-        part = (s - before) / (after - before)
-        redundant = redundancy + s * redundancy_way
-        pose(line, s, poses, 0)
-        one = another = 1e9
-        if solve(kind, numbers, poses, 0, redundant, own, seed, 0.0, joints) != _OUT_OF_REACH:
-            one = _off(joints, coming, going, part)
-        if solve(kind, numbers, poses, 0, redundant, other, coming, 0.0, joints) != _OUT_OF_REACH:
-            another = _off(joints, coming, going, part)
-        if one <= another:
-            low = s
-        else:
-            high = s
-    return low, high
+    def __init__(self, s: float) -> None:
+        super().__init__(f"at s = {s}")
+        self.s = s
 
 
-@cython.cfunc
-@cython.exceptval(check=False)
-def _off(
-    joints: cython.double[:, ::1],
-    coming: cython.double[::1],
-    going: cython.double[::1],
-    part: cython.double,
-) -> cython.double:
-    """How far a joint is from the part of the way from coming to going (rad), but for whole turns."""
-    farthest: cython.double = 0.0
-    off: cython.double
-    for j in range(joints.shape[1]):
-        off = joints[0, j] - coming[j] - part * (going[j] - coming[j])
-        while off > _PI:
-            off -= _TAU
-        while off < -_PI:
-            off += _TAU
-        farthest = max(farthest, off, -off)
-    return farthest
+class SingularLine(Exception):
+    """At `s` the line comes so close to a singular pose that the joint (by index) would have to jump."""
+
+    def __init__(self, s: float, joint: int) -> None:
+        super().__init__(f"at s = {s}, joint {joint}")
+        self.s = s
+        self.joint = joint
 
 
-def fit(
-    kind: cython.int,
-    numbers: cython.double[::1],
-    line: cython.double[::1],
-    redundancy: cython.double,
-    redundancy_way: cython.double,
-    status: cython.int,
-    seed: cython.double[::1],
-    aligned: cython.double,
-    near: cython.bint,
-    low: cython.double,
-    high: cython.double,
-    reference: cython.double[::1],
-    nodes: cython.double[::1],
-    weights: cython.double[:, ::1],
-    poses: cython.double[:, ::1],
-    joints: cython.double[:, ::1],
-    coefficients: cython.double[:, ::1],
-) -> cython.Py_ssize_t:
-    """A polynomial through the joints of a line from s = low to high, on a branch: rows of coefficients.
+@cython.cclass
+class LineJoints:
+    """The inverse along one line, the redundancy going evenly with s. Joints are rad, (n,) or (m, n)."""
 
-    Each joint goes on from where it was, the first from the reference (n,), however often that is around.
-    Ends are met but for rounding. Returns how many rows there are, or one of the constants above: where a
-    pose is out of reach or, unless that is allowed, near a singular one, and where it takes more nodes, or a
-    shorter piece.
-    """
-    count: cython.Py_ssize_t = joints.shape[1]
-    last: cython.Py_ssize_t = nodes.shape[0] - 1
-    alone: cython.bint = low == 0.0 and high == 1.0
-    total: cython.double
-    largest: cython.double
-    for k in range(last + 1):
-        s = high if k == last else low + 0.5 * (high - low) * (1.0 + nodes[k])
-        pose(line, s, poses, k)
-        own = redundancy + s * redundancy_way
-        result = solve(kind, numbers, poses, k, own, status, seed, aligned, joints)
-        if result == _OUT_OF_REACH:
-            return OUT_OF_REACH
-        if result == _NEAR and not near:
-            return SINGULAR
-        for j in range(count):
-            before = joints[k - 1, j] if k > 0 else reference[j]
-            while joints[k, j] - before > _PI:
-                joints[k, j] -= _TAU
-            while joints[k, j] - before < -_PI:
-                joints[k, j] += _TAU
-    if low == 0.0:
-        for j in range(count):
-            joints[0, j] = reference[j]
-    nothing: cython.double = _NOTHING
-    tail: cython.double = 0.0
-    level: cython.double = 0.0
-    for i in range(last, -1, -1):
-        largest = 0.0
-        for j in range(count):
-            total = 0.0
-            for k in range(last + 1):
-                total += weights[i, k] * joints[k, j]
-            coefficients[i, j] = total
-            largest = max(largest, total, -total)
-        if i > last - 3:
-            tail = max(tail, largest)
-            if tail > _TOO_MUCH:
-                return HOPELESS
-        elif i > last - last // 2:
-            level = max(level, largest)
-        elif tail > (_RESOLVED_ALONE if alone else _RESOLVED):
-            if tail > _ROUNDING or level > _LEVEL * tail:
-                return NOT_RESOLVED
-            nothing = max(nothing, 4.0 * tail)
-    rows = last + 1
-    while rows > 2:
-        largest = 0.0
-        for j in range(count):
-            largest = max(largest, coefficients[rows - 1, j], -coefficients[rows - 1, j])
-        if largest > nothing:
-            break
-        rows -= 1
-    meet(coefficients, rows, joints, last)
-    return rows
+    def __init__(self, inverse: Inverse, start: Joints, line: TcpLine, target_redundancy: float) -> None:
+        """`start` are the joint positions at the beginning of the line."""
+        self.inverse = inverse
+        self._line = line
+        self.start = start
+        self._redundancy = inverse.redundancy(start)
+        self._way = target_redundancy - self._redundancy
+        self._count = len(start)
+        self._kind, self._numbers = inverse.kind, inverse.numbers
+        self._poses, self._joints = np.empty((_MOST_NODES, 12)), np.empty((_MOST_NODES, self._count))
+        self._seed, self._reference = np.empty(self._count), np.empty(self._count)
 
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _place(
+        self, row: cython.Py_ssize_t, s: cython.double, status: cython.int, aligned: cython.double
+    ) -> cython.int:
+        """The joint positions at s on a branch into a row, following the seed; says what the inverse does."""
+        self._line.pose(s, self._poses, row)
+        redundancy = self._redundancy + s * self._way
+        return solve(
+            self._kind, self._numbers, self._poses, row, redundancy, status, self._seed, aligned, self._joints
+        )
 
-@cython.cfunc
-@cython.exceptval(check=False)
-def meet(
-    coefficients: cython.double[:, ::1],
-    rows: cython.Py_ssize_t,
-    joints: cython.double[:, ::1],
-    last: cython.Py_ssize_t,
-) -> cython.void:
-    """What is missing of the first and last joint positions, added evenly along the piece."""
-    first_off: cython.double
-    last_off: cython.double
-    for j in range(joints.shape[1]):
-        first_off = joints[0, j]
-        last_off = joints[last, j]
-        sign = 1.0
-        for i in range(rows):
-            first_off -= sign * coefficients[i, j]
-            last_off -= coefficients[i, j]
-            sign = -sign
-        coefficients[0, j] += 0.5 * (first_off + last_off)
-        coefficients[1, j] += 0.5 * (last_off - first_off)
+    @cython.cfunc
+    def _follow(self, seed: Any) -> Any:
+        for k in range(self._count):
+            self._seed[k] = seed[k]
 
+    def at(
+        self, s: cython.double, status: cython.int, seed: Joints, aligned: cython.double = ALIGNED_RAD
+    ) -> Joints | None:
+        """Joint positions at s on a branch; None where that does not reach.
 
-@cython.ccall
-@cython.exceptval(check=False)
-def pose(
-    line: cython.double[::1], s: cython.double, poses: cython.double[:, ::1], row: cython.Py_ssize_t
-) -> cython.void:
-    """The pose of the flange in the base at s, into that row."""
-    half: cython.double = 0.5 * s * line[39]
-    a: cython.double = sine(half)
-    versine: cython.double = 2.0 * a * a
-    a = 2.0 * a * cosine(half)
-    for k in range(12):
-        poses[row, k] = line[k] + a * line[12 + k] + versine * line[24 + k]
-    for k in range(3):
-        poses[row, 9 + k] += s * line[36 + k]
+        Where the axes of two joints are parallel to `aligned` (rad), one of them is free, and keeps its
+        position in the seed. Next to such places rounding shows.
+        """
+        self._follow(seed)
+        if self._place(0, s, status, aligned) == _OUT_OF_REACH:
+            return None
+        return tuple([self._joints[0, k] for k in range(self._count)])
+
+    def rows(self, s: Array, statuses: NDArray[np.int64], seed: Joints) -> Array:
+        """Joint positions (m, n) at rising places (m,), on a branch each. Raises `LineOutOfReach`."""
+        joints: Array = np.empty((len(s), self._count))
+        found: cython.double[:, ::1] = joints
+        place: cython.double[::1] = s
+        status: cython.longlong[::1] = statuses
+        self._follow(seed)
+        row: cython.Py_ssize_t
+        for row in range(place.shape[0]):
+            if self._place(0, place[row], status[row], _ALIGNED) == _OUT_OF_REACH:
+                near = 0.0 if row == 0 else place[row - 1]
+                raise LineOutOfReach(self._end_of_reach(near, place[row], status[row]))
+            for k in range(self._count):
+                found[row, k] = self._joints[0, k]
+        return joints
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _end_of_reach(self, near: cython.double, far: cython.double, status: cython.int) -> cython.double:
+        """The s, between a place that is reached and one that is not, from which on the line is out of
+        reach."""
+        k: cython.int = 0
+        while k < _HALVINGS:
+            k += 1
+            middle = 0.5 * (near + far)
+            if self._place(0, middle, status, _ALIGNED) == _OUT_OF_REACH:
+                far = middle
+            else:
+                near = middle
+        return far
+
+    def closed(self, s: float, status: int, seed: Joints) -> Joints | None:
+        """Joint positions at s on a branch, exact to 1e-10 m and rad also next to singular poses, where they
+        follow the seed; None out of reach."""
+        redundancy = self._redundancy + s * self._way
+        joints: Joints | None = self.inverse.joints(self._line.flange(s), redundancy, status, seed)
+        return joints
+
+    def off(self, s: float, joints: Joints) -> float:
+        """How far the flange is from the line at joint positions (m, or elements of its rotation)."""
+        reached, wanted = self.inverse.model.flange(joints), self._line.flange(s)
+        return max([abs(a - b) for part in (0, 1) for a, b in zip(reached[part], wanted[part], strict=True)])
+
+    def check_reach(self, low: float, high: float, status: int, seed: Joints) -> None:
+        """Raises `LineOutOfReach` where the branch does not reach a node of the piece."""
+        nodes, _ = _NODES_AND_WEIGHTS[1]
+        s = low + 0.5 * (high - low) * (1.0 + nodes)
+        self.rows(s, np.full(len(s), status), seed)
+
+    def meeting(
+        self,
+        own: int,
+        other: int,
+        seed: Joints,
+        before: cython.double,
+        after: cython.double,
+        coming: Joints,
+        going: Joints,
+    ) -> tuple[float, float]:
+        """The last s on the own branch, which follows the seed, and the first on the other one, where they
+        meet between two places; `coming` and `going` are the joints at these.
+
+        The own one is nearer to an even way of the joints from coming to going up to there, the other one
+        from there on. A branch that does not reach a place is far.
+        """
+        low: cython.double = before
+        high: cython.double = after
+        one: cython.double
+        another: cython.double
+        step: cython.int = 0
+        while step < _MEETING_HALVINGS:
+            step += 1
+            s = 0.5 * (low + high)
+            part = (s - before) / (after - before)
+            one = another = 1e9
+            self._follow(seed)
+            if self._place(0, s, own, 0.0) != _OUT_OF_REACH:
+                one = self._off_even_way(coming, going, part)
+            self._follow(coming)
+            if self._place(0, s, other, 0.0) != _OUT_OF_REACH:
+                another = self._off_even_way(coming, going, part)
+            if one <= another:
+                low = s
+            else:
+                high = s
+        return low, high
+
+    @cython.cfunc
+    @cython.exceptval(-1.0)
+    def _off_even_way(self, coming: Any, going: Any, part: cython.double) -> cython.double:
+        """How far a joint is from the part of the way from coming to going (rad), but for whole turns."""
+        farthest: cython.double = 0.0
+        first: cython.double
+        last: cython.double
+        for j in range(self._count):
+            first, last = coming[j], going[j]
+            off: cython.double = self._joints[0, j] - first - part * (last - first)
+            while off > _PI:
+                off -= _TAU
+            while off < -_PI:
+                off += _TAU
+            farthest = max(farthest, off, -off)
+        return farthest
+
+    def fitted(
+        self, low: float, high: float, status: int, seed: Joints, reference: Sequence[float], *, near: bool
+    ) -> Array | None:
+        """Coefficients (rows, n) of a polynomial for low <= s <= high, in the turns next to the reference.
+
+        None where that takes more than the highest of the degrees, where a place is out of reach, or, unless
+        `near`, singular.
+        """
+        self._follow(seed)
+        for k in range(self._count):
+            self._reference[k] = reference[k]
+        for nodes, weights in _NODES_AND_WEIGHTS:
+            coefficients: Array = np.empty((len(nodes), self._count))
+            rows: cython.Py_ssize_t = self._fit(low, high, status, near, nodes, weights, coefficients)
+            if rows > 0:
+                return coefficients[:rows]
+            if rows < 0:
+                return None
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(-2)
+    def _fit(
+        self,
+        low: cython.double,
+        high: cython.double,
+        status: cython.int,
+        near: cython.bint,
+        nodes: cython.double[::1],
+        weights: cython.double[:, ::1],
+        coefficients: cython.double[:, ::1],
+    ) -> cython.Py_ssize_t:
+        """As `fit` says; -1 also where a place is out of reach, or singular and not to be `near` that."""
+        joints = self._joints
+        last: cython.Py_ssize_t = nodes.shape[0] - 1
+        before: cython.double
+        for k in range(last + 1):
+            s = high if k == last else low + 0.5 * (high - low) * (1.0 + nodes[k])
+            result = self._place(k, s, status, _ALIGNED)
+            if result == _OUT_OF_REACH or (result == _NEAR and not near):
+                return -1
+            # Each joint goes on from where it was, the first from the reference, in whatever turn.
+            for j in range(self._count):
+                before = joints[k - 1, j] if k > 0 else self._reference[j]
+                while joints[k, j] - before > _PI:
+                    joints[k, j] -= _TAU
+                while joints[k, j] - before < -_PI:
+                    joints[k, j] += _TAU
+        if low == 0.0:
+            for j in range(self._count):
+                joints[0, j] = self._reference[j]
+        return fit(joints, weights, low == 0.0 and high == 1.0, coefficients)
+
+    def pieces(
+        self,
+        low: float,
+        high: float,
+        status: int,
+        seed: Joints,
+        reference: Sequence[float],
+        smallest: float,
+        *,
+        near: bool,
+    ) -> tuple[list[float], list[Array]] | float:
+        """Borders (p + 1,) and pieces of the line from s = low to high: halved until each is resolved.
+
+        The first one begins next to the reference. Where a piece would be smaller than `smallest`, or
+        there would be too many, the s where that one begins is returned; for `near` see `fitted`.
+        """
+        borders, pieces, waiting = [low], list[Array](), [high]
+        while waiting:
+            high = waiting.pop()
+            found = self.fitted(low, high, status, seed, reference, near=near)
+            if found is not None:
+                borders.append(high)
+                pieces.append(found)
+                low, reference = high, found.sum(axis=0).tolist()
+            elif high - low < 2.0 * smallest or len(pieces) + len(waiting) >= _MOST_PIECES:
+                return low
+            else:
+                waiting += [high, 0.5 * (low + high)]
+        return borders, pieces

@@ -1,12 +1,10 @@
-"""The sums of `iiwa_sim.motion.path.polynomial`: values and derivatives of piecewise Chebyshev polynomials.
+"""Values and derivatives of Chebyshev polynomials in pieces, see `iiwa_sim.motion.path.piecewise_kernel`.
 
 Derivatives come from the same recurrence as the polynomials themselves: T(k + 1) = 2 x T(k) - T(k - 1), and
 what that is when it is differentiated.
 """
 
 # mypy: allow-untyped-decorators
-
-from typing import Any
 
 import cython
 
@@ -109,15 +107,3 @@ def derivatives(
     orders: cython.int = values.shape[0] - 1
     for row in range(s.shape[0]):
         evaluate(borders, offsets, coefficients, piece_at(borders, s[row]), s[row], orders, values, row)
-
-
-def joints(
-    borders: cython.double[::1],
-    offsets: cython.Py_ssize_t[::1],
-    coefficients: cython.double[:, ::1],
-    s: cython.double,
-    room: cython.double[:, :, ::1],
-) -> Any:
-    """Joint positions (rad) at s; `room` (1, 1, n) is for its own use."""
-    evaluate(borders, offsets, coefficients, piece_at(borders, s), s, 0, room, 0)
-    return tuple([room[0, 0, j] for j in range(coefficients.shape[1])])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 
 
 def ptp(start: Joints, end: Joints) -> Polynomial:

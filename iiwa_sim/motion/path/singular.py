@@ -14,7 +14,7 @@ import numpy as np
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array
 from iiwa_sim.motion.path.bridge import at_border, bridge
-from iiwa_sim.motion.path.line_joints import LineJoints, LineOutOfReach, SingularLine, fitted_pieces
+from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, SingularLine
 from iiwa_sim.robot.turns_kernel import continued
 
 EVEN_SAMPLES = 33
@@ -119,7 +119,7 @@ class Stretches:
         _, status, seed = stretch
         along = self._along
         near = self._near(low)
-        fitted = fitted_pieces(along, low, high, status, seed, near, SMALLEST_PIECE, near=True)
+        fitted = along.pieces(low, high, status, seed, near, SMALLEST_PIECE, near=True)
         if isinstance(fitted, float):
             along.check_reach(fitted, min(fitted + 2.0 * SMALLEST_PIECE, high), status, seed)
             step = np.abs(np.subtract(self._near(fitted + 2.0 * SMALLEST_PIECE), self._near(fitted)))

@@ -9,7 +9,7 @@ import numpy as np
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import zone_kernel
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.robot.tcp_kernel import Tcp
 
 HALF = 0.49

@@ -71,7 +71,7 @@ class Reference:
         self.offsets: NDArray[np.intp] = ROWS * np.arange(len(knots), dtype=np.intp)
         """(pieces + 1,): the first row of each piece's coefficients, and the count of all rows"""
         self.coefficients = _chebyshev(self.times, knots)
-        """(ROWS pieces, joints), rad: piece k is as in `iiwa_sim.motion.path.polynomial`"""
+        """(ROWS pieces, joints), rad: piece k is as in `iiwa_sim.motion.path.piecewise_kernel`"""
         self.start = knots[0].positions
         self.end = knots[-1].positions
         self.end_s = knots[-1].time_s

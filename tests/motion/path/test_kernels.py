@@ -7,15 +7,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.frames import IDENTITY, Transform
-from iiwa_sim.motion.path import line_kernel, polynomial_kernel, zone_kernel
-from iiwa_sim.motion.tcp_line import TcpLine
+from iiwa_sim.frames import IDENTITY, Transform, multiply, rotation_about
+from iiwa_sim.motion.path import (
+    line_kernel,
+    piecewise_kernel,
+    polynomial_kernel,
+    tcp_line_kernel,
+    zone_kernel,
+)
 from tests.interpreted import interpreted
 from tests.robot.arms import BUILT_IN, arm_named
 from tests.samples import some
 
 PLAIN_POLYNOMIAL = interpreted("iiwa_sim.motion.path.polynomial_kernel")
 PLAIN_LINE = interpreted("iiwa_sim.motion.path.line_kernel")
+PLAIN_TCP_LINE = interpreted("iiwa_sim.motion.path.tcp_line_kernel")
+PLAIN_PIECEWISE = interpreted("iiwa_sim.motion.path.piecewise_kernel")
 PLAIN_ZONE = interpreted("iiwa_sim.motion.path.zone_kernel")
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -35,25 +42,39 @@ def test_polynomials(seed: int, rows: list[int], orders: int) -> None:
 
 @pytest.mark.parametrize("name", BUILT_IN)
 @settings(max_examples=5, deadline=None)
-@given(seed=SEEDS)
-def test_fits_of_lines(name: str, seed: int) -> None:
+@given(seed=SEEDS, far_m=st.sampled_from([0.1, 0.8]))
+def test_fits_of_lines(name: str, seed: int, far_m: float) -> None:
     arm = arm_named(name)
-    inverse, home = arm.inverse, np.array(arm.description.home)
-    start = arm.model.flange(home.tolist())
-    shift = np.random.default_rng(seed).uniform(-0.1, 0.1, 3)
-    end = Transform(start.rotation, tuple((np.array(start.translation) + shift).tolist()))
-    arguments = (
-        inverse.kind, inverse.numbers, TcpLine(start, end, IDENTITY).numbers, inverse.redundancy(home), 0.1,
-        inverse.status(home.tolist()), home, 1e-8, False, 0.0, 1.0, home,
-    )  # fmt: skip
+    inverse, home = arm.inverse, arm.description.home
+    start, status, rng = arm.model.flange(home), inverse.status(home), np.random.default_rng(seed)
+    (x, y, z), (dx, dy, dz) = start.translation, rng.uniform(-far_m, far_m, 3).tolist()
+    end = Transform(multiply(rotation_about((0.6, 0.0, 0.8), 0.3), start.rotation), (x + dx, y + dy, z + dz))
+    tool = Transform(rotation_about((0.0, 0.6, 0.8), 0.7), (0.05, -0.02, 0.1))
     found = []
-    for kernel in (line_kernel, PLAIN_LINE):
-        nodes, weights = np.empty(17), np.empty((17, 17))
-        kernel.nodes_and_weights(16, nodes, weights)
-        coefficients = np.zeros((17, len(home)))
-        room = np.empty((17, 12)), np.empty((17, len(home)))
-        rows = kernel.fit(*arguments, nodes, weights, *room, coefficients)
-        found.append((rows, nodes.tolist(), weights.tolist(), coefficients[: max(rows, 0)].tolist()))
+    for of_line, of_joints in ((tcp_line_kernel, line_kernel), (PLAIN_TCP_LINE, PLAIN_LINE)):
+        line = of_line.TcpLine(start, end, tool)
+        along = of_joints.LineJoints(inverse, home, line, inverse.redundancy(home) + 0.1)
+        fitted = along.pieces(0.0, 1.0, status, home, home, 1.0 / 128.0, near=False)
+        pieces = fitted if isinstance(fitted, float) else (fitted[0], [piece.tolist() for piece in fitted[1]])
+        place = along.at(0.3, status, home)
+        off = along.off(0.3, home)
+        meeting = along.meeting(status, status ^ 1, home, 0.0, 0.3, home, place or home)
+        found.append((line.length_m, line.flange(0.3), pieces, place, off, meeting))
+    assert found[0] == found[1]
+
+
+@settings(max_examples=some(20), deadline=None)
+@given(seed=SEEDS, rows=st.lists(st.integers(2, 12), min_size=1, max_size=3), s=st.floats(-0.1, 1.1))
+def test_curves_of_pieces(seed: int, rows: list[int], s: float) -> None:
+    rng = np.random.default_rng(seed)
+    pieces = [rng.normal(size=(count, 3)) for count in rows]
+    borders = np.linspace(0.0, 1.0, len(rows) + 1).tolist()
+    found = []
+    for kernel in (piecewise_kernel, PLAIN_PIECEWISE):
+        path = kernel.Polynomial(borders, pieces, (0.0, 0.0, 0.0), (1.0, 2.0, 3.0))
+        limits = np.full(3, -2.0), np.full(3, 2.0)
+        outside = path.first_outside(*limits)
+        found.append((path.joints(s), path.travel().tolist(), None if outside is None else tuple(outside)))
     assert found[0] == found[1]
 
 

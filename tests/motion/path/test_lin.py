@@ -15,9 +15,9 @@ from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path.bridge import at_border
 from iiwa_sim.motion.path.lin import lin
-from iiwa_sim.motion.path.line_joints import LineOutOfReach, SingularLine
-from iiwa_sim.motion.path.polynomial import Polynomial
-from iiwa_sim.motion.tcp_line import TcpLine
+from iiwa_sim.motion.path.line_kernel import LineOutOfReach, SingularLine
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 from tests.samples import some
 

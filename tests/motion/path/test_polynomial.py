@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 
 
 def of_function(borders: list[float], rows: int) -> Polynomial:

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.lin import lin
-from iiwa_sim.motion.path.polynomial import Polynomial
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
+from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from iiwa_sim.motion.path.zone import HALF, JointBall, Sphere
-from iiwa_sim.motion.tcp_line import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 
 TOOL = Transform((1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), (0.05, 0.0, 0.2))

@@ -3,15 +3,26 @@
 A polynomial is evaluated in a fixed number of steps, and so are its derivatives: no samples, no differences.
 """
 
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import cython
 import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path import extremes_kernel, polynomial_kernel
+from iiwa_sim.motion.path import extremes_kernel
+from iiwa_sim.motion.path.polynomial_kernel import derivatives
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
+else:
+    from iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
 
 
 class Outside(NamedTuple):
@@ -24,6 +35,7 @@ class Outside(NamedTuple):
     """Whether it leaves through the upper limit."""
 
 
+@cython.cclass
 class Polynomial:
     """A curve in joint space; it never changes.
 
@@ -31,19 +43,6 @@ class Polynomial:
     sum over i of `coefficients[offsets[k] + i, j]` times the Chebyshev polynomial T_i(x). Consecutive pieces
     agree in positions and in their first three derivatives, but for rounding and for what the fit leaves.
     """
-
-    borders: Array
-    """(pieces + 1,), rising from 0 to 1"""
-    offsets: NDArray[np.intp]
-    """(pieces + 1,): the first row of each piece's coefficients, and the count of all rows"""
-    coefficients: Array
-    """(rows, joints), rad"""
-    start: Joints
-    """Joint positions (rad) at s = 0, exactly."""
-    end: Joints
-    """Joint positions (rad) at s = 1, exactly."""
-    tcp_length_m: float | None
-    """How far the TCP goes, where it goes straight and evenly with s."""
 
     def __init__(
         self,
@@ -53,25 +52,41 @@ class Polynomial:
         end: Joints,
         tcp_length_m: float | None = None,
     ) -> None:
-        """`pieces` has the coefficients (rows, joints) of each piece."""
-        self.borders = np.array(borders, dtype=np.float64)
-        self.offsets = np.cumsum([0, *map(len, pieces)], dtype=np.intp)
-        self.coefficients = np.ascontiguousarray(np.concatenate(pieces), dtype=np.float64)
-        self.start = start
-        self.end = end
-        self.tcp_length_m = tcp_length_m
-        self._room = np.empty((1, 1, len(start)))
+        """`pieces` has the coefficients (rows, joints) of each piece; `start` and `end` are its exact ends.
 
-    def joints(self, s: float) -> Joints:
-        """Joint positions (rad) at s; before 0 those of the start, beyond 1 those of the end."""
-        if s <= 0.0:
-            return self.start
-        if s >= 1.0:
-            return self.end
-        joints: Joints = polynomial_kernel.joints(
-            self.borders, self.offsets, self.coefficients, s, self._room
+        `tcp_length_m` is how far the TCP goes, where it goes straight and evenly with s.
+        """
+        self.borders: Array = np.array(borders, dtype=np.float64)
+        """(pieces + 1,), rising from 0 to 1"""
+        self.offsets: NDArray[np.intp] = np.zeros(len(pieces) + 1, dtype=np.intp)
+        """(pieces + 1,): the first row of each piece's coefficients, and the count of all rows"""
+        self.coefficients: Array = np.array(
+            pieces[0] if len(pieces) == 1 else np.concatenate(pieces), dtype=np.float64, order="C"
         )
-        return joints
+        """(rows, joints), rad"""
+        self.start = start
+        """Joint positions (rad) at s = 0."""
+        self.end = end
+        """Joint positions (rad) at s = 1."""
+        self.tcp_length_m = tcp_length_m
+        self._borders, self._offsets = self.borders, self.offsets
+        self._coefficients = self.coefficients
+        self._room = np.empty((1, 1, len(start)))
+        for k in range(len(pieces)):
+            self._offsets[k + 1] = self._offsets[k] + len(pieces[k])
+
+    def joints(self, s: cython.double) -> Joints:
+        """Joint positions (rad) at s; before 0 those of the start, beyond 1 those of the end."""
+        place: Joints
+        if s <= 0.0:
+            place = self.start
+        elif s >= 1.0:
+            place = self.end
+        else:
+            piece = piece_at(self._borders, s)
+            evaluate(self._borders, self._offsets, self._coefficients, piece, s, 0, self._room, 0)
+            place = tuple([self._room[0, 0, j] for j in range(self._room.shape[2])])
+        return place
 
     def derivatives(self, s: Array) -> tuple[Array, Array, Array, Array]:
         """Positions (rad) and their first three derivatives (rad per unit of s ...), each (m, n), at s (m,).
@@ -80,7 +95,7 @@ class Polynomial:
         """
         values = np.empty((4, len(s), self.coefficients.shape[1]))
         places = np.ascontiguousarray(s, dtype=np.float64)
-        polynomial_kernel.derivatives(self.borders, self.offsets, self.coefficients, places, values)
+        derivatives(self.borders, self.offsets, self.coefficients, places, values)
         return values[0], values[1], values[2], values[3]
 
     def first_outside(self, lowest: Array, highest: Array) -> Outside | None:
