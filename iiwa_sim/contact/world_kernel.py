@@ -130,6 +130,11 @@ class Contact:
     _wy: cython.double
     _wz: cython.double
     _came: Any
+    # And a place in its frame round which nothing touches: how far (m).
+    _gx: cython.double
+    _gy: cython.double
+    _gz: cython.double
+    _gap: cython.double
 
     def __init__(self, surface: Surface, radius: float) -> None:
         """`radius` (m) is that of the sphere round the TCP."""
@@ -144,6 +149,7 @@ class Contact:
         self._known = False
         self._wx = self._wy = self._wz = 0.0
         self._came = None
+        self._gx = self._gy = self._gz = self._gap = 0.0
         self._put(surface)
 
     def _put(self, surface: Surface) -> None:
@@ -269,6 +275,14 @@ class Contact:
         ax: cython.double = self._r0 * x + self._r3 * y + self._r6 * z
         ay: cython.double = self._r1 * x + self._r4 * y + self._r7 * z
         az: cython.double = self._r2 * x + self._r5 * y + self._r8 * z
+        gx: cython.double = ax - self._gx
+        gy: cython.double = ay - self._gy
+        gz: cython.double = az - self._gz
+        if self._came is None and gx * gx + gy * gy + gz * gz < self._gap * self._gap:
+            # Nor has it met anything on the way, which began within the same ball: most ticks.
+            if remember:
+                self._known, self._wx, self._wy, self._wz = True, ax, ay, az
+            return
         found = None
         if self._came is not None or x * x + y * y + z * z < self._reach_squared:
             was = (self._wx, self._wy, self._wz) if self._known else None
@@ -282,6 +296,8 @@ class Contact:
         distance: cython.double
         distance, x, y, z = found
         if self._radius - distance <= 0.0:
+            if remember:  # else the way here has begun elsewhere
+                self._gx, self._gy, self._gz, self._gap = ax, ay, az, distance - self._radius
             return
         self._depth = self._radius - distance
         self._nx = self._r0 * x + self._r1 * y + self._r2 * z
