@@ -9,12 +9,11 @@ forces that end a move; `info` for clients that connect and disconnect; `debug` 
 import json
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextvars import ContextVar
 from datetime import UTC, datetime
 from functools import partial
 
-from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.never_waiting import NeverWaiting
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.wording import harmless
@@ -122,28 +121,6 @@ def _refused_more(kind: tuple[str, int], untold: int) -> None:
         code,
         extra={"fields": {"session": session, "code": code, "untold": untold}},
     )
-
-
-def robot_fault(code: int, reason: str) -> None:
-    """Log an error that the controller meets between commands."""
-    logger.warning("%s", reason, extra={"fields": {"code": code, "reason": reason}})
-
-
-def moves_discarded(moves: Sequence[int], reason: str) -> None:
-    """Log the moves, by number, that a stop or a change of mode has ended or dropped."""
-    which = f"move {moves[0]}" if len(moves) == 1 else f"{len(moves)} moves, {moves[0]} to {moves[-1]}"
-    extra = {"fields": {"moves": list(moves), "reason": reason}}
-    logger.info("%s not carried out to the end: %s", which, reason, extra=extra)
-
-
-def robot_contact(contact: Contact) -> None:
-    """Log the contact that has ended a force move."""
-    logger.warning("%s", contact, extra={"fields": contact._asdict() | {"tcp": contact.tcp._asdict()}})
-
-
-def robot_touch(told: str) -> None:
-    """Log which link begins to touch a surface or another link."""
-    logger.warning("%s", told)
 
 
 def configure(level: str, as_json: bool, descriptor: int) -> None:

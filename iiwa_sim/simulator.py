@@ -1,6 +1,5 @@
 """The simulator put together: a cell, its controller, the clock that steps it and the servers that talk."""
 
-import logging
 from collections.abc import Callable, Sequence
 from contextlib import AsyncExitStack
 from pathlib import Path
@@ -12,27 +11,21 @@ from iiwa_sim.backdoor.outside import Entrances
 from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import LOOPBACK, Token
-from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
-from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, Clock
-from iiwa_sim.clock.pace import REAL, Pace, pace
+from iiwa_sim.cell.cell import Cell, cell_of
+from iiwa_sim.clock.clock import DEFAULT_RATE_HZ
+from iiwa_sim.clock.pace import REAL, Pace
 from iiwa_sim.clock.stepped import Stepped
 from iiwa_sim.clock.watched import Watched
-from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.force_guard import Contact
-from iiwa_sim.controller.io import Io
-from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.dialect.dialects import Dialect, dialect_for
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, IIWA, one_each
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.status import StatusSession, status_line
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
-from iiwa_sim.log import SessionLog, moves_discarded, robot_contact, robot_fault, robot_touch
-from iiwa_sim.loop_or_thread import RUNNING, LoopOrThread
-from iiwa_sim.motion.joints import Joints
+from iiwa_sim.log import SessionLog
+from iiwa_sim.loop_or_thread import RUNNING
+from iiwa_sim.open_ports import OpenPorts
 from iiwa_sim.recordings.recordings import Recording, Recordings
-from iiwa_sim.remembered import RememberedDialogue
-from iiwa_sim.robot.description import DEFAULT_ROBOT
-from iiwa_sim.robot.urdf import differing_limits
+from iiwa_sim.robot_in_time import RobotInTime
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.admission import Admission
@@ -45,12 +38,8 @@ from iiwa_sim.transcript.record import Recorder
 if TYPE_CHECKING:
     from iiwa_sim.ros.side import RosSide
 
-logger = logging.getLogger(__name__)
 
-CELL_SUFFIX = ".toml"
-
-
-class Simulator(LoopOrThread):
+class Simulator(OpenPorts, RobotInTime):
     """A robot that listens and moves while the context is open: in a thread of its own,
 
     with Simulator("lbr_iiwa_14_r820", clock="fast") as simulator: driver = MyDriver(simulator.host,
@@ -142,38 +131,7 @@ class Simulator(LoopOrThread):
         record_rate_hz: int | None = None,
         on_bye: Callable[[], None] | None = None,
     ) -> None:
-        super().__init__("iiwa-sim")
-        if robot is not None and cell is not None:
-            raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
-        if robot is not None and Path(robot).suffix == CELL_SUFFIX:
-            robot, cell = None, robot
-        if cell is None:
-            self.cell = robot_alone(DEFAULT_ROBOT if robot is None else robot)
-        else:
-            self.cell = cell if isinstance(cell, Cell) else load_cell(cell)
-        for line in differing_limits(self.cell.description):
-            logger.warning("%s", line)
-        self.clock = Clock(rate_hz, clock if isinstance(clock, Pace) else pace(clock))
-        self._controller = Controller(
-            self.cell.description,
-            self.clock.tick_s,
-            start=self.cell.start,
-            tool_in_flange=self.cell.tool_in_flange,
-            world=self.cell.world(),
-            noise=self.cell.noise(),
-            io=Io(self.cell.input_names, self.cell.output_names),
-            safety=self.cell.safety,
-            tool=self.cell.tool,
-            handled=self.cell.handled,
-            servo_timeout_s=servo_timeout_s,
-            on_fault=self._robot_fault,
-            on_contact=self._robot_contact,
-            on_touch=self._robot_touch,
-        )
-        self._controller.endings.on_discarded = moves_discarded
-        self.dialogue = RememberedDialogue(self._tick)
-        """What is said in all dialects; `dialogue.listeners.append(listener)` hears it, and from
-        `dialogue.remember()` on it can be asked for."""
+        super().__init__(cell_of(robot, cell), rate_hz, clock, servo_timeout_s)
         self._log = SessionLog()
         self._strict = strict
         faults, admission = WireFaults(self.dialogue.on_wire), Admission(exclusive, reconnect_pause_s)
@@ -209,6 +167,7 @@ class Simulator(LoopOrThread):
             faults,
             self.backdoor,
             self._log,
+            self._events,
             list(self._servers),
             on_change=lambda: self.clock.drive(self._watched()),
         )
@@ -225,8 +184,8 @@ class Simulator(LoopOrThread):
         self._status: StatusStream | None = None
         if status_port is not None:
             self._status = StatusStream(
-                self._status_line,
-                self._open_status_session,
+                lambda: status_line(self._controller),
+                lambda name: StatusSession(self._controller, self._log, name),
                 host,
                 status_port,
                 rate_hz=status_rate_hz,
@@ -258,69 +217,6 @@ class Simulator(LoopOrThread):
                 ros_namespace=ros_namespace,
             )
 
-    @property
-    def controller(self) -> Controller:
-        """The robot's controller, as of now.
-
-        To be had anew whenever something is asked of it or begun: a robot at rest does not tick until then.
-        """
-        return self.call(self._in_hand)
-
-    @property
-    def host(self) -> str:
-        """Address listened on."""
-        return self._first.address[0]
-
-    @property
-    def port(self) -> int:
-        """Port listened on, that of the first dialect."""
-        return self._first.address[1]
-
-    @property
-    def ports(self) -> dict[str, int]:
-        """Port of each dialect, in the order in which they were named."""
-        return {name: server.address[1] for name, server in self._servers.items()}
-
-    @property
-    def _first(self) -> TcpServer:
-        return next(iter(self._servers.values()))
-
-    @property
-    def status_port(self) -> int | None:
-        """Port on which the state is broadcast, if it is."""
-        return None if self._status is None else self._status.address[1]
-
-    @property
-    def rosbridge_port(self) -> int | None:
-        """Port on which the robot is on ROS by rosbridge, if it is."""
-        address = None if self._ros is None else self._ros.rosbridge_address
-        return None if address is None else address[1]
-
-    @property
-    def ros2_node(self) -> str | None:
-        """The name of the node of ROS 2 that the robot is, if it is one."""
-        return None if self._ros is None else self._ros.ros2_node
-
-    @property
-    def ros_master(self) -> str | None:
-        """The ROS master of which the robot is a node, if it is."""
-        return None if self._ros is None else self._ros.ros_master
-
-    @property
-    def backdoor_port(self) -> int | None:
-        """Port of the backdoor's lines, if it has one."""
-        return self._backdoor_ports.port
-
-    @property
-    def backdoor_http_port(self) -> int | None:
-        """Port of the backdoor by HTTP, if it has one."""
-        return self._backdoor_ports.http_port
-
-    @property
-    def backdoor_host(self) -> str:
-        """Address the backdoor listens on, if it does."""
-        return self._backdoor_ports.host
-
     async def __aenter__(self) -> Self:
         if self._runs:
             raise RuntimeError(RUNNING)
@@ -330,9 +226,7 @@ class Simulator(LoopOrThread):
                 recorder = listening.enter_context(self._recording(self._transcript))
             if self._record is not None:
                 listening.callback(self._recordings.end, self._recordings.begin(*self._record))
-            for server in self._listeners:
-                await server.start()
-                listening.push_async_callback(server.close)
+            await self._open(listening)
             listening.pop_all()
             self._recorder = recorder
         self.clock.start(self._watched())
@@ -343,8 +237,7 @@ class Simulator(LoopOrThread):
     ) -> None:
         self._controller.stop()  # or the log would say that the clients have vanished
         try:
-            for server in reversed(self._listeners):
-                await server.close()
+            await self._close()
         finally:
             self.clock.stop()
             if self._recorder is not None:
@@ -362,34 +255,6 @@ class Simulator(LoopOrThread):
         """
         self.call(lambda: self._canned.set(command, reply, times))
 
-    def advance(self, seconds: float) -> None:
-        """Let so much simulated time pass (0 to a day), at any clock, as fast as the machine can.
-
-        A part of a tick counts as a whole one. Raises ValueError for a time out of range.
-        """
-        self._wait_for(lambda: self.clock.advance(seconds))
-
-    def run_until_stopped(self, limit_s: float = 60.0) -> float:
-        """Let time pass until `get status` would say stopped; gives how much did (s, simulated).
-
-        As fast as the machine can, at any clock; none passes if the robot does not move. Raises StillMoving,
-        a TimeoutError, where it still does after `limit_s` (0 to a day).
-        """
-        return self._wait_for(lambda: self.clock.run_until_stopped(limit_s))
-
-    def pause(self) -> None:
-        """Let time stand still until `resume`; `advance` and `run_until_stopped` still let it pass."""
-        self.call(self.clock.pause)
-
-    def resume(self) -> None:
-        """Let time pass again."""
-        self.call(self.clock.resume)
-
-    def set_clock(self, clock: str | Pace) -> None:
-        """Let time pass otherwise: "real", "10x", "fast", "stepped". Raises ValueError for anything else."""
-        wanted = clock if isinstance(clock, Pace) else pace(clock)
-        self.call(lambda: self.clock.set_pace(wanted))
-
     def record(self, path: str | Path, rate_hz: int | None = None) -> Recording:
         """Write a recording into a file from now on, as docs/recordings.md has it; one that is there is lost.
 
@@ -398,61 +263,13 @@ class Simulator(LoopOrThread):
         where the file cannot be written or the library mcap is not installed, and ValueError for a rate
         outside 1 to that of the ticks.
         """
-        recordings = self._recordings
-        recorder = recordings.new(Path(path), rate_hz)  # reads and writes: not in the robot's thread
-        self.call(lambda: recordings.start(recorder))
-
-        def close() -> None:
-            self.call(lambda: recordings.stop(recorder))
-            recorder.finish()
-
-        return Recording(close)
-
-    @property
-    def joints(self) -> Joints:
-        """Joint positions (rad)."""
-        return self.call(lambda: self._controller.joints)
-
-    def state(self) -> Snapshot:
-        """The whole state of the robot, of one tick; the last one after the context has ended."""
-        return self.call(lambda: snapshot(self._controller))
+        return self._recordings.recording(Path(path), rate_hz, self.call)
 
     def _watched(self) -> Stepped:
         """The robot for the clock; with nobody else in between where nobody watches."""
         others = [each for each in (self._status, self._ros) if each is not None]
         watchers = [*self._recordings.recorders, *others]
         return Watched(self._controller, watchers) if watchers else self._controller
-
-    @property
-    def _runs(self) -> bool:
-        return any(server.listening for server in self._servers.values())
-
-    def _in_hand(self) -> Controller:
-        self.clock.look()
-        return self._controller
-
-    def _catch_up(self) -> None:
-        self.clock.catch_up()
-
-    def _tick(self) -> int:
-        """How many there have been by now."""
-        self.clock.catch_up()
-        return self._controller.tick
-
-    def _commanded(self) -> None:
-        self.clock.commanded()
-
-    def _status_line(self) -> bytes:
-        return status_line(self._controller)
-
-    def _open_status_session(self, name: str) -> StatusSession:
-        return StatusSession(self._controller, self._log, name)
-
-    @property
-    def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorPorts]":
-        """In the order of opening: who has reached the robot's own port finds all others open."""
-        others = [each for each in (self._status, self._ros) if each is not None]
-        return [*others, self._backdoor_ports, *self._servers.values()]
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
         return lambda name: dialect.open_session(
@@ -464,18 +281,3 @@ class Simulator(LoopOrThread):
 
         title = f"{self.cell.description.name}, recorded by iiwa-sim {metadata.version('iiwa-sim')}"
         return Recorder(path, self.dialogue, self.clock.tick_s, title, list(self._servers))
-
-    def _robot_fault(self, code: int, reason: str) -> None:
-        robot_fault(code, reason)
-        self._recordings.fault(code, reason)
-        self.dialogue.event("robot", f"{code} {reason}")
-
-    def _robot_contact(self, contact: Contact) -> None:
-        robot_contact(contact)
-        self._recordings.contact(contact)
-        self.dialogue.event("robot", str(contact))
-
-    def _robot_touch(self, told: str) -> None:
-        robot_touch(told)
-        self._recordings.touch(told)
-        self.dialogue.event("robot", told)

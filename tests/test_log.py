@@ -10,8 +10,6 @@ from collections.abc import Iterator
 import pytest
 
 from iiwa_sim import log
-from iiwa_sim.controller.force_guard import Contact
-from iiwa_sim.frames import Frame
 from iiwa_sim.throttle import SECOND_NS
 
 ERRATIC = "odd\n12:00:00.000 error forged\x1b[31m\r\u202e\x85\ud800"
@@ -165,29 +163,6 @@ def test_a_robot_that_stops_since_its_client_has_gone_is_told() -> None:
     assert (vanished["level"], bye["level"]) == ("warning", "info")
     assert vanished["message"].startswith("127.0.0.1:1 vanished while the robot moved: it stops")
     assert bye["message"].startswith("127.0.0.1:1 said bye while the robot moved: it stops")
-
-
-@pytest.mark.usefixtures("root_restored")
-def test_what_stops_the_robot_is_told_with_its_code() -> None:
-    pipe = Pipe("warning", as_json=True)
-    log.robot_fault(3040, "100 % odd")
-    (line,) = [json.loads(line) for line in pipe.lines()]
-    assert line.items() >= {
-        "level": "warning", "message": "100 % odd", "code": 3040, "reason": "100 % odd"
-    }.items()  # fmt: skip
-
-
-@pytest.mark.usefixtures("root_restored")
-def test_what_ends_a_force_move_is_told_with_axis_force_and_place() -> None:
-    pipe = Pipe("warning", as_json=True)
-    contact = Contact(7, "z", -12.5, 0.25, 10.0, Frame(450.0, 0.0, 120.0, 0.0, 1.5, 0.0))
-    log.robot_contact(contact)
-    (line,) = [json.loads(line) for line in pipe.lines()]
-    assert line["message"] == str(contact)
-    assert "-12.500 N along z of the TCP" in line["message"]
-    assert line["move"] == 7
-    assert (line["axis"], line["force_n"], line["offset_n"], line["threshold_n"]) == ("z", -12.5, 0.25, 10.0)
-    assert line["tcp"]["z_mm"] == 120.0
 
 
 @pytest.mark.usefixtures("root_restored")

@@ -21,6 +21,8 @@ from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in
 from iiwa_sim.robot.model import Model
 from iiwa_sim.settings import Reader, quoted
 
+CELL_SUFFIX = ".toml"
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -59,6 +61,20 @@ def robot_alone(name_or_folder: str | Path = DEFAULT_ROBOT) -> Cell:
     """A cell with a robot at home and no surroundings; raises `RobotFault`."""
     description = load_robot(name_or_folder)
     return Cell(description, description.home, description.tool_in_flange)
+
+
+def cell_of(robot: str | Path | None, cell: str | Path | Cell | None) -> Cell:
+    """The cell of what a simulator is given: a robot by name or folder, or a cell, read or as a file.
+
+    What ends with .toml is a cell. Raises ValueError for both, and what `robot_alone` and `load_cell` do.
+    """
+    if robot is not None and cell is not None:
+        raise ValueError("robot and cell are both given, expected one of them: the cell names its robot")
+    if robot is not None and Path(robot).suffix == CELL_SUFFIX:
+        robot, cell = None, robot
+    if cell is None:
+        return robot_alone(DEFAULT_ROBOT if robot is None else robot)
+    return cell if isinstance(cell, Cell) else load_cell(cell)
 
 
 def load_cell(path: str | Path) -> Cell:

@@ -8,11 +8,11 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog
 from iiwa_sim.recordings.fault import needs_mcap
+from iiwa_sim.robot_events import RobotEvents
 
 if TYPE_CHECKING:
     from iiwa_sim.recordings.recorder import Recorder
@@ -44,6 +44,7 @@ class Recordings:
         wire: WireFaults,
         backdoor: Backdoor,
         log: SessionLog,
+        events: RobotEvents,
         dialects: Sequence[str],
         on_change: Callable[[], None],
     ) -> None:
@@ -56,6 +57,7 @@ class Recordings:
         self._wire = wire
         self._backdoor = backdoor
         self._log = log
+        self._events = events
         self._dialects = dialects
         self._on_change = on_change
 
@@ -84,6 +86,7 @@ class Recordings:
         """Have a recorder see all from here on."""
         self.recorders.append(recorder)
         self._log.on_refused.append(recorder.refused)
+        self._events.listeners.append(recorder)
         self._backdoor.listeners.append(recorder.backdoor)
         self._on_change()
         self._clock.look()  # ticks go on from here, each of them seen
@@ -95,8 +98,22 @@ class Recordings:
             recorder.stop()
             self.recorders.remove(recorder)
             self._log.on_refused.remove(recorder.refused)
+            self._events.listeners.remove(recorder)
             self._backdoor.listeners.remove(recorder.backdoor)
             self._on_change()
+
+    def recording(
+        self, path: Path, rate_hz: int | None, call: Callable[[Callable[[], None]], None]
+    ) -> Recording:
+        """Make a recorder, here, and start it by `call`, in the robot's thread. Raises as `new` does."""
+        recorder = self.new(path, rate_hz)
+        call(lambda: self.start(recorder))
+
+        def close() -> None:
+            call(lambda: self.stop(recorder))
+            recorder.finish()
+
+        return Recording(close)
 
     def begin(self, path: Path, rate_hz: int | None) -> "Recorder":
         """Make a recorder and start it. Raises as `new` does."""
@@ -113,18 +130,3 @@ class Recordings:
         """End those that have not been ended."""
         for recorder in list(self.recorders):
             self.end(recorder)
-
-    def fault(self, code: int, reason: str) -> None:
-        """Record what has gone wrong between commands."""
-        for recorder in self.recorders:
-            recorder.fault(code, reason)
-
-    def contact(self, contact: Contact) -> None:
-        """Record which force has ended a move."""
-        for recorder in self.recorders:
-            recorder.contact(contact.move, str(contact))
-
-    def touch(self, told: str) -> None:
-        """Record which link begins to touch a surface or another link."""
-        for recorder in self.recorders:
-            recorder.touch(told)

@@ -125,8 +125,10 @@ class Table:
                 in_degrees = f"{quantity.name} = {value:.7g} is more than a turn: {_IN_RAD}"
             values.append(value)
         request = Request(command, tuple(values), phrase, len(words) - len(values), in_degrees)
-        if phrase and len(command.phrases) > 1 and not (
-            len(request.phrases) == len(command.phrases) and all(request.phrases)
+        if (
+            phrase
+            and len(command.phrases) > 1
+            and not (len(request.phrases) == len(command.phrases) and all(request.phrases))
         ):
             return _error(f"{command.name} takes {command.takes()}")
         return request

@@ -1,0 +1,62 @@
+"""What befalls the robot between commands, told to the log, to recordings and in the dialogue."""
+
+import logging
+from collections.abc import Sequence
+from typing import Protocol
+
+from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.dialect.wire.dialogue import Dialogue
+
+ROBOT = "robot"
+"""Whom the dialogue names for what nobody has said."""
+
+logger = logging.getLogger(__name__)
+
+
+class EventListener(Protocol):
+    """Is told of each event, such as a recorder."""
+
+    def fault(self, code: int, reason: str) -> None:
+        """Something has gone wrong between commands."""
+
+    def contact(self, move: int, text: str) -> None:
+        """A force has ended a move."""
+
+    def touch(self, text: str) -> None:
+        """A link begins to touch a surface or another link."""
+
+
+class RobotEvents:
+    """The events of one robot, as its controller tells them."""
+
+    def __init__(self, dialogue: Dialogue) -> None:
+        self.listeners: list[EventListener] = []
+        self._dialogue = dialogue
+
+    def fault(self, code: int, reason: str) -> None:
+        """Tell of an error that the controller meets between commands."""
+        logger.warning("%s", reason, extra={"fields": {"code": code, "reason": reason}})
+        for listener in self.listeners:
+            listener.fault(code, reason)
+        self._dialogue.event(ROBOT, f"{code} {reason}")
+
+    def contact(self, contact: Contact) -> None:
+        """Tell of the force that has ended a move."""
+        logger.warning("%s", contact, extra={"fields": contact._asdict() | {"tcp": contact.tcp._asdict()}})
+        for listener in self.listeners:
+            listener.contact(contact.move, str(contact))
+        self._dialogue.event(ROBOT, str(contact))
+
+    def touch(self, told: str) -> None:
+        """Tell which link begins to touch a surface or another link."""
+        logger.warning("%s", told)
+        for listener in self.listeners:
+            listener.touch(told)
+        self._dialogue.event(ROBOT, told)
+
+
+def log_discarded(moves: Sequence[int], reason: str) -> None:
+    """Log the moves, by number, that a stop or a change of mode has ended or dropped."""
+    which = f"move {moves[0]}" if len(moves) == 1 else f"{len(moves)} moves, {moves[0]} to {moves[-1]}"
+    extra = {"fields": {"moves": list(moves), "reason": reason}}
+    logger.info("%s not carried out to the end: %s", which, reason, extra=extra)

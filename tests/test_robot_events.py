@@ -1,0 +1,77 @@
+"""What befalls the robot between commands: told in log, recordings and dialogue, once each."""
+
+from __future__ import annotations
+
+import logging
+
+import pytest
+
+from iiwa_sim.controller.force_guard import Contact
+from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine
+from iiwa_sim.frames import Frame
+from iiwa_sim.robot_events import RobotEvents, log_discarded
+
+CONTACT = Contact(7, "z", -12.5, 0.25, 10.0, Frame(450.0, 0.0, 120.0, 0.0, 1.5, 0.0))
+
+
+class Somebody:
+    """A listener that remembers."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[object, ...]] = []
+
+    def fault(self, code: int, reason: str) -> None:
+        self.told.append((code, reason))
+
+    def contact(self, move: int, text: str) -> None:
+        self.told.append((move, text))
+
+    def touch(self, text: str) -> None:
+        self.told.append((text,))
+
+
+def test_what_befalls_the_robot_is_told_to_log_listeners_and_dialogue(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    dialogue, said, somebody = Dialogue(lambda: 5), list[DialogueLine](), Somebody()
+    dialogue.listeners.append(said.append)
+    events = RobotEvents(dialogue)
+    events.listeners.append(somebody)
+    events.fault(3040, "100 % odd")
+    events.contact(CONTACT)
+    events.touch("link 4 touches table")
+    assert [(record.levelno, record.getMessage()) for record in caplog.records] == [
+        (logging.WARNING, text) for text in ("100 % odd", str(CONTACT), "link 4 touches table")
+    ]
+    assert somebody.told == [(3040, "100 % odd"), (7, str(CONTACT)), ("link 4 touches table",)]
+    assert [(line.session, line.text) for line in said] == [
+        ("robot", text) for text in ("3040 100 % odd", str(CONTACT), "link 4 touches table")
+    ]
+
+
+def test_the_log_has_the_fields_of_an_event(caplog: pytest.LogCaptureFixture) -> None:
+    events = RobotEvents(Dialogue(lambda: 0))
+    events.fault(3040, "odd")
+    events.contact(CONTACT)
+    fault, contact = (record.__dict__["fields"] for record in caplog.records)
+    assert fault == {"code": 3040, "reason": "odd"}
+    assert "-12.500 N along z of the TCP" in caplog.records[1].getMessage()
+    assert contact["move"] == 7
+    assert [contact[key] for key in ("axis", "force_n", "offset_n", "threshold_n")] == [
+        "z",
+        -12.5,
+        0.25,
+        10.0,
+    ]
+    assert contact["tcp"]["z_mm"] == 120.0
+
+
+@pytest.mark.parametrize(("moves", "which"), [([4], "move 4"), ([4, 5, 6], "3 moves, 4 to 6")])
+def test_moves_that_a_stop_ends_are_logged_by_number(
+    moves: list[int], which: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    with caplog.at_level(logging.INFO):
+        log_discarded(moves, "stopped")
+    (record,) = caplog.records
+    assert record.getMessage() == f"{which} not carried out to the end: stopped"
+    assert record.__dict__["fields"] == {"moves": moves, "reason": "stopped"}
