@@ -1,18 +1,20 @@
 """The external load on the arm: pushes and contacts, and their readings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import hypot, isfinite
 from operator import add as add_numbers
 
 from iiwa_sim.contact import moments
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
-from iiwa_sim.contact.links_kernel import LinkContact, Links
+from iiwa_sim.contact.itself_kernel import Itself
+from iiwa_sim.contact.links_kernel import PARTS, SURFACES, LinkContact, Links, Worn
 from iiwa_sim.contact.moments import NO_MOMENTS, Moments
 from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.contact.world_kernel import AT_REST, World
 from iiwa_sim.frames import Transform, Vector, inverse
-from iiwa_sim.robot.capsules import capsules_of
+from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.tcp_kernel import Tcp
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add
@@ -36,8 +38,10 @@ class ExternalLoad:
         joints: Sequence[float],
         world: World | None = None,
         noise: Noise | None = None,
+        tool: Sequence[Capsule] = (),
     ) -> None:
-        """The robot is at rest at `joints` (rad), and `tool_in_flange` is the pose of the TCP."""
+        """The robot is at rest at `joints` (rad), and `tool_in_flange` is the pose of the TCP; the `tool` is
+        capsules as in the flange."""
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: tuple[float, ...] = (0.0,) * model.joint_count
         self._pushed = False  # by one of these two
@@ -55,7 +59,15 @@ class ExternalLoad:
         self.world = World((), 0.0) if world is None else world
         """The surfaces; changes are felt from the next tick on."""
         self._noise = noise
+        self._tool = tuple(Worn(capsule, SURFACES + PARTS) for capsule in tool)
+        self._jaws: tuple[Worn, ...] = ()
+        self._parts: dict[str, Surface] = {}  # that lie near
         self._links: Links | None = None  # once there has been a surface
+        self._itself: Itself | None = None
+        self._folded: tuple[float, ...] | None = None  # torques of links on links, if there are any
+        self.looks_at_itself = 0
+        """The tick in which links could meet each other at the earliest."""
+        self._met: Wrench = NO_WRENCH  # of surfaces and parts on tool and jaws
         self._surrounded = NEVER  # the number of changes of the world that the links know of
         self._link_torques: tuple[float, ...] | None = None  # of surfaces on links, if there are any
         self.pushes = _Pushes(self)
@@ -126,7 +138,8 @@ class ExternalLoad:
     @property
     def applied(self) -> tuple[object, ...]:
         """All that acts but surfaces at the TCP, to be compared."""
-        return self._wrench, self._joint_push, self._carried, self._handed, self._link_torques
+        made = self._link_torques, self._folded, self._met
+        return self._wrench, self._joint_push, self._carried, self._handed, *made
 
     @property
     def links(self) -> Links:
@@ -134,13 +147,63 @@ class ExternalLoad:
         if self._links is None:
             description = self._model.description
             self._links = Links(self._model.tcp_of_flange.fixed, capsules_of(description))
-            self._links.colliding(description.home)  # where no links are in each other
+            self._links.wear([*self._tool, *self._jaws])
         return self._links
+
+    @property
+    def itself(self) -> Itself:
+        """The links of the arm, as they meet each other."""
+        if self._itself is None:
+            description, tool = self._model.description, [each.capsule for each in self._tool]
+            fixed, capsules = self._model.tcp_of_flange.fixed, capsules_of(description)
+            self._itself = Itself(fixed, capsules, tool, description.home)
+        return self._itself
+
+    def jaws_are(self, jaws: Sequence[Worn]) -> None:
+        """The jaws of a gripper, as in the flange, are there now."""
+        before, self._jaws = self._jaws, tuple(jaws)
+        if self._links is not None:
+            if len(before) == len(self._jaws):
+                self._links.rewear([*self._tool, *self._jaws])
+            else:
+                self._links.wear([*self._tool, *self._jaws])
+                self._surrounded = NEVER
+        self._settled = NEVER
+
+    def lay(self, parts: Mapping[str, Surface]) -> None:
+        """From now on these parts lie near the arm, which feels them with all but the TCP."""
+        if dict(parts) != self._parts:
+            self._parts = dict(parts)
+            self._surrounded = self._settled = NEVER
+
+    def shift(self, name: str, part: Surface, way: Sequence[float]) -> None:
+        """A part that lies near has gone that way: dx dy dz (m) in the base, and an angle about z (rad)."""
+        self._parts[name] = part
+        self._settled = NEVER
+        if self._surrounded == self.world.changes:
+            self.links.shift(name, part, way)
+
+    def surround(self, joints: Sequence[float]) -> Links:
+        """The links, as they know what surrounds them, with the robot at joint positions (rad)."""
+        links = self.links
+        if self._surrounded != self.world.changes:
+            self._surrounded = self.world.changes
+            links.surround(self.world.surfaces, joints, self._parts)
+        return links
+
+    def look_at_itself(self, joints: Sequence[float], tick: int, tick_s: float) -> None:
+        """In this tick links may be in each other, with the robot at `joints` (rad): find what that does, and
+        in which tick it may be so again."""
+        itself, velocity = self.itself, self._model.description.velocity
+        itself.look(joints)
+        self._folded = itself.torques
+        fastest = 1.01 * sum(lever * most for lever, most in zip(itself.levers_m, velocity, strict=True))
+        self.looks_at_itself = tick + max(1, int(itself.free_m / (fastest * tick_s)))
 
     @property
     def link_contacts(self) -> tuple[LinkContact, ...]:
         """The links that surfaces have touched in the last tick."""
-        contacts: tuple[LinkContact, ...] = () if self._link_torques is None else self.links.contacts
+        contacts: tuple[LinkContact, ...] = () if self._links is None else self._links.contacts
         return contacts
 
     @property
@@ -212,6 +275,7 @@ class ExternalLoad:
         self.levers_m = _longest_levers(self._tcp)
         self.world.forget()
         self._part_links()
+        self._folded, self.looks_at_itself = None, 0
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
         if self._motion is not None:
@@ -245,6 +309,8 @@ class ExternalLoad:
             and self._handed is NO_WRENCH
             and self._noise is None
             and self._link_torques is None
+            and self._folded is None
+            and self._met is NO_WRENCH
         ):
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
@@ -252,15 +318,16 @@ class ExternalLoad:
     def exact_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
         """The external torque (Nm) on each joint, without noise, with the robot at `joints` (rad).
 
-        Applied torques, those of surfaces on links, and the wrench at the TCP by the transposed Jacobian.
+        Applied torques, those of surfaces on links and of links on links, and the wrench at the TCP by the
+        transposed Jacobian.
         """
-        wrench = self.acting
-        if self._link_torques is None:
+        wrench, made_by_links = self.acting, self._made_by_links
+        if made_by_links is None:
             if not any(wrench):
                 return self._joint_push
             made: tuple[float, ...] = self._tcp.torques(joints, wrench)
             return tuple(map(add_numbers, self._joint_push, made)) if self._joints_pushed else made
-        pushed = tuple(map(add_numbers, self._joint_push, self._link_torques))
+        pushed = tuple(map(add_numbers, self._joint_push, made_by_links))
         return tuple(map(add_numbers, pushed, self._tcp.torques(joints, wrench))) if any(wrench) else pushed
 
     @property
@@ -271,15 +338,17 @@ class ExternalLoad:
             or self._touch is not NO_WRENCH
             or self._carried is not NO_WRENCH
             or self._link_torques is not None
+            or self._folded is not None
+            or self._met is not NO_WRENCH
             or self._handed is not NO_WRENCH
         )
 
     @property
     def greatest_joint_push(self) -> float:
-        """No torque (Nm) that is applied to a joint, or made by surfaces on links, is greater, either way
-        round."""
-        greatest = max(map(abs, self._joint_push)) if self._joints_pushed else 0.0
-        return greatest if self._link_torques is None else greatest + max(map(abs, self._link_torques))
+        """No torque (Nm) that is applied to a joint, or made by surfaces or links on links, is greater, in
+        either direction."""
+        greatest, made = max(map(abs, self._joint_push)) if self._joints_pushed else 0.0, self._made_by_links
+        return greatest if made is None else greatest + max(map(abs, made))
 
     @property
     def acting(self) -> Wrench:
@@ -289,20 +358,32 @@ class ExternalLoad:
             wrench = self._touch if wrench is NO_WRENCH else add(self._touch, wrench)
         if self._handed is not NO_WRENCH:
             wrench = add(wrench, self._handed)
+        if self._met is not NO_WRENCH:
+            wrench = add(wrench, self._met)
         return wrench if self._carried is NO_WRENCH else add(wrench, self._carried)
 
+    @property
+    def _made_by_links(self) -> tuple[float, ...] | None:
+        """Torques (Nm) of surfaces on links and of links on links; None for neither."""
+        if self._folded is None or self._link_torques is None:
+            return self._folded if self._link_torques is None else self._link_torques
+        return tuple(map(add_numbers, self._link_torques, self._folded))
+
     def _touch_links(self, joints: Sequence[float], tick_s: float) -> None:
-        """A tick has moved the robot to `joints` (rad): find what surfaces do to its links."""
-        links = self.links
-        if self._surrounded != self.world.changes:
-            self._surrounded = self.world.changes
-            links.surround(self.world.surfaces, joints)
+        """A tick has moved the robot to `joints` (rad): find what surfaces and parts do to its links, and to
+        what it wears."""
+        links = self.surround(joints)
         links.step(joints, tick_s)
-        self._link_torques = links.torques
+        self._link_torques, self._met = links.torques, NO_WRENCH
+        if links.worn is not None:
+            fx, fy, fz, tx, ty, tz = links.worn
+            rotation, (x, y, z) = self._tcp.pose(joints)
+            torque = (tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx))
+            self._met = seen_from(rotation, ((fx, fy, fz), torque))
 
     def _part_links(self) -> None:
         """No link touches anything, and what is in a surface now has to come out of it to feel it."""
-        self._link_torques, self._surrounded = None, NEVER
+        self._link_torques, self._met, self._surrounded = None, NO_WRENCH, NEVER
         if self._links is not None:
             self._links.forget()
 
@@ -326,10 +407,12 @@ class _Pushes:
 
     @property
     def joint_push(self) -> tuple[float, ...]:
-        """Torque (Nm) on each joint: applied, and of surfaces on links."""
+        """Torque (Nm) on each joint: applied, of surfaces on links, and of links on links."""
         load = self._load
-        made = None if load._links is None else load._links.yielding_to
-        return load._joint_push if made is None else tuple(map(add_numbers, load._joint_push, made))
+        push, made = load._joint_push, None if load._links is None else load._links.yielding_to
+        if load._folded is not None:
+            push = tuple(map(add_numbers, push, load._folded))
+        return push if made is None else tuple(map(add_numbers, push, made))
 
 
 def _longest_levers(tcp: Tcp) -> tuple[float, ...]:

@@ -108,6 +108,8 @@ class Core:
             endings.after_tick()
         if self.handling is not None:
             self.handling.step(motions.joints, motions.tcp_contact)
+        if self.tick >= load.looks_at_itself:
+            load.look_at_itself(motions.joints, self.tick, self.tick_s)
         if load.changes:
             load.step(motions.joints, self.tick_s, motions.tcp_contact)
         if endings.pending and (guard := endings.pending[0].guard) is not None:
@@ -115,7 +117,7 @@ class Core:
         if load.acts or self.protection.watches_tcp:
             self._protect()
         if self._meetings is not None and (load.acts or self.tick % self._meetings.every == 0):
-            self._meetings.after_tick(self.tick, motions.joints != self.joints_before, motions.joints)
+            self._meetings.after_tick(self.tick, motions.joints != self.joints_before)
 
     @property
     def resting(self) -> bool:

@@ -7,7 +7,6 @@ import msgspec
 from iiwa_sim.contact.links_kernel import LinkContact
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.frames import Vector
-from iiwa_sim.motion.joints import Joints
 from iiwa_sim.wording import harmless
 
 SELF_COLLISION_EVERY_S = 0.1
@@ -37,7 +36,7 @@ def touches_of(contacts: tuple[LinkContact, ...]) -> tuple[LinkTouch, ...]:
 
 
 class Meetings:
-    """Which links touch surfaces, which makes forces, or each other, which is only told."""
+    """Which links touch surfaces, or each other."""
 
     def __init__(self, load: ExternalLoad, tick_s: float, tell: Callable[[str], None]) -> None:
         """`tell` takes one line for each meeting that begins."""
@@ -48,8 +47,8 @@ class Meetings:
         self._touching: set[tuple[str, str]] = set()
         self._folded: tuple[str, str] | None = None
 
-    def after_tick(self, tick: int, moved: bool, joints: Joints) -> None:
-        """A tick of this number has brought the arm to `joints` (rad).
+    def after_tick(self, tick: int, moved: bool) -> None:
+        """A tick of this number has come to an end, and has perhaps moved the arm.
 
         To be called after ticks in which something acts on it, and after each `every` of all.
         """
@@ -60,7 +59,7 @@ class Meetings:
                 self._tell(harmless(f"link {link} touches surface {surface!r}"))
             self._touching = touching
         if moved and tick % self.every == 0:
-            folded = self._load.links.colliding(joints)
+            folded = self._load.itself.colliding
             if folded is not None and folded != self._folded:
                 self._tell(f"links {folded[0]} and {folded[1]} collide")
             self._folded = folded

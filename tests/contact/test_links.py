@@ -224,19 +224,6 @@ def test_damping_counts_the_speed_of_the_link() -> None:
     assert y == pytest.approx(0.3, abs=0.01)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_an_arm_at_home_does_not_collide_with_itself(name: str) -> None:
-    links, description = links_of(name), MODELS[name].description
-    assert links.colliding(description.home) is None
-    assert links.colliding((0.0,) * len(description.joints)) is None
-
-
-def test_an_arm_that_folds_onto_its_base_collides() -> None:
-    links = links_of(ARMS[0])
-    assert links.colliding(MODELS[ARMS[0]].description.home) is None
-    assert links.colliding((0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)) == ("iiwa_link_0", "iiwa_link_5")
-
-
 def test_compiled_and_interpreted_feel_the_same_bits() -> None:
     plain = interpreted("iiwa_sim.contact.links_kernel")
     rng, touched = np.random.default_rng(5), 0
@@ -265,5 +252,60 @@ def test_compiled_and_interpreted_feel_the_same_bits() -> None:
             assert arms[0].torques == arms[1].torques
             assert arms[0].yielding_to == arms[1].yielding_to
             assert [tuple(each) for each in arms[0].contacts] == [tuple(each) for each in arms[1].contacts]
-            assert arms[0].colliding(joints) == arms[1].colliding(joints)
     assert touched > 3
+
+
+@given(
+    st.sampled_from(ARMS),
+    st.sampled_from(SHAPES),
+    poses,
+    st.lists(parts, min_size=2, max_size=4),
+    st.floats(0.05, 2.0),
+)
+def test_whoever_moves_links_along_surfaces_gets_back_no_more_than_he_has_given(
+    name: str, shape: Shape, pose: Transform, places: list[list[float]], friction: float
+) -> None:
+    """By springs that are wound and unwound: there and back again, over any way."""
+    placed = surface(shape, pose, stiffness=1e3, friction=friction)
+    ways = [joints_at(name, [0.4 * p for p in part]) for part in places]
+    if not is_apart(name, placed, ways[0]):
+        return
+    links = links_of(name)
+    links.surround({placed.name: placed}, ways[0])
+    links.step(ways[0], TICK_S)
+    work, before, at = 0.0, (0.0,) * 7, ways[0]
+    for target in [*ways[1:], ways[0]]:
+        for k in range(1, 201):
+            joints = tuple(a + k / 200.0 * (b - a) for a, b in zip(at, target, strict=True))
+            links.step(joints, TICK_S)
+            torques = links.torques or (0.0,) * 7
+            way = [(b - a) / 200.0 for a, b in zip(at, target, strict=True)]
+            work -= sum(0.5 * (a + b) * w for a, b, w in zip(before, torques, way, strict=False))
+            before = torques
+        at = target
+    assert work > -2e-3
+
+
+def test_friction_holds_a_link_up_to_its_limit_and_is_unwound_on_the_way_back() -> None:
+    name = ARMS[0]
+    wall = surface(Box(0.6, 0.4, 0.6), at(0.0, 0.85, 0.6), stiffness=20_000.0, friction=0.02)
+    links = links_of(name)
+    stretched = (0.0, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0)
+    links.surround({wall.name: wall}, stretched)
+
+    def feels(joints: tuple[float, ...]) -> LinkContact:
+        links.step(joints, TICK_S)
+        return links.contacts[0]
+
+    links.step(stretched, TICK_S)
+    links.step((0.88, *stretched[1:]), TICK_S)
+    pressed = (0.9, *stretched[1:])
+    first = feels(pressed)
+    pressing = -first.force[1]
+    up = feels((0.9, 0.8999, *stretched[2:]))
+    assert 0.0 < -up.force[2] < 0.02 * pressing, "it is held back, as it goes up"
+    for k in range(1, 60):
+        up = feels((0.9, 0.9 - 0.0005 * k, *stretched[2:]))
+    assert np.hypot(up.force[0], up.force[2]) == pytest.approx(-0.02 * up.force[1], rel=1e-6)
+    back = feels((0.9, 0.9 - 0.0005 * 59 + 0.00005, *stretched[2:]))
+    assert 0.0 < -back.force[2] < -up.force[2], "and the spring is unwound first"

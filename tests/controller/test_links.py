@@ -196,11 +196,41 @@ def test_placed_elsewhere_a_robot_leans_on_nothing() -> None:
     assert set(c.joint_torque()) == {0.0}, "the wall is round it now, as if it had been put there"
 
 
-def test_an_arm_that_folds_onto_itself_is_told_of_once() -> None:
+FOLDED: Joints = (0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0)
+
+
+def test_an_arm_that_folds_onto_itself_is_told_of_once_and_stopped() -> None:
     robot = Robot()
-    robot.goes_to((0.0, 2.0, 0.0, -2.09, 0.0, 0.0, 0.0), speed=0.5)
-    assert len(robot.told) >= 1
-    assert all(told.startswith("links iiwa_link_0 and iiwa_link_") for told in robot.told)
-    assert len(set(robot.told)) == len(robot.told)
-    assert not robot.faults
+    robot.goes_to(FOLDED, speed=0.5)
+    folds = [told for told in robot.told if told.startswith("links iiwa_link_0 and iiwa_link_")]
+    assert folds == robot.told
+    assert len(robot.told) == 1
+    (fault,) = robot.faults
+    assert fault[0] == STOP_TRIGGERED
+    assert "external torque" in fault[1]
+    assert robot.controller.joints != FOLDED
+    # What it feels: link 5 on the base, so nothing on the joints behind it, and it goes with the way back.
+    torques = robot.controller.joint_torque()
+    assert torques[5:] == (0.0, 0.0)
+    assert torques[3] != 0.0
+    robot.controller.reset_error()
+    robot.goes_to(STRETCHED)
     assert set(robot.controller.joint_torque()) == {0.0}
+    assert len(robot.faults) == 1
+
+
+def test_a_held_arm_that_is_pushed_onto_itself_comes_to_rest_there() -> None:
+    """The hold, the push, and its own base are in balance."""
+    near: Joints = (0.0, 1.9, 0.0, -2.08, 0.0, 0.0, 0.0)
+    robot = Robot(start=near, unbreakable=True)
+    c = robot.controller
+    c.move(gravity_hold(60.0))
+    c.load.joint_push = (0.0, 10.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    way = []
+    for _ in range(2500):
+        c.step()
+        way.append(c.joints)
+    assert any(told.startswith("links ") for told in robot.told)
+    assert np.ptp(np.array(way[-250:]), axis=0).max() < 1e-5
+    springs = [60.0 * (a - b) for a, b in zip(c.joints, near, strict=True)]
+    assert c.joint_torque() == pytest.approx(springs, rel=1e-3, abs=1e-2)

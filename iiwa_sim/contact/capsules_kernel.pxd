@@ -1,0 +1,27 @@
+# For kernels that have an arm of capsules: `go_to`, then what lies in the arrays.
+cdef class Capsules:
+    cdef object _capsules
+    cdef Py_ssize_t _count             # of joints
+    cdef Py_ssize_t _capsule_count
+    cdef double[:, ::1] _fixed         # in the form of `Tcp`
+    cdef Py_ssize_t[::1] _moved_by     # how many joints move each capsule
+    cdef double[:, ::1] _local         # of each capsule: both ends, in the frame of the joint that moves it last
+    cdef double[::1] _radius
+    cdef double[::1] _levers           # no point of a capsule is farther from the axis of a joint (m)
+    cdef double[:, ::1] _axes
+    cdef double[:, ::1] _points
+    cdef double[:, ::1] _frames        # of joints, as rows of `_fixed`
+    cdef double[:, ::1] _ends          # of each capsule: both ends in the base
+    cdef Py_ssize_t _shape_count
+    cdef double[:, ::1] _shapes        # rotation, place, three sizes
+    cdef int[::1] _kind
+    cdef double _nx                    # which way is out, after `distance`
+    cdef double _ny
+    cdef double _nz
+    cdef double _px                    # and where, after `apart`
+    cdef double _py
+    cdef double _pz
+    cdef object go_to(self, object joints)
+    cdef (double, double) gap(self, Py_ssize_t c, Py_ssize_t s, double enough)
+    cdef double distance(self, Py_ssize_t s, double px, double py, double pz) noexcept
+    cdef double apart(self, Py_ssize_t a, Py_ssize_t b)

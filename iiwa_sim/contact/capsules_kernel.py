@@ -1,0 +1,250 @@
+"""An arm as capsules, anywhere: where they are at joint positions, and how far from shapes and each other."""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import fabs, sqrt
+from numpy.typing import NDArray
+
+from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse
+from iiwa_sim.robot.capsules import Capsule
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
+else:
+    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
+
+_PLANE = cython.declare(cython.int, 0)
+_BOX = cython.declare(cython.int, 1)
+_SPHERE = cython.declare(cython.int, 2)
+_CYLINDER = cython.declare(cython.int, 3)
+_KINDS = {Plane: 0, Box: 1, Sphere: 2, Cylinder: 3}
+_GOLDEN = cython.declare(cython.double, 0.6180339887498949)
+_CUTS = cython.declare(cython.Py_ssize_t, 30)  # of a line by the golden section: to 5e-7 of its length
+
+
+@cython.cclass
+class Capsules:
+    """The capsules of one arm, and shapes that stand round it; the arrays are declared in the .pxd."""
+
+    def __init__(
+        self, fixed: NDArray[np.float64], capsules: Sequence[Capsule], worn: Sequence[Capsule] = ()
+    ) -> None:
+        """`fixed` are the constant poses between joints, of a `Tcp` without a tool; `capsules` are as in the
+        base with all joints at 0, those that are `worn` as in the flange."""
+        self._fixed = fixed
+        self._count = count = len(fixed) - 1
+        self._frames = np.zeros((count + 1, 12))
+        self._axes, self._points = np.zeros((count, 3)), np.zeros((count, 3))
+        frame = IDENTITY
+        at_zero = [frame]
+        rows = fixed.tolist()
+        for row in rows[:count]:
+            frame = compose(frame, Transform(tuple(row[:9]), tuple(row[9:])))
+            at_zero.append(frame)
+        flange = compose(frame, Transform(tuple(rows[count][:9]), tuple(rows[count][9:])))
+        all_of_them: Any = list(capsules)
+        for own in worn:
+            start, end = apply(flange, own.start), apply(flange, own.end)
+            all_of_them.append(own._replace(joints=count, start=start, end=end))
+        self._capsules: Any = tuple(all_of_them)
+        self._capsule_count = len(self._capsules)
+        self._moved_by = np.array([capsule.joints for capsule in self._capsules], dtype=np.intp)
+        self._radius = np.array([capsule.radius_m for capsule in self._capsules])
+        local = []
+        for capsule in self._capsules:
+            frame = inverse(at_zero[capsule.joints])
+            local.append((*apply(frame, capsule.start), *apply(frame, capsule.end)))
+        self._local = np.array(local).reshape(len(local), 6)
+        self._ends = np.zeros((len(local), 6))
+        levers = [_lever(joint, at_zero, self._capsules) for joint in range(1, count + 1)]
+        self._levers = np.array(levers)
+        self._nx = self._ny = self._nz = 0.0
+        self._px = self._py = self._pz = 0.0
+        self._shape_count = 0
+
+    def stand(self, surfaces: Sequence[Surface]) -> None:
+        """These are the shapes, by their numbers."""
+        rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in surfaces]
+        self._shape_count = len(rows)
+        self._shapes = np.array(rows).reshape(len(rows), 15)
+        self._kind = np.array([_KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
+
+    @cython.cfunc
+    def go_to(self, joints: Any) -> object:
+        """Find the ends of all capsules in the base."""
+        f, m = self._fixed, self._frames
+        for i in range(12):
+            m[0, i] = 1.0 if i in (0, 4, 8) else 0.0
+        for k in range(self._count):
+            for i in range(3):
+                m[k + 1, 9 + i] = m[k, 9 + i] + (
+                    m[k, 3 * i] * f[k, 9] + m[k, 3 * i + 1] * f[k, 10] + m[k, 3 * i + 2] * f[k, 11]
+                )
+            s, c = sine(joints[k]), cosine(joints[k])
+            for i in range(3):
+                x = m[k, 3 * i] * f[k, 0] + m[k, 3 * i + 1] * f[k, 3] + m[k, 3 * i + 2] * f[k, 6]
+                y = m[k, 3 * i] * f[k, 1] + m[k, 3 * i + 1] * f[k, 4] + m[k, 3 * i + 2] * f[k, 7]
+                z = m[k, 3 * i] * f[k, 2] + m[k, 3 * i + 1] * f[k, 5] + m[k, 3 * i + 2] * f[k, 8]
+                m[k + 1, 3 * i], m[k + 1, 3 * i + 1] = c * x + s * y, c * y - s * x
+                m[k + 1, 3 * i + 2] = z
+                self._axes[k, i], self._points[k, i] = z, m[k + 1, 9 + i]
+        e, v = self._ends, self._local
+        for n in range(self._capsule_count):
+            k = self._moved_by[n]
+            for j in range(0, 6, 3):
+                for i in range(3):
+                    e[n, j + i] = m[k, 9 + i] + (
+                        m[k, 3 * i] * v[n, j] + m[k, 3 * i + 1] * v[n, j + 1] + m[k, 3 * i + 2] * v[n, j + 2]
+                    )
+        return None
+
+    @cython.cfunc
+    def gap(
+        self, c: cython.Py_ssize_t, s: cython.Py_ssize_t, enough: cython.double
+    ) -> tuple[cython.double, cython.double]:
+        """How far (m) a capsule is from a surface, less than 0 where it is in it; and at which part of its
+        line it is nearest. Where that is more than `enough` any bound of it will do."""
+        e = self._ends
+        ax, ay, az = e[c, 0], e[c, 1], e[c, 2]
+        dx, dy, dz = e[c, 3] - ax, e[c, 4] - ay, e[c, 5] - az
+        radius = self._radius[c]
+        half = 0.5 * sqrt(dx * dx + dy * dy + dz * dz)
+        middle = self.distance(s, ax + 0.5 * dx, ay + 0.5 * dy, az + 0.5 * dz)
+        if half == 0.0 or middle - half - radius > enough:
+            return middle - half - radius, 0.5
+        # The distance to a convex body is convex along a line.
+        low: cython.double = 0.0
+        high: cython.double = 1.0
+        left: cython.double = 1.0 - _GOLDEN
+        right: cython.double = _GOLDEN
+        at_left = self.distance(s, ax + left * dx, ay + left * dy, az + left * dz)
+        at_right = self.distance(s, ax + right * dx, ay + right * dy, az + right * dz)
+        for _cut in range(_CUTS):
+            if at_left <= at_right:
+                high, right, at_right = right, left, at_left
+                left = high - _GOLDEN * (high - low)
+                at_left = self.distance(s, ax + left * dx, ay + left * dy, az + left * dz)
+            else:
+                low, left, at_left = left, right, at_right
+                right = low + _GOLDEN * (high - low)
+                at_right = self.distance(s, ax + right * dx, ay + right * dy, az + right * dz)
+        part = 0.5 * (low + high)
+        return self.distance(s, ax + part * dx, ay + part * dy, az + part * dz) - radius, part
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def distance(
+        self, s: cython.Py_ssize_t, px: cython.double, py: cython.double, pz: cython.double
+    ) -> cython.double:
+        """Signed distance (m) of a point from a surface, as in `shapes`; the way out is then in n."""
+        r = self._shapes
+        kind: cython.int = self._kind[s]
+        px, py, pz = px - r[s, 9], py - r[s, 10], pz - r[s, 11]
+        x: cython.double = r[s, 0] * px + r[s, 3] * py + r[s, 6] * pz
+        y: cython.double = r[s, 1] * px + r[s, 4] * py + r[s, 7] * pz
+        z: cython.double = r[s, 2] * px + r[s, 5] * py + r[s, 8] * pz
+        nx: cython.double = 0.0
+        ny: cython.double = 0.0
+        nz: cython.double = 0.0
+        if kind == _PLANE:
+            distance, nz = z, 1.0
+        elif kind == _SPHERE:
+            c = sqrt(x * x + y * y + z * z)
+            distance = c - r[s, 12]
+            if c == 0.0:
+                nz = 1.0
+            else:
+                nx, ny, nz = x / c, y / c, z / c
+        elif kind == _BOX:
+            a, b, c = fabs(x) - r[s, 12], fabs(y) - r[s, 13], fabs(z) - r[s, 14]
+            if a <= 0.0 and b <= 0.0 and c <= 0.0:
+                distance = max(a, b, c)
+                if distance == a:
+                    nx = 1.0 if x >= 0.0 else -1.0
+                elif distance == b:
+                    ny = 1.0 if y >= 0.0 else -1.0
+                else:
+                    nz = 1.0 if z >= 0.0 else -1.0
+            else:
+                a, b, c = max(a, 0.0), max(b, 0.0), max(c, 0.0)
+                distance = sqrt(a * a + b * b + c * c)
+                nx, ny, nz = a / distance, b / distance, c / distance
+                nx, ny, nz = -nx if x < 0.0 else nx, -ny if y < 0.0 else ny, -nz if z < 0.0 else nz
+        else:
+            c = sqrt(x * x + y * y)
+            a, b = c - r[s, 12], fabs(z) - r[s, 13]
+            nx, ny = (x / c, y / c) if c > 0.0 else (1.0, 0.0)
+            nz = -1.0 if z < 0.0 else 1.0
+            if b <= 0.0 and b <= a:
+                distance, nz = a, 0.0
+            elif a <= 0.0:
+                distance, nx, ny = b, 0.0, 0.0
+            else:
+                distance = sqrt(a * a + b * b)
+                nx, ny, nz = nx * a / distance, ny * a / distance, nz * b / distance
+        self._nx = r[s, 0] * nx + r[s, 1] * ny + r[s, 2] * nz
+        self._ny = r[s, 3] * nx + r[s, 4] * ny + r[s, 5] * nz
+        self._nz = r[s, 6] * nx + r[s, 7] * ny + r[s, 8] * nz
+        return distance
+
+    @cython.cfunc
+    def apart(self, a: cython.Py_ssize_t, b: cython.Py_ssize_t) -> cython.double:
+        """How far (m) two capsules are apart, less than 0 where they are in each other; which way is out of b
+        is then in n, and the point of a that is nearest to b in p."""
+        e = self._ends
+        ux, uy, uz = e[a, 3] - e[a, 0], e[a, 4] - e[a, 1], e[a, 5] - e[a, 2]
+        vx, vy, vz = e[b, 3] - e[b, 0], e[b, 4] - e[b, 1], e[b, 5] - e[b, 2]
+        wx, wy, wz = e[a, 0] - e[b, 0], e[a, 1] - e[b, 1], e[a, 2] - e[b, 2]
+        uu = ux * ux + uy * uy + uz * uz
+        vv = vx * vx + vy * vy + vz * vz
+        uv = ux * vx + uy * vy + uz * vz
+        uw = ux * wx + uy * wy + uz * wz
+        vw = vx * wx + vy * wy + vz * wz
+        square = uu * vv - uv * uv
+        s: cython.double = 0.0
+        t: cython.double = 0.0
+        if square > 1e-12 * uu * vv:
+            s = min(max((uv * vw - vv * uw) / square, 0.0), 1.0)
+        if vv > 0.0:
+            t = min(max((uv * s + vw) / vv, 0.0), 1.0)
+        if uu > 0.0:
+            s = min(max((uv * t - uw) / uu, 0.0), 1.0)
+        dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
+        lines = sqrt(dx * dx + dy * dy + dz * dz)
+        radius = self._radius[a]
+        if lines > 0.0:
+            self._nx, self._ny, self._nz = dx / lines, dy / lines, dz / lines
+        else:
+            self._nx, self._ny, self._nz = 0.0, 0.0, 1.0
+        self._px = e[a, 0] + s * ux - radius * self._nx
+        self._py = e[a, 1] + s * uy - radius * self._ny
+        self._pz = e[a, 2] + s * uz - radius * self._nz
+        return lines - radius - self._radius[b]
+
+
+def _lever(joint: int, frames: Sequence[Transform], capsules: Sequence[Capsule]) -> float:
+    """No point of a capsule that a joint moves is farther (m) from its axis, wherever the robot is."""
+    longest = 0.0
+    for capsule in capsules:
+        if capsule.joints < joint:
+            continue
+        ways = [frames[k].translation for k in range(joint, capsule.joints + 1)]
+        chain = sum(_distance_between(a, b) for a, b in pairwise(ways))
+        last = frames[capsule.joints].translation
+        ends = max(_distance_between(last, end) for end in (capsule.start, capsule.end))
+        longest = max(longest, chain + ends + capsule.radius_m)
+    return longest
+
+
+def _distance_between(a: Vector, b: Vector) -> float:
+    return float(np.linalg.norm(np.subtract(a, b)))
