@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 from tests.talking import DEADLINE_S
 
@@ -29,6 +32,26 @@ class Process:
         self.process.send_signal(signal_number)
         _, said = self.process.communicate(timeout=DEADLINE_S)
         return self.process.returncode, said
+
+
+def ended(command: Sequence[str | Path], **more: Any) -> subprocess.CompletedProcess[str]:
+    """A program that has run to its end, whatever that was, and what it said."""
+    return subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False, **more)
+
+
+def succeeds(command: Sequence[str | Path], **more: Any) -> str:
+    """What a program says on stdout that ends with exit code 0."""
+    done = ended(command, **more)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def fails(*options: str | Path, program: Sequence[str] = IIWA_SIM) -> str:
+    """What a call that cannot work says: one line, exit code 2, nothing on stdout."""
+    done = ended([*program, *options])
+    assert (done.returncode, done.stdout) == (2, ""), done.stderr
+    assert re.fullmatch(r"iiwa-sim[^\n]*: [^\n]+\n", done.stderr)
+    return done.stderr
 
 
 @contextmanager

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import socket
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -14,14 +13,12 @@ from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
 from tests.check.original import Bare, Mortal, Moving, serving
 from tests.krc4_talking import Krc4Client
-from tests.processes import IIWA_SIM, Process, running
+from tests.processes import IIWA_SIM, Process, ended, running
 from tests.talking import DEADLINE_S
 
 
 def run(*arguments: str | Path) -> tuple[int, str, str]:
-    done = subprocess.run(
-        [*IIWA_SIM, *arguments], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
+    done = ended([*IIWA_SIM, *arguments])
     return done.returncode, done.stdout, done.stderr
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import http.client
 import json
 import socket
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +15,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import Iiwa
 from iiwa_sim.simulator import Simulator
-from tests.processes import IIWA_SIM, running
+from tests.processes import fails, running
 from tests.talking import DEADLINE_S
 
 TOKEN = "swordfish"
@@ -169,28 +168,12 @@ def test_without_the_library_it_is_said_what_to_install() -> None:
     hidden = (
         "import sys; sys.modules['h11'] = None; from iiwa_sim.cli import main; sys.exit(main(sys.argv[1:]))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", hidden, "--port", "0", "--backdoor-http-port", "0"],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (
-        2,
-        "iiwa-sim: the backdoor by HTTP needs h11: pip install 'iiwa-sim[http]'\n",
-    )
+    told = fails("--port", "0", "--backdoor-http-port", "0", program=(sys.executable, "-c", hidden))
+    assert told == "iiwa-sim: the backdoor by HTTP needs h11: pip install 'iiwa-sim[http]'\n"
 
 
 def test_a_port_that_is_taken_leaves_nothing_open() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        done = subprocess.run(
-            [*IIWA_SIM, "--port", "0", "--backdoor-port", "0", "--backdoor-http-port", port],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
+        told = fails("--port", "0", "--backdoor-port", "0", "--backdoor-http-port", port)
+    assert told == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"

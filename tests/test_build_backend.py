@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from iiwa_sim.kernels import stamp
+from tests.processes import ended
 from tests.robot.arms import copy_of_robot
 from tests.talking import DEADLINE_S
 
@@ -64,7 +65,7 @@ def test_a_library_that_is_not_installed_is_told_in_one_line(name: str, told: st
     robot = copy_of_robot(tmp_path / "robot")
     hidden = f"import sys; sys.modules['{name}'] = None; from iiwa_sim.cli import main; sys.exit(main())"
     words = [sys.executable, "-c", hidden, "--port", "0", "--robot", str(robot)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    done = ended(words)
     assert done.returncode == 2
     assert re.fullmatch(rf"iiwa-sim: {name} is not installed: {told}; [^\n]+\n", done.stderr)
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import runpy
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from tests.needed import program
-from tests.processes import running
-from tests.talking import DEADLINE_S
+from tests.processes import running, succeeds
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 COURSE = sorted(EXAMPLES.glob("[0-9][0-9]_*"))
@@ -59,28 +57,13 @@ def test_a_program(name: str, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_the_protocol_by_hand() -> None:
     with running("--clock", "fast") as simulator:
-        done = subprocess.run(
-            [program("bash"), EXAMPLES / "01_telnet.sh", "127.0.0.1", str(simulator.port)],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert done.returncode == 0, done.stderr
-    said = done.stdout.splitlines()
+        done = succeeds([program("bash"), EXAMPLES / "01_telnet.sh", "127.0.0.1", str(simulator.port)])
+    said = done.splitlines()
     assert said[:2] == ["> hello", "< hello"]
     assert said[-4:] == ["> get tool frame", "< 450.0 100.0 520.0 0.0 -1.57079 0.0", "> bye", "< bye"]
 
 
 def test_the_tests_of_a_driver() -> None:
     alone = ("-p", "no:cacheprovider", "-c", "/dev/null")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", *alone, "03_test_a_driver.py"],
-        cwd=EXAMPLES,
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "3 passed" in done.stdout
+    command = [sys.executable, "-m", "pytest", "-q", *alone, "03_test_a_driver.py"]
+    assert "3 passed" in succeeds(command, cwd=EXAMPLES)

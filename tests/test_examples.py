@@ -10,15 +10,14 @@ from pathlib import Path
 import pytest
 
 from tests.needed import program
-from tests.processes import running
-from tests.talking import DEADLINE_S
+from tests.processes import ended, running
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 STRICT = ("-std=c++17", "-O1", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 
 
 def run(*command: str | Path) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    return ended(command)
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.cli import main, server_options
 from iiwa_sim.cli.fleet import OF_THE_PROCESS, descriptors_of, robots_of
 from iiwa_sim.recordings.read import Recorded
-from tests.processes import IIWA_SIM, next_line
+from tests.processes import IIWA_SIM, ended, next_line
 from tests.talking import DEADLINE_S, Client
 
 COUNT = 20
@@ -300,9 +300,7 @@ def test_what_is_wrong_in_options_is_one_line(
 
 def test_more_robots_than_the_system_lets_it_open_files_for() -> None:
     limited = f"ulimit -n 100; exec {' '.join(IIWA_SIM)} --count 60 --port 0"
-    done = subprocess.run(
-        ["bash", "-c", limited], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
+    done = ended(["bash", "-c", limited])
     assert (done.returncode, done.stderr) == (
         2,
         "iiwa-sim: 60 robots need 184 open files: expected up to 100 (ulimit -Hn)\n",

@@ -16,21 +16,10 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import Iiwa
-from tests.processes import IIWA_SIM, running
+from tests.processes import IIWA_SIM, ended, fails, running
 from tests.talking import DEADLINE_S
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
-
-
-def fails(*options: str) -> str:
-    """What a call that cannot work says: one line, exit code 2, nothing on stdout."""
-    done = subprocess.run(
-        [*IIWA_SIM, *options], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert re.fullmatch(r"iiwa-sim: [^\n]+\n", done.stderr)
-    return done.stderr
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGINT, marks=pytest.mark.slow)])
@@ -74,7 +63,7 @@ def test_a_signal_while_it_loads_ends_it(module: str, tmp_path: Path) -> None:
     for name in ("robot.toml", "robot.urdf"):
         (tmp_path / name).write_text((files("iiwa_sim.robots") / "lbr_iiwa_7_r800" / name).read_text())
     command = [sys.executable, "-c", SIGNALLED_WHILE_LOADING, module, "--robot", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
+    done = ended(command)
     assert (done.stdout, done.returncode, done.stderr) == ("signalled\n", 0, "")
 
 

@@ -19,7 +19,7 @@ from iiwa_sim.ros.conventions import RESULT_TYPES
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
-from tests.processes import IIWA_SIM, Process, killed_unless_done, next_line, running
+from tests.processes import IIWA_SIM, Process, ended, fails, killed_unless_done, next_line, running
 from tests.ros1_tools import (
     SYSTEM_PYTHON,
     Terminal,
@@ -455,9 +455,7 @@ def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Term
         "    except rospy.ServiceException:\n"
         "        print('gone')\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
+    done = ended([sys.executable, "-c", script])
     assert done.stdout.splitlines() == 2 * [f"{terminal.master_uri} True", "gone"], done.stderr
 
 
@@ -471,9 +469,7 @@ def test_a_process_starts_one_node() -> None:
         "    with Simulator(ros=True): pass\n"
         "except RosFault as fault: print(fault)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
+    done = ended([sys.executable, "-c", script])
     told = "the ROS node of this process has ended, and rospy starts no second one\n"
     assert done.stdout == told, done.stderr
 
@@ -483,7 +479,7 @@ def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("HOME", str(tmp_path))
     for uri in ("http://127.0.0.1:1", "nonsense"):
         monkeypatch.setenv("ROS_MASTER_URI", uri)
-        said = _fails([*IIWA_SIM, "--port", "0", "--ros"])
+        said = fails("--port", "0", "--ros")
         assert said.startswith(f"iiwa-sim: no ROS master at {uri}: start one (roscore")
 
 
@@ -493,16 +489,9 @@ def test_without_rospy_one_line_says_what_to_install() -> None:
         "import sys; sys.modules['rospy'] = None; from iiwa_sim.cli import main; "
         "sys.exit(main(['--port', '0', '--ros']))"
     )
-    said = _fails([sys.executable, "-c", script])
+    said = fails(program=(sys.executable, "-c", script))
     assert said.startswith("iiwa-sim: --ros needs rospy (")
     assert "apt install python3-rospy" in said
-
-
-def _fails(command: list[str]) -> str:
-    """The one line that it ends with."""
-    done = subprocess.run(command, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
-    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1), done.stderr
-    return done.stderr
 
 
 def _stops(robot: Process) -> str:

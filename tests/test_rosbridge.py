@@ -26,7 +26,7 @@ from iiwa_sim.ros.rosbridge.connection import LONGEST_FRAME_BYTES, POLICY_VIOLAT
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
-from tests.processes import IIWA_SIM, Process, running
+from tests.processes import Process, fails, running, succeeds
 from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client
 
@@ -87,15 +87,8 @@ def port_of(process: Process) -> str:
 @pytest.mark.requirement("FRA001", "FRA002", "FRA005", "FRC015")
 def test_roslibpy_drives_the_robot() -> None:
     with running("--rosbridge-port", "0") as process:
-        said = subprocess.run(
-            [sys.executable, str(EXAMPLES / "ros_roslibpy.py"), "127.0.0.1", port_of(process)],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert said.returncode == 0, said.stderr
-    at, *results, scale, set_io, get_io, stop, set_ios, get_ios = said.stdout.splitlines()
+        said = succeeds([sys.executable, str(EXAMPLES / "ros_roslibpy.py"), "127.0.0.1", port_of(process)])
+    at, *results, scale, set_io, get_io, stop, set_ios, get_ios = said.splitlines()
     assert at.startswith("at [0.0, 0.52")
     assert results[:3] == ["command 1 -> 0 ", "command 2 -> 0 ", "command 3 -> 0 "]
     assert results[3].startswith("command 4 -> 3000 command_type 'CIRC'")
@@ -109,15 +102,8 @@ def test_roslibpy_drives_the_robot() -> None:
 
 def test_roslibpy_sends_goals_as_on_ros_2() -> None:
     with running("--rosbridge-port", "0") as process:
-        said = subprocess.run(
-            [sys.executable, str(EXAMPLES / "ros2_roslibpy.py"), "127.0.0.1", port_of(process)],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert said.returncode == 0, said.stderr
-    at, moving, reached, cancelled, rejected = said.stdout.splitlines()
+        said = succeeds([sys.executable, str(EXAMPLES / "ros2_roslibpy.py"), "127.0.0.1", port_of(process)])
+    at, moving, reached, cancelled, rejected = said.splitlines()
     assert at.startswith("at [0.0, 0.52")
     assert at.endswith("['nanosec', 'sec']")
     assert re.match(r"joint A1 is -?0\.", moving)
@@ -147,15 +133,8 @@ def roslibjs(pytestconfig: pytest.Config) -> Path:
 def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros_roslibjs.mjs", roslibjs)
     with running("--rosbridge-port", "0") as process:
-        said = subprocess.run(
-            ["node", str(script), f"ws://127.0.0.1:{port_of(process)}/dnb-rosbridge"],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert said.returncode == 0, said.stderr
-    assert said.stdout.splitlines() == [
+        said = succeeds(["node", str(script), f"ws://127.0.0.1:{port_of(process)}/dnb-rosbridge"])
+    assert said.splitlines() == [
         "command 1 -> 0 ",
         "command 2 -> 0 ",
         "command 3 -> 3000 command_type 'CIRC': expected one of LIN, PTP, SMART, DIRECT, LINFORCE, PTPFORCE",
@@ -170,15 +149,8 @@ def test_roslibjs_drives_the_robot(roslibjs: Path) -> None:
 def test_roslibjs_sends_goals_as_on_ros_2(roslibjs: Path) -> None:
     script = shutil.copy(EXAMPLES / "ros2_roslibjs.mjs", roslibjs)
     with running("--rosbridge-port", "0") as process:
-        said = subprocess.run(
-            ["node", str(script), f"ws://127.0.0.1:{port_of(process)}"],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert said.returncode == 0, said.stderr
-    *lines, rejected, kind, stamp = said.stdout.splitlines()
+        said = succeeds(["node", str(script), f"ws://127.0.0.1:{port_of(process)}"])
+    *lines, rejected, kind, stamp = said.splitlines()
     cancelled = 'GoalError: Action was canceled: {"error_code":0,"error_string":"cancelled"}'
     assert lines == [
         "action /joint_trajectory_controller/follow_joint_trajectory",
@@ -425,12 +397,7 @@ def test_options_that_do_not_fit(tmp_path: Path, options: list[str], words: str)
     (tmp_path / "secret").write_text("s\n")
     (tmp_path / "empty").write_text("\n")
     given = [each.format(file=tmp_path / "secret", empty=tmp_path / "empty") for each in options]
-    done = subprocess.run(
-        [*IIWA_SIM, "--port", "0", *given], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert words in done.stderr
-    assert done.stderr.count("\n") == 1
+    assert words in fails("--port", "0", *given)
 
 
 def _deaf(port: int) -> socket.socket:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import socket
-import subprocess
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.drivers import SCENES, Driver, Krc4Driver, Scene, connect
-from tests.processes import IIWA_SIM, running
+from tests.processes import fails, running
 from tests.states import state
 from tests.talking import DEADLINE_S, Client, until
 
@@ -246,12 +245,5 @@ def test_as_a_process() -> None:
 def test_the_port_of_the_process_in_use() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        done = subprocess.run(
-            [*IIWA_SIM, "--port", "0", "--status-port", str(port)],
-            capture_output=True,
-            text=True,
-            timeout=DEADLINE_S,
-            check=False,
-        )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"
+        told = fails("--port", "0", "--status-port", str(port))
+    assert told == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"

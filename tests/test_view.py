@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import signal
 import socket
 import subprocess
@@ -14,18 +13,9 @@ from collections.abc import Sequence
 import pytest
 
 from iiwa_sim.view.lines import Lines
-from tests.processes import IIWA_SIM, next_line, running
+from tests.processes import IIWA_SIM, fails, next_line, running
 from tests.talking import DEADLINE_S
 from tests.view.viewer import viewing
-
-
-def fails(options: Sequence[str]) -> str:
-    done = subprocess.run(
-        [*IIWA_SIM, *options], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert re.fullmatch(r"iiwa-sim[^\n]*: [^\n]+\n", done.stderr)
-    return done.stderr
 
 
 def page_port(lines: Sequence[str]) -> int:
@@ -119,7 +109,7 @@ def pushed(bench: Lines) -> bool:
 def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        assert f"cannot listen on 127.0.0.1:{port}: Address already in use" in fails([*command, port])
+        assert f"cannot listen on 127.0.0.1:{port}: Address already in use" in fails(*command, port)
 
 
 @pytest.mark.parametrize(
@@ -136,4 +126,4 @@ def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> Non
     ],
 )
 def test_what_cannot_be_served_is_told_in_one_line(options: Sequence[str], told: str) -> None:
-    assert told in fails(options)
+    assert told in fails(*options)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.talking import DEADLINE_S
+from tests.processes import ended
 
 IMAGE = Path(__file__).parent.parent.parent / ".ci" / "image"
 NO_IMAGES_HERE = 75
@@ -36,14 +36,7 @@ def image(folder: Path, **programs: str) -> subprocess.CompletedProcess[str]:
         found = shutil.which(name)
         assert found is not None
         (folder / name).symlink_to(found)
-    return subprocess.run(
-        [sys.executable, str(IMAGE)],
-        env={"PATH": str(folder), "HOME": str(folder)},
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
+    return ended([sys.executable, str(IMAGE)], env={"PATH": str(folder), "HOME": str(folder)})
 
 
 def podman(least: str = "true", runs: str = "true", pulls: str = "true", has: str = "true") -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,8 +11,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.plot import draw
 from tests.plot.scripts import EXAMPLE, EXAMPLES, LIN, TABLE
-from tests.processes import IIWA_SIM
-from tests.talking import DEADLINE_S
+from tests.processes import IIWA_SIM, ended
 
 
 @pytest.fixture
@@ -41,13 +39,7 @@ def told_by(arguments: list[str | Path], capsys: pytest.CaptureFixture[str]) -> 
 @pytest.mark.slow
 def test_as_a_process(tmp_path: Path) -> None:
     output = tmp_path / "picture.svg"
-    done = subprocess.run(
-        [*IIWA_SIM, "plot", EXAMPLE, "-o", output, "--robot", "lbr_iiwa_14_r820", "--rate", "100"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=DEADLINE_S,
-    )
+    done = ended([*IIWA_SIM, "plot", EXAMPLE, "-o", output, "--robot", "lbr_iiwa_14_r820", "--rate", "100"])
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert output.read_text().startswith("<?xml")
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,8 +19,7 @@ from click.testing import CliRunner
 from iiwa_sim.cli import server_options
 from iiwa_sim.cli.environment import unknown_variables
 from iiwa_sim.client import Iiwa
-from tests.processes import running
-from tests.talking import DEADLINE_S
+from tests.processes import running, succeeds
 from tests.test_health import free_ports
 
 ROOT = Path(__file__).parent.parent.parent
@@ -44,17 +42,11 @@ def read(file: Path) -> dict[str, Any]:
 
 def run(script: str, folder: Path, **environment: str) -> str:
     """What a script says that bash runs as GitHub and GitLab have it."""
-    done = subprocess.run(
+    return succeeds(
         ["bash", "-eo", "pipefail", "-c", script],
         cwd=folder,
         env=os.environ | {"PATH": f"{BIN}:{os.environ['PATH']}"} | environment,
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import subprocess
 import sys
 from pathlib import Path
 
@@ -18,8 +17,8 @@ from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import Answered, Compare, Connects, Leaves, Said
 from iiwa_sim.transcript.replay import replay
+from tests.processes import fails
 from tests.recordings.recorded import FAR, Robot, contents
-from tests.talking import DEADLINE_S
 
 SPEEDS = [0.3] * 7
 DOWN = (3.14159265359, 0, 3.14159265359)
@@ -233,17 +232,12 @@ sys.exit(main(sys.argv[1:]))
     "command",
     [("--port", "0", "--record", "a.mcap"), ("export", "a.mcap", "--csv"), ("plot", "a.mcap", "-o", "a.png")],
 )
-def test_without_the_library_one_line_tells_how_to_get_it(command: tuple[str, ...], tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT, *command],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-        cwd=tmp_path,
-    )
-    assert done.returncode == 2
-    assert done.stderr == "iiwa-sim: a recording needs the library mcap: pip install 'iiwa-sim[record]'\n"
+def test_without_the_library_one_line_tells_how_to_get_it(
+    command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = fails(*command, program=(sys.executable, "-c", WITHOUT))
+    assert told == "iiwa-sim: a recording needs the library mcap: pip install 'iiwa-sim[record]'\n"
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -19,7 +18,7 @@ from iiwa_sim.recordings.mcap_file import Head, McapFile
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.schemas import STATE
 from iiwa_sim.recordings.writer import MOST_BYTES, Message, Writer, as_they_are
-from tests.processes import killed_unless_done, running
+from tests.processes import fails, killed_unless_done, running
 from tests.recordings.recorded import FAR, contents
 from tests.talking import DEADLINE_S
 
@@ -152,16 +151,8 @@ def test_the_robot_goes_on_where_the_disk_is_full(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_from_the_start_is_told_at_once() -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "iiwa_sim", "--port", "0", "--record", "/dev/full"],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert done.stderr == "iiwa-sim: /dev/full: cannot be written: No space left on device\n"
-    assert done.stdout == ""
+    told = fails("--port", "0", "--record", "/dev/full")
+    assert told == "iiwa-sim: /dev/full: cannot be written: No space left on device\n"
 
 
 def test_what_kills_the_process_costs_less_than_a_second(tmp_path: Path) -> None:

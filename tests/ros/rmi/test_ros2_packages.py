@@ -13,6 +13,7 @@ from iiwa_sim.ros.rmi.definitions import Definition, message, service
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.ros.ros2.environment import default_folder, python_in
 from tests.needed import lacks
+from tests.processes import succeeds
 from tests.ros1_tools import SYSTEM_PYTHON, needs_ros
 from tests.talking import DEADLINE_S
 from tools.ros2_packages import PACKAGES, RMI, ROS2, files
@@ -68,11 +69,8 @@ def test_ros_2_reads_in_them_what_ros_1_reads_in_its_own() -> None:
     python = python_in(default_folder())
     if not python.exists():
         lacks("an environment of iiwa-sim ros2-env")
-    read = subprocess.run(
-        [python, "-c", READ, ROS2, *PACKAGES], capture_output=True, text=True, timeout=DEADLINE_S, check=False
-    )
-    assert read.returncode == 0, read.stderr
-    told = json.loads(read.stdout.splitlines()[-1])  # the converter says what it does
+    said = succeeds([python, "-c", READ, ROS2, *PACKAGES])
+    told = json.loads(said.splitlines()[-1])  # the converter says what it does
     ours = [message(name) for name in _names("msg")]
     ours += [half for name in _names("srv") for half in (service(name).request, service(name).response)]
     assert told == {each.name: _in_ros2(each) for each in ours}

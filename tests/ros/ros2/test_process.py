@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import signal
-import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -17,11 +16,12 @@ from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.ros2 import environment
 from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
 from iiwa_sim.simulator import Simulator
-from tests.processes import IIWA_SIM, running
+from tests.processes import fails, running, succeeds
 from tests.ros.ros2.users import CELL
-from tests.talking import DEADLINE_S, Client, until
+from tests.talking import Client, until
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "ros2_rclpy.py"
+ROS2 = ("--port", "0", "--ros2")
 NODE = f"ROS 2 node /{CELL}/iiwa_sim\n"
 LISTENER = """
 import sys
@@ -84,24 +84,11 @@ rclpy.shutdown()
 """Of a user: sends what is refused."""
 
 
-def said_by(python: Path, *arguments: str) -> list[str]:
-    """The lines of a user's program that succeeds."""
-    said = subprocess.run(
-        [python, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
-    assert said.returncode == 0, said.stderr
-    return said.stdout.splitlines()
-
-
 def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> None:
     with running("--ros2", "--ros2-python", str(python), "--ros-namespace", CELL) as process:
         assert process.line() == NODE
-        assert said_by(python, "-c", BAD, CELL) == ["sent"]
-        lines = said_by(python, str(EXAMPLE), CELL)
+        assert succeeds([python, "-c", BAD, CELL]) == "sent\n"
+        lines = succeeds([python, EXAMPLE, CELL]).splitlines()
         code, log = process.ends(signal.SIGTERM)
     # What was sent first was taken first: the robot's log has it.
     assert lines == ["joints A1 A2 A3 A4 A5 A6 A7", "there", "stop True"]
@@ -121,12 +108,12 @@ async def test_states_come_100_times_in_a_second_of_simulated_time_at_every_cloc
     options: dict[str, Any] = {"ros2": True, "ros2_python": python, "ros_conventions": conventions}
     async with Simulator(clock=clock, ros_namespace=CELL, **options) as simulator:
         assert simulator.ros2_node == f"/{CELL}/iiwa_sim"
-        listening = asyncio.create_task(asyncio.to_thread(said_by, python, "-c", LISTENER, CELL))
+        listening = asyncio.create_task(asyncio.to_thread(succeeds, [python, "-c", LISTENER, CELL]))
         while not listening.done():  # time passes in steps until it has heard enough
             if clock == "stepped":
                 await simulator.clock.advance(0.1)
             await asyncio.wait([listening], timeout=0.05)
-        told, stamps = await listening
+        told, stamps = (await listening).splitlines()
         now_ns = round(1e9 * simulator.controller.tick * simulator.clock.tick_s)
     times = [int(each) for each in stamps.split()]
     apart = {later - earlier for earlier, later in pairwise(times)}
@@ -154,38 +141,23 @@ async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
     assert len(asyncio.all_tasks()) == 1, "nothing watches over it any more"
 
 
-def ends_with(*options: str) -> str:
-    """What `iiwa-sim` says that ends at once with exit code 2."""
-    said = subprocess.run(
-        [*IIWA_SIM, "--port", "0", "--ros2", *options],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE_S,
-        check=False,
-    )
-    assert (said.returncode, said.stdout) == (2, "")
-    return said.stderr
-
-
 def test_a_namespace_that_is_none_is_told(python: Path) -> None:
-    said = ends_with("--ros2-python", str(python), "--ros-namespace", "a b")
+    said = fails(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
     assert said.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")
-    assert said.count("\n") == 1
 
 
 def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    said = ends_with("--ros2-python", sys.executable)
+    said = fails(*ROS2, "--ros2-python", sys.executable)
     assert "has no rclpy that works" in said
     assert said.endswith("iiwa-sim ros2-env makes an environment that has it\n")
-    assert said.count("\n") == 1
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
-    said = ends_with()
+    said = fails(*ROS2)
     assert said.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
-    assert ends_with("--ros2-python", str(tmp_path / "none")).endswith(
+    assert fails(*ROS2, "--ros2-python", str(tmp_path / "none")).endswith(
         "cannot be run: No such file or directory\n"
     )
-    assert ends_with("--ros2-python", "/bin/true").endswith("has ended before it was a node of ROS 2\n")
+    assert fails(*ROS2, "--ros2-python", "/bin/true").endswith("has ended before it was a node of ROS 2\n")
 
 
 def test_an_interpreter_is_found_where_a_distribution_is_sourced(
@@ -210,5 +182,5 @@ def test_no_environment_is_made_where_there_are_no_wheels(
 
 
 def test_a_fleet_needs_a_namespace_for_each() -> None:
-    said = ends_with("--count", "2")
+    said = fails(*ROS2, "--count", "2")
     assert "--ros-namespace: expected one of its own for each robot on ROS 2" in said
