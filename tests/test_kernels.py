@@ -54,7 +54,10 @@ def test_an_edited_text_is_told_in_one_line(checkout: Path) -> None:
     ("declaration", "kernels"),
     [
         ("robot/opw_kernel.pxd", {"robot/opw_kernel.py", "robot/inverse_kernel.py"}),
-        ("motion/shift_kernel.pxd", {"motion/shift_kernel.py", "motion/compliance_kernel.py"}),
+        (
+            "motion/shift_kernel.pxd",
+            {f"motion/{name}_kernel.py" for name in ("shift", "compliance", "deflected_arm")},
+        ),
     ],
 )
 def test_an_edited_declaration_makes_the_kernels_stale_that_use_it(
