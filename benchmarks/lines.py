@@ -7,7 +7,7 @@ import numpy as np
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.planner import Plan, Planner
 from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
-from iiwa_sim.frames import Frame, compose
+from iiwa_sim.frames import Frame
 from iiwa_sim.motion.queue.chain import Chain
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import begun, planned_on
@@ -29,17 +29,17 @@ def random_lines(
     rng = np.random.default_rng(seed)
     model = Model(description)
     planner = Planner(model)
-    tool = description.tool_in_flange
+    tcp = model.tcp(description.tool_in_flange)
     while count:
         start = random_joints(description, rng)
-        frame = Frame.from_transform(compose(model.flange(start), tool))
+        frame = Frame.from_transform(tcp.pose(start))
         way = rng.normal(size=3)
         way *= rng.uniform(*LENGTHS_MM) / np.linalg.norm(way)
         turn = rng.normal(size=3)
         turn *= rng.uniform(0.0, LARGEST_TURN_RAD) / np.linalg.norm(turn)
         target = Frame(*np.add(frame, (*way, *turn)).tolist())
         try:
-            yield planner.plan(MoveRequest(Kind.LIN, target, speed_rel), start, tool)
+            yield planner.plan(MoveRequest(Kind.LIN, target, speed_rel), start, tcp)
         except Refused:
             continue
         count -= 1
@@ -48,11 +48,12 @@ def random_lines(
 def random_joint_lines(description: RobotDescription, count: int, seed: int) -> Iterator[Plan]:
     """Random PTP between any two joint positions."""
     rng = np.random.default_rng(seed)
-    planner, tool = Planner(Model(description)), description.tool_in_flange
+    model = Model(description)
+    planner, tcp = Planner(model), model.tcp(description.tool_in_flange)
     for _ in range(count):
         start, end = random_joints(description, rng), random_joints(description, rng)
         request = MoveRequest(Kind.PTP, end, speeds=[1.0] * len(end), blending=JOINT_BLENDING)
-        yield planner.plan(request, start, tool)
+        yield planner.plan(request, start, tcp)
 
 
 def chain_of(plan: Plan) -> Chain:

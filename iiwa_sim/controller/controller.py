@@ -8,27 +8,23 @@ from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Carrying, Tool, ToolLoad
 from iiwa_sim.controller.core import Core
-from iiwa_sim.controller.endings import WhenEnded
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.faults import PRESSED
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.handling import Handled, Handling
 from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
-from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S, Mode
+from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.moves import Moves
 from iiwa_sim.controller.protection import NOTHING_MORE, Protection, Safety
 from iiwa_sim.controller.reading import Reader
-from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.controller.status import RobotStatus, status_of
-from iiwa_sim.controller.trajectories import Progress, Trajectories, TrajectoryEnded
-from iiwa_sim.controller.trajectory_request import TrajectoryRequest
+from iiwa_sim.controller.trajectories import Progress, Trajectories
 from iiwa_sim.controller.wanted import Planned
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
-from iiwa_sim.wrench import Wrench
 
 LEAST_OVERRIDE = 1e-6
 """Other than 0: less is no motion that anybody could see, and no number to divide by."""
@@ -74,9 +70,6 @@ class Controller:
         link. Raises `RobotFault` where the robot's folder does not fit together, and ValueError for a timeout
         out of range.
         """
-        if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
-            limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
-            raise ValueError(f"servo_timeout_s is {servo_timeout_s}, expected {limits}")
         self.description = description
         self.tick_s = tick_s
         self.io = Io() if io is None else io
@@ -102,10 +95,39 @@ class Controller:
         )
         self._moves = Moves(self._core)
         self._trajectories = Trajectories(self._core)
+        self.move = self._moves.take
+        """Take a `MoveRequest`; gives its number. Raises `Refused`; more is said in `Moves.take`."""
+        self.check = self._moves.check
+        """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
+        self.follow = self._trajectories.take
+        """Take a joint trajectory in place of what runs; gives its number, and a remark where one is due.
+        Raises `Refused`; more is said in `Trajectories.take`."""
+        self.cancel_trajectory = self._trajectories.cancel
+        """Stop the trajectory of this number on its way; gives whether it was followed or waited."""
+        self.cancel_move = self._moves.cancel
+        """End the move that runs: see `Moves.cancel`."""
+        self.clear_queue = self._moves.clear
+        """Forget the moves that wait: see `Moves.clear`."""
+        self.handling = self._core.handling
+        """The gripper, if there is one."""
         self.injected = Injected(self._core)
         """What a test bench does to the robot."""
         self.endings = self._core.endings
         """Tells its listeners how each move ended."""
+        self.is_pending = self._core.is_pending
+        """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
+        self.record_error = self._core.faults.record
+        """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
+        self.reset_error = self._core.faults.reset
+        """End the state of error, and forget the last refusal; raises `Refused` while the emergency stop is
+        pressed."""
+        self.release_emergency_stop = self._core.faults.release_emergency_stop
+        """The error remains, to be reset."""
+        self.set_collision_detection = protection.set_collision_detection
+        """Stop, in error, when the force (N) or the torque (Nm) from outside at the TCP is greater; 0 where
+        that is not watched. Raises `Refused` for numbers out of range."""
+        self.cartesian_force = self._core.cartesian_force
+        """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
         self.step = self._core.step
         """One tick."""
         self.skip = self._core.skip
@@ -116,61 +138,14 @@ class Controller:
         """Whether ticks change nothing but their number and the noise, until something is asked for."""
         return self._core.resting
 
-    def move(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
-        """Take a move; gives its number. Raises `Refused`. How each kind is taken is said in `Moves.take`.
-
-        `when_ended` is told of its end: in the tick, or in the command, that ends it.
-        """
-        return self._moves.take(request, when_ended)
-
-    def follow(
-        self, request: TrajectoryRequest, when_ended: TrajectoryEnded | None = None
-    ) -> tuple[int, str]:
-        """Take a joint trajectory in place of what runs; gives its number, and a remark where one is due.
-
-        `when_ended` is told once how it ended. Raises `Refused`. More is said in `Trajectories.take`.
-        """
-        return self._trajectories.take(request, when_ended)
-
-    def cancel_trajectory(self, number: int) -> bool:
-        """Stop the trajectory of this number on its way; gives whether it was followed or waited."""
-        return self._trajectories.cancel(number)
-
     @property
     def trajectory(self) -> Progress | None:
         """Where the trajectory that is followed stands; None while there is none."""
         return self._trajectories.progress
 
-    def check(self, request: MoveRequest) -> None:
-        """Raises `Refused` where a PTP or LIN would be for its target; changes nothing."""
-        self._moves.check(request)
-
-    def record_error(self, code: int, reason: str) -> None:
-        """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
-        self._core.faults.record(code, reason)
-
     def stop(self) -> None:
         """Bring the robot to rest on its path, and forget the moves that wait."""
         self._core.halt(STOP_TRIGGERED, "stopped")
-
-    def cancel_move(self) -> None:
-        """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
-
-        In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
-        robot is being stopped, nothing changes.
-        """
-        self._moves.check_hold()
-        with self.endings.because(STOP_TRIGGERED, "cancelled"):
-            self._core.motions.cancel()
-
-    def clear_queue(self) -> None:
-        """Forget the moves that wait; the one that runs ends at its target.
-
-        Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
-        robot stops on its path.
-        """
-        with self.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
-            self._core.motions.clear()
 
     def set_override(self, override: float) -> None:
         """Run all motions at this part of their planned speed, from 0, a pause, to 1.
@@ -182,13 +157,6 @@ class Controller:
         if override != 0.0 and not LEAST_OVERRIDE <= override <= 1.0:
             raise Refused(EXECUTION, f"override {override:g}: expected 0, or {LEAST_OVERRIDE:g} to 1")
         self._core.motions.set_override(override)
-
-    def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
-        """Stop, in error, when what acts on the TCP from outside is greater; 0 where that is not watched.
-
-        Raises `Refused` for numbers out of range.
-        """
-        self._core.protection.set_collision_detection(force_n, torque_nm)
 
     @property
     def collision_detection(self) -> tuple[float, float]:
@@ -208,27 +176,11 @@ class Controller:
         """What the controller takes its arm to carry."""
         return self._core.carrying.believed
 
-    @property
-    def handling(self) -> Handling | None:
-        """The gripper, if there is one."""
-        return self._core.handling
-
-    def reset_error(self) -> None:
-        """End the state of error, and forget the last refusal.
-
-        Raises `Refused` while the emergency stop is pressed.
-        """
-        self._core.faults.reset()
-
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self._core.faults.press_emergency_stop()
         self._core.halt(EMERGENCY_STOP, PRESSED)
         self._core.tell(EMERGENCY_STOP, PRESSED)
-
-    def release_emergency_stop(self) -> None:
-        """The error remains, to be reset."""
-        self._core.faults.release_emergency_stop()
 
     @property
     def tick(self) -> int:
@@ -259,10 +211,6 @@ class Controller:
         """The part of their planned speed at which all motions run or will run, 0..1."""
         return self._core.motions.override
 
-    def is_pending(self, move: int) -> bool:
-        """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
-        return self._core.motions.is_pending(move)
-
     def tool_frame(self) -> Frame:
         """The TCP in the base."""
         return self.tcp_frame_at(self.joints)
@@ -270,10 +218,6 @@ class Controller:
     def tcp_frame_at(self, joints: Joints) -> Frame:
         """The TCP in the base at joint positions (rad)."""
         return Frame.from_transform(self._core.tcp(joints))
-
-    def cartesian_force(self) -> Wrench:
-        """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
-        return self._core.cartesian_force()
 
     def status(self) -> RobotStatus:
         """The state of the robot, as ROS-Industrial puts it."""

@@ -17,6 +17,7 @@ from iiwa_sim.controller.force_guard import Contact, ForceGuard
 from iiwa_sim.controller.handling import Handling
 from iiwa_sim.controller.meetings import Meetings
 from iiwa_sim.controller.modes import (
+    LONGEST_SERVO_TIMEOUT_S,
     SERVO_MODES,
     TRANSITIONS,
     Event,
@@ -55,6 +56,9 @@ class Core:
     ) -> None:
         """At rest at `start` (rad), pushed by `load` of which it knows as `carrying` says, working with
         `handling`, None for nothing, and watched by `protection`; the rest is as `Controller` is given it."""
+        if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
+            limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"
+            raise ValueError(f"servo_timeout_s is {servo_timeout_s}, expected {limits}")
         self.tick_s = tick_s
         self.tick = 0
         self.mode = Mode.UNKNOWN
@@ -62,6 +66,8 @@ class Core:
         self.planner = Planner(model)
         self.targets = Targets(self.planner, model.description)
         self.tool_in_flange = tool_in_flange
+        self.arm = model.tcp(tool_in_flange)
+        """The TCP, as a frame fixed to the flange."""
         self.load = load
         self.carrying = carrying
         self.handling = handling
@@ -154,13 +160,12 @@ class Core:
 
     def halt(self, code: int, reason: str) -> None:
         """Stop; moves that run or wait end with this code, for this reason."""
-        self.enter(TRANSITIONS[self.mode, Event.STOP], code, reason)
+        self.stop_for(TRANSITIONS[self.mode, Event.STOP], code, reason)
 
-    def enter(self, change: Transition, code: int = STOP_TRIGGERED, reason: str = REPLACED) -> None:
-        """Change the mode; where that stops the robot, moves end with this code, for this reason."""
-        if change.stops:
-            with self.endings.because(code, reason, discards=True):
-                self.motions.stop()
+    def stop_for(self, change: Transition, code: int = STOP_TRIGGERED, reason: str = REPLACED) -> None:
+        """Change the mode in a way that stops the robot; moves end with this code, for this reason."""
+        with self.endings.because(code, reason, discards=True):
+            self.motions.stop()
         self.mode = change.mode
 
     def _watch_servo(self, timeout_s: float) -> None:
@@ -168,7 +173,7 @@ class Core:
             self.end_servo(f"no {self.mode.value} command for {timeout_s:g} s: the robot stops")
 
     def end_servo(self, reason: str) -> None:
-        self.enter(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT], COMMUNICATION_FAILURE, reason)
+        self.stop_for(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT], COMMUNICATION_FAILURE, reason)
         self.faults.fail(COMMUNICATION_FAILURE, reason)
         self.tell(COMMUNICATION_FAILURE, reason)
 
@@ -203,6 +208,11 @@ class Core:
         """Tell of what has gone wrong between commands."""
         if self._on_fault is not None:
             self._on_fault(code, reason)
+
+    def take_tool(self, tool_in_flange: Transform) -> None:
+        """Have the TCP there from now on; motions have to begin anew."""
+        self.tool_in_flange = tool_in_flange
+        self.arm = self.model.tcp(tool_in_flange)
 
     def begin_anew(self, joints: Joints) -> None:
         """Have motions that know of nothing before, at rest at joint positions (rad), in no mode."""

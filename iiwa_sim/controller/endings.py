@@ -48,12 +48,8 @@ class Endings:
         """Told of moves, by their numbers, that a stop or a change of mode has ended, and why."""
         self._is_pending = is_pending
         self.pending: deque[PendingMove] = deque()
-        """In the order in which they were accepted."""
-
-    def accepted(self, number: int, when_ended: WhenEnded | None, guard: ForceGuard | None) -> None:
-        """A move of this number has been accepted."""
-        if self.listeners or when_ended or guard is not None or self.on_discarded is not None:
-            self.pending.append(PendingMove(number, when_ended, guard))
+        """In the order in which they were accepted; who accepts a move that has a guard, or that somebody
+        wants to hear of, adds it."""
 
     def after_tick(self) -> None:
         """What a tick has ended came to its target; moves end in the order of their numbers."""

@@ -23,7 +23,8 @@ class Faults:
         """Off from an emergency stop, or from when they are switched off, until that is over and reset."""
         self._switched_off = False
         self._refusal: ErrorRecord | None = None
-        self._next_refusal: ErrorRecord | None = None
+        self.next_refusal: ErrorRecord | None = None
+        """What the next move is refused with, whatever it asks for; None for nothing."""
 
     @property
     def last(self) -> ErrorRecord | None:
@@ -57,15 +58,15 @@ class Faults:
 
     def refuse_next(self, refusal: ErrorRecord | None) -> None:
         """Have the next `check` fail that would not have failed anyway; None takes that back."""
-        self._next_refusal = refusal
+        self.next_refusal = refusal
 
     def check(self) -> None:
         """Raises `Refused` in the state of error, or if the next move is to be refused."""
         if self.standing is not None:
             code, reason = self.standing
             raise Refused(code, f"no move before reset error: {reason}")
-        if self._next_refusal is not None:
-            refusal, self._next_refusal = self._next_refusal, None
+        if self.next_refusal is not None:
+            refusal, self.next_refusal = self.next_refusal, None
             raise Refused(*refusal)
 
     def reset(self) -> None:

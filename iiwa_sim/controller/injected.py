@@ -62,7 +62,7 @@ class Injected:
         """
         self._check_rest()
         joints = self._core.motions.joints
-        self._core.tool_in_flange = tool_in_flange
+        self._core.take_tool(tool_in_flange)
         self._core.begin_anew(joints)
         self._core.load.place(joints, tool_in_flange)
         self._take_along()

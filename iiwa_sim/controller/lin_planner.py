@@ -1,12 +1,10 @@
 """LIN: the joints along a straight line of the TCP, or the reason why they cannot follow it."""
 
-from collections.abc import Callable
 from math import degrees
 
 import numpy as np
 
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
-from iiwa_sim.controller.poses import Asked
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.lin import lin
@@ -15,7 +13,7 @@ from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from iiwa_sim.robot.inverse_kernel import Inverse
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Found
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Nearest, Unreachable
 
 _REMEDY = "PTP gets there"
 """What a line cannot reach on its way, where its end can be reached."""
@@ -24,25 +22,21 @@ ROUNDING_RAD = 1e-9
 SAME_RAD = 1e-6
 """Joint positions that differ by less are the same."""
 
-Find = Callable[[Asked, Transform, Joints, float | None, bool], Found]
-"""The joint positions nearest to given ones that bring the flange to a pose, see `Planner`."""
-
 
 class LinPlanner:
     """Lines of one robot. Each method raises `Refused` where there is none."""
 
-    def __init__(self, model: Model, inverse: Inverse, find: Find) -> None:
-        self._model = model
+    def __init__(self, model: Model, inverse: Inverse, nearest: Nearest) -> None:
+        self._arm = model.tcp_of_flange
         self._description = d = model.description
         self._inverse = inverse
-        self._find = find
+        self._nearest = nearest
         self._lowest = np.array(d.position_min) - ROUNDING_RAD
         self._highest = np.array(d.position_max) + ROUNDING_RAD
 
     def to_pose(
         self,
         start: Joints,
-        asked: Asked,
         flange: Transform,
         redundancy: float | None,
         tool_in_flange: Transform,
@@ -52,15 +46,15 @@ class LinPlanner:
         The redundancy (rad) is kept, or is the one given, where that reaches the target; else it goes to the
         nearest that does. The line is tried on the branch on which the target is found, and on the one the
         robot is on: at a singular start these may differ, and a line that passes a singular pose may reach
-        what its first branch cannot.
+        what its first branch cannot. Raises `Unreachable`, too, where nothing reaches the target.
         """
         self._check_end(start, "start")
-        tcp_line = TcpLine(self._model.flange(start), flange, tool_in_flange)
+        tcp_line = TcpLine(self._arm.pose(start), flange, tool_in_flange)
         own = self._inverse.status(start)
         kept = self._inverse.redundancy(start) if redundancy is None else redundancy
         try:
-            end = self._find(asked, flange, start, redundancy, True)
-        except Refused as unreachable:
+            end = self._nearest.find(flange, start, redundancy, keep_status=True)
+        except Unreachable as unreachable:
             d = self._description
             longest = max(b - a for a, b in zip(d.position_min, d.position_max, strict=True))
             if abs(kept - self._inverse.redundancy(start)) > longest:
@@ -85,7 +79,7 @@ class LinPlanner:
     def to_joints(self, start: Joints, joints: Joints, tool_in_flange: Transform) -> Polynomial:
         """From joint positions (rad) to where the TCP is at others (rad), ending in these."""
         self._check_end(start, "start")
-        tcp_line = TcpLine(self._model.flange(start), self._model.flange(joints), tool_in_flange)
+        tcp_line = TcpLine(self._arm.pose(start), self._arm.pose(joints), tool_in_flange)
         own, wanted = self._inverse.status(start), self._inverse.status(joints)
         status = wanted if wanted in self._inverse.merging_statuses(start) else own
         line = self._line(start, tcp_line, self._inverse.redundancy(joints), status)

@@ -98,7 +98,8 @@ class Motions:
     @property
     def rest(self) -> Joints:
         """Where the next normal move begins (rad): where all that waits ends, or a stop."""
-        return self._drive.rest if self._drive.moving else self._nominal.active.rest
+        drive, active = self._drive, self._nominal.active
+        return drive.rest if active is drive or drive.moving else active.rest
 
     @property
     def yielding_from(self) -> Joints:

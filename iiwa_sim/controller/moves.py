@@ -2,7 +2,7 @@
 
 from iiwa_sim.controller.acceleration import capped_joints
 from iiwa_sim.controller.core import REPLACED, Core
-from iiwa_sim.controller.endings import WhenEnded
+from iiwa_sim.controller.endings import PendingMove, WhenEnded
 from iiwa_sim.controller.errors import (
     COMPONENT_NOT_READY,
     EXECUTION,
@@ -30,7 +30,7 @@ class Moves:
     def __init__(self, core: Core) -> None:
         self._core = core
 
-    def take(self, request: MoveRequest, when_ended: WhenEnded | None) -> int:
+    def take(self, request: MoveRequest, when_ended: WhenEnded | None = None) -> int:
         """Take a move; gives its number. Raises `Refused`, and then nothing has changed.
 
         - PTP and LIN queue behind what runs. With thresholds the robot begins to stop on its path in the tick
@@ -58,7 +58,9 @@ class Moves:
             number = self._queue(request)
             if request.thresholds is not None:
                 guard = ForceGuard(number, request.thresholds, core.cartesian_force())
-        core.endings.accepted(number, when_ended, guard)
+        endings = core.endings
+        if guard or when_ended or endings.listeners or endings.on_discarded:
+            endings.pending.append(PendingMove(number, when_ended, guard))
         return number
 
     def check(self, request: MoveRequest) -> None:
@@ -70,7 +72,32 @@ class Moves:
         stops = TRANSITIONS[self._core.mode, Event.NORMAL_MOVE].stops
         return self._core.motions.rest_after_stop() if stops else self._core.motions.rest
 
-    def check_hold(self) -> None:
+    def cancel(self) -> None:
+        """End the move that runs: stop on its path, and go on with the next one from where the robot then is.
+
+        In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
+        robot is being stopped, nothing changes.
+        """
+        self._check_hold()
+        with self._core.endings.because(STOP_TRIGGERED, "cancelled"):
+            self._core.motions.cancel()
+
+    def clear(self) -> None:
+        """Forget the moves that wait; the one that runs ends at its target.
+
+        Where it has begun to blend into the next one, or is about to and too fast to rest at its target, the
+        robot stops on its path.
+        """
+        with self._core.endings.because(STOP_TRIGGERED, "forgotten: the queue was cleared"):
+            self._core.motions.clear()
+
+    def _check_error(self) -> None:
+        """Raises `Refused` in the state of error, or if the next move is to be refused."""
+        faults = self._core.faults
+        if faults.standing is not None or faults.next_refusal is not None:
+            faults.check()
+
+    def _check_hold(self) -> None:
         """Raises `Refused` while a gravity hold is on, or begins when the robot is at rest."""
         if self._core.mode is Mode.IMPEDANCE and self._core.motions.holding:
             raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
@@ -78,8 +105,8 @@ class Moves:
     def _queue(self, request: MoveRequest) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
         core = self._core
-        core.faults.check()
-        self.check_hold()
+        self._check_error()
+        self._check_hold()
         if core.motions.waiting >= LONGEST_QUEUE:
             raise Refused(
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
@@ -96,7 +123,7 @@ class Moves:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
         core = self._core
         impedance = impedance_of(compliance.stiffness_n_per_m, compliance.balanced)
-        core.faults.check()
+        self._check_error()
         stops = TRANSITIONS[core.mode, Event.IMPEDANCE_MOVE].stops
         start = core.motions.rest_after_stop() if stops else core.motions.yielding_from
         plan = self._planned(request, start)
@@ -109,7 +136,7 @@ class Moves:
 
     def _hold(self, stiffness_nm_per_rad: float) -> int:
         core = self._core
-        core.faults.check()
+        self._check_error()
         check_joint_stiffness(stiffness_nm_per_rad)
         number = self._accept(Event.IMPEDANCE_MOVE)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
@@ -119,8 +146,8 @@ class Moves:
     def _head_for(self, request: MoveRequest) -> int:
         """Find the target of a servo from where that will set out, and head for it."""
         core, event = self._core, SERVO_EVENTS[request.kind]
-        core.faults.check()
-        self.check_hold()
+        self._check_error()
+        self._check_hold()
         motions, change = core.motions, TRANSITIONS[core.mode, event]
         here = motions.rest_after_stop() if change.stops else motions.present
         joints, limits = core.targets.find(request, change.mode, here, motions.moving and not change.stops)
@@ -135,12 +162,15 @@ class Moves:
     def _accept(self, event: Event) -> int:
         """Change the mode, which may stop the robot; gives the number of the move."""
         core = self._core
-        core.enter(TRANSITIONS[core.mode, event])
+        change = TRANSITIONS[core.mode, event]
+        if change.stops:
+            core.stop_for(change)
+        core.mode = change.mode
         core.accepted += 1
         return core.accepted
 
     def _planned(self, request: MoveRequest, start: Joints) -> Plan:
-        return self._core.planner.plan(request, start, self._core.tool_in_flange)
+        return self._core.planner.plan(request, start, self._core.arm)
 
     def _move(self, number: int, request: MoveRequest, plan: Plan) -> Move:
         return Move(number, *plan, lambda start: self._plan_again(number, request, start))

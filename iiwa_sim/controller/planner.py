@@ -9,9 +9,8 @@ import numpy as np
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.lin_planner import LinPlanner
-from iiwa_sim.controller.poses import Asked
 from iiwa_sim.controller.requests import Kind, MoveRequest, Shift
-from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, inverse
+from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
@@ -19,14 +18,8 @@ from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.path.zone import JointBall, Sphere, Zone
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.nearest import (
-    JOINT_LIMIT,
-    OUT_OF_REACH,
-    Found,
-    Nearest,
-    Unreachable,
-    how_far,
-)
+from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Nearest, Unreachable, how_far
+from iiwa_sim.robot.tcp_kernel import Tcp
 
 LEAST_SPEED_REL = 1e-6
 """Speeds below that are refused: a joint at less than a revolution in a week stands still for any client."""
@@ -61,35 +54,37 @@ class Planner:
         self._limits = JointLimits(
             np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)
         )
-        self._lin = LinPlanner(model, self._inverse, self._find)
+        self._lin = LinPlanner(model, self._inverse, self._nearest)
 
-    def plan(self, request: MoveRequest, start: Joints, tool_in_flange: Transform) -> Plan:
-        """PTP or LIN as it is asked for, from joint positions (rad), with the TCP there in the flange."""
+    def plan(self, request: MoveRequest, start: Joints, tcp: Tcp) -> Plan:
+        """PTP or LIN as it is asked for, from joint positions (rad), with this TCP."""
         try:
-            plan = self._uncapped(request, start, tool_in_flange)
+            plan = self._uncapped(request, start, tcp)
         except Refused as refused:
             if request.shift is None or refused.code != OUT_OF_REACH:
                 raise
             raise Refused(OUT_OF_REACH, f"{refused.reason}; asked for {_in_words(request.shift)}") from None
         return _capped(plan, request.acceleration)
 
-    def _uncapped(self, request: MoveRequest, start: Joints, tool: Transform) -> Plan:
+    def _uncapped(self, request: MoveRequest, start: Joints, tcp: Tcp) -> Plan:
         target = request.target
         if not isinstance(target, Frame):
             if request.kind is Kind.LIN:
-                return self._lin_to_joints(request, start, target, tool)
+                return self._lin_to_joints(request, start, target, tcp)
             return self._ptp_to_joints(request, start, target)
         tcp_speed_m_s = request.tcp_speed_m_s
         if tcp_speed_m_s is not None and not (isfinite(tcp_speed_m_s) and tcp_speed_m_s > 0.0):
             raise Refused(EXECUTION, f"speed {tcp_speed_m_s:g} m/s: expected above 0")
-        flange = _flange_of(target, request.speed, request.redundancy, tool)
-        asked = Asked("TCP", target)
-        if request.kind is Kind.PTP:
-            path = ptp(start, self._find(asked, flange, start, request.redundancy).joints)
-        else:
-            path = self._lin.to_pose(start, asked, flange, request.redundancy, tool)
+        flange = tcp.flange_at(_checked_pose(target, request.speed, request.redundancy))
+        try:
+            if request.kind is Kind.PTP:
+                path = ptp(start, self._nearest.find(flange, start, request.redundancy).joints)
+            else:
+                path = self._lin.to_pose(start, flange, request.redundancy, tcp.tool_in_flange)
+        except Unreachable as unreachable:
+            raise self._refusal(unreachable, "TCP", target, flange) from None
         speed_rel = request.speed if tcp_speed_m_s is None else self._speed_rel(path, tcp_speed_m_s)
-        return self._plan(path, speed_rel, self._sphere(path.end, request.blending, tool))
+        return self._plan(path, speed_rel, _sphere(path.end, request.blending, tcp))
 
     def _ptp_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float]) -> Plan:
         """At a relative speed of each joint."""
@@ -99,14 +94,12 @@ class Planner:
         zone = JointBall(request.blending, start, end) if request.blending else None
         return self._plan(ptp(start, end), request.speeds, zone)
 
-    def _lin_to_joints(
-        self, request: MoveRequest, start: Joints, target: Sequence[float], tool: Transform
-    ) -> Plan:
+    def _lin_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float], tcp: Tcp) -> Plan:
         """To where the TCP is at joint positions (rad), ending in these."""
         self._check_joints(target)
         _check_speed(request.speed)
-        line = self._lin.to_joints(start, tuple(target), tool)
-        return self._plan(line, request.speed, self._sphere(line.end, request.blending, tool))
+        line = self._lin.to_joints(start, tuple(target), tcp.tool_in_flange)
+        return self._plan(line, request.speed, _sphere(line.end, request.blending, tcp))
 
     def _speed_rel(self, line: Polynomial, tcp_speed_m_s: float) -> float:
         """The relative speed at which the TCP is nowhere faster on a line than a speed (m/s)."""
@@ -133,11 +126,14 @@ class Planner:
 
     def flange_target(self, present: Joints, flange: Frame, speed_rel: float) -> Joints:
         """The joint positions (rad) nearest to the present ones that bring the flange to a frame."""
-        pose = _flange_of(flange, speed_rel, None, IDENTITY)
-        return self._find(Asked("flange", flange), pose, present, None).joints
+        pose = _checked_pose(flange, speed_rel, None)
+        try:
+            return self._nearest.find(pose, present).joints
+        except Unreachable as unreachable:
+            raise self._refusal(unreachable, "flange", flange, pose) from None
 
     def _plan(self, path: Polynomial, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
-        limits = self._limits.at_speed(speed_rel)
+        limits = self._limits._replace(velocity=np.multiply(self._limits.velocity, speed_rel))
         ways = path.travel()
         with np.errstate(over="ignore", invalid="ignore"):  # the least of all speeds take longer than a float
             length_s = float((ways / limits.velocity).max())
@@ -148,31 +144,15 @@ class Planner:
             )
         return Plan(path, limits, 0.0 if ways.max() < STANDSTILL_RAD else length_s, zone)
 
-    def _sphere(self, target: Joints, blending_mm: float, tool_in_flange: Transform) -> Zone | None:
-        if not (isfinite(blending_mm) and blending_mm >= 0.0):
-            raise Refused(EXECUTION, f"blending {blending_mm:g} mm: expected 0 or more")
-        if blending_mm == 0.0:
-            return None
-        return Sphere(blending_mm / 1000.0, target, self._model.tcp(tool_in_flange))
-
-    def _find(
-        self,
-        asked: Asked,
-        flange: Transform,
-        start: Joints,
-        redundancy: float | None,
-        keep_status: bool = False,
-    ) -> Found:
-        try:
-            return self._nearest.find(flange, start, redundancy, keep_status)
-        except Unreachable as unreachable:
-            reason = unreachable.reason
-            if unreachable.code == OUT_OF_REACH:
-                x_mm, y_mm, z_mm = asked.frame[:3]
-                place = f"{x_mm:.1f} {y_mm:.1f} {z_mm:.1f} mm"
-                reason = f"the {asked.what} at {place} is out of reach in this orientation"
-                reason += how_far(self._inverse.beyond_reach(flange))
-            raise Refused(unreachable.code, reason) from None
+    def _refusal(self, unreachable: Unreachable, what: str, asked: Frame, flange: Transform) -> Refused:
+        """In the words of whoever asked for a frame of `what`, which brings the flange to a pose."""
+        reason = unreachable.reason
+        if unreachable.code == OUT_OF_REACH:
+            x_mm, y_mm, z_mm = asked[:3]
+            place = f"{x_mm:.1f} {y_mm:.1f} {z_mm:.1f} mm"
+            reason = f"the {what} at {place} is out of reach in this orientation"
+            reason += how_far(self._inverse.beyond_reach(flange))
+        return Refused(unreachable.code, reason)
 
     def _check_joints(self, joints: Sequence[float]) -> None:
         d = self._description
@@ -193,17 +173,23 @@ def _in_words(shift: Shift) -> str:
     return f"as a way of {way} mm in the axes of the {'tool' if shift.in_tool else 'base'}"
 
 
-def _flange_of(
-    tcp: Frame, speed_rel: float, redundancy: float | None, tool_in_flange: Transform
-) -> Transform:
-    """The checked target as a pose of the flange."""
-    _check_finite("frame", tcp)
-    if max(map(abs, tcp[:3])) > FARTHEST_MM:
+def _sphere(target: Joints, blending_mm: float, tcp: Tcp) -> Zone | None:
+    if blending_mm == 0.0:
+        return None
+    if not (isfinite(blending_mm) and blending_mm > 0.0):
+        raise Refused(EXECUTION, f"blending {blending_mm:g} mm: expected 0 or more")
+    return Sphere(blending_mm / 1000.0, target, tcp)
+
+
+def _checked_pose(target: Frame, speed_rel: float, redundancy: float | None) -> Transform:
+    """The checked target as a pose."""
+    _check_finite("frame", target)
+    if max(map(abs, target[:3])) > FARTHEST_MM:
         raise Refused(OUT_OF_REACH, f"no arm reaches farther than {FARTHEST_MM:g} mm")
     _check_speed(speed_rel)
     if redundancy is not None:
         _check_finite("redundancy", [redundancy])
-    return compose(tcp.to_transform(), inverse(tool_in_flange))
+    return target.to_transform()
 
 
 def _check_finite(what: str, values: Sequence[float]) -> None:

@@ -1,7 +1,6 @@
-"""Where the TCP shall be: in whose words, with a quaternion, or seen from where a move begins."""
+"""Where the TCP shall be: told with a quaternion, or seen from where a move begins."""
 
 from math import hypot, isfinite
-from typing import NamedTuple
 
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import (
@@ -16,15 +15,6 @@ from iiwa_sim.frames import (
 
 QUATERNION_LENGTH_TOLERANCE = 0.01
 """Enough for four numbers with two decimals, such as 0.71 0 0 0.71."""
-
-
-class Asked(NamedTuple):
-    """What was asked for, in the words of whoever asked."""
-
-    what: str
-    """TCP or flange."""
-    frame: Frame
-    """Where it is to come to, in the base."""
 
 
 def from_quaternion(position_mm: Vector, quaternion: Quaternion) -> Frame:

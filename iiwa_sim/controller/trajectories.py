@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from iiwa_sim.controller.core import REPLACED, Core
-from iiwa_sim.controller.endings import Ending
+from iiwa_sim.controller.endings import Ending, PendingMove
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.trajectory_request import (
@@ -115,7 +115,9 @@ class Trajectories:
         except ArithmeticError:
             raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
         with core.endings.because(STOP_TRIGGERED, PREEMPTED if core.mode is Mode.TRAJECTORY else REPLACED):
-            core.enter(change)
+            if change.stops:
+                core.stop_for(change)
+            core.mode = change.mode
             core.accepted += 1
             core.motions.track(Tracked(core.accepted, way))
         active = _Active(core.accepted, path, goal, request.goal_time_s, reference.end_s)
@@ -127,7 +129,7 @@ class Trajectories:
                 outcome = Outcome.REACHED if ending.code == SUCCESS else active.outcome
                 when_ended(TrajectoryEnd(outcome, ending.reason))
 
-        core.endings.accepted(core.accepted, ended, None)
+        core.endings.pending.append(PendingMove(core.accepted, ended, None))
         self._active = active
         return core.accepted, "; ".join(filter(None, (note, goal_note)))
 

@@ -15,8 +15,7 @@ from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.rate_change import Running
 
 AHEAD = 128
-"""Ticks for which joint positions are computed at once: for a line that costs a sixth of single
-computations."""
+"""Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
 
 
 class Drive:
@@ -44,7 +43,6 @@ class Drive:
     @property
     def moving(self) -> bool:
         """Whether a move runs, is being stopped, or waits."""
-        # Asked for in every tick.
         return self._chain is not None or bool(self._waiting.planned) or bool(self._waiting.again)
 
     @property
@@ -55,7 +53,7 @@ class Drive:
     @property
     def waiting(self) -> int:
         """Number of moves that have not begun."""
-        waiting = len(self._waiting)
+        waiting = len(self._waiting.planned) + len(self._waiting.again)
         if self._chain is None or self._time.stopping:
             return waiting
         return waiting + self._chain.waiting(self._time.time_s)
@@ -101,10 +99,9 @@ class Drive:
     def is_pending(self, number: int) -> bool:
         """Whether a move runs, and is not being stopped, or waits."""
         under_way = self.under_way
-        if under_way:
+        if under_way and self._chain is not None:
             if number <= under_way:
                 return number == under_way
-            assert self._chain is not None
             if among(self._chain.moves, number):
                 return True
         return number in self._waiting
@@ -117,8 +114,11 @@ class Drive:
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`."""
+        waiting, override = self._waiting, self._time.override
         self.rest = move.path.end
-        self._waiting.append(move, slowed=self._time.override.part_to_keep != 1.0)
+        slowed = override.value < override.rate and override.part_to_keep != 1.0
+        waiting.apart = (waiting.apart or move.number) if slowed else 0
+        (waiting.again or waiting.planned).append(move)
         self._quiet_until_s = 0.0
 
     def rest_after_stop(self) -> Joints:
@@ -165,8 +165,7 @@ class Drive:
         If it has begun to blend into the next move, or is too fast to rest at its target, the robot stops on
         its path.
         """
-        chain = self._chain
-        kept: list[Move] = []
+        chain, kept = self._chain, list[Move]()
         if chain is None:
             kept = [self._waiting.first] if self._waiting.any else []
         elif not self._time.stopping:
@@ -216,15 +215,14 @@ class Drive:
         if self._waiting.again:
             self.rest = self._waiting.plan_next_again(self._planned_end)
             self._quiet_until_s = 0.0
-        if self._chain is None:
+        chain = self._chain
+        if chain is None:
             if not waiting:
                 return
             if waiting[0].length_s == 0.0:
                 # One impossible move in each tick: the time of several might add up to a late tick.
                 self.joints = waiting.popleft().path.end
                 return
-        chain = self._chain
-        if chain is None:
             chain = self._begin(0.0)  # it costs as much as a look ahead, so it waits for the next tick
             if chain is None:
                 return

@@ -4,6 +4,7 @@ cdef class Tcp:
     cdef readonly Py_ssize_t joint_count
     cdef readonly object fixed         # for kernels that have no object: (n + 1, 12)
     cdef double[:, ::1] _fixed
+    cdef double[::1] _to_flange        # pose of the flange in the TCP
     cdef double[::1] _q
     cdef double[::1] turned            # rotation of the TCP in the base, row by row
     cdef double[::1] place             # its translation (m)

@@ -11,7 +11,7 @@ import cython
 import numpy as np
 from numpy.typing import NDArray
 
-from iiwa_sim.frames import Transform, compose
+from iiwa_sim.frames import Transform, compose, inverse
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
@@ -36,6 +36,8 @@ class Tcp:
         rows = [*fixed[: self.joint_count], compose(fixed[self.joint_count], tool_in_flange)]
         self.fixed = np.array([(*rotation, *translation) for rotation, translation in rows])
         self._fixed = self.fixed
+        to_flange = inverse(tool_in_flange)
+        self._to_flange = np.array((*to_flange.rotation, *to_flange.translation))
         self._q = np.full(self.joint_count, np.nan)  # different from any
         self.turned = np.empty(9)
         self.place = np.empty(3)
@@ -53,6 +55,23 @@ class Tcp:
             rotation = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
             self._pose = _new(Transform, (rotation, (p[0], p[1], p[2])))
         pose: Transform = self._pose
+        return pose
+
+    def flange_at(self, tcp: Transform) -> Transform:
+        """Pose of the flange where the TCP is at a pose."""
+        turned: list[float] = []
+        place: list[float] = []
+        a: cython.double
+        b: cython.double
+        c: cython.double
+        at: cython.double
+        t = self._to_flange
+        for row in range(3):
+            a, b, c = tcp[0][3 * row], tcp[0][3 * row + 1], tcp[0][3 * row + 2]
+            at = tcp[1][row]
+            turned += [a * t[k] + b * t[3 + k] + c * t[6 + k] for k in range(3)]
+            place.append(a * t[9] + b * t[10] + c * t[11] + at)
+        pose: Transform = _new(Transform, (tuple(turned), tuple(place)))
         return pose
 
     def jacobian(self, joints: Sequence[float]) -> NDArray[np.float64]:

@@ -65,3 +65,15 @@ def test_compiled_and_interpreted_are_the_same(name: str, q: list[float]) -> Non
 def test_joint_positions_of_another_number_are_an_error() -> None:
     with pytest.raises(ValueError, match="6 joint positions, expected 7"):
         MODELS["lbr_iiwa_7_r800"].tcp(TOOL).pose([0.0] * 6)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+@given(q=positions)
+def test_the_flange_is_where_it_brings_the_tcp(name: str, q: list[float]) -> None:
+    model = MODELS[name]
+    q = q[: model.joint_count]
+    tcp, plain = model.tcp(TOOL), PLAIN.Tcp(model.fixed_poses, TOOL)
+    flange = tcp.flange_at(tcp.pose(q))
+    assert flange == plain.flange_at(tcp.pose(q))
+    assert flange.rotation == pytest.approx(model.flange(q).rotation, abs=2e-15)
+    assert flange.translation == pytest.approx(model.flange(q).translation, abs=2e-15)

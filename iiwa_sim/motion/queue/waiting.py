@@ -15,17 +15,18 @@ _number = attrgetter("number")
 
 
 class Waiting:
-    """Moves in the order in which they were accepted: first those that are planned from where they begin."""
+    """Moves in the order in which they were accepted: first those that are planned from where they begin.
+
+    A move that comes is added behind all others.
+    """
 
     def __init__(self) -> None:
         """None waits."""
         self.planned: deque[Move] = deque()
         self.again: deque[Move] = deque()
         """Behind those: to be planned again, as they may begin elsewhere."""
-        self._apart = 0  # the first move that has come while the override came down
-
-    def __len__(self) -> int:
-        return len(self.planned) + len(self.again)
+        self.apart = 0
+        """The number of the first move that has come while the override came down; 0 for none."""
 
     def __iter__(self) -> Iterator[Move]:
         yield from self.planned
@@ -49,20 +50,12 @@ class Waiting:
         """The move behind all others; one must wait."""
         return (self.again or self.planned)[-1]
 
-    def append(self, move: Move, *, slowed: bool) -> None:
-        """Add a move that begins where the last one ends; `slowed` while the override comes down."""
-        if not slowed:
-            self._apart = 0
-        elif not self._apart:
-            self._apart = move.number
-        (self.again or self.planned).append(move)
-
     def to_look_at(self, *, slowed: bool) -> deque[Move]:
         """What may go on with the chain under way: not what has come while the override came down, until that
         is no longer `slowed`, since it would set out faster than was asked for."""
-        if not self._apart or not slowed:
+        if not self.apart or not slowed:
             return self.planned
-        return deque(move for move in self.planned if move.number < self._apart)
+        return deque(move for move in self.planned if move.number < self.apart)
 
     def take(self, count: int) -> None:
         """The first `count` moves do not wait any more."""
