@@ -18,9 +18,10 @@ MOST = 200
 EVERY_S = 0.4
 """Time between two updates of the list (s)."""
 EVERYBODY = "everybody"
-_BOX = (
-    "max-height:40vh;overflow:auto;display:flex;flex-direction:column-reverse;font-family:monospace;"
-    "font-size:0.72em;line-height:1.35;padding:0 0.9em;overflow-wrap:anywhere"
+_BOX = (  # as high as the panel has room for, in a window of 600 pixels, too
+    "max-height:max(8em,min(40vh,calc(100vh - 490px)));overflow:auto;display:flex;"
+    "flex-direction:column-reverse;font-family:monospace;font-size:0.72em;line-height:1.35;padding:0 0.9em;"
+    "overflow-wrap:anywhere"
 )
 _COLOURS = {">": "#1971c2", "<": "inherit", "#": "#868e96", "~": "#e8590c"}
 _REFUSED = "#c92a2a"

@@ -23,7 +23,7 @@ from websockets.http11 import Request, Response
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.acting import acting
-from iiwa_sim.view.document import completed
+from iiwa_sim.view.document import DARK_COOKIE, completed
 from iiwa_sim.view.gate import (
     AT_ONCE,
     MESSAGES_PER_S,
@@ -94,15 +94,30 @@ def _light(scene: viser.SceneApi) -> None:
 
 
 def add_light_or_dark(server: viser.ViserServer) -> None:
-    """A button by which each viewer has the page dark, or light again."""
+    """Have each viewer see the page as dark as the rest of their machine, and a command to turn that over."""
     dark: set[int] = set()  # viewers, by their numbers
 
-    def turn(event: Any) -> None:
-        number = event.client.client_id
-        dark.symmetric_difference_update({number})
-        event.client.gui.configure_theme(**LOOKS, dark_mode=number in dark)
+    def show(client: viser.ClientHandle) -> None:
+        client.gui.configure_theme(**LOOKS, dark_mode=client.client_id in dark)
 
-    server.gui.add_button("Light or dark", hint="for yourself only").on_click(acting(turn))
+    def begin(client: viser.ClientHandle) -> None:
+        connection = server._websock_server._live_connections.get(client.client_id)
+        if connection is not None and wants_dark(connection.request):
+            dark.add(client.client_id)
+            show(client)
+
+    def turn(event: Any) -> None:
+        dark.symmetric_difference_update({event.client.client_id})
+        show(event.client)
+
+    server.on_client_connect(begin)
+    server.gui.add_command("Light or dark", description="for yourself only").on_trigger(acting(turn))
+
+
+def wants_dark(request: Request | None) -> bool:
+    """Whether a browser asks from a machine that is set to dark, as our document has it tell by a cookie."""
+    cookies = [] if request is None else request.headers.get_all("cookie")
+    return any(f"{DARK_COOKIE}=1" in map(str.strip, cookie.split(";")) for cookie in cookies)
 
 
 def _no_url(_verbose: bool = True) -> None:

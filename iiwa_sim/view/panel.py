@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 
 PUSH = """\
-Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold; for one, type
+Drag the arm: a spring pulls at it. It yields in a stiffness move and in a gravity hold: type
+`linstiff move : 450 200 520 0 -1.57079 0 0.002 300 0 0 0 0 0 0` or
 `start gravity : 200` under Dialogue, and `stop` to end it. Else it is stiff, and stays where it is. At the
 flange the force is one at the TCP, elsewhere it is torques on the joints. Drag surfaces with Shift."""
 

@@ -20,7 +20,7 @@ EVERY_S = 0.1
 """Time between two changes of the figures (s)."""
 
 _RED = "color:#c92a2a;font-weight:bold"
-_TABLE = "width:100%;border-spacing:0;line-height:1.45"
+_TABLE = "width:100%;border-spacing:0;line-height:1.2"
 _NUMBER = "text-align:right;font-family:monospace;white-space:nowrap"
 _TCP = ("x", "y", "z", "alpha", "beta", "gamma")
 _WRENCH = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
@@ -58,8 +58,7 @@ def figures(state: State, robot: Robot) -> str:
     error = html.escape(f"{code} {reason}") if code else "none"
     drives = "on" if powered == 1 else _coloured("off", True)
     rows = [
-        ("robot", html.escape(str(robot.get("name", "")))),
-        ("mode", html.escape(f"{state['mode']}, {state['status']}")),
+        (html.escape(str(robot.get("name", ""))), html.escape(f"{state['mode']}, {state['status']}")),
         ("emergency stop", f"{_coloured('pressed', True) if pressed == 1 else 'released'}, drives {drives}"),
         ("error", _coloured(error, in_error == 1)),
     ]

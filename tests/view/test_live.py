@@ -317,8 +317,7 @@ def test_of_a_fleet_the_robot_that_is_chosen_is_stopped(simulator: Simulator) ->
             shows(viewer, "LBR iiwa 7 R800")
             viewer.clicks("Robot", "second")
             shows(viewer, "KR 6")
-            command = viewer.until(lambda message: message["type"] == "RegisterCommandMessage")
-            viewer.send(type="CommandTriggerMessage", uuid=command["uuid"])
+            viewer.commands("Emergency stop")
             shows(viewer, "KR 6", "pressed")
             assert other.state().error.code == 3030
             assert simulator.state().error.code == 0
@@ -337,17 +336,27 @@ def test_without_a_backdoor_it_finds_the_robot_and_can_stop_it(simulator: Simula
         assert robot.get_status() == "stopped"
 
 
-def test_each_viewer_chooses_light_or_dark(simulator: Simulator) -> None:
-    def dark(message: Message) -> bool:
-        return message["type"] == "ThemeConfigurationMessage" and bool(message["dark_mode"])
+def dark(message: Message) -> bool:
+    return message["type"] == "ThemeConfigurationMessage" and bool(message["dark_mode"])
 
+
+def test_each_viewer_chooses_light_or_dark(simulator: Simulator) -> None:
     with page_of(simulator) as port, viewing(port) as viewer, viewing(port) as other:
         shows(other, "stopped")
-        viewer.clicks("Light or dark")
+        viewer.commands("Light or dark")
         viewer.until(dark)
         viewer.clicks("Emergency stop")
         shows(other, "pressed")
         assert not any(map(dark, other.seen))
+
+
+def test_a_viewer_whose_machine_is_dark_sees_a_dark_page(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port, cookie="a=1; iiwa-sim-dark=1") as viewer:
+        viewer.until(dark)
+        with viewing(port, cookie="iiwa-sim-dark=0") as other:
+            other.clicks("Emergency stop")
+            shows(other, "pressed")
+            assert not any(map(dark, other.seen))
 
 
 def test_nobody_looking_costs_the_robot_nothing(simulator: Simulator) -> None:

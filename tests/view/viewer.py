@@ -71,6 +71,13 @@ class Viewer:
     def clicks(self, label: str, value: object = True) -> None:
         self.send(type="GuiUpdateMessage", uuid=self.labelled(label), updates={"value": value})
 
+    def commands(self, label: str) -> None:
+        """What the command palette does."""
+        found = self.until(
+            lambda message: message["type"] == "RegisterCommandMessage" and message["props"]["label"] == label
+        )
+        self.send(type="CommandTriggerMessage", uuid=found["uuid"])
+
     def drags(self, node: str, phase: str, *end: float, modifier: str | None = None) -> None:
         """The mouse at a node of the scene: grabbed at (0.6, 0, 0.6) m, and now at `end`."""
         shown = self.until(lambda message: message.get("name", "").endswith(node) and "props" in message)
