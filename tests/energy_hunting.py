@@ -323,7 +323,7 @@ class HeldScene:
             rng, ticks, lambda place: self._placed.nearest(*place)[0] > self.part.shape.extent, 0.03
         )
         before = Transform(rotation, way[0])
-        touching.step(before, [self._placed], TICK_S)
+        touching.step(before, lambda: [self._placed], TICK_S)
         for place in way[1:]:
             axis, angle = drawn_axis(rng), float(rng.normal() * self._turns)
             before = self._go(before, place, axis, angle)
@@ -352,8 +352,8 @@ class HeldScene:
             return work
 
         work_j = integral(rate, self.ledger.rounding_j) if worlds else 0.0
-        touching.step(after, [self._placed], TICK_S)
-        touching.step(after, [self._placed], TICK_S)  # at rest, as in contact scenes
+        touching.step(after, lambda: [self._placed], TICK_S)
+        touching.step(after, lambda: [self._placed], TICK_S)  # at rest, as in contact scenes
         self.ledger.done(work_j, sum(self._stored(after)))
         return after
 

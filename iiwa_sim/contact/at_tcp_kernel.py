@@ -1,4 +1,4 @@
-"""Contact as the TCP has it: how fast it comes, and what it feels along its own axes."""
+"""Contact as the TCP has it: how fast and how far it comes, and what it feels along its own axes."""
 
 # mypy: allow-untyped-decorators
 
@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any
 
 import cython
+from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.frames import Rotation, Vector
 from iiwa_sim.wrench import NO_WRENCH, Wrench
@@ -24,6 +25,21 @@ def velocity_between(before: Vector, after: Vector, time_s: float) -> Vector:
     ax, ay, az = before
     bx, by, bz = after
     return ((bx - ax) / dt, (by - ay) / dt, (bz - az) / dt)
+
+
+def farthest_way(before: Any, after: Any, extent_m: float) -> float:
+    """No point of a body that reaches so far from its origin has gone farther (m) between two poses."""
+    reach: cython.double = extent_m
+    turned: cython.double = 0.0
+    way: cython.double = 0.0
+    a: cython.double
+    b: cython.double
+    for a, b in zip(before[0], after[0], strict=True):
+        turned += (b - a) * (b - a)
+    for a, b in zip(before[1], after[1], strict=True):
+        way += (b - a) * (b - a)
+    farthest: float = sqrt(way) + reach * sqrt(turned)
+    return farthest
 
 
 def seen_from(rotation: Rotation, touch: Any) -> Wrench:

@@ -56,6 +56,7 @@ class ExternalLoad:
         self._handed_weight: Wrench = NO_WRENCH
         self._model = model
         self._tcp = model.tcp(tool_in_flange)
+        self._coming_tcp = model.tcp(tool_in_flange)  # each remembers one pose
         self.world = World((), 0.0) if world is None else world
         """The surfaces; changes are felt from the next tick on."""
         self._noise = noise
@@ -127,6 +128,15 @@ class ExternalLoad:
     def tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base, at joint positions (rad)."""
         return self._tcp.pose(joints)
+
+    def coming_tcp(self, joints: Sequence[float]) -> Transform:
+        """The pose of the TCP in the base in the next tick, at joint positions (rad)."""
+        return self._coming_tcp.pose(joints)
+
+    @property
+    def carries(self) -> bool:
+        """Whether the arm carries what the controller does not know of."""
+        return self._motion is not None
 
     @property
     def tcp_push(self) -> Wrench:
@@ -235,16 +245,22 @@ class ExternalLoad:
         if self._noise is not None:
             self._noise.next(ticks)
 
-    def step(self, joints: Sequence[float], tick_s: float, contact: TcpContact | None = None) -> None:
+    def step(
+        self,
+        joints: Sequence[float],
+        tick_s: float,
+        contact: TcpContact | None = None,
+        coming: Transform | None = None,
+    ) -> None:
         """A tick has moved the robot to `joints` (rad): evaluate the surfaces there, and take new noise.
 
         If a motion has evaluated them in this tick, its result `contact` is used: they are evaluated once per
-        tick.
+        tick. The next tick is to bring the TCP to `coming`, as far as that is known.
         """
         if self._noise is not None:
             self._noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._carried_at):
-            self._motion.step(self._tcp.pose(joints) if contact is None else contact[0], tick_s)
+            self._motion.step(self._tcp.pose(joints) if contact is None else contact[0], tick_s, coming)
             self._carried, self._carried_at = self._motion.wrench(self._at_tcp), joints
         if self.world.empty:
             if self._place is not None:
@@ -271,7 +287,7 @@ class ExternalLoad:
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
-        self._tcp = self._model.tcp(tool_in_flange)
+        self._tcp, self._coming_tcp = self._model.tcp(tool_in_flange), self._model.tcp(tool_in_flange)
         self.levers_m = _longest_levers(self._tcp)
         self.world.forget()
         self._part_links()

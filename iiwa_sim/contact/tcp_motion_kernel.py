@@ -1,8 +1,9 @@
-"""How the TCP accelerates, from where it has been in the last ticks, and what a body fixed to it does then.
+"""How the TCP accelerates, from where it is in three ticks in a row, and what a body fixed to it does then.
 
 A point r of such a body is at p + R r, so it accelerates by p'' + R'' r. Both second derivatives are taken
-from three poses, a tick apart each: they are those of the middle one, a tick ago. So no mode of motion has to
-tell its own, and inertia is felt one tick late; the weight is that of the present pose.
+from three poses, a tick apart each: they are those of the middle one. Where it is known to which pose the
+motion goes on, that is the present one; else it is that of a tick ago, and inertia is felt so late. The
+weight is always that of the present pose.
 """
 
 # mypy: allow-untyped-decorators
@@ -23,22 +24,23 @@ _GRAVITY = cython.declare(cython.double, GRAVITY_M_S2)
 
 @cython.cclass
 class TcpMotion:
-    """The poses of a TCP in the last three ticks."""
+    """The poses of a TCP in three ticks."""
 
     still: bool = cython.declare(cython.bint, visibility="readonly")
-    """Whether it has been at one pose in all three."""
-    _known: cython.int  # how many of the poses are
-    # Rotation in the base, row by row, and place (m): now, a tick ago, and two.
+    """Whether it is at one pose in all three."""
+    _known: cython.int  # how many of the poses are, but for the one to come
+    # Rotation in the base, row by row, and place (m): now, a tick ago, two, and in a tick.
     _now: cython.double[::1]
     _before: cython.double[::1]
     _earlier: cython.double[::1]
-    # In axes of the TCP of a tick ago: p'' (m/s^2), and R'' (1/s^2), row by row.
+    _coming: cython.double[::1]
+    # In axes of the TCP in the middle of the three: p'' (m/s^2), and R'' (1/s^2), row by row.
     _linear: cython.double[::1]
     _turning: cython.double[::1]
 
     def __init__(self, pose: Transform) -> None:
         """At `pose`; how it has come there is not known, and nothing is felt of that."""
-        self._now, self._before, self._earlier = np.zeros(12), np.zeros(12), np.zeros(12)
+        self._now, self._before, self._earlier, self._coming = np.zeros((4, 12))
         self._linear, self._turning = np.zeros(3), np.zeros(9)
         self.rest(pose)
         self._known = 1
@@ -46,7 +48,7 @@ class TcpMotion:
 
     def rest(self, pose: Transform) -> None:
         """At rest at `pose`."""
-        self._take(pose)
+        _take(pose, self._now)
         self._before[:] = self._now
         self._earlier[:] = self._now
         self._linear[:] = 0.0
@@ -54,37 +56,49 @@ class TcpMotion:
         self._known = 3
         self.still = True
 
-    def step(self, pose: Transform, tick_s: float) -> None:
-        """A tick has brought it to `pose`."""
+    def step(self, pose: Transform, tick_s: float, coming: Transform | None = None) -> None:
+        """A tick has brought it to `pose`; the next one brings it to `coming`, if that is known."""
         self._earlier, self._before, self._now = self._before, self._now, self._earlier
-        self._take(pose)
-        now, before, earlier = self._now, self._before, self._earlier
-        same: cython.bint = True
-        for k in range(12):
-            if now[k] != before[k] or before[k] != earlier[k]:
-                same = False
+        _take(pose, self._now)
         if self._known < 3:
             self._known += 1
-            if self._known < 3:
-                self.still = False
-                return
-        self.still = same
-        if same:
+        if coming is None:
+            self._differ(self._earlier, self._before, self._now, self._known >= 3, tick_s)
+        else:
+            _take(coming, self._coming)
+            self._differ(self._before, self._now, self._coming, self._known >= 2, tick_s)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _differ(
+        self,
+        first: cython.double[::1],
+        middle: cython.double[::1],
+        last: cython.double[::1],
+        known: cython.bint,
+        dt: cython.double,
+    ) -> cython.void:
+        """Find the second derivatives at the middle one of three poses; 0 where not all are known."""
+        same: cython.bint = True
+        for k in range(12):
+            if last[k] != middle[k] or middle[k] != first[k]:
+                same = False
+        self.still = same and known
+        if same or not known:
             self._linear[:] = 0.0
             self._turning[:] = 0.0
             return
-        dt: cython.double = tick_s
         scale: cython.double = 1.0 / (dt * dt)
         for i in range(3):
             total = 0.0
             for k in range(3):
-                total += before[3 * k + i] * ((now[9 + k] - before[9 + k]) - (before[9 + k] - earlier[9 + k]))
+                total += middle[3 * k + i] * ((last[9 + k] - middle[9 + k]) - (middle[9 + k] - first[9 + k]))
             self._linear[i] = scale * total
             for j in range(3):
                 total = 0.0
                 for k in range(3):
                     at = 3 * k + j
-                    total += before[3 * k + i] * ((now[at] - before[at]) - (before[at] - earlier[at]))
+                    total += middle[3 * k + i] * ((last[at] - middle[at]) - (middle[at] - first[at]))
                 self._turning[3 * i + j] = scale * total
 
     def weight(self, moments: Moments) -> Wrench:
@@ -102,8 +116,8 @@ class TcpMotion:
     def wrench(self, moments: Moments) -> Wrench:
         """What a body does, by its weight and its inertia, as in `weight`."""
         weight = self.weight(moments)
-        if self.still or self._known < 3:
-            return NO_WRENCH if weight == NO_WRENCH and self.still else weight
+        if self.still:
+            return NO_WRENCH if weight == NO_WRENCH else weight
         m: cython.double = moments[0]
         x: cython.double = moments[1]
         y: cython.double = moments[2]
@@ -131,11 +145,11 @@ class TcpMotion:
         gx, gy, gz, hx, hy, hz = weight
         return (gx - fx, gy - fy, gz - fz, hx - tx, hy - ty, hz - tz)
 
-    @cython.cfunc
-    @cython.exceptval(check=True)
-    def _take(self, pose: Any) -> cython.void:
-        """`pose` is that of now."""
-        n = self._now
-        rotation, place = pose
-        n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8] = rotation
-        n[9], n[10], n[11] = place
+
+@cython.cfunc
+@cython.exceptval(check=True)
+def _take(pose: Any, n: cython.double[::1]) -> cython.void:
+    """Write down a pose."""
+    rotation, place = pose
+    n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8] = rotation
+    n[9], n[10], n[11] = place

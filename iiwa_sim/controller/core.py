@@ -112,12 +112,15 @@ class Core:
         endings = self.endings
         if endings.pending:
             endings.after_tick()
-        if self.handling is not None:
-            self.handling.step(motions.joints, motions.tcp_contact)
+        handling, coming = self.handling, None
+        if (load.carries or (handling is not None and handling.holds)) and motions.coming is not None:
+            coming = load.coming_tcp(motions.coming)
+        if handling is not None:
+            handling.step(motions.joints, motions.tcp_contact, coming)
         if self.tick >= load.looks_at_itself:
             load.look_at_itself(motions.joints, self.tick, self.tick_s)
         if load.changes:
-            load.step(motions.joints, self.tick_s, motions.tcp_contact)
+            load.step(motions.joints, self.tick_s, motions.tcp_contact, coming)
         if endings.pending and (guard := endings.pending[0].guard) is not None:
             self._watch_forces(guard)
         if load.acts or self.protection.watches_tcp:

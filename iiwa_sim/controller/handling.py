@@ -101,8 +101,14 @@ class Handling:
             pieces is None or (pieces.settled and self._changes == self._load.world.changes)
         )
 
-    def step(self, joints: Joints, contact: TcpContact | None) -> None:
-        """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, if known."""
+    @property
+    def holds(self) -> bool:
+        """Whether a part is held."""
+        return self.workpieces is not None and self.workpieces.held != ""
+
+    def step(self, joints: Joints, contact: TcpContact | None, coming: Transform | None = None) -> None:
+        """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, and `coming`
+        where the next tick brings the TCP, if that is known."""
         driven, pieces = self._driven(), self.workpieces
         if pieces is None:
             if not self.gripper.settled(driven):
@@ -122,7 +128,7 @@ class Handling:
                 width_m = pieces.grip(tcp, was_m)
                 if width_m > 0.0:
                     self.gripper.block(width_m)
-        pieces.step(tcp)
+        pieces.step(tcp, coming)
         self._load.hand(pieces.wrench, pieces.weight)
         if news:
             self._tell()

@@ -44,6 +44,12 @@ class Motions:
         return self._follower.tcp_contact
 
     @property
+    def coming(self) -> Joints | None:
+        """Where the next tick brings the robot (rad), if nothing is asked for until then; None while it gives
+        way, which nobody knows before."""
+        return None if self._follower.active else self._nominal.active.coming
+
+    @property
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
         # Asked for in every tick: first what it mostly is.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import cos, dist, pi, sin, sqrt
+from collections.abc import Callable, Sequence
+from math import cos, dist, pi, sin
 from typing import NamedTuple
 
-from iiwa_sim.contact.at_tcp_kernel import velocity_between
+from iiwa_sim.contact.at_tcp_kernel import farthest_way, velocity_between
 from iiwa_sim.contact.shapes import Box, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
@@ -16,9 +16,12 @@ from iiwa_sim.wrench import NO_TOUCH
 
 NEAR_M = 0.05
 """Surfaces farther away are not looked at until the part has come so far."""
+FAR_M = 0.02
+"""Of surfaces farther away than this it is not asked how far which point is."""
 CLOSE_M = 0.005
 """Points that are twice as far from all of them (m), and are pushed by none, come to them as if for the first
 time."""
+STILL: Vector = (0.0, 0.0, 0.0)
 RIM = 8
 """Points on each rim of a cylinder."""
 _RIM = [(cos(2.0 * pi * k / RIM), sin(2.0 * pi * k / RIM)) for k in range(RIM)]
@@ -64,8 +67,8 @@ class Touching:
         self._known_m = 0.0  # so far points may go from there before that tells nothing any more
         self._worlds: dict[int, World] = {}  # of the points that were close then
         self._places: dict[int, Vector] = {}  # of these, in the tick before
-        self.force: Vector = (0.0, 0.0, 0.0)
-        self.torque: Vector = (0.0, 0.0, 0.0)
+        self.force: Vector = STILL
+        self.torque: Vector = STILL
 
     def look_again(self) -> None:
         """Surfaces may have come, moved or gone."""
@@ -75,7 +78,7 @@ class Touching:
         """It has been put somewhere else, and has touched nothing before."""
         self._looked = self._measured = None
         self._worlds, self._places = {}, {}
-        self.force = self.torque = (0.0, 0.0, 0.0)
+        self.force = self.torque = STILL
 
     def pressed_from_above(self, name: str) -> bool:
         """Whether a surface of this name pushes it straight up, where it has been last."""
@@ -86,16 +89,21 @@ class Touching:
         """What surfaces remember of it, to be compared."""
         return [world.memory() for world in self._worlds.values()]
 
-    def step(self, pose: Transform, surfaces: Sequence[Surface], tick_s: float) -> None:
-        """A tick has brought it to `pose`."""
+    @property
+    def pushed(self) -> bool:
+        """Whether anything has pushed it in the last tick."""
+        return self.force != STILL
+
+    def step(self, pose: Transform, surfaces: Callable[[], Sequence[Surface]], tick_s: float) -> None:
+        """A tick has brought it to `pose`; the surfaces that there are are asked for now and then."""
         middle = pose.translation
         if self._looked is None or dist(middle, self._looked) > NEAR_M:
-            self._look(middle, surfaces)
+            self._look(middle, surfaces())
         before = self._measured
-        if before is None or self._farthest(before, pose) > self._known_m:
+        if before is None or farthest_way(before, pose, self._extent) > self._known_m:
             self._measure(pose)
         if not self._worlds:
-            self.force = self.torque = (0.0, 0.0, 0.0)
+            self.force = self.torque = STILL
             return
         fx = fy = fz = tx = ty = tz = 0.0
         rolls = self._points.radius_m > 0.0
@@ -115,11 +123,6 @@ class Touching:
             ty += by + z * ax - x * az
             tz += bz + x * ay - y * ax
         self.force, self.torque = (fx, fy, fz), (tx, ty, tz)
-
-    def _farthest(self, before: Transform, now: Transform) -> float:
-        """No point has gone farther (m) between two poses."""
-        turned = sum((a - b) * (a - b) for a, b in zip(before.rotation, now.rotation, strict=True))
-        return dist(before.translation, now.translation) + self._extent * sqrt(turned)
 
     def _look(self, middle: Vector, surfaces: Sequence[Surface]) -> None:
         """Find the surfaces that may be touched before it has gone `NEAR_M`."""
@@ -144,10 +147,15 @@ class Touching:
         """Find which points are close to surfaces, and how far the others may go before that changes."""
         self._measured = pose
         radius, near = self._points.radius_m, self._near.values()
+        middle, reach = pose.translation, radius + FAR_M
+        away = [(each, each.nearest(*middle)[0] - self._extent) for each in near]
+        close = [each for each, least_m in away if least_m <= reach]
+        others_m = min((least_m for _, least_m in away if least_m > reach), default=2.0 * NEAR_M)
         self._known_m = NEAR_M
         for point, own in enumerate(self._points.places):
             place = apply(pose, own)
-            away_m = min((each.nearest(*place)[0] for each in near), default=2.0 * NEAR_M) - radius
+            away_m = min((each.nearest(*place)[0] for each in close), default=others_m)
+            away_m = min(away_m, others_m) - radius
             world = self._worlds.get(point)
             if away_m > 2.0 * CLOSE_M and not (world is not None and _touched(world)):
                 self._known_m = min(self._known_m, away_m - CLOSE_M)

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import dist, hypot
+from math import dist
 from typing import NamedTuple
 
-from iiwa_sim.contact.at_tcp_kernel import velocity_between
-from iiwa_sim.contact.moments import NO_MOMENTS
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
-from iiwa_sim.frames import IDENTITY, Transform, compose, inverse, rotate, transpose
+from iiwa_sim.frames import Transform, compose, inverse
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved, ridden
 from iiwa_sim.handling.grip import grip_width, on_pads
 from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper
 from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
-from iiwa_sim.handling.part import Part, X, Y, Z
-from iiwa_sim.handling.touching import Touching
-from iiwa_sim.wrench import NO_WRENCH, Wrench, add
+from iiwa_sim.handling.held import Grasp, Held, Slip
+from iiwa_sim.handling.part import Part, Y
+from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 _ROUNDING_M = 1e-9
-_UPRIGHT = 0.5**0.5
 
 
 class Parts(NamedTuple):
@@ -29,7 +25,7 @@ class Parts(NamedTuple):
     bodies: tuple[Body, ...] = ()
     held: Transform | None = None
     """The pose of the held one in the TCP."""
-    slip: tuple[float, float] = (0.0, 0.0)
+    slip: Slip = (0.0, 0.0)
 
 
 class Workpieces:
@@ -39,55 +35,60 @@ class Workpieces:
         self, bodies: Iterable[Body], surfaces: Sequence[Surface], gripper: Gripper, tick_s: float
     ) -> None:
         """Parts where they are at the beginning, and what stands round them."""
-        self.bodies = {each.part.name: each for each in bodies}
+        self._bodies = {each.part.name: each for each in bodies}
         self._gripper = gripper
         self._tick_s = tick_s
-        self._tcp = IDENTITY
-        self._motion: TcpMotion | None = None
-        self._held = ""  # the name of the part between the jaws
-        self._in_tcp = IDENTITY  # its pose
+        self._tcp: Transform | None = None  # where it has been in the last tick, if that is known
+        self._held: Held | None = None  # the part between the jaws
         self._lost = ""  # the name of a part that they cannot hold until they have opened
-        self._slip = (0.0, 0.0)  # how fast it slides in the jaws, along x and z of the TCP (m/s)
-        self._touching: Touching | None = None
         self._surfaces = tuple(surfaces)
         self._solid: list[Surface] | None = None  # these, and parts that lie
         self._grounds: list[Ground] | None = None  # level faces of surfaces
-        self._quiet = False  # the last tick has changed nothing of the part that is held
-        self._lively = {name for name, each in self.bodies.items() if not each.settled}
-        self._moments = NO_MOMENTS  # of the held part, in the TCP
-        self._velocity = STILL  # of its middle (m/s)
+        self._lively = {name for name, each in self._bodies.items() if not each.settled}
         self.changes = 0
         """How many times a part has been put somewhere."""
-        self.wrench: Wrench = NO_WRENCH
+
+    @property
+    def bodies(self) -> dict[str, Body]:
+        """The parts, by their names."""
+        held, bodies = self._held, self._bodies
+        if held is not None and bodies[held.part.name].pose is not held.pose:
+            bodies[held.part.name] = Body(held.part, held.pose, STILL, HELD)
+        return bodies
+
+    @property
+    def wrench(self) -> Wrench:
         """What the held part does to the TCP, along its axes."""
-        self.weight: Wrench = NO_WRENCH
+        return NO_WRENCH if self._held is None else self._held.wrench
+
+    @property
+    def weight(self) -> Wrench:
         """Of that its weight alone."""
+        return NO_WRENCH if self._held is None else self._held.weight
 
     @property
     def held(self) -> str:
         """The name of the part that is held, if any."""
-        return self._held
+        return "" if self._held is None else self._held.part.name
 
     @property
     def width_m(self) -> float:
         """Of what is held, between the jaws; 0 for nothing."""
-        return grip_width(self.bodies[self._held].part, self._in_tcp) if self._held else 0.0
+        return 0.0 if self._held is None else self._held.width_m
 
     @property
     def settled(self) -> bool:
         """Whether ticks change nothing as long as TCP and jaws stay where they are."""
-        return not self._lively and (not self._held or self._quiet)
+        return not self._lively and (self._held is None or self._held.quiet)
 
     def surfaces_are(self, surfaces: Sequence[Surface]) -> None:
         """What stands there from now on: parts ride up with what they lie on, and fall where it goes from
         below them."""
         self._surfaces = tuple(surfaces)
-        self._solid = self._grounds = None
-        if self._touching is not None:
-            self._touching.look_again()
-        self._quiet = False
+        self._grounds = None
+        self._look_again()
         faces = grounds_of(self._surfaces)
-        lying = [each for each in self.bodies.values() if each.state == LIES]
+        lying = [each for each in self._bodies.values() if each.state == LIES]
         for each in sorted(lying, key=_height):
             name = each.part.name
             now = ridden(each, faces)
@@ -103,7 +104,6 @@ class Workpieces:
     def grip(self, tcp: Transform, was_m: float) -> float:
         """Jaws that were `was_m` apart close to where they are now, with the TCP at this pose: parts between
         them are pushed together, one is held. Gives how far apart the jaws are kept (m), 0 for not at all."""
-        self._tcp = tcp
         now_m, seen = self._gripper.opening_m, inverse(tcp)
         for name, each in self.bodies.items():
             reach = each.part.shape.extent + self._gripper.reach_m
@@ -117,139 +117,123 @@ class Workpieces:
             ):
                 continue
             if now_m <= width:
-                self._take(name, in_tcp)
+                self._take(name, in_tcp, tcp)
+                if self._held is not None and self._tcp is not None:
+                    grasp = Grasp(tcp, self._tcp, each.velocity)
+                    if tcp != self._tcp or each.velocity != STILL:
+                        self._held.catch(grasp)
                 return width
             over = abs(y) + 0.5 * (width - now_m)
             if over > 0.0:
-                self._push(name, each, over if y < 0.0 else -over)
+                self._push(name, each, tcp, over if y < 0.0 else -over)
         return 0.0
 
-    def step(self, tcp: Transform) -> None:
-        """A tick has brought the TCP there, and the jaws to where they are."""
-        before, self._tcp = self._tcp, tcp
+    def step(self, tcp: Transform, coming: Transform | None = None) -> None:
+        """A tick has brought the TCP there, and the jaws to where they are; the next one is to bring it to
+        `coming`, if that is known."""
+        self._tcp = tcp
         if self._gripper.driven != CLOSES:
             self._lost = ""
-        if self._held:
-            if self._gripper.driven == OPENS and self._gripper.opening_m > grip_width(
-                self.bodies[self._held].part, self._in_tcp
-            ):
+        held = self._held
+        if held is not None:
+            if self._gripper.driven == OPENS and self._gripper.opening_m > held.width_m:
                 self._let_go()
-            elif not (self._quiet and tcp == before):
-                self._carry(tcp)
-        for each in sorted((self.bodies[name] for name in self._lively), key=_height):
-            self._move(each.part.name)
+            elif not (held.quiet and held.stays(tcp, coming)):
+                holds = held.step(tcp, coming, self._all_solid)
+                self.changes += 1
+                if not holds:
+                    self.lose()
+        if self._lively:
+            for each in sorted((self._bodies[name] for name in self._lively), key=_height):
+                self._move(each.part.name)
 
     def lose(self) -> None:
         """What is held is lost: it falls, and is not held again before the jaws have opened."""
-        self._lost = self._held
+        self._lost = self.held
         self._let_go()
 
     def _let_go(self) -> None:
         """What is held goes on as fast as it is."""
-        if not self._held:
+        held = self._held
+        if held is None:
             return
-        name, each = self._held, self.bodies[self._held]
-        pressed_into = self._pressed_into(each)
-        self._held, self._touching, self._motion = "", None, None
-        self.wrench = self.weight = NO_WRENCH
-        self._quiet, self._slip = False, (0.0, 0.0)
-        self._put(each._replace(state=FALLS, velocity=self._velocity, on=pressed_into))
+        name, pressed_into = held.part.name, self._pressed_into(held)
+        self._held = None
+        self._put(Body(held.part, held.pose, held.velocity, FALLS, pressed_into))
         self._lively.add(name)
 
-    def _pressed_into(self, held: Body) -> str:
+    def _pressed_into(self, held: Held) -> str:
         """The name of the level face into which the held part is pressed from above, if any."""
-        touching, (x, y, _) = self._touching, held.pose.translation
-        if touching is None or not any(touching.force):
+        (x, y, _), bottom = held.pose.translation, self.bodies[held.part.name].bottom
+        if not held.touching.pushed:
             return ""
         faces = [
             each
             for each in self._grounds_but(held.part.name)
-            if each.top > held.bottom and each.has(x, y) and touching.pressed_from_above(each.name)
+            if each.top > bottom and each.has(x, y) and held.touching.pressed_from_above(each.name)
         ]
         return max(faces, key=lambda each: each.top).name if faces else ""
 
     def remove(self, name: str) -> None:
         """Take a part away."""
-        if name == self._held:
+        if name == self.held:
             self._let_go()
-        self._put(self.bodies[name]._replace(state=GONE, velocity=STILL, on=""))
+        self._put(self._bodies[name]._replace(state=GONE, velocity=STILL, on=""))
         self._lively.discard(name)
         self._unsettle(name)
 
     def kept(self) -> Parts:
         """All that is to be kept."""
-        return Parts(tuple(self.bodies.values()), self._in_tcp if self._held else None, self._slip)
+        bodies, held = tuple(self.bodies.values()), self._held
+        return Parts(bodies) if held is None else Parts(bodies, held.in_tcp, held.slip)
 
     def restore(self, parts: Parts, tcp: Transform, surfaces: Sequence[Surface]) -> None:
         """Bring that back, among these surfaces, with the TCP at rest at a pose; nothing has been touched
         before."""
-        self._held = self._lost = ""
-        self._touching, self._motion, self._quiet = None, None, False
-        self.wrench = self.weight = NO_WRENCH
-        self._tcp = tcp
-        self.bodies = {each.part.name: each for each in parts.bodies}
+        self._held, self._lost, self._tcp = None, "", tcp
+        self._bodies = {each.part.name: each for each in parts.bodies}
         self.changes += 1
         self._surfaces = tuple(surfaces)
         self._solid = self._grounds = None
-        self._lively = {name for name, each in self.bodies.items() if not each.settled}
-        for name, each in self.bodies.items():
+        self._lively = {name for name, each in self._bodies.items() if not each.settled}
+        for name, each in self._bodies.items():
             if each.state == HELD and parts.held is not None:
-                self._take(name, parts.held)
-                self._slip = parts.slip
-        self._rest()
+                self._take(name, parts.held, tcp)
+        if self._held is not None:
+            self._held.rest(tcp, self._all_solid, parts.slip)
 
     def tcp_is(self, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest, and what it holds with it."""
         self._tcp = tcp
-        if self._held:
-            self._slip = (0.0, 0.0)
-            self._set_held(compose(tcp, self._in_tcp))
-            self._velocity, self._quiet = STILL, False
-            self._rest()
+        if self._held is not None:
+            self._held.rest(tcp, self._all_solid)
+            self.changes += 1
 
-    def _rest(self) -> None:
-        """What is held has been put where it is, with the TCP at rest: it weighs, and is pressed."""
-        touching, motion = self._touching, self._motion
-        if touching is None or motion is None:
-            return
-        body = self.bodies[self._held]
-        motion.rest(self._tcp)
-        touching.forget()
-        touching.step(body.pose, self._all_solid(), self._tick_s)
-        self.weight = motion.weight(self._moments)
-        needed = add(self.weight, self._pressed(self._tcp, touching))
-        load, most = hypot(needed[X], needed[Z]), self._most(body.part)
-        self.wrench = needed
-        if load > most:  # more is not held: it slides from the next tick on
-            share = most / load
-            self.wrench = self._at_middle(share * needed[X], needed[Y], share * needed[Z])
-
-    def _take(self, name: str, in_tcp: Transform) -> None:
+    def _take(self, name: str, in_tcp: Transform, tcp: Transform) -> None:
         """From now on it is held."""
-        each = self.bodies[name]
-        x, _, z = in_tcp.translation
-        self._held, self._in_tcp = name, Transform(in_tcp.rotation, (x, 0.0, z))
-        pose = compose(self._tcp, self._in_tcp)
-        self._touching = Touching(each.part, abs(pose.rotation[8]) >= _UPRIGHT)
-        self._motion, self._quiet, self._slip = TcpMotion(self._tcp), False, (0.0, 0.0)
-        self._moments, self._velocity = each.part.moments(self._in_tcp), STILL
+        held = Held(self._bodies[name].part, in_tcp, tcp, self._gripper, self._tick_s)
+        self._held = held
         self._lively.discard(name)
-        self._set_held(pose)
+        self._put(Body(held.part, held.pose, STILL, HELD))
         self._unsettle(name)
+
+    def _look_again(self) -> None:
+        """What may be touched is not what it was."""
+        self._solid = None
+        if self._held is not None:
+            self._held.look_again()
 
     def _unsettle(self, name: str) -> None:
         """What lies on a part falls."""
-        self._solid = None
-        if self._touching is not None:
-            self._touching.look_again()
-        for other, each in self.bodies.items():
+        self._look_again()
+        for other, each in self._bodies.items():
             if each.on == name and each.state == LIES:
                 self._put(each._replace(state=FALLS, on=""))
                 self._lively.add(other)
 
-    def _push(self, name: str, each: Body, way_m: float) -> None:
+    def _push(self, name: str, each: Body, tcp: Transform, way_m: float) -> None:
         """A jaw pushes a part that is not held, along y of the TCP."""
-        r, (x, y, z) = self._tcp.rotation, each.pose.translation
+        r, (x, y, z) = tcp.rotation, each.pose.translation
         up = 0.0 if each.state == LIES else way_m * r[7]
         pose = Transform(each.pose.rotation, (x + way_m * r[1], y + way_m * r[4], z + up))
         if each.state == LIES:  # perhaps over an edge
@@ -259,87 +243,17 @@ class Workpieces:
         self._unsettle(name)
 
     def _put(self, body: Body) -> None:
-        self.bodies[body.part.name] = body
+        self._bodies[body.part.name] = body
         self.changes += 1
-
-    def _set_held(self, pose: Transform) -> None:
-        self._put(Body(self.bodies[self._held].part, pose, STILL, HELD))
-
-    def _carry(self, tcp: Transform) -> None:
-        """A tick of the part that is held."""
-        touching, motion = self._touching, self._motion
-        if touching is None or motion is None:
-            raise RuntimeError("a part is held by nothing")
-        each, was_still = self.bodies[self._held], motion.still
-        before = (each.pose, self.wrench, touching.memory()) if was_still else None
-        motion.step(tcp, self._tick_s)
-        pose = compose(tcp, self._in_tcp)
-        self._velocity = velocity_between(each.pose.translation, pose.translation, self._tick_s)
-        self._set_held(pose)
-        touching.step(pose, self._all_solid(), self._tick_s)
-        self._hold(each.part, self._pressed(tcp, touching), motion)
-        if self._held:
-            now = (self.bodies[self._held].pose, self.wrench, touching.memory()) if was_still else None
-            self._quiet = motion.still and before is not None and before == now
-
-    def _most(self, part: Part) -> float:
-        """The greatest force (N) along the pads that the jaws hold by friction."""
-        return 2.0 * part.friction * self._gripper.jaws.force_n
-
-    def _at_middle(self, fx: float, fy: float, fz: float) -> Wrench:
-        """A force (N) at the middle of the held part, as the TCP has it."""
-        x, y, z = self._in_tcp.translation
-        return (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
-
-    def _hold(self, part: Part, pressed: Wrench, motion: TcpMotion) -> None:
-        """The jaws hold by friction what they can; what is more makes the part slide."""
-        needed = add(motion.wrench(self._moments), pressed)  # what it would do to the jaws
-        self.weight = motion.weight(self._moments)
-        load = hypot(needed[X], needed[Z])
-        most = self._most(part)
-        u, w = self._slip
-        if u == w == 0.0 and load <= most:
-            self.wrench = needed
-            return
-        speed = hypot(u, w)
-        dx, dz = (u / speed, w / speed) if speed > 0.0 else (needed[X] / load, needed[Z] / load)
-        gain = self._tick_s / part.mass_kg
-        new_u, new_w = u + gain * (needed[X] - most * dx), w + gain * (needed[Z] - most * dz)
-        if speed > 0.0 and new_u * u + new_w * w <= 0.0:
-            new_u = new_w = 0.0  # it is caught, for a tick at least
-        self._slip = (new_u, new_w)
-        (x, y, z), turned = self._in_tcp.translation, self._in_tcp.rotation
-        x, z = x + new_u * self._tick_s, z + new_w * self._tick_s
-        self._in_tcp = Transform(turned, (x, y, z))
-        self._moments = part.moments(self._in_tcp)
-        self.wrench = self._at_middle(most * dx, needed[Y], most * dz)
-        sx, sy, sz = rotate(self._tcp.rotation, (new_u, 0.0, new_w))
-        vx, vy, vz = self._velocity
-        self._velocity = (vx + sx, vy + sy, vz + sz)
-        self._set_held(compose(self._tcp, self._in_tcp))
-        if not on_pads(part, self._in_tcp, self._gripper.jaws):
-            self.lose()
-
-    def _pressed(self, tcp: Transform, touching: Touching) -> Wrench:
-        """What surfaces do to the held part, as the TCP has it."""
-        if not any(touching.force):
-            return NO_WRENCH
-        turn = transpose(tcp.rotation)
-        fx, fy, fz = rotate(turn, touching.force)
-        tx, ty, tz = rotate(turn, touching.torque)
-        x, y, z = self._in_tcp.translation
-        return (fx, fy, fz, tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx)
 
     def _move(self, name: str) -> None:
         """A tick of a part that falls or slides."""
-        each = self.bodies[name]
+        each = self._bodies[name]
         after = moved(each, self._grounds_but(name), self._tick_s)
         self._put(after)
         if after.settled:
             self._lively.discard(name)
-            self._solid = None
-            if self._touching is not None:
-                self._touching.look_again()
+            self._look_again()
         if (each.on and after.on != each.on) or after.pose != each.pose:
             self._unsettle(name)
 
@@ -347,7 +261,7 @@ class Workpieces:
         if self._grounds is None:
             self._grounds = grounds_of(self._surfaces)
         found = list(self._grounds)
-        for other, each in self.bodies.items():
+        for other, each in self._bodies.items():
             if other != name and each.state == LIES and each.velocity == STILL:
                 ground = ground_of(other, each.part.shape, each.pose, each.part.stiffness)
                 if ground is not None:
@@ -358,7 +272,7 @@ class Workpieces:
         """Surfaces, and parts that lie."""
         if self._solid is None:
             self._solid = list(self._surfaces)
-            for name, each in self.bodies.items():
+            for name, each in self._bodies.items():
                 if each.state == LIES:
                     part = each.part
                     self._solid.append(Surface(name, part.shape, each.pose, part.stiffness, 0.0, 0.0))

@@ -72,6 +72,13 @@ class Drive:
         return self._chain.move_at(self._time.time_s).number
 
     @property
+    def coming(self) -> Joints:
+        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
+        if self._ahead and self._time.even:
+            return self._ahead[-1]
+        return self.joints if self._chain is None else self._chain.joints(self._time.coming_s)
+
+    @property
     def moves(self) -> Sequence[Move]:
         """The move that runs, unless it is being stopped, and those behind it, in their order."""
         chain, begun = self._chain, list[Move]()

@@ -100,6 +100,16 @@ class PlannedTime:
         tick_s = self.override.advance_s
         return max(int((time_s - self.time_s) / tick_s), 0) if tick_s > 0.0 else 0
 
+    @property
+    def coming_s(self) -> float:
+        """Planned time after the next tick, if nothing is asked for until then."""
+        if self._slowing is not None:
+            later_s = min(self._slowing_s + self.tick_s, self._slowing.duration)
+            return float(self._slowing.at_time(later_s)[0][0])
+        override = self.override
+        advance_s = override.tick_s * override.rate if override.even else override.advance_s
+        return self.time_s + advance_s + override.slope_per_s * self.tick_s * self.tick_s
+
     def step_evenly(self) -> bool:
         """Make one tick if the rate is constant and not 0 throughout it; otherwise returns False."""
         override = self.override

@@ -65,6 +65,11 @@ class Servo:
         return self._course is not None and self._time.stopping
 
     @property
+    def coming(self) -> Joints:
+        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
+        return self.joints if self._course is None else self._at(self._course, self._time.coming_s)
+
+    @property
     def goal(self) -> Joints:
         """The target, or the end of a stop (rad); the present position at rest."""
         return self.rest

@@ -85,7 +85,7 @@ def test_the_weight_of_a_tool_that_the_controller_does_not_know_at_random_poses(
 
 @pytest.mark.parametrize("name", ARMS)
 def test_along_random_moves_it_is_what_newton_and_euler_say(name: str) -> None:
-    """To 1 % of the greatest wrench; what is felt is that of a tick ago."""
+    """To 1 % of the greatest wrench, in the same tick."""
     robot = carrying(name)
     controller, d = robot.controller, robot.description
     controller.set_tool_load(NO_LOAD)
@@ -100,7 +100,7 @@ def test_along_random_moves_it_is_what_newton_and_euler_say(name: str) -> None:
     q = np.array(robot.joints)
     v, a = (q[2:] - q[:-2]) / (2 * TICK_S), (q[2:] - 2 * q[1:-1] + q[:-2]) / TICK_S**2
     expected = np.array([reference.acts(*each)[0] for each in zip(q[1:-1], v, a, strict=True)])
-    off = np.abs(np.array(felt[2:]) - expected)
+    off = np.abs(np.array(felt[1:-1]) - expected)
     for part in (slice(0, 3), slice(3, 6)):
         assert off[:, part].max() <= 0.01 * np.linalg.norm(expected[:, part], axis=1).max()
     weightless = expected[:, :3] - np.array(
@@ -120,7 +120,7 @@ def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None
             each.controller.move(joint_move(target, [1.0] * len(target)))
             each.runs_until_stopped()
         assert robot.controller.cartesian_force() == (0.0,) * 6
-        assert robot.controller.joint_torque() == (0.0,) * len(target)
+        assert robot.controller.joint_torque() == bare.controller.joint_torque()  # of links in each other
     assert robot.faults == []
     assert robot.joints == bare.joints
     assert not robot.controller.load.changes  # so a tick does not even look

@@ -70,6 +70,11 @@ class Tracker:
         return self._way is not None and self._time.stopping
 
     @property
+    def coming(self) -> Joints:
+        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
+        return self.joints if self._way is None else self._at(self._way, self._time.coming_s)
+
+    @property
     def goal(self) -> Joints:
         """The last point, or the end of a stop (rad); the present position at rest."""
         return self.rest

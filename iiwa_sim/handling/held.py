@@ -1,0 +1,168 @@
+"""A part between jaws that press on it: where it is, what it does to the TCP, and how it slides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import hypot
+from typing import NamedTuple
+
+from iiwa_sim.contact.at_tcp_kernel import velocity_between
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
+from iiwa_sim.frames import Transform, Vector, apply, compose, rotate, transpose
+from iiwa_sim.handling.grip import grip_width, on_pads
+from iiwa_sim.handling.gripper import Gripper
+from iiwa_sim.handling.part import Part, X, Y, Z
+from iiwa_sim.handling.touching import Touching
+from iiwa_sim.wrench import NO_WRENCH, Wrench, add
+
+_UPRIGHT = 0.5**0.5
+Slip = tuple[float, float]
+"""How fast a part slides in the jaws, along x and z of the TCP (m/s)."""
+Solid = Callable[[], Sequence[Surface]]
+"""What a part may touch, put together when it is asked for."""
+
+
+class Grasp(NamedTuple):
+    """Where the TCP has been when the jaws closed on a part, and how that moved."""
+
+    tcp: Transform
+    before: Transform
+    """In the tick before."""
+    velocity: Vector
+    """Of the part (m/s), in the base."""
+
+
+class Held:
+    """One part, tick by tick. Its middle is between the jaws, and it is turned as it was when they closed."""
+
+    def __init__(
+        self, part: Part, in_tcp: Transform, tcp: Transform, gripper: Gripper, tick_s: float
+    ) -> None:
+        """The TCP is at rest, and the part at a pose in it, which has touched nothing before."""
+        self.part = part
+        x, _, z = in_tcp.translation
+        self.in_tcp = Transform(in_tcp.rotation, (x, 0.0, z))
+        self.pose = compose(tcp, self.in_tcp)
+        self.width_m = grip_width(part, self.in_tcp)
+        self.slip: Slip = (0.0, 0.0)
+        self.wrench: Wrench = NO_WRENCH
+        """What it does to the TCP, along its axes."""
+        self.weight: Wrench = NO_WRENCH
+        """Of that its weight alone."""
+        self.quiet = False
+        """The last tick has changed nothing."""
+        self.touching = Touching(part, abs(self.pose.rotation[8]) >= _UPRIGHT)
+        self._gripper = gripper
+        self._tick_s = tick_s
+        self._tcp = tcp
+        self._motion = TcpMotion(tcp)
+        self._moments = part.moments(self.in_tcp)
+        self._before = self.pose.translation  # where its middle was a tick ago
+        self._blow: Wrench | None = None  # of jaws that have closed in motion, in this tick
+
+    def catch(self, grasp: Grasp) -> None:
+        """The jaws have closed on it in motion: it goes on as it went, and slides, until friction has brought
+        it along; across the pads they bring it along at once."""
+        tcp, before, velocity = grasp
+        self._motion = TcpMotion(before)
+        place = apply(before, self.in_tcp.translation)
+        taken = velocity_between(place, self.pose.translation, self._tick_s)
+        gone = (velocity[0] - taken[0], velocity[1] - taken[1], velocity[2] - taken[2])
+        u, across, w = rotate(transpose(tcp.rotation), gone)
+        self.slip = (u, w)
+        self._blow = self._at_middle(0.0, self.part.mass_kg * across / self._tick_s, 0.0)
+
+    def step(self, tcp: Transform, coming: Transform | None, solid: Solid) -> bool:
+        """A tick has brought the TCP there, from where the next one is to bring it to `coming`, if that is
+        known. Says whether the jaws still hold it."""
+        motion, touching = self._motion, self.touching
+        kept = (self.pose, self.wrench, touching.memory()) if motion.still else None
+        self._tcp, self._before = tcp, self.pose.translation
+        motion.step(tcp, self._tick_s, coming)
+        self.pose = compose(tcp, self.in_tcp)
+        touching.step(self.pose, solid, self._tick_s)
+        needed = motion.wrench(self._moments)  # what it would do to the jaws
+        self.weight = motion.weight(self._moments)
+        if touching.pushed:
+            needed = add(needed, self._pressed())
+        holds = self._hold(needed)
+        if kept is not None and motion.still:
+            self.quiet = kept == (self.pose, self.wrench, touching.memory())
+        else:
+            self.quiet = False
+        return holds
+
+    def stays(self, tcp: Transform, coming: Transform | None) -> bool:
+        """Whether the TCP is where it has been, and stays there as far as is known."""
+        return tcp == self._tcp and (coming is None or coming == tcp)
+
+    def look_again(self) -> None:
+        """Surfaces may have come, moved or gone."""
+        self.touching.look_again()
+        self.quiet = False
+
+    def rest(self, tcp: Transform, solid: Solid, slip: Slip = (0.0, 0.0)) -> None:
+        """It has been put where it is, with the TCP at rest: it weighs, and is pressed."""
+        self._tcp, self.slip, self._blow, self.quiet = tcp, slip, None, False
+        self.pose = compose(tcp, self.in_tcp)
+        self._before = self.pose.translation
+        self._motion.rest(tcp)
+        self.touching.forget()
+        self.touching.step(self.pose, solid, self._tick_s)
+        self.weight = self._motion.weight(self._moments)
+        needed = add(self.weight, self._pressed()) if self.touching.pushed else self.weight
+        load = hypot(needed[X], needed[Z])
+        self.wrench = needed
+        if load > self._most:  # more is not held: it slides from the next tick on
+            share = self._most / load
+            self.wrench = self._at_middle(share * needed[X], needed[Y], share * needed[Z])
+
+    @property
+    def velocity(self) -> Vector:
+        """Of its middle in the last tick (m/s), in the base."""
+        return velocity_between(self._before, self.pose.translation, self._tick_s)
+
+    @property
+    def _most(self) -> float:
+        """The greatest force (N) along the pads that the jaws hold by friction."""
+        return 2.0 * self.part.friction * self._gripper.jaws.force_n
+
+    def _at_middle(self, fx: float, fy: float, fz: float) -> Wrench:
+        """A force (N) at its middle, as the TCP has it."""
+        x, y, z = self.in_tcp.translation
+        return (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+
+    def _pressed(self) -> Wrench:
+        """What surfaces do to it, as the TCP has it."""
+        turn = transpose(self._tcp.rotation)
+        fx, fy, fz = rotate(turn, self.touching.force)
+        tx, ty, tz = rotate(turn, self.touching.torque)
+        x, y, z = self.in_tcp.translation
+        return (fx, fy, fz, tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx)
+
+    def _hold(self, needed: Wrench) -> bool:
+        """The jaws hold by friction what they can; what is more makes it slide. Says whether they hold it."""
+        u, w = self.slip
+        load, most = hypot(needed[X], needed[Z]), self._most
+        if u == w == 0.0 and load <= most:
+            self.wrench = needed if self._blow is None else add(needed, self._blow)
+            self._blow = None
+            return True
+        speed = hypot(u, w)
+        dx, dz = (u / speed, w / speed) if speed > 0.0 else (needed[X] / load, needed[Z] / load)
+        self.wrench = self._at_middle(most * dx, needed[Y], most * dz)
+        if self._blow is not None:  # jaws have closed on it in this tick, which it has not slid in
+            self.wrench, self._blow = add(self.wrench, self._blow), None
+            return True
+        gain = self._tick_s / self.part.mass_kg
+        new_u = u + gain * (needed[X] - most * dx)
+        new_w = w + gain * (needed[Z] - most * dz)
+        if speed > 0.0 and new_u * u + new_w * w <= 0.0:
+            new_u = new_w = 0.0  # it is caught, for a tick at least
+        self.slip = (new_u, new_w)
+        (x, y, z), turned = self.in_tcp.translation, self.in_tcp.rotation
+        self.in_tcp = Transform(turned, (x + new_u * self._tick_s, y, z + new_w * self._tick_s))
+        self._moments = self.part.moments(self.in_tcp)
+        self.pose = compose(self._tcp, self.in_tcp)
+        return on_pads(self.part, self.in_tcp, self._gripper.jaws)
