@@ -9,6 +9,7 @@ async def test_a_lin_move_and_a_tick_pass_few_files() -> None:
     command, ticks = await walks()
     assert command.steps[0].file == "serve/line_connection.py"
     assert "controller/planner.py" in command.files
+    assert "dialect/wire/wire_faults.py" not in command.files, "none is set"
     assert len(command.files) <= 15
     assert len(command.steps) <= 23
     assert all(tick.steps[0].file == "controller/core.py" for tick in ticks)

@@ -82,9 +82,8 @@ class Clock:
         self._deadline_ns = 0  # of the next tick at the pace
         self._paused = False
         self._errands: deque[Errand] = deque()
-        self._accepted = 0  # moves that are no news
         self._held_since_ns: int | None = None
-        self._held_until_ns = 0
+        self._held_until_ns = self._accepted = 0  # what is accepted is no news
         self._idles = False  # no timer is set, since the robot is resting
         self._faults = TickFaults()
         self._take(pace)
@@ -288,10 +287,10 @@ class Clock:
         most = CATCH_UP_WAKES * self._ticks_per_wake
         for _ in range(min(due, most)):
             self._step()
-        if due > most:
-            self.dropped_ticks += due - most
-            dropped_ms = (due - most) * self._period_ns * 1e-6
-            logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", due - most, dropped_ms)
+        if (dropped := due - most) > 0:
+            self.dropped_ticks += dropped
+            dropped_ms = dropped * self._period_ns * 1e-6
+            logger.debug("the machine stalled: %d ticks (%.0f ms) dropped", dropped, dropped_ms)
 
     def _step(self) -> None:
         try:

@@ -179,10 +179,14 @@ def test_a_fault_of_one_connection_is_not_that_of_another() -> None:
 
 
 def test_one_number_for_all_connections() -> None:
-    faults, _ = connected(2)
+    faults, peers = connected(1)
     faults.set(Drop(), EVERY, 3)
+    peers.append(Somebody())
+    faults.arrives(peers[1], "client 2")
+    assert [peer.faulted for peer in peers] == [True, True]
     taken = [len(list(faults.steps(number, b"done\r\n"))) for number in (1, 2, 1, 2, 1)]
     assert taken == [0, 0, 0, 1, 1]
+    assert [peer.faulted for peer in peers] == [False, False]
 
 
 def test_the_next_connection_is_the_one_that_comes() -> None:
