@@ -3,6 +3,9 @@
 # mypy: allow-untyped-decorators
 
 import cython
+import numpy as np
+
+from iiwa_sim.motion.limits import Array
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
@@ -42,6 +45,16 @@ def nodes_and_weights(degree: cython.int, nodes: cython.double[::1], weights: cy
             if j == 0 or j == degree:
                 weight *= 0.5
             weights[j, k] = weight
+
+
+def _nodes_and_weights(degree: int) -> tuple[Array, Array]:
+    nodes, weights = np.empty(degree + 1), np.empty((degree + 1, degree + 1))
+    nodes_and_weights(degree, nodes, weights)
+    return nodes, weights
+
+
+NODES_AND_WEIGHTS = (_nodes_and_weights(16), _nodes_and_weights(32))
+"""Of the degrees of the polynomials that are tried; the nodes of the first are among those of the second."""
 
 
 @cython.ccall

@@ -2,6 +2,7 @@ from iiwa_sim.motion.path.tcp_line_kernel cimport TcpLine
 
 cdef class LineJoints:
     cdef readonly object inverse
+    cdef readonly object line
     cdef readonly object start
     cdef TcpLine _line
     cdef double _redundancy              # at the start (rad)

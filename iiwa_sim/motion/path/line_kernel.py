@@ -1,4 +1,8 @@
-"""The joints along a line of the TCP by the closed-form inverse, and polynomials fitted to them."""
+"""LIN: the joints along a line of the TCP by the closed-form inverse, and polynomials fitted to them.
+
+The redundancy goes evenly from start to target. What is not regular as a whole is looked at in
+`iiwa_sim.motion.path.singular`.
+"""
 
 # mypy: allow-untyped-decorators
 
@@ -13,7 +17,8 @@ from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path.fit_kernel import nodes_and_weights
+from iiwa_sim.motion.path.fit_kernel import NODES_AND_WEIGHTS
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from iiwa_sim.robot.inverse_kernel import Inverse
 
@@ -24,8 +29,10 @@ else:
     from iiwa_sim.motion.path.fit_kernel import fit
     from iiwa_sim.robot.inverse_kernel import solve
 
-DEGREES = (16, 32)
-"""Degrees of the polynomials that are tried; the nodes of the first are among those of the second."""
+FREE_AT_START = 1e-5
+"""So near to a singular pose (rad or m) a line is taken to start in it."""
+SMALLEST_PIECE = 1.0 / 128.0
+"""In s: a line that needs smaller ones is looked at more closely before."""
 ALIGNED_RAD = 4e-10
 """With less than this between the axes of two joints, one of them keeps its position along a line."""
 _ALIGNED = cython.declare(cython.double, 4e-10)
@@ -38,15 +45,6 @@ _NEAR = cython.declare(cython.int, 1)
 _OUT_OF_REACH = cython.declare(cython.int, 2)
 _PI = cython.declare(cython.double, 3.141592653589793)
 _TAU = cython.declare(cython.double, 6.283185307179586)
-
-
-def _nodes_and_weights(degree: int) -> tuple[Array, Array]:
-    nodes, weights = np.empty(degree + 1), np.empty((degree + 1, degree + 1))
-    nodes_and_weights(degree, nodes, weights)
-    return nodes, weights
-
-
-_NODES_AND_WEIGHTS = tuple([_nodes_and_weights(degree) for degree in DEGREES])
 
 
 class LineOutOfReach(Exception):
@@ -73,7 +71,7 @@ class LineJoints:
     def __init__(self, inverse: Inverse, start: Joints, line: TcpLine, target_redundancy: float) -> None:
         """`start` are the joint positions at the beginning of the line."""
         self.inverse = inverse
-        self._line = line
+        self.line = self._line = line
         self.start = start
         self._redundancy = inverse.redundancy(start)
         self._way = target_redundancy - self._redundancy
@@ -98,6 +96,25 @@ class LineJoints:
     def _follow(self, seed: Any) -> Any:
         for k in range(self._count):
             self._seed[k] = seed[k]
+
+    def path(self, status: int) -> Polynomial | None:
+        """The line, which begins on the branch `status` and stays on it.
+
+        None where it is to be looked at more closely: where it begins, or comes, near a singular pose, is out
+        of reach, or needs pieces smaller than `SMALLEST_PIECE`.
+        """
+        if len(self.inverse.merging_statuses(self.start, FREE_AT_START)) > 1:
+            return None
+        fitted = self.pieces(0.0, 1.0, status, self.start, self.start, SMALLEST_PIECE, near=False)
+        if isinstance(fitted, float):
+            return None
+        borders, pieces = fitted
+        end = tuple(pieces[len(pieces) - 1].sum(axis=0).tolist())
+        return Polynomial(borders, pieces, self.start, end, self.line.length_m)
+
+    def redundancy(self, s: float) -> float:
+        """The redundancy (rad) at s."""
+        return self._redundancy + s * self._way
 
     def at(
         self, s: cython.double, status: cython.int, seed: Joints, aligned: cython.double = ALIGNED_RAD
@@ -142,24 +159,6 @@ class LineJoints:
             else:
                 near = middle
         return far
-
-    def closed(self, s: float, status: int, seed: Joints) -> Joints | None:
-        """Joint positions at s on a branch, exact to 1e-10 m and rad also next to singular poses, where they
-        follow the seed; None out of reach."""
-        redundancy = self._redundancy + s * self._way
-        joints: Joints | None = self.inverse.joints(self._line.flange(s), redundancy, status, seed)
-        return joints
-
-    def off(self, s: float, joints: Joints) -> float:
-        """How far the flange is from the line at joint positions (m, or elements of its rotation)."""
-        reached, wanted = self.inverse.model.flange(joints), self._line.flange(s)
-        return max([abs(a - b) for part in (0, 1) for a, b in zip(reached[part], wanted[part], strict=True)])
-
-    def check_reach(self, low: float, high: float, status: int, seed: Joints) -> None:
-        """Raises `LineOutOfReach` where the branch does not reach a node of the piece."""
-        nodes, _ = _NODES_AND_WEIGHTS[1]
-        s = low + 0.5 * (high - low) * (1.0 + nodes)
-        self.rows(s, np.full(len(s), status), seed)
 
     def meeting(
         self,
@@ -227,7 +226,7 @@ class LineJoints:
         self._follow(seed)
         for k in range(self._count):
             self._reference[k] = reference[k]
-        for nodes, weights in _NODES_AND_WEIGHTS:
+        for nodes, weights in NODES_AND_WEIGHTS:
             coefficients: Array = np.empty((len(nodes), self._count))
             rows: cython.Py_ssize_t = self._fit(low, high, status, near, nodes, weights, coefficients)
             if rows > 0:

@@ -6,6 +6,7 @@ branch that continues it without a jump. Next to such a place, and next to an en
 digits of the target decide where a joint is; there a polynomial goes on from what lies beside.
 """
 
+from collections.abc import Sequence
 from math import pi, tau
 from typing import NamedTuple
 
@@ -14,7 +15,9 @@ import numpy as np
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array
 from iiwa_sim.motion.path.bridge import at_border, bridge
-from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, SingularLine
+from iiwa_sim.motion.path.fit_kernel import NODES_AND_WEIGHTS
+from iiwa_sim.motion.path.line_kernel import FREE_AT_START, LineJoints, LineOutOfReach, SingularLine
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.robot.turns_kernel import continued
 
 EVEN_SAMPLES = 33
@@ -22,8 +25,7 @@ MOST_SAMPLES = 400
 SMALLEST_STEP = 1e-4  # between samples
 PARTS = 4  # into which a step is split
 LARGEST_STEP_RAD = 0.08  # of a joint from one sample to the next
-FREE_AT_START = 1e-5  # rad or m from a singular pose, where a line is taken to start in it
-FREE_AT_END = 2e-8  # or to end in it
+FREE_AT_END = 2e-8  # rad or m from a singular pose, where a line is taken to end in it
 BESIDE = 1e-3  # in s from such an end: from there on inwards a joint tells where it comes from, or goes
 LARGEST_MISMATCH_RAD = 1e-4  # of a free joint at the start: so much is made up for on the way
 MEETING = 1e-9  # rad or m from a singular pose, where the line is taken to go through it
@@ -55,7 +57,12 @@ class Stretches:
         self.end: Joints = tuple(self._q[-1].tolist())
         """Joint positions (rad) at the end of the line."""
 
-    def pieces(self) -> tuple[list[float], list[Array]]:
+    def path(self) -> Polynomial:
+        """The line. Raises `SingularLine`."""
+        borders, pieces = self._pieces()
+        return Polynomial(borders, pieces, self._along.start, self.end, self._along.line.length_m)
+
+    def _pieces(self) -> tuple[list[float], list[Array]]:
         """Borders (p + 1,) in s, and the coefficients (rows, n) of each piece between two."""
         borders, pieces = [0.0], list[Array]()
         beside: Array | None = None  # the joints and their derivatives (4, n) at the end of what is there
@@ -83,9 +90,14 @@ class Stretches:
         for part in CHECKED:
             s = low + part * (high - low)
             there = tuple(at_border(low, high, rows, s)[0].tolist())
-            if self._along.off(s, there) > LARGEST_OFF:
+            if self._off(s, there) > LARGEST_OFF:
                 raise SingularLine(s, int(np.abs(after[0] - before[0]).argmax()))
         return rows
+
+    def _off(self, s: float, joints: Joints) -> float:
+        """How far the flange is from the line at joint positions (m, or elements of its rotation)."""
+        (turned, place), (wanted, there) = self._inverse.model.flange(joints), self._along.line.flange(s)
+        return max(_distance(turned, wanted), _distance(place, there))
 
     def _regions(self) -> list[tuple[float, float, _Stretch]]:
         """The parts between gaps, where the line is fitted: first s, last s, and stretch of each."""
@@ -121,7 +133,9 @@ class Stretches:
         near = self._near(low)
         fitted = along.pieces(low, high, status, seed, near, SMALLEST_PIECE, near=True)
         if isinstance(fitted, float):
-            along.check_reach(fitted, min(fitted + 2.0 * SMALLEST_PIECE, high), status, seed)
+            last = min(fitted + 2.0 * SMALLEST_PIECE, high)
+            s = fitted + 0.5 * (last - fitted) * (1.0 + NODES_AND_WEIGHTS[-1][0])
+            along.rows(s, np.full(len(s), status), seed)  # raises where one of these is out of reach
             step = np.abs(np.subtract(self._near(fitted + 2.0 * SMALLEST_PIECE), self._near(fitted)))
             raise SingularLine(fitted, int(step.argmax()))
         return fitted
@@ -162,7 +176,10 @@ class Stretches:
             # A joint that is free at the end keeps the position that it comes with. The inverse cannot tell
             # it, and next to the end the last digits of the target decide on it.
             coming = self._beside(1.0, -BESIDE, last, tuple(q[-2].tolist()))
-            end = self._along.closed(1.0, last.status, coming)
+            # Also next to singular poses the inverse is exact to 1e-10 m and rad, where it follows the seed.
+            along = self._along
+            flange, redundancy = along.line.flange(1.0), along.redundancy(1.0)
+            end = inverse.joints(flange, redundancy, last.status, coming)
             if end is None:
                 raise LineOutOfReach(1.0)
             q[-1] = continued(end, coming)
@@ -249,5 +266,5 @@ def _between(s: Array, split: Array) -> Array:
     return between.ravel()
 
 
-def _distance(a: Joints, b: Joints) -> float:
+def _distance(a: Sequence[float], b: Sequence[float]) -> float:
     return max([abs(x - y) for x, y in zip(a, b, strict=True)])

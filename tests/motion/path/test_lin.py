@@ -14,9 +14,9 @@ from iiwa_sim.frames import IDENTITY, Frame, Transform, rotation_about
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path.bridge import at_border
-from iiwa_sim.motion.path.lin import lin
-from iiwa_sim.motion.path.line_kernel import LineOutOfReach, SingularLine
+from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.path.singular import Stretches
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 from tests.samples import some
@@ -38,7 +38,8 @@ class Line(NamedTuple):
         return f"{self.arm.description.name} from {self.start}"
 
     def polynomial(self) -> Polynomial:
-        return lin(self.arm.inverse, self.start, self.line, self.redundancy, self.status)
+        along = LineJoints(self.arm.inverse, self.start, self.line, self.redundancy)
+        return along.path(self.status) or Stretches(along, self.status).path()
 
     def answer(self) -> Polynomial | str:
         try:
@@ -194,7 +195,7 @@ def test_a_line_out_of_reach_says_from_where_on() -> None:
     target = Transform(start.rotation, (x + 1.0, y, z))
     line = TcpLine(start, target, NO_TOOL)
     with pytest.raises(LineOutOfReach) as out:
-        lin(arm.inverse, home, line, 0.0, arm.inverse.status(home))
+        Line(arm, home, line, 0.0, arm.inverse.status(home)).polynomial()
     s = out.value.s
     for place, reached in ((s - 1e-9, True), (s + 1e-9, False)):
         joints = arm.inverse.joints(line.flange(place), 0.0, arm.inverse.status(home), home)
@@ -210,7 +211,7 @@ def test_lines_of_no_or_hardly_any_length(length_mm: float) -> None:
         x, y, z = start.translation
         goal = Transform(start.rotation, (x + length_mm / 1000.0, y, z))
         line = TcpLine(start, goal, NO_TOOL)
-        path = lin(arm.inverse, home, line, arm.inverse.redundancy(home), arm.inverse.status(home))
+        path = Line(arm, home, line, arm.inverse.redundancy(home), arm.inverse.status(home)).polynomial()
         assert path.joints(0.0) == home
         assert np.abs(np.subtract(path.end, home)).max() <= 10.0 * length_mm / 1000.0 + 1e-12
         assert len(path.borders) == 2

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.path.lin import lin
+from iiwa_sim.motion.path.line_kernel import LineJoints
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
@@ -66,7 +66,8 @@ def test_a_line_is_inside_by_its_length(arm: Arm, radius: float, at_end: bool) -
     x, y, z = start.translation
     goal = Transform(start.rotation, (x, y + 0.1, z - 0.1))
     line = TcpLine(start, goal, TOOL)
-    path = lin(arm.inverse, home, line, arm.inverse.redundancy(home), arm.inverse.status(home))
+    path = LineJoints(arm.inverse, home, line, arm.inverse.redundancy(home)).path(arm.inverse.status(home))
+    assert path is not None
     zone = Sphere(radius, path.end if at_end else path.start, arm.model.tcp(TOOL))
     part = zone.part_inside(path, at_end=at_end)
     assert part == pytest.approx(min(radius / line.length_m, HALF))
