@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from math import isfinite
 
 from iiwa_sim.backdoor import surfaces
-from iiwa_sim.backdoor.core import acts, called
+from iiwa_sim.backdoor.base import acts, called
 from iiwa_sim.backdoor.described import (
     DescribedCell,
     DescribedMoves,

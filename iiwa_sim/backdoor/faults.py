@@ -1,7 +1,7 @@
 """Faults that a test bench injects into the robot and the wire. The rest of the backdoor is in
 `backdoor.py`."""
 
-from iiwa_sim.backdoor.core import Core, acts, called
+from iiwa_sim.backdoor.base import Base, acts, called
 from iiwa_sim.controller.errors import EXECUTION, ErrorRecord, Refused
 from iiwa_sim.controller.handling import Handling
 from iiwa_sim.dialect.wire.canned import UNTIL_CLEARED
@@ -12,7 +12,7 @@ from iiwa_sim.wording import harmless, shortened
 ON_PURPOSE = "made to fail through the backdoor"
 
 
-class Faults(Core):
+class Faults(Base):
     """Injected faults.
 
     `connection` is a number of `connections()`, `EVERY` or `NEXT`; `replies` is the number of replies

@@ -24,7 +24,7 @@ def add_addresses(parser: Parser) -> None:
         type=_dialects,
         default=[DEFAULT_DIALECT],
         metavar="NAME[,NAME]",
-        help=f"what is spoken, {' or '.join(DEFAULT_PORTS)}; with several each has its port "
+        help=f"protocol, {' or '.join(DEFAULT_PORTS)}; with several, each has its port "
         f"(default: {DEFAULT_DIALECT})",
     )
     usual = ", ".join(f"{port} for {name}" for name, port in DEFAULT_PORTS.items())
@@ -32,19 +32,19 @@ def add_addresses(parser: Parser) -> None:
         "--port",
         type=_ports,
         metavar="PORT[,PORT]",
-        help=f"port to listen on, one for each dialect; 0 picks one (default: {usual})",
+        help=f"port to listen on, one for each dialect; 0 picks a free one (default: {usual})",
     )
     parser.add_argument(
         "--count",
         type=whole(1, MOST_ROBOTS),
         metavar="NUMBER",
-        help="serve so many robots from this process, robot-0, robot-1 and so on, each with ports one above "
+        help="run so many robots in this process, robot-0, robot-1 and so on, each with ports one above "
         "those of the one before (default: one robot, without a name)",
     )
     parser.add_argument(
         "--fleet",
         metavar="FLEET.toml",
-        help="serve the robots that this file names, with options of their own (default: one robot)",
+        help="run the robots that this file names, with options of their own (default: one robot)",
     )
 
 

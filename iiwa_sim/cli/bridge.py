@@ -71,8 +71,9 @@ async def _serve(options: argparse.Namespace) -> None:
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {BRIDGE}",
-        description="Puts a robot on ROS: be the driver of a server of the iiwa's text protocol, emulated or "
-        "real, and give it the topics and services of drag&bot, by rosbridge or as a node of ROS 1 or ROS 2.",
+        description="Puts a robot on ROS: acts as the driver of a server of the iiwa's text protocol, "
+        "emulated or real, and gives it the topics and services of drag&bot, by rosbridge or as a node of "
+        "ROS 1 or ROS 2.",
         examples={"172.31.1.147:30000": "puts a robot on ROS, by rosbridge on port 9090"},
     )
     add_server(parser)

@@ -30,7 +30,7 @@ def run(given: Sequence[str]) -> int:
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {CHECK}",
-        description="Tells what a server does otherwise than the original one of this protocol. Sends hello, "
+        description="Reports where a server deviates from the original one of this protocol. Sends hello, "
         "help, stop, bye, lines that are no commands, and commands that begin with get or is, which move "
         "nothing. The robot has to be at rest.",
         epilog="Exit code 0 if nothing deviates, 1 if something does, 2 without a server, or with a robot "

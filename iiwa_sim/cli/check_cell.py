@@ -22,7 +22,7 @@ def run(given: Sequence[str]) -> int:
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {CHECK_CELL}",
-        description="Says what is in a cell, or what is wrong in it.",
+        description="Prints what is in a cell, or what is wrong with it.",
         examples={"examples/table.toml": "a table to probe"},
     )
     parser.add_argument("cell", metavar="CELL.toml", help="the file")

@@ -29,9 +29,13 @@ def _parser() -> Parser:
         "FILE.state.csv and so on. Columns of states carry their units.",
         examples={"run.mcap --csv": "its states, dialogue and events beside it"},
     )
-    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="as --record writes it")
+    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="a recording of --record")
     parser.add_argument("--csv", action="store_true", required=True, help="as CSV, in UTF-8")
     parser.add_argument(
-        "-o", "--output", type=Path, metavar="FOLDER", help="where to (default: beside the recording)"
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FOLDER",
+        help="folder to write into (default: that of the recording)",
     )
     return parser

@@ -148,6 +148,6 @@ def _parser() -> Parser:
         type=whole(1, _LARGEST_PROCESS),
         default=1,
         metavar="PROCESS",
-        help="its number (default: 1, the first of a container)",
+        help="number of the process (default: 1, the first of a container)",
     )
     return parser

@@ -43,6 +43,6 @@ def _parser() -> Parser:
         "samples.",
         examples={"config": "those of the LBR iiwa 7", "config --robot kr_6_r900_sixx": "those of another"},
     )
-    parser.add_argument("folder", type=Path, metavar="FOLDER", help="where they are written")
+    parser.add_argument("folder", type=Path, metavar="FOLDER", help="folder to write them into")
     add_robot(parser)
     return parser

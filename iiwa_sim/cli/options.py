@@ -24,7 +24,7 @@ def check_robot(error: Error, options: argparse.Namespace) -> None:
 
 
 def add_server(parser: Parser) -> None:
-    parser.add_argument("server", type=server_address, metavar="HOST:PORT", help="where it listens")
+    parser.add_argument("server", type=server_address, metavar="HOST:PORT", help="where the server listens")
 
 
 def add_servers(parser: Parser) -> None:
@@ -32,7 +32,7 @@ def add_servers(parser: Parser) -> None:
         "server",
         type=_servers,
         metavar="HOST:PORT[,PORT]",
-        help="where it listens, a port for each dialect of the transcript",
+        help="where the server listens, a port for each dialect of the transcript",
     )
 
 
@@ -72,7 +72,7 @@ def add_log(parser: Parser) -> None:
         "--log-level",
         choices=log.LEVELS,
         default=log.DEFAULT_LEVEL,
-        help="error: faults of the simulator; warning: also refused commands, clients that vanish while "
+        help="error: internal errors; warning: also refused commands, clients that vanish while "
         "the robot moves, servo timeouts and forces that end a move; info: also clients that come and go; "
         "debug: also every command (default: %(default)s)",
     )
@@ -85,14 +85,14 @@ def add_rosbridge(parser: Parser, port: int | None = None) -> None:
         type=whole(0, MAX_PORT),
         metavar="PORT",
         default=port,
-        help="be a ROS node with drag&bot's topics and services there, by rosbridge; 0 picks a port, "
+        help="offer drag&bot's topics and services on this port, by rosbridge; 0 picks a port, "
         f"{ROSBRIDGE_PORT} is usual (default: {'no such port' if port is None else port})",
     )
     parser.add_argument(
         "--rosbridge-secret",
         type=secret_in,
         metavar="FILE",
-        help="take only clients of rosbridge that know the secret in this file (default: all)",
+        help="serve only clients of rosbridge that know the secret in this file (default: all)",
     )
     parser.add_argument(
         "--rosbridge-origin",
@@ -129,15 +129,15 @@ def add_ros_conventions(parser: Parser) -> None:
         type=int,
         choices=RESULT_TYPES,
         default=max(RESULT_TYPES),
-        help="the year of robot_movement_interface whose type /command_result has; of the others clients on "
-        "ROS 1 take no messages (default: %(default)s)",
+        help="the year of robot_movement_interface whose type /command_result has; clients on ROS 1 with the "
+        "type of another year receive no results (default: %(default)s)",
     )
     parser.add_argument(
         "--ros-reference",
         choices=[each.value for each in Reference],
         default=Reference.APPLY.value,
-        help="what becomes of a pose_reference_frame with values, unless pose_reference names the base: "
-        "apply it, or ignore it, since the pose is in the base already (default: %(default)s)",
+        help="what to do with a pose_reference_frame with values, unless pose_reference names the base: "
+        "apply it, or ignore it where poses are in the base already (default: %(default)s)",
     )
 
 
@@ -169,7 +169,7 @@ def add_ros_rate(parser: Parser) -> None:
         type=whole(1, MAX_RATE_HZ),
         default=COMMON_RATE_HZ,
         metavar="HZ",
-        help="how often joint states, transforms, wrench and /clock are told on ROS in a second of simulated "
+        help="how often to publish joint states, transforms, wrench and /clock in a second of simulated "
         "time, no more often than ticks (default: %(default)s)",
     )
 

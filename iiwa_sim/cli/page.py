@@ -46,7 +46,7 @@ def add_page(parser: Parser) -> None:
     parser.add_argument(
         "--host",
         default=LOOPBACK,
-        help="address for the page to listen on; one that other machines reach, such as 0.0.0.0, takes a "
+        help="address for the page to listen on; one that other machines reach, such as 0.0.0.0, needs a "
         "token (default: %(default)s)",
     )
     parser.add_argument(
@@ -58,7 +58,8 @@ def add_page(parser: Parser) -> None:
     parser.add_argument(
         "--token",
         metavar="TOKEN",
-        help="have browsers ask for it. The command line shows it to others on this machine (default: none)",
+        help="let only browsers in that know it. Other users of this machine can read it in the list of "
+        "processes (default: none)",
     )
     parser.add_argument(
         "--token-file", type=secret_in, metavar="FILE", help="the same, with the token in this file"

@@ -101,9 +101,11 @@ def _parser() -> Parser:
         },
     )
     parser.add_argument(
-        "commands", metavar="COMMANDS|FILE.mcap", help="the file, or a recording of --record, which is drawn"
+        "commands", metavar="COMMANDS|FILE.mcap", help="file of commands, or a recording of --record"
     )
-    parser.add_argument("-o", "--output", type=_picture, metavar="PICTURE", help="where to, as .png or .svg")
+    parser.add_argument(
+        "-o", "--output", type=_picture, metavar="PICTURE", help="file to write, .png or .svg"
+    )
     parser.add_argument(
         "--animate",
         type=_film,
@@ -113,7 +115,7 @@ def _parser() -> Parser:
     parser.add_argument(
         "--cell",
         metavar="CELL.toml",
-        help="robot, start pose, tool and what stands round it (default: a robot alone)",
+        help="robot, start pose, tool, surfaces and parts (default: a robot alone)",
     )
     add_robot(parser)
     add_rate(parser, default=None)

@@ -45,13 +45,18 @@ def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {REPLAY}",
         description="Plays a transcript, or the dialogue of a recording FILE.mcap, against a server and "
-        "tells which lines are answered otherwise.",
-        epilog="Exit code 0 if there are none, 1 if there are some, 2 if it cannot be played.",
+        "reports each reply that differs.",
+        epilog="Exit code 0 if all replies agree, 1 if some deviate, 2 if the file cannot be played.",
         examples={
-            "session.txt 127.0.0.1:30000": "what was recorded with --transcript, said again",
-            "run.mcap 127.0.0.1:30000": "the same of a recording of --record",
+            "session.txt 127.0.0.1:30000": "the dialogue that --transcript has recorded",
+            "run.mcap 127.0.0.1:30000": "the dialogue of a recording of --record",
         },
     )
-    parser.add_argument("transcript", type=Path, metavar="FILE", help="as --transcript or --record writes it")
+    parser.add_argument(
+        "transcript",
+        type=Path,
+        metavar="FILE",
+        help="a transcript of --transcript, or a recording of --record",
+    )
     add_servers(parser)
     return parser

@@ -36,6 +36,6 @@ def _parser() -> Parser:
         nargs="?",
         type=Path,
         metavar="FOLDER",
-        help="where it is made (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)",
+        help="folder to make it in (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)",
     )
     return parser

@@ -32,17 +32,18 @@ from iiwa_sim.serve.admission import LONGEST_PAUSE_S
 from iiwa_sim.wording import shortened
 
 SECTIONS = {
-    "what moves": "cell robot count fleet",
-    "what is spoken, and to whom": "dialect host port strict exclusive reconnect_pause bye_shuts_down",
+    "robots": "cell robot count fleet",
+    "connections": "dialect host port strict exclusive reconnect_pause bye_shuts_down",
     "time": "clock rate servo_timeout",
-    "what it tells": "status view transcript record log",
-    "a test bench": "backdoor",
-    "ROS": "rosbridge ros",
+    "output": "status view transcript record log",
+    "test bench": "backdoor",
+    "ROS": "rosbridge ros ros2",
 }
 EXAMPLES = {
     "": "an LBR iiwa 7 on port 30000 of this machine",
-    "examples/table.toml --clock fast": "one that stands before a table and does not keep anybody waiting",
-    "--robot kr_6_r900_sixx --dialect krc4": "a KR 6 that is spoken to in KRC4 messages",
+    "examples/table.toml --clock fast": "one in front of a table, in simulated time that runs as fast as "
+    "it can",
+    "--robot kr_6_r900_sixx --dialect krc4": "a KR 6 that speaks KRC4 messages",
 }
 
 
@@ -81,7 +82,7 @@ def server_parser() -> Parser:
         "cell",
         nargs="?",
         metavar="CELL.toml",
-        help="robot, start pose, tool and what stands round it (default: a robot alone)",
+        help="robot, start pose, tool, surfaces and parts (default: a robot alone)",
     )
     add_robot(parser)
     add_addresses(parser)
@@ -92,21 +93,21 @@ def server_parser() -> Parser:
         default=REAL,
         metavar="real|10x|fast|stepped",
         help=f"how simulated time passes: in real time, {MIN_SPEED:g} to {MAX_SPEED:g} times as fast, as "
-        "fast as it can while the robot is under way, or only when told (default: real)",
+        "fast as it can while the robot moves, or only when a test advances it (default: real)",
     )
     parser.add_argument(
         "--servo-timeout",
         type=_seconds(LONGEST_SERVO_TIMEOUT_S),
         metavar="SECONDS",
-        help="stop the robot when a smart or direct move is not followed by another for so long, above 0 and "
+        help="stop the robot when no smart or direct move follows the last one within this time, above 0 and "
         f"up to {LONGEST_SERVO_TIMEOUT_S:g} (default: never)",
     )
     parser.add_argument(
         "--status-port",
         type=whole(0, MAX_PORT),
         metavar="PORT",
-        help="broadcast the robot's state there, as lines of JSON, and take the line 'stop'; 0 picks a port "
-        "(default: no such port)",
+        help="send the robot's state to all clients of this port, as lines of JSON, and take the line "
+        "'stop'; 0 picks a port (default: no such port)",
     )
     low_hz, high_hz = status_stream.MIN_RATE_HZ, status_stream.MAX_RATE_HZ
     parser.add_argument(
@@ -126,7 +127,7 @@ def server_parser() -> Parser:
         "--backdoor-port",
         type=whole(0, MAX_PORT),
         metavar="PORT",
-        help="on this port, take the commands of a test bench: faults, pushes, and more; 0 picks a port "
+        help="take commands of a test bench on this port: faults, pushes, and more; 0 picks a port "
         "(default: no such port)",
     )
     parser.add_argument(
@@ -139,14 +140,14 @@ def server_parser() -> Parser:
     parser.add_argument(
         "--backdoor-host",
         metavar="HOST",
-        help="address on which these two listen; one that other machines reach, such as 0.0.0.0, takes a "
+        help="address on which these two listen; one that other machines reach, such as 0.0.0.0, needs a "
         f"token (default: {LOOPBACK})",
     )
     parser.add_argument(
         "--backdoor-token",
         metavar="TOKEN",
-        help="take only who knows it: the first line of a connection, 'Authorization: Bearer TOKEN' over "
-        "HTTP. The command line shows it to others on this machine (default: all)",
+        help="serve only clients that send it: as first line of a connection, as 'Authorization: Bearer "
+        "TOKEN' over HTTP. Other users of this machine can read it in the list of processes (default: none)",
     )
     parser.add_argument(
         "--backdoor-token-file",
@@ -158,19 +159,20 @@ def server_parser() -> Parser:
         "--view-port",
         type=whole(0, MAX_PORT),
         metavar="PORT",
-        help="serve a web page there to see the robot, push it and stop it; 0 picks a port. It takes a "
-        "status port and a backdoor, which are picked where none are named (default: no such page)",
+        help="serve a web page on this port to see the robot, push it and stop it; 0 picks a port. It "
+        "opens a status port and a backdoor on free ports where none are named (default: no such page)",
     )
     parser.add_argument(
         "--view-host",
         metavar="HOST",
-        help="address on which the page listens; one that other machines reach, such as 0.0.0.0, takes a "
+        help="address on which the page listens; one that other machines reach, such as 0.0.0.0, needs a "
         f"token (default: {LOOPBACK})",
     )
     parser.add_argument(
         "--view-token",
         metavar="TOKEN",
-        help="have browsers ask for it. The command line shows it to others on this machine (default: none)",
+        help="let only browsers in that know it. Other users of this machine can read it in the list of "
+        "processes (default: none)",
     )
     parser.add_argument(
         "--view-token-file",
@@ -187,38 +189,37 @@ def server_parser() -> Parser:
     parser.add_argument(
         "--exclusive",
         action="store_true",
-        help="serve one client after the other: who connects meanwhile waits (default: all at once)",
+        help="serve one client after the other; others wait (default: all at once)",
     )
     parser.add_argument(
         "--reconnect-pause",
         type=_seconds(LONGEST_PAUSE_S, or_zero=True),
         default=0.0,
         metavar="SECONDS",
-        help="after the last client has gone, serve the next one so much later, up to "
-        f"{LONGEST_PAUSE_S:g} (default: 0)",
+        help=f"wait so long between the last client and the next one, up to {LONGEST_PAUSE_S:g} (default: 0)",
     )
     parser.add_argument(
         "--transcript",
         type=Path,
         metavar="FILE",
-        help=f"write down there what is said in all dialects; iiwa-sim {REPLAY} plays it",
+        help=f"write the dialogue in all dialects into this file; iiwa-sim {REPLAY} plays it",
     )
     parser.add_argument(
         "--record",
         type=Path,
         metavar="FILE.mcap",
-        help="record the whole run there, for Foxglove, PlotJuggler and iiwa-sim plot, export, replay; needs "
-        "the extra record",
+        help="record the whole run into this file, for Foxglove, PlotJuggler and iiwa-sim plot, export, "
+        "replay; needs the extra record",
     )
     parser.add_argument(
         "--record-rate",
         type=whole(1, MAX_RATE_HZ),
         metavar="HZ",
-        help="states per second in it, not above the --rate (default: one at every tick)",
+        help="states per second in the recording, not above the --rate (default: one at every tick)",
     )
     parser.add_argument("--bye-shuts-down", action="store_true", help="end when a client says bye")
     add_log(parser)
-    parser.add_argument("--version", action="store_true", help="print the version and leave")
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
     return parser
 
 

@@ -43,12 +43,12 @@ def run(given: Sequence[str]) -> int:
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {SHOW}",
-        description="Serves a web page on which a recording plays: the robot as it was, what was said and "
-        "what happened, with a time line. Only this machine reaches it.",
-        epilog="It takes the extras record and view. Exit code 0 after SIGTERM or SIGINT.",
+        description="Serves a web page on which a recording plays: the robot, its dialogue and events, "
+        "with a time line.",
+        epilog="It needs the extras record and view. Exit code 0 after SIGTERM or SIGINT.",
         examples={"run.mcap": "what was recorded with --record, on http://127.0.0.1:8080/"},
     )
-    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="as --record writes it")
+    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="a recording of --record")
     add_page(parser)
     add_log(parser)
     return parser

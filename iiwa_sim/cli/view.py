@@ -63,8 +63,8 @@ OF_EACH = ("backdoor", "driver", "name")
 def _parser() -> Parser:
     parser = Parser(
         prog=f"iiwa-sim {VIEW}",
-        description="Serves a web page that shows robots as they move. With a backdoor one can push them "
-        "there, stop them, and break their replies.",
+        description="Serves a web page that shows robots as they move. With a backdoor the page can also "
+        "push them, stop them, and inject faults.",
         examples={
             "127.0.0.1:30001": "the robot of that status port, to look at and to stop",
             "127.0.0.1:30001 --backdoor 127.0.0.1:30002": "the same, with all that a test bench can do",
@@ -76,7 +76,7 @@ def _parser() -> Parser:
         type=server_address,
         nargs="+",
         metavar="HOST:PORT",
-        help="where a status port listens; of several the page shows all robots",
+        help="status port of a robot; with several the page shows all robots",
     )
     parser.add_argument(
         "--backdoor",
@@ -84,14 +84,14 @@ def _parser() -> Parser:
         action="append",
         default=[],
         metavar="HOST:PORT",
-        help="where the robot's backdoor listens; of several once for each, in their order, as --driver "
+        help="backdoor of the robot; with several robots once for each, in their order, as --driver "
         "and --name (default: the page only shows the robot, and stops it)",
     )
     parser.add_argument(
         "--backdoor-token-file",
         type=secret_in,
         metavar="FILE",
-        help="the token of the backdoor, or of all, is in this file (default: it asks for none)",
+        help="file with the token of the backdoor, or of all backdoors (default: they need none)",
     )
     parser.add_argument(
         "--driver",
@@ -105,7 +105,7 @@ def _parser() -> Parser:
         "--name",
         action="append",
         default=[],
-        help="what the robot is called, where there are several (default: its HOST:PORT)",
+        help="name of the robot on the page (default: its HOST:PORT)",
     )
     add_robot(parser)
     add_page(parser)

@@ -27,7 +27,7 @@ from iiwa_sim.client._generated.async_iiwa import AsyncIiwa
 from iiwa_sim.client._generated.async_krc4 import AsyncKrc4
 from iiwa_sim.client._generated.iiwa import Iiwa
 from iiwa_sim.client._generated.krc4 import Krc4
-from iiwa_sim.client.faults import CommandError, Krc4Error, ReplyError, UnknownCommandError
+from iiwa_sim.client.errors import CommandError, Krc4Error, ReplyError, UnknownCommandError
 from iiwa_sim.client.replies import (
     CartesianForce,
     CollisionThresholds,

@@ -6,8 +6,8 @@ from types import TracebackType
 from typing import Generic, Self, TypeVar
 
 from iiwa_sim.client.blocking import POLL_PERIOD_S, RECEIVE_BYTES
+from iiwa_sim.client.errors import CommandError
 from iiwa_sim.client.exchange import CLOSED, Answer, Language, Request, Said
-from iiwa_sim.client.faults import CommandError
 
 T = TypeVar("T")
 

@@ -5,8 +5,8 @@ import time
 from types import TracebackType
 from typing import Generic, Self, TypeVar
 
+from iiwa_sim.client.errors import CommandError
 from iiwa_sim.client.exchange import CLOSED, Answer, Language, Request, Said
-from iiwa_sim.client.faults import CommandError
 
 POLL_PERIOD_S = 0.01
 RECEIVE_BYTES = 65536

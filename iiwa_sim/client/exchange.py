@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from math import isfinite
 from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from iiwa_sim.client.faults import ReplyError
+from iiwa_sim.client.errors import ReplyError
 
 MAX_REPLY_BYTES = 65536
 CLOSED = "this connection is closed; reconnect() opens another"

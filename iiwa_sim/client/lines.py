@@ -7,8 +7,8 @@ import re
 from collections.abc import Callable
 from typing import TypeVar
 
+from iiwa_sim.client.errors import CommandError, UnknownCommandError
 from iiwa_sim.client.exchange import Conversation, Language, Request, refuse_endless
-from iiwa_sim.client.faults import CommandError, UnknownCommandError
 from iiwa_sim.client.readers import one_of
 
 _REASON = "its log has the reason"

@@ -9,8 +9,8 @@ from operator import index
 from typing import NamedTuple, TypeVar
 
 from iiwa_sim.client._generated.krc4_numbers import COMMANDS, ERRORS
+from iiwa_sim.client.errors import Krc4Error
 from iiwa_sim.client.exchange import Conversation, Language, Request, refuse_endless
-from iiwa_sim.client.faults import Krc4Error
 from iiwa_sim.client.readers import integer, number, state
 from iiwa_sim.client.xml_replies import XmlReplies
 

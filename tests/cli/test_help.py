@@ -30,7 +30,7 @@ def test_options_stand_in_sections_and_commands_and_examples_below(
 ) -> None:
     told = helped([], capsys)
     titles = [line for line in told.splitlines() if line.endswith(":") and not line.startswith(" ")]
-    assert titles[:3] == ["what moves:", "what is spoken, and to whom:", "time:"]
+    assert titles[:3] == ["robots:", "connections:", "time:"]
     assert titles[-2:] == ["commands:", "examples:"]
     for name, summary in summaries().items():
         assert f"  {name} " in told

@@ -15,7 +15,7 @@ from iiwa_sim.wording import harmless, shortened
 LONGEST_TOLD = 200
 """Characters of a call, as listeners are told it."""
 
-C = TypeVar("C", bound="Core")
+C = TypeVar("C", bound="Base")
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -56,7 +56,7 @@ def acts(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], 
     return called(act)
 
 
-class Core:
+class Base:
     """What the backdoor manipulates."""
 
     def __init__(
