@@ -217,6 +217,11 @@ class ExternalLoad:
         return contacts
 
     @property
+    def folded(self) -> bool:
+        """Whether links are in each other."""
+        return self._folded is not None
+
+    @property
     def changes(self) -> bool:
         """Whether a tick may change a reading: it cannot without noise far from surfaces."""
         return (

@@ -7,11 +7,11 @@ motion.
 
 from __future__ import annotations
 
-from math import isfinite
+from math import hypot, isfinite
 from typing import NamedTuple
 
 from iiwa_sim.contact.load import ExternalLoad
-from iiwa_sim.contact.moments import NO_MOMENTS, Moments, body, difference
+from iiwa_sim.contact.moments import NO_MOMENTS, Moments, added, body, difference
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.motion.joints import Joints
@@ -19,6 +19,8 @@ from iiwa_sim.motion.joints import Joints
 GREATEST_MASS_KG = 1000.0
 FARTHEST_M = 10.0
 """From the flange, along each axis."""
+WITHIN_REACH_M = 1.0
+"""From the flange: no part that a gripper holds has its middle farther away."""
 Inertia = tuple[float, float, float, float, float, float]
 """kg m^2: ixx, iyy, izz, ixy, ixz, iyz, about the centre of mass, with the signs of URDF."""
 
@@ -57,11 +59,13 @@ class Carrying:
         """None is no tool. The difference is told to `load`."""
         self._load = load
         self._inertia = (0.0,) * 6 if tool is None else tool.inertia
+        self._tool = NO_LOAD if tool is None else tool.load
         self._there = NO_MOMENTS if tool is None else tool.moments()
         self.believed = NO_LOAD if tool is None else tool.load
 
     def believe(self, believed: ToolLoad, joints: Joints) -> None:
-        """What the controller takes to be there, with the inertia of the tool.
+        """What the controller takes to be there: with the inertia of the tool, and what is more than the tool
+        as a mass in the one place where it makes the centre what it is, if that is near.
 
         The robot is at `joints` (rad). Raises `Refused` for numbers out of range.
         """
@@ -78,5 +82,13 @@ class Carrying:
     def _tell(self, joints: Joints) -> None:
         mass, centre = self.believed
         believed = body(mass, centre, self._inertia) if mass else NO_MOMENTS
+        more = mass - self._tool.mass_kg
+        if more > 0.0:
+            x, y, z = (
+                (mass * both - self._tool.mass_kg * own) / more
+                for both, own in zip(centre, self._tool.centre, strict=True)
+            )
+            if hypot(x, y, z) <= WITHIN_REACH_M:
+                believed = added(self._there, body(more, (x, y, z)))
         unknown = difference(self._there, believed)
         self._load.carry(unknown if any(unknown) else None, joints)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import hypot
+from math import hypot, sqrt
 from typing import NamedTuple
 
 from iiwa_sim.contact.at_tcp_kernel import velocity_between
@@ -17,6 +17,8 @@ from iiwa_sim.handling.touching import Touching
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
 _UPRIGHT = 0.5**0.5
+_HALVINGS = 20
+"""Of a way into a surface that there is no energy for."""
 Slip = tuple[float, float]
 """How fast a part slides in the jaws, along x and z of the TCP (m/s)."""
 Solid = Callable[[], Sequence[Surface]]
@@ -82,11 +84,8 @@ class Held:
         motion.step(tcp, self._tick_s, coming)
         self.pose = compose(tcp, self.in_tcp)
         touching.step(self.pose, solid, self._tick_s)
-        needed = motion.wrench(self._moments)  # what it would do to the jaws
         self.weight = motion.weight(self._moments)
-        if touching.pushed:
-            needed = add(needed, self._pressed())
-        holds = self._hold(needed)
+        holds = self._hold(motion.wrench(self._moments), self._pressed() if touching.pushed else NO_WRENCH)
         if kept is not None and motion.still:
             self.quiet = kept == (self.pose, self.wrench, touching.memory())
         else:
@@ -141,8 +140,10 @@ class Held:
         x, y, z = self.in_tcp.translation
         return (fx, fy, fz, tx + y * fz - z * fy, ty + z * fx - x * fz, tz + x * fy - y * fx)
 
-    def _hold(self, needed: Wrench) -> bool:
-        """The jaws hold by friction what they can; what is more makes it slide. Says whether they hold it."""
+    def _hold(self, free: Wrench, pressed: Wrench) -> bool:
+        """The jaws hold by friction what they can of what acts on it, without surfaces and by them; what is
+        more makes it slide. Says whether they hold it."""
+        needed = free if pressed is NO_WRENCH else add(free, pressed)  # what it would do to the jaws
         u, w = self.slip
         load, most = hypot(needed[X], needed[Z]), self._most
         if u == w == 0.0 and load <= most:
@@ -160,9 +161,31 @@ class Held:
         new_w = w + gain * (needed[Z] - most * dz)
         if speed > 0.0 and new_u * u + new_w * w <= 0.0:
             new_u = new_w = 0.0  # it is caught, for a tick at least
-        self.slip = (new_u, new_w)
-        (x, y, z), turned = self.in_tcp.translation, self.in_tcp.rotation
-        self.in_tcp = Transform(turned, (x + new_u * self._tick_s, y, z + new_w * self._tick_s))
-        self._moments = self.part.moments(self.in_tcp)
-        self.pose = compose(self._tcp, self.in_tcp)
+        self._slide(new_u, new_w, (free[X] - most * dx, free[Z] - most * dz))
         return on_pads(self.part, self.in_tcp, self._gripper.jaws)
+
+    def _slide(self, u: float, w: float, pull: tuple[float, float]) -> None:
+        """It goes on in the jaws as fast as that (m/s), by what pulls it besides surfaces (N), along x and z
+        of the TCP: into surfaces no deeper, and then no faster, than the energy is there for."""
+        mass, before, in_tcp = self.part.mass_kg, self.slip, self.in_tcp
+        (x, y, z), tick_s = in_tcp.translation, self._tick_s
+        close = self.touching.close
+        had_j = 0.5 * mass * (before[0] ** 2 + before[1] ** 2)
+        had_j += self.touching.stored_j(self.pose) if close else 0.0
+        for _ in range(_HALVINGS):
+            self.in_tcp = Transform(in_tcp.rotation, (x + u * tick_s, y, z + w * tick_s))
+            self.pose = compose(self._tcp, self.in_tcp)
+            if not close:
+                break
+            left_j = had_j + (pull[0] * u + pull[1] * w) * tick_s - self.touching.stored_j(self.pose)
+            if left_j >= 0.0:
+                moves_j = 0.5 * mass * (u * u + w * w)
+                share = sqrt(min(1.0, left_j / moves_j)) if moves_j > 0.0 else 1.0
+                u, w = share * u, share * w
+                break
+            u, w = 0.5 * u, 0.5 * w
+        else:
+            u = w = 0.0
+            self.in_tcp, self.pose = in_tcp, compose(self._tcp, in_tcp)
+        self.slip = (u, w)
+        self._moments = self.part.moments(self.in_tcp)

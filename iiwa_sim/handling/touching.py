@@ -85,9 +85,24 @@ class Touching:
         worlds = (each for each in self._worlds.values() if name in each.surfaces)
         return any(each.touched(name) and each.outward(name)[2] > 1.0 - LEVEL for each in worlds)
 
+    def stored_j(self, pose: Transform) -> float:
+        """What would be in its springs at a pose close to the last one; nothing remembers that."""
+        soft = 0.0
+        for point, world in self._worlds.items():
+            (x, y, z), _ = world.feel(apply(pose, self._points.places[point]), STILL, 0.0)
+            if x or y or z:
+                least = min(each.stiffness for each in world.surfaces.values())
+                soft += (x * x + y * y + z * z) / least
+        return 0.5 * soft
+
     def memory(self) -> object:
         """What surfaces remember of it, to be compared."""
         return [world.memory() for world in self._worlds.values()]
+
+    @property
+    def close(self) -> bool:
+        """Whether it may touch something in the next tick."""
+        return bool(self._worlds)
 
     @property
     def pushed(self) -> bool:
