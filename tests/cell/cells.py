@@ -32,6 +32,29 @@ x_mm = 600
 z_mm = 280
 stiffness_n_per_m = 20000
 """
+GRIPPER = """
+[gripper]
+stroke_mm = 80
+speed_mm_per_s = 100
+grip_force_n = 40
+close_output = 1
+
+[[part]]
+name = "block"
+shape = "box"
+size_mm = [40, 40, 60]
+mass_kg = 0.5
+x_mm = 600
+z_mm = 60
+
+[[box]]
+name = "table"
+size_mm = [800, 1000, 40]
+x_mm = 600
+z_mm = 10
+stiffness_n_per_m = 100000
+"""
+"""A block that lies on a table."""
 
 
 def cell_from(folder: Path, text: str) -> Cell:

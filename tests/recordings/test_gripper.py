@@ -11,24 +11,11 @@ from jsonschema import Draft7Validator
 from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.recordings.schemas import CELL as CELLS
 from iiwa_sim.recordings.schemas import FRAMES, SCENE, STATE
+from tests.cell.cells import GRIPPER
 from tests.recordings.foxglove import published
 from tests.recordings.recorded import contents, found_in
 
-CELL = """
-[gripper]
-stroke_mm = 80
-speed_mm_per_s = 100
-grip_force_n = 40
-close_output = 1
-
-[[part]]
-name = "block"
-shape = "box"
-size_mm = [40, 40, 60]
-mass_kg = 0.5
-x_mm = 600
-z_mm = 60
-
+CELL = f"""{GRIPPER}
 [[part]]
 name = "pin"
 shape = "cylinder"
@@ -37,13 +24,6 @@ length_mm = 60
 mass_kg = 0.1
 x_mm = 500
 z_mm = 60
-
-[[box]]
-name = "table"
-size_mm = [800, 1000, 40]
-x_mm = 600
-z_mm = 10
-stiffness_n_per_m = 100000
 """
 
 

@@ -16,31 +16,10 @@ from iiwa_sim.handling.gripper import JAW_M
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.live import run_page
 from iiwa_sim.view.station import Place, Station, StationFault
+from tests.cell.cells import GRIPPER
 from tests.talking import DEADLINE_S
 from tests.view.viewer import Message, Viewer, viewing
 
-GRIPPER = """
-[gripper]
-stroke_mm = 80
-speed_mm_per_s = 400
-grip_force_n = 40
-close_output = 1
-
-[[part]]
-name = "block"
-shape = "box"
-size_mm = [40, 40, 60]
-mass_kg = 0.5
-x_mm = 600
-z_mm = 60
-
-[[box]]
-name = "table"
-size_mm = [800, 1000, 40]
-x_mm = 600
-z_mm = 10
-stiffness_n_per_m = 100000
-"""
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
 
 
