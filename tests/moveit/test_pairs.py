@@ -13,9 +13,10 @@ import pytest
 from iiwa_sim.moveit.pairs import ADJACENT, ALWAYS, NEVER, Pair, disabled_pairs
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.fault import RobotFault
+from tests.samples import some
 from tests.stepped import ALL_ROBOTS, ARMS
 
-SAMPLES = 1000
+SAMPLES = some(1000)
 SPHERE = '<collision><geometry><sphere radius="{}"/></geometry></collision>'
 
 
@@ -24,6 +25,7 @@ def pairs_of(name: str) -> tuple[Pair, ...]:
     return tuple(disabled_pairs(load_robot(name), 2000))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ALL_ROBOTS)
 def test_links_that_are_not_compared_are_apart_in_other_samples(name: str) -> None:
     robot = load_robot(name)

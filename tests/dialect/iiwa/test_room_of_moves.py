@@ -28,7 +28,7 @@ def test_moves_that_come_and_are_forgotten_while_one_runs_take_no_room():
     try:
         room_bytes(talk, 50)
         # What is kept for each move takes room each time; what the process keeps by the way, only once.
-        assert min(room_bytes(talk, 300) for _ in range(3)) < 20_000
+        assert min(room_bytes(talk, 150) for _ in range(3)) < 20_000
     finally:
         tracemalloc.stop()
     assert controller.queue == 0
