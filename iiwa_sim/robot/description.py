@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from operator import mul
@@ -96,10 +97,20 @@ class RobotDescription:
 def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
     """The built-in robot of that name, or else the robot in that folder.
 
-    Raises `RobotFault` if the folder is missing or does not describe a robot. The URDF is checked when the
-    `Model` is built, and whether its geometry suits the kinematics when the inverse is.
+    A built-in robot is read once in a process. Raises `RobotFault` if the folder is missing or does not
+    describe a robot. The URDF is checked when the `Model` is built, and whether its geometry suits the
+    kinematics when the inverse is.
     """
-    folder = _folder(name_or_folder)
+    name = str(name_or_folder)
+    return _built_in(name) if name in _names() else _read(_folder(name_or_folder), name_or_folder)
+
+
+@cache
+def _built_in(name: str) -> RobotDescription:
+    return _read(files("iiwa_sim.robots") / name, name)
+
+
+def _read(folder: Traversable, name_or_folder: str | Path) -> RobotDescription:
     settings_path = str(folder / SETTINGS_FILE)
     urdf_path = str(folder / URDF_FILE)
     settings = read_settings(settings_path, _text(folder, SETTINGS_FILE, name_or_folder))
@@ -133,15 +144,16 @@ def load_robot(name_or_folder: str | Path = DEFAULT_ROBOT) -> RobotDescription:
 
 def built_in_robots() -> list[str]:
     """Names of the built-in robots."""
-    return sorted(
-        folder.name for folder in files("iiwa_sim.robots").iterdir() if (folder / SETTINGS_FILE).is_file()
-    )
+    return list(_names())
+
+
+@cache
+def _names() -> tuple[str, ...]:
+    folders = files("iiwa_sim.robots").iterdir()
+    return tuple(sorted(folder.name for folder in folders if (folder / SETTINGS_FILE).is_file()))
 
 
 def _folder(name_or_folder: str | Path) -> Traversable:
-    names = built_in_robots()
-    if str(name_or_folder) in names:
-        return files("iiwa_sim.robots") / str(name_or_folder)
     folder = Path(name_or_folder)
     why = ""
     try:
@@ -149,7 +161,7 @@ def _folder(name_or_folder: str | Path) -> Traversable:
             return folder
     except OSError as fault:  # a name that is too long, or a parent folder without permission
         why = f" ({fault.strerror})"
-    raise RobotFault("robot", "folder", name_or_folder, f"a folder, or one of {', '.join(names)}{why}")
+    raise RobotFault("robot", "folder", name_or_folder, f"a folder, or one of {', '.join(_names())}{why}")
 
 
 def _text(folder: Traversable, file: str, name_or_folder: str | Path) -> str:

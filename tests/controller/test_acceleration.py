@@ -148,6 +148,7 @@ def test_an_acceleration_that_is_next_to_nothing_is_refused(cap: AccelerationCap
     with pytest.raises(Refused) as refused:
         robot.controller.move(lin_move(robot.aside, 1.0, 0.0, acceleration=cap))
     assert refused.value.code == EXECUTION
+    assert refused.value.reason.startswith("acceleration")
     assert not robot.controller.moving
 
 

@@ -33,6 +33,7 @@ REFUSED: list[tuple[str, tuple[Any, ...], int]] = [
     ("joint_move", ([0.0] * 7, [nan] * 7), EXECUTION),
     ("joint_move", ([0.0] * 7, [1e-9] * 7), EXECUTION),
     ("joint_move", ([0.0] * 6, FULL), EXECUTION),
+    ("joint_move", ([0.0] * 7, FULL, 1.1), EXECUTION),
     ("ptp_move", (HOME._replace(x_mm=2000.0), 1.0, 0.0), OUT_OF_REACH),
     ("ptp_move", (HOME._replace(alpha=inf), 1.0, 0.0), EXECUTION),
     ("ptp_move", (HOME, -0.5, 0.0), EXECUTION),

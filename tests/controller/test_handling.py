@@ -112,8 +112,8 @@ def test_faults_of_the_gripper_and_their_end() -> None:
 
 
 def test_only_a_sensor_that_is_wired_can_be_wrong() -> None:
-    handling = handling_of(gripping(Wiring(CLOSE, holds_input=HOLDS)))
-    with pytest.raises(Refused, match="no sensor 'open': there are holds"):
+    handling = handling_of(gripping(Wiring(CLOSE, closed_input=IS_CLOSED, holds_input=HOLDS)))
+    with pytest.raises(Refused, match="no sensor 'open': there are closed, holds"):
         handling.mistake("open", True)
     with pytest.raises(Refused, match="no sensor 'open': none is wired"):
         handling_of(gripping(Wiring(CLOSE))).mistake("open", True)

@@ -132,6 +132,18 @@ def test_a_push_moves_the_robot_off_its_line_and_it_comes_to_rest_beside_the_tar
     assert_positions_and_velocities_within_limits(robot)
 
 
+def test_a_stiffness_move_in_place_of_another_has_its_own_stiffness() -> None:
+    robot = at_start()
+    robot.controller.move(lin_stiff_move(robot.tcp_frame(AWAY), 0.5, 5000.0, NO_FORCE))
+    robot.step(100)
+    target = robot.tcp_frame(START)
+    robot.controller.move(lin_stiff_move(target, 0.5, 500.0, NO_FORCE))
+    robot.controller.load.wrench = (0.0, 0.0, 10.0, 0.0, 0.0, 0.0)
+    robot.runs_until_stopped()
+    off = np.subtract(robot.controller.tool_frame()[:3], target[:3]) / 1000.0
+    assert np.linalg.norm(off) == pytest.approx(10.0 / 500.0, rel=0.01)
+
+
 def test_the_six_values_are_subtracted_from_what_acts() -> None:
     robot = at_start()
     here = robot.controller.tool_frame()

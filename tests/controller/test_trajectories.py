@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.controller.errors import Refused
+from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import (
@@ -25,6 +25,7 @@ from iiwa_sim.controller.trajectory_request import (
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
 from iiwa_sim.motion.trajectory.windows import windows_of
+from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, smart_joint_move
 from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, assert_within_limits
@@ -284,6 +285,7 @@ def test_a_bad_trajectory_is_refused_with_its_reason(name: str) -> None:
     with pytest.raises(Refused) as refused:
         following.sends(**message)
     assert reason in refused.value.reason
+    assert refused.value.code in (EXECUTION, JOINT_LIMIT)
     assert not following.ends
     assert following.controller.is_pending(number)
 
@@ -497,6 +499,17 @@ def test_one_that_has_begun_already_is_joined_where_it_is_now() -> None:
     assert len(following.desired) * TICK_S == pytest.approx(3.5, abs=0.1)
     late = np.abs(np.subtract(following.desired, following.actual))[500:]
     assert late.max() < 1e-9, "it never came onto the curve"
+    assert_within_limits(following.robot)
+
+
+@pytest.mark.parametrize(("time_s", "delay_s"), [(0.0, 0.0), (0.5, -0.5)])
+def test_one_whose_points_are_all_for_now_goes_to_the_last(time_s: float, delay_s: float) -> None:
+    following = Following()
+    near = (following.home + 1e-3).tolist()
+    number = following.sends([TrajectoryPoint(time_s, near)], delay_s=delay_s)
+    following.runs()
+    assert following.ends[number].outcome is Outcome.REACHED
+    assert following.controller.joints == tuple(near)
     assert_within_limits(following.robot)
 
 
