@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from iiwa_sim.robot.description import built_in_robots, load_robot
+from iiwa_sim.robot.fixed_poses import read_fixed_poses
 from iiwa_sim.robot.found_poses import POSES_FILE, FoundPoses, geometry_checksum, written
-from iiwa_sim.robot.reading import read_fixed_poses
 
 ROBOTS = Path(__file__).parent.parent / "robots"
 

@@ -8,8 +8,8 @@ from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Carrying, Tool, ToolLoad
 from iiwa_sim.controller.core import Core
+from iiwa_sim.controller.error_state import PRESSED
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
-from iiwa_sim.controller.faults import PRESSED
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.handling import Handled, Handling
 from iiwa_sim.controller.injected import Injected
@@ -116,12 +116,12 @@ class Controller:
         """Tells its listeners how each move ended."""
         self.is_pending = self._core.is_pending
         """Whether a move of this number runs or waits, and has been neither stopped nor replaced."""
-        self.record_error = self._core.faults.record
+        self.record_error = self._core.error_state.record
         """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
-        self.reset_error = self._core.faults.reset
+        self.reset_error = self._core.error_state.reset
         """End the state of error, and forget the last refusal; raises `Refused` while the emergency stop is
         pressed."""
-        self.release_emergency_stop = self._core.faults.release_emergency_stop
+        self.release_emergency_stop = self._core.error_state.release_emergency_stop
         """The error remains, to be reset."""
         self.set_collision_detection = protection.set_collision_detection
         """Stop, in error, when the force (N) or the torque (Nm) from outside at the TCP is greater; 0 where
@@ -178,7 +178,7 @@ class Controller:
 
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
-        self._core.faults.press_emergency_stop()
+        self._core.error_state.press_emergency_stop()
         self._core.halt(EMERGENCY_STOP, PRESSED)
         self._core.tell(EMERGENCY_STOP, PRESSED)
 
@@ -221,12 +221,12 @@ class Controller:
 
     def status(self) -> RobotStatus:
         """The state of the robot, as ROS-Industrial puts it."""
-        return status_of(self._core.faults, in_motion=self.moving and not self._core.motions.pausing)
+        return status_of(self._core.error_state, in_motion=self.moving and not self._core.motions.pausing)
 
     @property
     def last_error(self) -> ErrorRecord | None:
         """What has stopped the robot and was not reset, else the last refused command since a reset."""
-        return self._core.faults.last
+        return self._core.error_state.last
 
     @property
     def under_way(self) -> bool:

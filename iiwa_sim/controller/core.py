@@ -6,13 +6,13 @@ from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.controller.assembly import motions_of
 from iiwa_sim.controller.carrying import Carrying
 from iiwa_sim.controller.endings import Endings
+from iiwa_sim.controller.error_state import RobotErrors
 from iiwa_sim.controller.errors import (
     COMMUNICATION_FAILURE,
     EXECUTION,
     STOP_TRIGGERED,
     SUCCESS,
 )
-from iiwa_sim.controller.faults import Faults
 from iiwa_sim.controller.force_guard import Contact, ForceGuard
 from iiwa_sim.controller.handling import Handling
 from iiwa_sim.controller.meetings import Meetings
@@ -75,7 +75,7 @@ class Core:
         self.motions = self._motions_from(start)
         self.joints_before = start  # at the last tick
         self.endings = Endings(self.is_pending)
-        self.faults = Faults()
+        self.error_state = RobotErrors()
         self.accepted = 0
         """Moves, since the start: the number of the newest one."""
         self.watch_trajectory: Callable[[], None] | None = None
@@ -102,7 +102,7 @@ class Core:
             motions.step()
         except Exception as fault:
             reason = f"internal fault: {type(fault).__name__}, told in the log"
-            self.faults.fail(EXECUTION, reason)
+            self.error_state.fail(EXECUTION, reason)
             self.endings.lost(0, EXECUTION, reason)
             self.halt(STOP_TRIGGERED, "stopped")
             raise
@@ -110,7 +110,7 @@ class Core:
             self.watch_trajectory()
         # Of what most ticks have nothing of only that is asked: they cost 1.5 us together.
         endings = self.endings
-        if endings.pending:
+        if endings.pending and endings.pending[0].number != motions.under_way:
             endings.after_tick()
         handling, coming = self.handling, None
         if (load.carries or (handling is not None and handling.holds)) and motions.coming is not None:
@@ -177,7 +177,7 @@ class Core:
 
     def end_servo(self, reason: str) -> None:
         self.stop_for(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT], COMMUNICATION_FAILURE, reason)
-        self.faults.fail(COMMUNICATION_FAILURE, reason)
+        self.error_state.fail(COMMUNICATION_FAILURE, reason)
         self.tell(COMMUNICATION_FAILURE, reason)
 
     def _watch_forces(self, guard: ForceGuard) -> None:
@@ -193,7 +193,7 @@ class Core:
 
     def _protect(self) -> None:
         """Stop a robot that is pushed too hard, or runs where or faster than it may."""
-        joints, standing = self.motions.joints, self.faults.standing is not None
+        joints, standing = self.motions.joints, self.error_state.standing is not None
         why = self.protection.overload(self.load, joints, standing)
         if self.protection.watches_tcp:
             before, now = self.tcp(self.joints_before).translation, self.tcp(joints).translation
@@ -203,7 +203,7 @@ class Core:
 
     def fail(self, code: int, reason: str) -> None:
         """Stop the robot, and take no moves until the error is reset."""
-        self.faults.fail(code, reason)
+        self.error_state.fail(code, reason)
         self.halt(code, reason)
         self.tell(code, reason)
 

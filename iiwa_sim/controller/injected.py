@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from iiwa_sim.controller.core import Core
+from iiwa_sim.controller.error_state import DRIVES_OFF
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, ErrorRecord, Refused
-from iiwa_sim.controller.faults import DRIVES_OFF
 from iiwa_sim.controller.modes import SERVO_MODES
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
@@ -22,14 +22,14 @@ class Injected:
 
     def switch_drives(self, on: bool) -> None:
         """Off: stop as `Controller.stop` does, and take no moves until they are on and the error reset."""
-        self._core.faults.switch_drives(on)
+        self._core.error_state.switch_drives(on)
         if not on:
             self._core.halt(COMPONENT_NOT_READY, DRIVES_OFF)
             self._core.tell(COMPONENT_NOT_READY, DRIVES_OFF)
 
     def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
         """Refuse the next move outside of the state of error, whatever it asks for; None takes that back."""
-        self._core.faults.refuse_next(refusal)
+        self._core.error_state.refuse_next(refusal)
 
     def time_out_servo(self) -> None:
         """Stop as if a servo mode had received no command for too long; raises `Refused` in other modes."""

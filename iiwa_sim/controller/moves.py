@@ -93,9 +93,9 @@ class Moves:
 
     def _check_error(self) -> None:
         """Raises `Refused` in the state of error, or if the next move is to be refused."""
-        faults = self._core.faults
-        if faults.standing is not None or faults.next_refusal is not None:
-            faults.check()
+        errors = self._core.error_state
+        if errors.standing is not None or errors.next_refusal is not None:
+            errors.check()
 
     def _check_hold(self) -> None:
         """Raises `Refused` while a gravity hold is on, or begins when the robot is at rest."""
@@ -182,7 +182,7 @@ class Moves:
         except Refused as refused:
             lost = f"move {number} and those behind it are forgotten, planned again after a move ended early"
             reason = f"{lost}: {refused.reason}"
-            self._core.faults.record(refused.code, reason)
+            self._core.error_state.record(refused.code, reason)
             self._core.tell(refused.code, reason)
             self._core.endings.lost(number, refused.code, reason)
             return None

@@ -68,7 +68,7 @@ class Reader:
     def read(self) -> Reading:
         """The present reading."""
         core = self._core
-        motions, load, faults, handling = core.motions, core.load, core.faults, core.handling
+        motions, load, errors, handling = core.motions, core.load, core.error_state, core.handling
         moving, joints, override = motions.moving, motions.joints, motions.override
         under_way, goal = 0, joints
         if moving:
@@ -77,9 +77,9 @@ class Reader:
                 self._under_way, self._goal = under_way, motions.goal
             goal = self._goal
         in_motion = moving and (override != 0.0 or not motions.pausing)
-        signs = (faults.standing, in_motion, faults.e_stopped, faults.drives_powered)
+        signs = (errors.standing, in_motion, errors.e_stopped, errors.drives_powered)
         if self._status is None or signs != self._signs:
-            self._signs, self._status = signs, status_of(faults, in_motion=in_motion)
+            self._signs, self._status = signs, status_of(errors, in_motion=in_motion)
         force, torques = load.readings(joints)
         return Reading(
             core.tick,
@@ -100,7 +100,7 @@ class Reader:
             () if handling is None else handling.parts,
             touches_of(load.link_contacts),
             self._status,
-            faults.last,
+            errors.last,
             self._io.inputs,
             self._io.outputs,
         )

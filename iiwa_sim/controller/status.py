@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.controller.faults import NO_CODE, Faults
+from iiwa_sim.controller.error_state import NO_CODE, RobotErrors
 
 AUTOMATIC = 2
 """The mode in which a controller takes moves from a driver; it is in no other."""
@@ -24,13 +24,13 @@ class RobotStatus(NamedTuple):
     """The cause of the state of error, 0 outside of it."""
 
 
-def status_of(faults: Faults, *, in_motion: bool) -> RobotStatus:
-    """Status of a robot with these faults."""
-    code = None if faults.standing is None else faults.standing.code
+def status_of(errors: RobotErrors, *, in_motion: bool) -> RobotStatus:
+    """Status of a robot with these errors."""
+    code = None if errors.standing is None else errors.standing.code
     return RobotStatus(
         mode=AUTOMATIC,
-        e_stopped=int(faults.e_stopped),
-        drives_powered=int(faults.drives_powered),
+        e_stopped=int(errors.e_stopped),
+        drives_powered=int(errors.drives_powered),
         motion_possible=int(code is None),
         in_motion=int(in_motion),
         in_error=int(code is not None),

@@ -97,7 +97,7 @@ class Trajectories:
         Raises `Refused`, and then nothing has changed.
         """
         core = self._core
-        core.faults.check()
+        core.error_state.check()
         if core.mode is Mode.IMPEDANCE and core.motions.holding:
             raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
         knots = knots_of(request, self._names)

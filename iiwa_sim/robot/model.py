@@ -65,6 +65,6 @@ def _fixed_poses(description: RobotDescription) -> tuple[Transform, ...]:
         description.urdf, description.joints, description.flange
     ):
         return found.poses
-    from iiwa_sim.robot.reading import read_fixed_poses  # Pinocchio takes a tenth of a second to load
+    from iiwa_sim.robot.fixed_poses import read_fixed_poses  # Pinocchio takes a tenth of a second to load
 
     return read_fixed_poses(description)

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from iiwa_sim.robot.description import built_in_robots, load_robot
+from iiwa_sim.robot.fixed_poses import read_fixed_poses
 from iiwa_sim.robot.found_poses import POSES_FILE, geometry_checksum, read_found_poses, written
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.reading import read_fixed_poses
 
 
 def numbers(poses: object) -> np.ndarray:

@@ -14,10 +14,10 @@ import numpy as np
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, Array
-from iiwa_sim.motion.path.bridge import at_border, bridge
 from iiwa_sim.motion.path.fit_kernel import NODES_AND_WEIGHTS
 from iiwa_sim.motion.path.line_kernel import FREE_AT_START, LineJoints, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+from iiwa_sim.motion.path.splice import at_border, splice
 from iiwa_sim.robot.turns_kernel import continued
 
 EVEN_SAMPLES = 33
@@ -71,7 +71,7 @@ class Stretches:
             after = at_border(inner[0], inner[1], fits[0], low)
             if low > 0.0:
                 before = _on_the_way(after, -low, self._along.start) if beside is None else beside
-                pieces.append(self._bridged(borders[-1], low, before, after))
+                pieces.append(self._spliced(borders[-1], low, before, after))
                 borders.append(low)
             borders += inner[1:]
             pieces += fits
@@ -79,14 +79,14 @@ class Stretches:
         if self._free_end:
             assert beside is not None
             gap = 1.0 - borders[-1]
-            pieces.append(self._bridged(1.0 - gap, 1.0, beside, _on_the_way(beside, gap, self.end)))
+            pieces.append(self._spliced(1.0 - gap, 1.0, beside, _on_the_way(beside, gap, self.end)))
             borders.append(1.0)
         return borders, pieces
 
-    def _bridged(self, low: float, high: float, before: Array, after: Array) -> Array:
+    def _spliced(self, low: float, high: float, before: Array, after: Array) -> Array:
         """The coefficients (rows, n) of a polynomial over a gap. Raises `SingularLine` where it leaves the
         line."""
-        rows = bridge(high - low, before, after)
+        rows = splice(high - low, before, after)
         for part in CHECKED:
             s = low + part * (high - low)
             there = tuple(at_border(low, high, rows, s)[0].tolist())

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from iiwa_sim.frames import IDENTITY, Frame, Transform, rotation_about
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path.bridge import at_border
 from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.singular import Stretches
+from iiwa_sim.motion.path.splice import at_border
 from iiwa_sim.motion.path.tcp_line_kernel import TcpLine
 from tests.robot.arms import BUILT_IN, Arm, arm_named
 from tests.samples import some

@@ -11,7 +11,7 @@ PRESSED = "emergency stop"
 DRIVES_OFF = "the drives are off"
 
 
-class Faults:
+class RobotErrors:
     """The errors of one controller, and whether its drives are powered."""
 
     def __init__(self) -> None:

@@ -12,7 +12,7 @@ ROWS = 8
 ends."""
 
 
-def bridge(width: float, first: Array, last: Array) -> Array:
+def splice(width: float, first: Array, last: Array) -> Array:
     """Coefficients (8, n) of the polynomial with these values and three derivatives (4, n) at its ends.
 
     `width` is how much of s it takes; derivatives are over s.
