@@ -40,7 +40,7 @@ def _move(request_of: Callable[[Values], MoveRequest]) -> Handler:
 
     def handler(session: "IiwaSession", request: Request) -> bytes:
         session.ends_batch = True
-        session.moves.add(session.controller.move(request_of(request.values), session.has_ended))
+        session.moves.add(session.controller.move(request_of(request.values), session.moves.has_ended))
         return _DONE
 
     return handler

@@ -7,7 +7,6 @@ sockets: a shell hands it bytes and asks for answers while there are lines waiti
 from collections.abc import Sequence
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.endings import Ending
 from iiwa_sim.dialect.iiwa.commands import COMMANDS
 from iiwa_sim.dialect.ports import IIWA
 from iiwa_sim.dialect.wire.canned import CannedReplies
@@ -15,6 +14,7 @@ from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.line_session import CommandSession
 from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.dialect.wire.own_moves import OwnMoves
 from iiwa_sim.dialect.wire.table_file import load_table
 
 
@@ -42,8 +42,7 @@ class IiwaSession(CommandSession):
         """
         table = load_table(IIWA)
         super().__init__(controller, log, name, table, COMMANDS, dialogue, strict=strict, canned=canned)
-        self.moves: set[int] = set()
-        """Moves of this connection, by number, that have not ended."""
+        self.moves = OwnMoves()
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
         self.dialogue.event(name, "connected", IIWA)
 
@@ -51,14 +50,7 @@ class IiwaSession(CommandSession):
         """Notice that the connection has gone: stop the robot if a move of this session is pending."""
         super().lost()
         self.dialogue.event(self.name, "disconnected")
-        if self.moves:
-            self.controller.stop()
-            self.log.stopped(self.name, vanished=True)
-        self.moves.clear()
-
-    def has_ended(self, ending: Ending) -> None:
-        """Notice that a move of this connection has ended."""
-        self.moves.discard(ending.move)
+        self.moves.abandon(self.controller, self.log, self.name)
 
     def said_bye(self) -> None:
         """Notice that the client has said bye: stop the robot."""

@@ -7,7 +7,6 @@ it bytes and asks for answers while there are messages waiting. More in docs/krc
 """
 
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.dialect.krc4.commands import COMMANDS, Answer
@@ -18,6 +17,7 @@ from iiwa_sim.dialect.ports import KRC4
 from iiwa_sim.dialect.session import Pending
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.dialect.wire.own_moves import OwnMoves
 from iiwa_sim.wording import harmless, shortened
 
 _MESSAGES_AT_ONCE = 64  # answered in a few milliseconds; then the event loop gets its turn
@@ -44,7 +44,7 @@ class Krc4Session:
         self.waiting: Element | Broken | None = None
         """What is answered next, of the messages that wait."""
         self._next_wire = b""
-        self._moves: set[int] = set()  # of this connection, that have not ended
+        self._moves = OwnMoves()
         self._planned = False  # whether the present answer() has planned a move
         self.closing = False
         """Whether the stream is broken: the shell sends what is to be sent and closes."""
@@ -89,15 +89,12 @@ class Krc4Session:
         self._dialogue.event(self._name, "disconnected")
         self.waiting = None
         self.closing = True
-        if self._moves:
-            self.controller.stop()
-            self._log.stopped(self._name, vanished=True)
-        self._moves.clear()
+        self._moves.abandon(self.controller, self._log, self._name)
 
     def move(self, request: MoveRequest) -> None:
         """Take a move of this connection. Raises `Refused`: planning has taken its time also then."""
         self._planned = True
-        self._moves.add(self.controller.move(request, self._has_ended))
+        self._moves.add(self.controller.move(request, self._moves.has_ended))
 
     def _look_ahead(self) -> None:
         if self.waiting is None:
@@ -150,9 +147,6 @@ class Krc4Session:
             reason = message.fault or f"no command has the id {message.command}"
             raise Refused(COMMUNICATION_FAILURE, reason)
         return COMMANDS[command.tag](self, message)
-
-    def _has_ended(self, ending: Ending) -> None:
-        self._moves.discard(ending.move)
 
 
 def _in_log(text: str) -> str:
