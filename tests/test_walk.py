@@ -11,7 +11,7 @@ async def test_a_lin_move_and_a_tick_pass_few_files() -> None:
     assert "controller/planner.py" in command.files
     assert "dialect/wire/wire_faults.py" not in command.files, "none is set"
     assert len(command.files) <= 14
-    assert len(command.steps) <= 22
+    assert len(command.steps) <= 21
     assert all(tick.steps[0].file == "controller/core.py" for tick in ticks)
     widths = sorted(len(tick.files) for tick in ticks)
     assert widths[len(widths) // 2] <= 4

@@ -29,7 +29,9 @@ class Motions:
         """Joint positions (rad)."""
         self._override = override
         self._nominal = nominal
-        self._drive, self._servo, self._tracker = nominal.drive, nominal.servo, nominal.tracker
+        self.drive = nominal.drive
+        """Runs normal moves, the only ones that queue."""
+        self._servo, self._tracker = nominal.servo, nominal.tracker
         self._follower = follower
         self._yielding = Yielding(nominal, follower)
         self._next: Target | Tracked | StiffnessMove | Hold | None = None
@@ -53,7 +55,7 @@ class Motions:
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
         # Asked for in every tick: first what it mostly is.
-        return self._drive.moving or self._next is not None or self._nominal.moving or self._follower.moving
+        return self.drive.moving or self._next is not None or self._nominal.moving or self._follower.moving
 
     @property
     def settled(self) -> bool:
@@ -78,11 +80,6 @@ class Motions:
         return self.moving and self._override.pausing
 
     @property
-    def waiting(self) -> int:
-        """Normal moves that have not begun."""
-        return self._drive.waiting
-
-    @property
     def holding(self) -> bool:
         """Whether a gravity hold is on, or begins when the robot is at rest."""
         return self._follower.holding or isinstance(self._next, Hold)
@@ -92,19 +89,19 @@ class Motions:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
         if isinstance(self._next, StiffnessMove | Hold):
             return int(self._being_stopped)
-        return self._drive.waiting if self._queue_waits else self._drive.behind
+        return self.drive.waiting if self._queue_waits else self.drive.behind
 
     @property
     def under_way(self) -> int:
         """The number of the normal move that runs and is not being stopped, 0 where there is none."""
-        if self._follower.active or self._nominal.active is not self._drive:
+        if self._follower.active or self._nominal.active is not self.drive:
             return 0
-        return self._drive.under_way
+        return self.drive.under_way
 
     @property
     def rest(self) -> Joints:
         """Where the next normal move begins (rad): where all that waits ends, or a stop."""
-        drive, active = self._drive, self._nominal.active
+        drive, active = self.drive, self._nominal.active
         return drive.rest if active is drive or drive.moving else active.rest
 
     @property
@@ -148,8 +145,8 @@ class Motions:
         if not self._nominal.moving:
             if self._next is not None and not isinstance(self._next, Hold):
                 return self._next.end
-            if self._drive.moving:
-                return self._drive.goal
+            if self.drive.moving:
+                return self.drive.goal
         return self._nominal.goal
 
     @property
@@ -171,13 +168,13 @@ class Motions:
         """Whether a move, a target, a trajectory or a hold of this number is under way or waits."""
         if number == self._newest:
             return self._next is not None or self._follower.holding or self._nominal.moving
-        return not self._follower.yielding and self._drive.is_pending(number)
+        return not self._follower.yielding and self.drive.is_pending(number)
 
     def append(self, move: Move) -> None:
         """Queue a move that begins at `rest`. Other motions must have been stopped."""
-        if self._nominal.active is not self._drive and not self._drive.moving:
-            self._drive.start_from(self._nominal.active.rest)
-        self._drive.append(move)
+        if self._nominal.active is not self.drive and not self.drive.moving:
+            self.drive.start_from(self._nominal.active.rest)
+        self.drive.append(move)
 
     def head_for(self, target: Target) -> None:
         """Head for a target, at once or from rest. Other motions must have been stopped."""
@@ -239,7 +236,7 @@ class Motions:
                 self._following = self.tracking = False
             self._newest = None
         else:
-            self._drive.cancel()
+            self.drive.cancel()
 
     def clear(self) -> None:
         """Forget the moves behind the one that runs, or begins in the next tick."""
@@ -247,15 +244,15 @@ class Motions:
             if self._being_stopped:
                 self._next = self._newest = None
         elif self._queue_waits:
-            self._drive.stop()  # all of them wait
+            self.drive.stop()  # all of them wait
         elif not self._follower.yielding:
-            self._drive.clear()
+            self.drive.clear()
 
     def step(self) -> None:
         """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
         follower, active = self._follower, self._nominal.active
         if not self._override.level:
-            self._override.step(None if follower.active or active is not self._drive else self._drive)
+            self._override.step(None if follower.active or active is not self.drive else self.drive)
         try:
             if not follower.active and not active.moving:
                 active = self._hand_over()
@@ -280,7 +277,7 @@ class Motions:
     def _queue_waits(self) -> bool:
         """Whether all normal moves wait until something else has come to rest."""
         active = self._nominal.active
-        return self._follower.braking or (active is not self._drive and active.moving)
+        return self._follower.braking or (active is not self.drive and active.moving)
 
     def _hand_over(self) -> Drive | Servo | Tracker:
         """Begin what waits, as nothing moves any more; gives what makes the nominal motion."""
@@ -298,6 +295,6 @@ class Motions:
                 self.tracking = True
             case StiffnessMove() | Hold():
                 self._yielding.start()
-            case None if self._drive.moving:
-                nominal.active = self._drive
+            case None if self.drive.moving:
+                nominal.active = self.drive
         return nominal.active

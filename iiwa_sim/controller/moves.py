@@ -107,7 +107,7 @@ class Moves:
         core = self._core
         self._check_error()
         self._check_hold()
-        if core.motions.waiting >= LONGEST_QUEUE:
+        if core.motions.drive.waiting >= LONGEST_QUEUE:
             raise Refused(
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
             )

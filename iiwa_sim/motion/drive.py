@@ -89,9 +89,7 @@ class Drive:
     @property
     def running(self) -> Running | None:
         """The motion that runs at the override; None if there is none."""
-        if self._chain is None or self._time.stopping:
-            return None
-        return self._time.running(self._chain)
+        return None if self._chain is None or self._time.stopping else self._time.running(self._chain)
 
     @property
     def goal(self) -> Joints:
@@ -155,8 +153,7 @@ class Drive:
         """
         chain = self._chain
         if chain is None:
-            if self._waiting.any:
-                self._waiting.drop_first()
+            self._waiting.drop_first()
         elif self._time.stopping:
             return
         else:
@@ -209,8 +206,6 @@ class Drive:
         ):
             self.joints = self._ahead.pop()
             return
-        if not self.moving:
-            return
         try:
             self._advance()
         except Exception:
@@ -243,10 +238,7 @@ class Drive:
             self.joints = chain.end
             left_s = 0.0 if self._time.stopping else self._time.time_s - chain.rest_s
             self._end_chain()
-            if not waiting or waiting[0].length_s == 0.0:
-                return
-            chain = self._begin(left_s)
-            if chain is None:
+            if not waiting or waiting[0].length_s == 0.0 or (chain := self._begin(left_s)) is None:
                 return
         if self._time.stopping:
             self.joints = chain.joints(self._time.time_s)

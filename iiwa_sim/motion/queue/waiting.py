@@ -63,8 +63,9 @@ class Waiting:
             self.planned.popleft()
 
     def drop_first(self) -> None:
-        """Forget the move that begins next."""
-        (self.planned or self.again).popleft()
+        """Forget the move that begins next, if one waits."""
+        if self.any:
+            (self.planned or self.again).popleft()
 
     def put_back(self, moves: Sequence[Move]) -> None:
         """These moves wait again, before all others."""
