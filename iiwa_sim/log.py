@@ -76,7 +76,7 @@ class SessionLog:
 
     def ignored(self, session: str, command: str, takes: str, beyond: int) -> None:
         logger.warning(
-            "%s sends %d more than '%s' takes (%s): ignored, and not told again",
+            "%s sends %d more than '%s' takes (%s): ignored; this is logged once",
             session,
             beyond,
             command,
@@ -86,7 +86,7 @@ class SessionLog:
 
     def odd(self, session: str, command: str, remark: str) -> None:
         logger.warning(
-            "%s '%s' is carried out, but %s; not told again",
+            "%s '%s' is carried out, but %s; this is logged once",
             session,
             command,
             remark,
@@ -104,7 +104,7 @@ class SessionLog:
 
     def exception(self, session: str, line: str, fault: Exception) -> None:
         logger.error(
-            "%s internal fault at '%s'",
+            "%s internal error at '%s'",
             session,
             line,
             exc_info=fault,

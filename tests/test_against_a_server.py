@@ -143,7 +143,7 @@ def test_a_recording_that_was_lost_does_not_pass(
         assert main(["replay", str(path), f"127.0.0.1:{simulator.port}"]) == 2
     assert capsys.readouterr() == (
         "",
-        f"iiwa-sim: {path}: nothing is said in it, expected a `> command` at least\n",
+        f"iiwa-sim: {path}: expected a line `> command` at least\n",
     )
 
 

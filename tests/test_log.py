@@ -59,7 +59,7 @@ def test_plain_lines_cannot_be_forged_nor_steer_a_terminal() -> None:
     assert refused.endswith(
         r" warning 127.0.0.1:1 refused 'line': odd\n12:00:00.000 error forged\x1b[31m\r\u202e\x85\ud800"
     )
-    assert fault.endswith(" error 127.0.0.1:1 internal fault at 'line'")
+    assert fault.endswith(" error 127.0.0.1:1 internal error at 'line'")
     assert traceback[0] == "    Traceback (most recent call last):"
     assert all(line.startswith("    ") and line.isprintable() for line in traceback)
 

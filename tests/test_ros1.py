@@ -412,7 +412,7 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
             assert anew.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"
             assert anew.nodes_at("/joint_states") == ["/iiwa_sim"]
             log = _stops(robot)
-            assert "the ROS master did not know this node any more: it has been told again" in log
+            assert "the ROS master no longer knew this node: it has registered again" in log
             assert "Traceback" not in log, log
             assert anew.nodes_at("/joint_states") == []
 

@@ -12,7 +12,7 @@ from http import HTTPStatus
 
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
-from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalFault, LineCalls, NotUnderstood
+from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalError, LineCalls, NotUnderstood
 from iiwa_sim.backdoor.openapi import description
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import Token
@@ -154,7 +154,7 @@ def _refused(refused: Refused) -> HttpAnswer:
     status = HTTPStatus.CONFLICT
     if isinstance(refused, NotUnderstood):
         status = HTTPStatus.BAD_REQUEST
-    elif isinstance(refused, InternalFault):
+    elif isinstance(refused, InternalError):
         status = HTTPStatus.INTERNAL_SERVER_ERROR
     return _error(status, refused.code, refused.reason)
 

@@ -14,14 +14,14 @@ from iiwa_sim.dialect.wire.table_file import load_table
 
 BYE, HELP, RELEASE_WHEN_GONE = "bye", "help", "release when gone"
 _EXAMPLE = "push"
-_INTERNAL = "internal fault, told in the log"
+_INTERNAL = "internal error, see the log"
 
 
 class NotUnderstood(Refused):
     """The line has no such command, or wrong parameters."""
 
 
-class InternalFault(Refused):
+class InternalError(Refused):
     """The line was right, and an internal error occurred."""
 
 
@@ -66,7 +66,7 @@ class LineCalls:
 
     @contextmanager
     def telling(self, line: bytes) -> Iterator[None]:
-        """Log why a line is not carried out; an exception that is no refusal is raised as InternalFault.
+        """Log why a line is not carried out; an exception that is no refusal is raised as InternalError.
 
         An internal error must not cost the client its connection.
         """
@@ -78,4 +78,4 @@ class LineCalls:
             raise
         except Exception as fault:
             log.exception(self._name, shown(line), fault)
-            raise InternalFault(EXECUTION, _INTERNAL) from None
+            raise InternalError(EXECUTION, _INTERNAL) from None

@@ -89,9 +89,9 @@ def load_cell(path: str | Path) -> Cell:
     except (OSError, ValueError) as fault:  # too long a name, a NUL in it, or no permission
         is_there, why = False, f" ({getattr(fault, 'strerror', fault)})"
     if not is_there:
-        raise CellFault("cell", "file", quoted(str(path)), f"a file that is there{why}")
+        raise CellFault("cell", "file", quoted(str(path)), f"an existing file{why}")
     reader = Reader(str(file), CellFault)
-    settings = read_settings(str(file), reader.text(file, "a file that is there"))
+    settings = read_settings(str(file), reader.text(file, "an existing file"))
     description = load_robot(_robot(reader, settings.robot, file.parent))
     tool = settings.tool_in_flange
     noise = settings.noise

@@ -111,7 +111,7 @@ def _name_files(options: argparse.Namespace, name: str, named: set[str]) -> None
 def _named(parser: Parser, options: argparse.Namespace) -> list[Robot]:
     path = Path(options.fleet)
     reader = Reader(str(path), FleetFault)
-    tables = reader.settings(reader.text(path, "a file that is there"), _Fleet).robot
+    tables = reader.settings(reader.text(path, "an existing file"), _Fleet).robot
     reader.check("robot", {}, bool(tables), "at least one robot, as [robot.NAME]")
     actions = {each.dest: each for each in parser.options if each.dest not in OF_THE_PROCESS}
     robots = []

@@ -297,4 +297,4 @@ class Clock:
             self._robot.step()
         except Exception as fault:
             if self._faults.to_be_told(fault, self._now_ns()):
-                logger.exception("internal fault in a tick")
+                logger.exception("internal error in a tick")

@@ -25,4 +25,4 @@ class TickFaults:
 
 
 def _failed_more(place: Place, untold: int) -> None:
-    logger.error("%d more internal faults in ticks within that second: %s in %s, line %s", untold, *place)
+    logger.error("%d more internal errors in ticks within that second: %s in %s, line %s", untold, *place)

@@ -101,7 +101,7 @@ class Core:
         try:
             motions.step()
         except Exception as fault:
-            reason = f"internal fault: {type(fault).__name__}, told in the log"
+            reason = f"internal error: {type(fault).__name__}, see the log"
             self.error_state.fail(EXECUTION, reason)
             self.endings.lost(0, EXECUTION, reason)
             self.halt(STOP_TRIGGERED, "stopped")

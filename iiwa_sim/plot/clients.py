@@ -156,4 +156,4 @@ class _Refusal:
 
     def exception(self, session: str, line: str, fault: Exception) -> None:
         del session, line
-        self.reason = f"internal fault, {type(fault).__name__}: {fault}"
+        self.reason = f"internal error, {type(fault).__name__}: {fault}"

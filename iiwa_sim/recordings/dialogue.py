@@ -18,7 +18,7 @@ def transcript_of(recorded: Recorded) -> Transcript:
     """
     dialects = recorded.head.metadata.get("dialects", "").split()
     if not dialects:
-        raise RecordingFault(f"{recorded.path}: the dialects that were spoken are not told in it")
+        raise RecordingFault(f"{recorded.path}: it does not tell its dialects")
     lines = Lines(dialects, 0)
     text = [lines.header(f"from {recorded.path.name}")]
     start = next(recorded.states(), None)

@@ -138,7 +138,7 @@ class Writer(Generic[T]):
             logger.error("%s: the recording ends here: %s", self._path, fault.strerror)
             self._break()
         except Exception:  # a fault of ours must not leave who waits without an end
-            logger.exception("%s: the recording ends here: internal fault", self._path)
+            logger.exception("%s: the recording ends here: internal error", self._path)
             self._break()
 
     def _write(self) -> None:

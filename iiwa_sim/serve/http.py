@@ -166,7 +166,7 @@ class Connection(asyncio.Protocol):
             else:
                 self._transport.close()
         except Exception:
-            logger.exception("%s dropped: internal fault", self._peer, extra=self._mark)
+            logger.exception("%s dropped: internal error", self._peer, extra=self._mark)
             self._transport.abort()
         return False
 
@@ -219,8 +219,8 @@ class Connection(asyncio.Protocol):
         self._task = None
         fault = task.exception()
         if fault is not None:
-            logger.error("%s: internal fault", self._peer, exc_info=fault, extra=self._mark)
-        self._send(HttpAnswer(_INTERNAL, b"internal fault\n", "text/plain") if fault else task.result())
+            logger.error("%s: internal error", self._peer, exc_info=fault, extra=self._mark)
+        self._send(HttpAnswer(_INTERNAL, b"internal error\n", "text/plain") if fault else task.result())
         self._share.ask()
 
     def _send(self, answer: HttpAnswer, *, last: bool = False) -> None:

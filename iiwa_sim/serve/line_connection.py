@@ -165,7 +165,7 @@ class LineConnection(asyncio.BufferedProtocol):
             self.abort()
             return False
         except Exception:
-            logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
+            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
             self.abort()
             return False
         if answered and self._server.on_answered is not None:

@@ -218,7 +218,7 @@ class Reader(asyncio.BufferedProtocol):
             self._transport.abort()
             return False
         except Exception:
-            logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
+            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
             self._transport.abort()
             return False
         if self._offered and self.ready:

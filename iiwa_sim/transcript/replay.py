@@ -64,7 +64,7 @@ def replay(
     is sent: an empty recording must not pass.
     """
     if not any(isinstance(step, Said) for step in transcript.steps):
-        raise TranscriptFault(f"{transcript.name}: nothing is said in it, expected a `> command` at least")
+        raise TranscriptFault(f"{transcript.name}: expected a line `> command` at least")
     ports = [port] if isinstance(port, int) else port
     if len(ports) != len(transcript.dialects):
         given = f"{len(ports)} port{'' if len(ports) == 1 else 's'}"

@@ -34,7 +34,7 @@ def acting(action: Callable[[Any], object]) -> Callable[[Any], None]:
             tell(event.client, "No answer", str(fault))
         except Exception as fault:  # noqa: BLE001 - at whatever a browser has sent
             if _told.count("acting", time.monotonic_ns()) is not None:
-                logger.warning("page: what a browser asked for failed: %s %s", type(fault).__name__, fault)
+                logger.warning("page: a request of a browser failed: %s %s", type(fault).__name__, fault)
 
     return call
 

@@ -149,7 +149,7 @@ def test_a_fault_of_ours_is_told_as_such(monkeypatch: pytest.MonkeyPatch) -> Non
     bench = HttpBench()
     monkeypatch.setattr(bench.controller, "emergency_stop", lambda: 1 / 0)
     status, answer = bench.posts("emergency stop")
-    assert (status, answer) == (500, {"error": {"code": 3000, "reason": "internal fault, told in the log"}})
+    assert (status, answer) == (500, {"error": {"code": 3000, "reason": "internal error, see the log"}})
 
 
 @pytest.mark.parametrize(

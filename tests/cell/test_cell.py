@@ -357,7 +357,7 @@ def test_a_fault_is_one_line_that_says_where_and_what(
 def test_a_file_that_cannot_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(
-        CellFault, match=r"^(cell: file = .*: expected a file|\.: expected a regular)"
+        CellFault, match=r"^(cell: file = .*: expected an existing file|\.: expected a regular)"
     ) as fault:
         load_cell(path)
     assert str(fault.value).isprintable()

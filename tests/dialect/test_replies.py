@@ -54,13 +54,13 @@ def test_no_reply_is_longer_than_a_driver_receives_at_once() -> None:
     assert longest > 400, "help is among them"
 
 
-def test_an_internal_fault_at_a_long_line_is_told_in_a_short_reply() -> None:
+def test_an_internal_error_at_a_long_line_is_told_in_a_short_reply() -> None:
     robot = FakeRobot()
     robot.breaks = ValueError("broken")
     talk = Conversation(robot)
     assert talk.ask("lin move : 1 2 3 4 5 6 " + "0." + "1" * 3900 + " 0") == "error"
     told = talk.ask("get error")
-    assert told.startswith("3000 internal fault")
+    assert told.startswith("3000 internal error")
     assert len(told) + 2 <= LONGEST_REPLY
 
 

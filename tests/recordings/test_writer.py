@@ -198,5 +198,5 @@ def test_a_fault_of_ours_in_the_thread_is_told_and_leaves_the_robot_alone(
     writer.close()
     writer.put(message(1))
     assert [record.getMessage() for record in caplog.records] == [
-        "a.mcap: the recording ends here: internal fault"
+        "a.mcap: the recording ends here: internal error"
     ]

@@ -119,7 +119,7 @@ class Krc4Session:
             return self._refuse(message, text, refused.code, refused.reason)
         except Exception as fault:  # an internal error must not cost the client its connection
             log.exception(self._name, _in_log(text), fault)
-            told = f"internal fault at '{_in_log(text)}', told in the log"
+            told = f"internal error at '{_in_log(text)}', see the log"
             self.controller.record_error(EXECUTION, told)
             return self._refusal(message, text, EXECUTION, told)
         logs = log.wants_commands()

@@ -141,7 +141,7 @@ class CommandSession(LineSession):
             return self._refuse(line, Refusal(ERROR, refused.code, with_hint(refused.reason, request)))
         except Exception as exception:  # an internal error must not cost the client its connection
             self.log.exception(self.name, shown(line), exception)
-            self.reason = f"internal fault at '{shown(line)}', told in the log"
+            self.reason = f"internal error at '{shown(line)}', see the log"
             self.controller.record_error(EXECUTION, self.reason)
             return written(ERROR)
         if request.in_degrees and name not in self._degrees_told:

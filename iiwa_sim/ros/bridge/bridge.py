@@ -126,7 +126,7 @@ class Bridge:
             except (OSError, ReplyError) as fault:
                 logger.warning("the connection to the robot failed: %s", why(fault))
                 await self._reconnect(fault)
-                logger.warning("there is a connection to the robot again")
+                logger.warning("connected to the robot again")
             if loop.time() >= due_s:
                 self._ros.tick()
                 due_s = max(due_s + 1.0 / RATE_HZ, loop.time())

@@ -107,7 +107,7 @@ class Requests:
                 yield from job(future)
             except Exception as fault:  # noqa: BLE001  # an internal error must not end the server
                 self._log.exception("ROS", what, fault)
-                settle(future, fault=rospy.ServiceException("internal fault, told in the log"))
+                settle(future, fault=rospy.ServiceException("internal error, see the log"))
             finally:
                 self._on_heard()
 

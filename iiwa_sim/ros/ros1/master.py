@@ -73,7 +73,7 @@ class MasterWatch:
             ) as fault:
                 if self._answers:
                     logger.warning(
-                        "the ROS master does not answer: who starts now does not find us (%s)", fault
+                        "the ROS master does not answer: new nodes do not find this one (%s)", fault
                     )
                 self._answers = False
             else:
@@ -89,7 +89,7 @@ class MasterWatch:
             with self._registering:
                 if not (self._ended.is_set() or rospy.is_shutdown()):
                     self._register(master)
-                    logger.warning("the ROS master did not know this node any more: it has been told again")
+                    logger.warning("the ROS master no longer knew this node: it has registered again")
 
     def _register(self, master: Any) -> None:
         uri = rospy.get_node_uri()

@@ -26,7 +26,7 @@ class Service(rospy.Service):  # type: ignore[misc]  # rospy has no types
         if isinstance(fault, OSError):  # of the connection: our part raises ServiceException
             logger.info("a caller of %s has gone before its answer", self.resolved_name)
         else:
-            logger.error("internal fault in %s", self.resolved_name, exc_info=(kind, fault, traceback))
+            logger.error("internal error in %s", self.resolved_name, exc_info=(kind, fault, traceback))
 
     def _write_service_error(self, transport: Any, reason: str) -> None:
         with contextlib.suppress(OSError):  # gone

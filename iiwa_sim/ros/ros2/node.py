@@ -123,7 +123,7 @@ class Ros2Node:
             except RosFault as fault:
                 logger.warning("%s", fault)
             else:
-                logger.warning("the node of ROS 2 is there again")
+                logger.warning("the node of ROS 2 runs again")
 
     def _listen(self, topic: str) -> None:
         self._listening[topic] = self._graph.listen(topic, partial(self._publish, topic))

@@ -161,7 +161,7 @@ class Connection(asyncio.BufferedProtocol):
                 self._heard = False
                 self._server.on_heard()
         except Exception:
-            logger.exception("%s dropped: internal fault", self._name, extra=self._mark)
+            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
             self._transport.abort()
         return self._goes_on(cut_short)
 

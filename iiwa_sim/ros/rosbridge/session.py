@@ -121,7 +121,7 @@ class RosbridgeSession:
             self._refuse(text, identifier, str(fault))
         except Exception as fault:  # an internal error must not cost the client its connection
             log.exception(self._name, shown(text), fault)
-            self._tell(identifier, "internal fault, told in the log")
+            self._tell(identifier, "internal error, see the log")
 
     def end(self) -> None:
         """Notice that the client has gone."""

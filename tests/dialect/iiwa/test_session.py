@@ -263,12 +263,12 @@ def test_the_last_error_can_be_asked_for():
     robot.refuses = None
     robot.breaks = ZeroDivisionError("ours")
     talk.ask(LIN)
-    assert talk.ask("get error").startswith("3000 internal fault at 'lin move")
+    assert talk.ask("get error").startswith("3000 internal error at 'lin move")
     robot.breaks = None
     talk.ask(LIN)
     talk.session.receive(b"\xff\xfd\x06")
     talk.hear()
-    assert talk.ask("get error").startswith("3000 internal fault"), "what goes well makes nothing unhappened"
+    assert talk.ask("get error").startswith("3000 internal error"), "what goes well makes nothing unhappened"
 
 
 @pytest.mark.requirement("FRC025")

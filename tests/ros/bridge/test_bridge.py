@@ -269,7 +269,7 @@ async def test_a_connection_that_fails_is_told_and_opened_again(caplog: pytest.L
                 await until(lambda: len(results) == 2)
                 assert results[1]["result_code"] == 0
                 assert second.controller.joints == pytest.approx(A)
-                assert "there is a connection to the robot again" in caplog.text
+                assert "connected to the robot again" in caplog.text
 
 
 async def test_what_comes_while_there_is_no_connection_fails_and_is_not_made_up_for() -> None:

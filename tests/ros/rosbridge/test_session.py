@@ -382,7 +382,7 @@ def test_a_fault_of_ours_costs_no_connection(
 
     monkeypatch.setattr(robot.node, "receive", fails)
     monkeypatch.setattr(robot.log, "exception", lambda *told: faults.append(told[-1]))
-    assert "internal fault" in client.is_told("publish", topic="/command_list", msg={}, id="1")
+    assert "internal error" in client.is_told("publish", topic="/command_list", msg={}, id="1")
     assert isinstance(faults[0], ZeroDivisionError)
 
 
