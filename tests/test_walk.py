@@ -15,3 +15,4 @@ async def test_a_lin_move_and_a_tick_pass_few_files() -> None:
     assert all(tick.steps[0].file == "controller/core.py" for tick in ticks)
     widths = sorted(len(tick.files) for tick in ticks)
     assert widths[len(widths) // 2] <= 4
+    assert widths[-2] <= 8, "all but the tick in which the move is planned"

@@ -109,7 +109,7 @@ class Drive:
                 return number == under_way
             if among(self._chain.moves, number):
                 return True
-        return number in self._waiting
+        return bool(self._waiting.planned or self._waiting.again) and number in self._waiting
 
     def abandon(self) -> None:
         """Drop the running and the waiting moves: another motion takes over."""
@@ -231,7 +231,8 @@ class Drive:
         elif not self._time.stopping and (self._ahead or self._time.standing or not self._time.even):
             # A tick that computes joint positions ahead has enough to do.
             slowed = self._time.override.part_to_keep != 1.0
-            chain = self._take(chain, self._look_ahead.step(chain, self._waiting.to_look_at(slowed=slowed)))
+            ahead = self._look_ahead.step(chain, self._waiting.to_look_at() if slowed else waiting)
+            chain = self._take(chain, ahead)
             self._quiet_until_s = 0.0 if slowed else self._look_ahead.quiet_until_s
         self._time.step()
         while self._time.time_s >= chain.rest_s:

@@ -59,7 +59,7 @@ class Override:
         self._task.max_velocity = [min(f, fastest)]
         self._task.max_acceleration = [f * g / 2.0]
         self._task.max_jerk = [f * g / 2.0 * g]
-        self.level = False
+        self.level = True
         """Whether a tick changes nothing of this: so until another value is requested."""
         self._begins = False  # another value has been requested since the last tick
         self._on_plan: RateChange | None = None

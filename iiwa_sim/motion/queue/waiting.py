@@ -50,10 +50,10 @@ class Waiting:
         """The move behind all others; one must wait."""
         return (self.again or self.planned)[-1]
 
-    def to_look_at(self, *, slowed: bool) -> deque[Move]:
-        """What may go on with the chain under way: not what has come while the override came down, until that
-        is no longer `slowed`, since it would set out faster than was asked for."""
-        if not self.apart or not slowed:
+    def to_look_at(self) -> deque[Move]:
+        """What may go on with the chain under way while the override comes down: not what has come since, as
+        it would set out faster than was asked for."""
+        if not self.apart:
             return self.planned
         return deque(move for move in self.planned if move.number < self.apart)
 
