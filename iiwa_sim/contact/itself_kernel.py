@@ -1,7 +1,8 @@
 """The links of an arm that meet each other: what that does to its joints.
 
-Two links in each other push each other apart at the point that is deepest, straight out, with a stiffness
-times the depth, without friction. That makes a torque on each joint between them, and on no other.
+Two links that are in each other by more than `ALLOWED_M` push each other apart at the point that is deepest,
+straight out, with a stiffness times the depth beyond that, without friction. That makes a torque on each
+joint between them, and on no other.
 
 Looked at are links with at least two others between them, that are apart where the arm is at home: all others
 overlap, or cannot meet. `free_m` says how far the arm may move before two of them could.
@@ -28,6 +29,10 @@ else:
 STIFFNESS_N_PER_M = 5e4
 """Of links against each other; no arm's data sheet tells it."""
 _STIFFNESS = cython.declare(cython.double, STIFFNESS_N_PER_M)
+ALLOWED_M = 0.01
+"""Capsules may be in each other by this: the shapes of a URDF are coarse, and no pose in which the real arm
+is clear is to be a touch."""
+_ALLOWED_M = cython.declare(cython.double, ALLOWED_M)
 LEAST_LINKS_BETWEEN = 3
 """Of two links that are looked at one is moved by so many joints more, at least."""
 
@@ -82,7 +87,7 @@ class Itself(Capsules):
         ax, p = self._axes, self._points
         for number in range(self._pair_count):
             a, b = self._pairs[number, 0], self._pairs[number, 1]
-            apart = self.apart(a, b)
+            apart = self.apart(a, b) + _ALLOWED_M
             least = min(least, apart)
             if apart >= 0.0:
                 continue

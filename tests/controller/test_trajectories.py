@@ -28,7 +28,7 @@ from iiwa_sim.motion.trajectory.windows import windows_of
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import joint_move, smart_joint_move
 from tests.samples import some
-from tests.stepped import ARMS, SteppedRobot, assert_within_limits
+from tests.stepped import ARMS, SteppedRobot, assert_within_limits, strong
 
 Array = NDArray[np.float64]
 
@@ -39,7 +39,8 @@ class Following:
     """A robot that is sent trajectories, and what it is told of their ends."""
 
     def __init__(self, name: str = ARMS[0], tick_s: float = TICK_S) -> None:
-        self.robot = SteppedRobot(name, tick_s)
+        """Not even links that meet each other stop it: some random programs fold the arm."""
+        self.robot = SteppedRobot(strong(name), tick_s)
         self.controller = self.robot.controller
         self.names = self.robot.description.joints
         self.home = np.array(self.robot.description.home)
