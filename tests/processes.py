@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import re
 import subprocess
 import sys
 import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
 
+from iiwa_sim.cli import main
 from tests.talking import DEADLINE_S
 
 IIWA_SIM = (sys.executable, "-m", "iiwa_sim")
@@ -49,9 +51,24 @@ def succeeds(command: Sequence[str | Path], **more: Any) -> str:
 def fails(*options: str | Path, program: Sequence[str] = IIWA_SIM) -> str:
     """What a call that cannot work says: one line, exit code 2, nothing on stdout."""
     done = ended([*program, *options])
-    assert (done.returncode, done.stdout) == (2, ""), done.stderr
-    assert re.fullmatch(r"iiwa-sim[^\n]*: [^\n]+\n", done.stderr)
-    return done.stderr
+    return _one_line(done.returncode, done.stdout, done.stderr)
+
+
+def refused(*options: str | Path) -> str:
+    """The same of options that are found wrong before anything starts, without a process of its own."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        try:
+            code = main([str(each) for each in options])
+        except SystemExit as ends:
+            code = int(str(ends.code))
+    return _one_line(code, out.getvalue(), err.getvalue())
+
+
+def _one_line(code: int, out: str, err: str) -> str:
+    assert (code, out) == (2, ""), err
+    assert re.fullmatch(r"iiwa-sim[^\n]*: [^\n]+\n", err)
+    return err
 
 
 @contextmanager

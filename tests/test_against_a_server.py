@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import socket
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,17 +14,24 @@ from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
 from tests.check.original import Bare, Mortal, Moving, serving
 from tests.krc4_talking import Krc4Client
-from tests.processes import IIWA_SIM, Process, ended, running
+from tests.processes import IIWA_SIM, Process, fails, running, succeeds
 from tests.talking import DEADLINE_S
 
+Run = Callable[..., tuple[int, str, str]]
 
-def run(*arguments: str | Path) -> tuple[int, str, str]:
-    done = ended([*IIWA_SIM, *arguments])
-    return done.returncode, done.stdout, done.stderr
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """Runs a subcommand within this process; exit code, and what it said on stdout and stderr."""
+
+    def run(*arguments: str | Path) -> tuple[int, str, str]:
+        return main([str(each) for each in arguments]), *capsys.readouterr()
+
+    return run
 
 
 @pytest.mark.requirement("FRA004")
-def test_a_session_is_recorded_and_played(tmp_path: Path) -> None:
+def test_a_session_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     with running("--transcript", str(path)) as simulator:
         with Iiwa("127.0.0.1", simulator.port) as robot:
@@ -54,7 +62,7 @@ def test_a_session_is_recorded_and_played(tmp_path: Path) -> None:
         )
 
 
-def test_what_cannot_be_played_ends_with_one_line(tmp_path: Path) -> None:
+def test_what_cannot_be_played_ends_with_one_line(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
     path.write_text("> hello\n")
     assert run("replay", path, "127.0.0.1:1") == (
@@ -73,7 +81,7 @@ def test_what_cannot_be_played_ends_with_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.requirement("FRA004")
-def test_a_session_in_both_dialects_is_recorded_and_played(tmp_path: Path) -> None:
+def test_a_session_in_both_dialects_is_recorded_and_played(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "session.txt"
 
     def ports(process: Process) -> str:
@@ -155,15 +163,13 @@ def test_a_server_of_krc4_messages_is_not_checked(capsys: pytest.CaptureFixture[
 
 
 def test_a_transcript_that_cannot_be_written(tmp_path: Path) -> None:
-    code, _, faults = run("--port", "0", "--transcript", tmp_path / "none" / "session.txt")
-    assert code == 2
-    assert faults == f"iiwa-sim: {tmp_path}/none/session.txt: cannot be written: No such file or directory\n"
+    told = fails("--port", "0", "--transcript", tmp_path / "none" / "session.txt")
+    assert told == f"iiwa-sim: {tmp_path}/none/session.txt: cannot be written: No such file or directory\n"
 
 
 def test_our_own_server_is_checked() -> None:
     with running() as simulator:
-        code, said, faults = run("check", f"127.0.0.1:{simulator.port}")
-    assert (code, faults) == (0, "")
+        said = succeeds([*IIWA_SIM, "check", f"127.0.0.1:{simulator.port}"])
     assert "\nas iiwa-sim      a second client: is served at the same time" in said
     assert "\nnot tried        stop, on the way (--allow-motion tries it)\n" in said
     assert "\n0 deviations; " in said

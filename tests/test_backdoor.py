@@ -20,7 +20,7 @@ from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.lines import read
 from iiwa_sim.transcript.replay import replay
 from tests.drivers import connect
-from tests.processes import fails, running
+from tests.processes import refused, running
 from tests.talking import DEADLINE_S, Client, until
 
 FAR = "joint move : 1 1 1 -1.5 1 1 1 " + " ".join(["0.1"] * 7)
@@ -209,9 +209,8 @@ def test_as_a_process() -> None:
 
 
 def test_an_option_that_is_wrong() -> None:
-    assert "--backdoor-port: '70000' is not a whole number from 0 to 65535" in fails(
-        "--backdoor-port", "70000"
-    )
+    told = refused("--backdoor-port", "70000")
+    assert "--backdoor-port: '70000' is not a whole number from 0 to 65535" in told
 
 
 async def test_its_dialogue_is_answered_as_it_says(simulator: Simulator) -> None:

@@ -50,7 +50,9 @@ class Project:
         """Runs these tests, if asked for in a process of their own, which costs some ten times as much."""
         self._pytester.makepyfile(TALK + textwrap.dedent(code))
         if process:
-            return self._pytester.runpytest_subprocess("-W", "error", *options, timeout=120)
+            # hypothesis takes longer to load than all else
+            plain = ("-W", "error", "-p", "no:hypothesispytest")
+            return self._pytester.runpytest_subprocess(*plain, *options, timeout=120)
         return self._pytester.runpytest_inprocess("-W", "error", *options)
 
 
@@ -261,7 +263,7 @@ def test_more_values_than_a_command_takes_are_an_error_where_a_test_is_strict(
     result.stdout.fnmatch_lines(["fixture iiwa: strict 'yes': expected true or false"])
 
 
-@pytest.mark.parametrize("fails", [False, True])
+@pytest.mark.parametrize("fails", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_test_that_blocks_the_robots_thread_ends_and_is_named(project: Project, fails: bool) -> None:
     result = project.tests(
         f"""

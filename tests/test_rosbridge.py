@@ -26,7 +26,7 @@ from iiwa_sim.ros.rosbridge.connection import LONGEST_FRAME_BYTES, POLICY_VIOLAT
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.needed import lacks, program
-from tests.processes import Process, fails, running, succeeds
+from tests.processes import Process, refused, running, succeeds
 from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client
 
@@ -397,7 +397,7 @@ def test_options_that_do_not_fit(tmp_path: Path, options: list[str], words: str)
     (tmp_path / "secret").write_text("s\n")
     (tmp_path / "empty").write_text("\n")
     given = [each.format(file=tmp_path / "secret", empty=tmp_path / "empty") for each in options]
-    assert words in fails("--port", "0", *given)
+    assert words in refused("--port", "0", *given)
 
 
 def _deaf(port: int) -> socket.socket:
