@@ -10,6 +10,8 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from tests.talking import DEADLINE_S
+
 NUMBERS = {
     "get joint position": "0.0 0.5 -0.0 -1.25 0.0 1.0E-5 0.0",
     "get joint torque": "0.0 0.0 0.0 0.0 0.0 0.0 0.0",
@@ -42,7 +44,7 @@ class Original:
         self._ended = True
         with socket.socket() as last:  # wakes it
             last.connect_ex(("127.0.0.1", self.port))
-        self._thread.join(10)
+        self._thread.join(DEADLINE_S)
         assert not self._thread.is_alive()
         self._listener.close()
 
@@ -103,7 +105,7 @@ class Deviating(Original):
     def close(self) -> None:
         super().close()
         for client in self._clients:
-            client.join(10)
+            client.join(DEADLINE_S)
             assert not client.is_alive()
 
     def _serve(self) -> None:

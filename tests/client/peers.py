@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from iiwa_sim.client import AsyncIiwa, AsyncKrc4
+from tests.talking import DEADLINE_S
 
 Answer = Callable[[bytes], bytes]
 
@@ -38,7 +39,7 @@ class Peer:
 
     def close(self) -> None:
         """Once the client is closed."""
-        self._thread.join(10)
+        self._thread.join(DEADLINE_S)
         assert not self._thread.is_alive()
         self._listener.close()
 
