@@ -199,6 +199,22 @@ class TestFast:
             clock.commanded()
         assert set(robot.at_ns) == {until_ns}
 
+    def test_moves_of_before_are_no_news(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        robot.accepted = 3  # by whoever had it before
+        clock = started(robot, time, pace=FAST)
+        robot.left = 1
+        clock.commanded()
+        assert time.asked_ns == 1, "at once"
+        clock.set_pace(REAL)
+        robot.accepted += 1
+        clock.commanded()
+        clock.set_pace(FAST)
+        robot.left = 1
+        clock.commanded()
+        assert time.asked_ns == 1, "at once"
+
     def test_a_driver_that_never_stops_sending_does_not_stop_time(self) -> None:
         time = HandTime()
         robot = CountedRobot(time)

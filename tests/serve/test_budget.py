@@ -238,3 +238,18 @@ async def test_nobody_pays_for_what_the_machine_does_meanwhile() -> None:
     await world.turn(1500)
     each = world.done.count("flooder 7")
     assert abs(world.done.count("unlucky") - each) <= 2
+
+
+async def test_when_nobody_waits_any_more_nobody_is_crowded_and_no_turn_is_taken() -> None:
+    world = World()
+    clients = [world.client(f"client {k}", 1e-4, 0) for k in range(5)]
+    for _ in range(3):
+        for client in clients:
+            client.jobs += 20
+            client.share.ask_later()
+        assert world.budget.crowded
+        await world.turn(100)
+        assert (len(world.done) % 100, world.budget.crowded) == (0, False)
+    busy = world.budget._turns
+    await world.turn(20)
+    assert world.budget._turns == busy

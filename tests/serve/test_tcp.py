@@ -12,7 +12,9 @@ from unittest.mock import patch
 
 import pytest
 
+from iiwa_sim.dialect.wire.wire_faults import Delay
 from iiwa_sim.serve import line_connection
+from iiwa_sim.serve.line_connection import MOST_LATE
 from iiwa_sim.serve.listening import ListenFault, host_and_port
 from iiwa_sim.serve.tcp import TcpServer
 from tests.serve.line_sessions import EchoSession
@@ -311,3 +313,15 @@ async def test_an_address_that_cannot_be_listened_on(host: str, port: int | None
             await server.start()
         assert str(caught.value).isprintable()
         assert len(str(caught.value)) < 200
+
+
+async def test_a_client_whose_replies_are_held_back_is_answered_only_so_many_lines() -> None:
+    async with serving() as served:
+        flooder, other = await served.connect(), await served.connect()
+        await until(lambda: len(served.sessions) == 2)
+        served.server.faults.set(Delay(3600.0), 1)
+        flooder.send(b"line\r\n" * 5000)
+        await until(lambda: served.sessions[0].answered > MOST_LATE // 2)
+        for _ in range(50):  # turns in which it would be answered more
+            assert await other.ask("hello") == "hello"
+        assert served.sessions[0].answered <= MOST_LATE

@@ -17,4 +17,3 @@ class OwnMoves(set[int]):
         if self:
             controller.stop()
             log.stopped(session, vanished=True)
-        self.clear()
