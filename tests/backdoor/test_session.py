@@ -186,7 +186,7 @@ def test_each_command_of_the_table_is_carried_out() -> None:
         ("get outputs", "0 1 0 0 0 0 0 0 0 0 0 0 0 0 0 0"),
         ("get inputs", "0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0"),
         ("get connections", "{}"),
-        ("help : remove surface", "remove surface : [name] -> done; Takes a surface away."),
+        ("help : remove surface", "remove surface : [name] -> done; Removes a surface."),
         ("Help : MOVE Surface", None),
     ],
 )

@@ -340,8 +340,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         stiffness: float,
         force: Sequence[float],
     ) -> None:
-        """Moves the TCP on a line, yielding as a spring, in place of what runs; adds the negative of the six
-        force values.
+        """Moves the TCP on a straight line, yielding as a spring, and replaces the move that runs; adds the
+        negative of the six force values.
 
         target: x y z (mm) alpha beta gamma (rad)
         speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
@@ -366,8 +366,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         stiffness: float,
         force: Sequence[float],
     ) -> None:
-        """Moves the TCP, straight in joint space, yielding as a spring, in place of what runs; adds the
-        negative of the six force values.
+        """Moves the TCP, straight in joint space, yielding as a spring, and replaces the move that runs; adds
+        the negative of the six force values.
 
         target: x y z (mm) alpha beta gamma (rad)
         speed: speed, relative to the velocity limits of the joints, 1e-06 <= speed <= 1
@@ -386,8 +386,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         )
 
     async def start_gravity(self, joint_stiffness: float) -> None:
-        """Cancels what runs and holds the joints by springs where they then are, until stop or a stiffness
-        move.
+        """Cancels the move that runs and holds the joints by springs where they then are, until stop or a
+        stiffness move.
 
         joint_stiffness: stiffness of every joint (Nm/rad), 0 <= joint_stiffness <= 5000
         """
@@ -446,7 +446,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         await self._do(request(nothing("done"), "stop"))
 
     async def set_override(self, override: float) -> None:
-        """Runs all motions at this part of their speed, on their paths, also those under way; 0 pauses, more
+        """Runs all motions at this share of their speed, on their paths, also those under way; 0 pauses, more
         resumes.
 
         override: rate at which motions run: 1 as planned, 0 a pause, between them at least 1e-6, 0 <=
@@ -459,8 +459,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         return await self._do(request(number, "get override"))
 
     async def set_collision_detection(self, max_force: float, max_torque: float) -> None:
-        """Stops the robot, in error, when a greater force or torque acts on the TCP from outside; 0 switches
-        one off.
+        """Has the robot make a protective stop when a greater force or torque acts on the TCP from outside; 0
+        switches one off.
 
         max_force: greatest force from outside at the TCP, 0 for off (N), 0 <= max_force <= 100000
         max_torque: greatest torque from outside at the TCP, 0 for off (Nm), 0 <= max_torque <= 100000
@@ -472,15 +472,15 @@ class AsyncIiwa(AsyncConnection[str, str]):
         return await self._do(request(numbers(CollisionThresholds._make, 2), "get collision detection"))
 
     async def set_tool_load(self, mass: float, centre: Sequence[float]) -> None:
-        """Tells the controller what its arm carries: the difference to what is there acts from outside.
+        """Tells the controller what its arm carries: the difference to the true load acts from outside.
 
-        mass: mass that the controller takes its arm to carry (kg), 0 <= mass <= 1000
+        mass: mass that the controller assumes at the flange (kg), 0 <= mass <= 1000
         centre: cx cy cz (mm)
         """
         await self._do(request(nothing("done"), "set tool load", mass, *exactly(3, "centre", centre)))
 
     async def get_tool_load(self) -> ToolLoad:
-        """Gives what the controller takes its arm to carry."""
+        """Gives the load at the flange that the controller assumes."""
         return await self._do(request(numbers(ToolLoad._make, 4), "get tool load"))
 
     async def cancel_move(self) -> None:
@@ -504,12 +504,11 @@ class AsyncIiwa(AsyncConnection[str, str]):
         )
 
     async def get_error(self) -> LastError:
-        """Tells code and reason of what stopped the robot until that is reset, else of the last refusal; or 0
-        none."""
+        """Tells code and reason of the error state, else of the last refusal, else 0 none."""
         return await self._do(request(last_error, "get error"))
 
     async def reset_error(self) -> None:
-        """Ends the error that refuses moves, and forgets the last refusal."""
+        """Ends the error state, and forgets the last refusal."""
         await self._do(request(nothing("done"), "reset error"))
 
     async def get_robot_status(self) -> RobotStatus:
@@ -517,7 +516,7 @@ class AsyncIiwa(AsyncConnection[str, str]):
         return await self._do(request(integers(RobotStatus._make, 7), "get robot status"))
 
     async def get_status(self) -> str:
-        """Tells whether the robot moves, or has to: in a pause it is moving."""
+        """Tells moving or stopped; a robot that is paused on its way is moving."""
         return await self._do(request(one_of("moving", "stopped"), "get status"))
 
     async def get_tool_frame(self) -> Frame:
@@ -564,7 +563,8 @@ class AsyncIiwa(AsyncConnection[str, str]):
         )
 
     async def is_lin_reachable(self, target: Sequence[float], r: float | None = None) -> Reachability:
-        """Tells the same of the straight line to a frame from the end of the queue.
+        """Tells whether the TCP can go on a straight line to a frame from the end of the queue, as is
+        reachable does.
 
         target: x y z (mm) alpha beta gamma (rad)
         r, if given: redundancy angle: the position of joint A3 at the target (rad)
