@@ -134,15 +134,13 @@ class Planner:
 
     def _plan(self, path: Polynomial, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
         limits = self._limits._replace(velocity=np.multiply(self._limits.velocity, speed_rel))
-        ways = path.travel()
-        with np.errstate(over="ignore", invalid="ignore"):  # the least of all speeds take longer than a float
-            length_s = float((ways / limits.velocity).max())
+        length_s, farthest = path.least_time_s(limits.velocity)
         if not length_s <= LONGEST_MOVE_S:
             raise Refused(
                 EXECUTION,
                 f"at this speed the move would take more than {LONGEST_MOVE_S:g} s: expected a faster one",
             )
-        return Plan(path, limits, 0.0 if ways.max() < STANDSTILL_RAD else length_s, zone)
+        return Plan(path, limits, 0.0 if farthest < STANDSTILL_RAD else length_s, zone)
 
     def _refusal(self, unreachable: Unreachable, what: str, asked: Frame, flange: Transform) -> Refused:
         """In the words of whoever asked for a frame of `what`, which brings the flange to a pose."""

@@ -117,6 +117,20 @@ class Polynomial:
         extremes_kernel.travel(self.offsets, self.coefficients, ways)
         return ways
 
+    def least_time_s(self, velocity: Array) -> tuple[float, float]:
+        """How long (s) it takes with one joint at its velocity limit (rad/s, (n,)) all the way; and the way
+        (rad) of the joint that goes farthest. NaN where the curve is."""
+        ways: cython.double[::1] = self.travel()
+        limits: cython.double[::1] = velocity
+        longest_s: cython.double = 0.0
+        farthest: cython.double = 0.0
+        for j in range(ways.shape[0]):
+            time_s: cython.double = ways[j] / limits[j]
+            if time_s > longest_s or time_s != time_s:
+                longest_s = time_s
+            farthest = max(farthest, ways[j])
+        return longest_s, farthest
+
     def least_time_per_s(self, velocity: Array) -> float:
         """How long (s) a unit of s takes where it takes least.
 

@@ -71,6 +71,8 @@ def test_travel_is_there_and_back(path: Polynomial) -> None:
 
 def test_travel_of_ptp_is_its_way() -> None:
     np.testing.assert_allclose(ptp((0.1, -2.0), (0.4, 1.0)).travel(), [0.3, 3.0])
+    longest_s, farthest = ptp((0.1, -2.0), (0.4, 1.0)).least_time_s(np.array([0.01, 2.0]))
+    assert (longest_s, farthest) == pytest.approx((30.0, 3.0))
 
 
 @given(path=paths(), velocity=st.tuples(*[st.floats(0.1, 3.0)] * 3))

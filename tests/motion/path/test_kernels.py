@@ -73,7 +73,8 @@ def test_curves_of_pieces(seed: int, rows: list[int], s: float) -> None:
         path = kernel.Polynomial(borders, pieces, (0.0, 0.0, 0.0), (1.0, 2.0, 3.0))
         limits = np.full(3, -2.0), np.full(3, 2.0)
         outside = path.first_outside(*limits)
-        found.append((path.joints(s), path.travel().tolist(), None if outside is None else tuple(outside)))
+        least = path.least_time_s(np.array([1.0, 0.5, 2.0]))
+        found.append((path.joints(s), path.travel().tolist(), least, outside and tuple(outside)))
     assert found[0] == found[1]
 
 
