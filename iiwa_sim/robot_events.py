@@ -1,4 +1,4 @@
-"""What befalls the robot between commands, told to the log, to recordings and in the dialogue."""
+"""What happens to the robot between commands: told to the log, to recordings and in the dialogue."""
 
 import logging
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 
 ROBOT = "robot"
-"""Whom the dialogue names for what nobody has said."""
+"""The name that the dialogue gives in place of a client's."""
 
 logger = logging.getLogger(__name__)
 

@@ -1,4 +1,4 @@
-"""A robot and its clock, for callers of any thread: how its time passes, and what the robot is at."""
+"""A robot and its clock, for callers of any thread: its state, and how its time passes."""
 
 import logging
 
@@ -18,7 +18,7 @@ logger = logging.getLogger(__name__)
 
 
 class RobotInTime(LoopOrThread):
-    """A robot in its cell, with the clock that steps it, and the dialogue of those who will speak to it."""
+    """A robot in its cell, the clock that steps it, and the dialogue of its clients."""
 
     def __init__(self, cell: Cell, rate_hz: int, clock: str | Pace, servo_timeout_s: float | None) -> None:
         """What these are is said in `Simulator`."""

@@ -1,4 +1,4 @@
-"""What befalls the robot between commands: told in log, recordings and dialogue, once each."""
+"""What happens to the robot between commands: told in log, recordings and dialogue, once each."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Somebody:
         self.told.append((text,))
 
 
-def test_what_befalls_the_robot_is_told_to_log_listeners_and_dialogue(
+def test_what_happens_to_the_robot_is_told_to_log_listeners_and_dialogue(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     dialogue, said, somebody = Dialogue(lambda: 5), list[DialogueLine](), Somebody()
