@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from benchmarks import (
     beginnings,
+    carrying,
     chains,
     core,
     corners,
@@ -52,6 +53,7 @@ PARTS = {
     "replies": Part(replies.measure, gated=True),
     "moves": Part(moves.measure, gated=False),
     "core": Part(core.measure, gated=True),
+    "carrying": Part(carrying.measure, gated=True),
     "start": Part(start.measure, gated=True, of_gate=start.gate),
     "beginnings": Part(beginnings.measure, gated=True),
     "durations": Part(durations.measure, gated=True),

@@ -1,35 +1,38 @@
-"""8. A pick with force: down until the part is felt, grip, up again.
+"""8. Pick and place with force: in examples/fixture.toml, from a table that is felt for into a fixture.
 
-`python examples/08_pick.py`. The part is the knob on the table of examples/table.toml, gripped by output 1;
-that it is in the gripper would be told by input 1, which the test bench switches here.
+`python examples/08_pick.py`. Output 1 closes the gripper; input 3 tells that it holds something.
 """
 
 from pathlib import Path
 
 from iiwa_sim import Iiwa, Simulator
 
-CELL = Path(__file__).with_name("table.toml")
-DOWN = (3.14159265, 0, 3.14159265)
-GRIP, GRIPPED = 1, 1  # numbers of the output and of the input
+CELL = Path(__file__).with_name("fixture.toml")
+DOWN, CLOSE, HOLDS = (3.14159265, 0, 3.14159265), 1, 3
 
 
-def pick(robot: Iiwa, x_mm: float, y_mm: float) -> float:
-    """The height (mm) at which the part was felt."""
-    robot.ptp_move((x_mm, y_mm, 380, *DOWN), speed=0.5, blending=0)
-    robot.linforcez_move((x_mm, y_mm, 300, *DOWN), speed=0.02, blending=0, thresholdZ=10)
+def feel(robot: Iiwa, x_mm: float, y_mm: float) -> float:
+    """Down until a force is felt; gives the height (mm) of the TCP then."""
+    robot.ptp_move((x_mm, y_mm, 360, *DOWN), speed=0.5, blending=0)
+    robot.wait_until_stopped(timeout_s=60)  # so that the force is 0 when the force move is commanded
+    robot.linforcez_move((x_mm, y_mm, 290, *DOWN), speed=0.005, blending=0, thresholdZ=10)
     robot.wait_until_stopped(timeout_s=60)
-    felt_mm = robot.get_tool_frame().z
-    robot.set_output(GRIP, value=True)
-    robot.lin_relative_move((0, 0, 60, 0, 0, 0), speed=0.2, blending=0)
-    robot.wait_until_stopped(timeout_s=60)
-    return felt_mm
+    return robot.get_tool_frame().z
 
 
 def main() -> None:
     with Simulator(cell=CELL, clock="fast") as simulator, Iiwa(simulator.host, simulator.port) as robot:
-        felt_mm = pick(robot, 600, 200)
-        simulator.backdoor.set_input(GRIPPED, on=True)
-        print(f"felt at {felt_mm:.1f} mm, gripped: {robot.get_input(GRIPPED) == 1}")
+        table_mm = feel(robot, 600, 100)
+        robot.ptp_move((600, 0, 380, *DOWN), speed=0.5, blending=0)
+        robot.lin_move((600, 0, table_mm + 15, *DOWN), speed=0.2, blending=0)
+        robot.wait_until_stopped(timeout_s=60)
+        robot.set_output(CLOSE, value=True)
+        held = any(robot.get_input(HOLDS) for _ in range(9999))
+        robot.set_tool_load(1.4, (0, 0, (0.9 * 60 + 0.5 * 150) / 1.4))  # the gripper, and the block
+        robot.lin_relative_move((0, 0, 80, 0, 0, 0), speed=0.2, blending=0)
+        put_mm = feel(robot, 500, 200)
+        robot.set_output(CLOSE, value=False)
+        print(f"table at {table_mm:.1f} mm, gripped: {held}, put down at {put_mm:.1f} mm")
 
 
 if __name__ == "__main__":

@@ -113,9 +113,10 @@ class TcpMotion:
         gz: cython.double = -_GRAVITY * r[8]
         return (m * gx, m * gy, m * gz, y * gz - z * gy, z * gx - x * gz, x * gy - y * gx)
 
-    def wrench(self, moments: Moments) -> Wrench:
-        """What a body does, by its weight and its inertia, as in `weight`."""
-        weight = self.weight(moments)
+    def wrench(self, moments: Moments, weight: Wrench | None = None) -> Wrench:
+        """What a body does, by its weight, unless that is known, and its inertia, as in `weight`."""
+        if weight is None:
+            weight = self.weight(moments)
         if self.still:
             return NO_WRENCH if weight == NO_WRENCH else weight
         m: cython.double = moments[0]

@@ -113,8 +113,9 @@ class Core:
         if endings.pending and endings.pending[0].number != motions.under_way:
             endings.after_tick()
         handling, coming = self.handling, None
-        if (load.carries or (handling is not None and handling.holds)) and motions.coming is not None:
-            coming = load.coming_tcp(motions.coming)
+        if load.carries or (handling is not None and handling.holds):
+            next_joints = motions.coming
+            coming = None if next_joints is None else load.coming_tcp(next_joints)
         if handling is not None:
             handling.step(motions.joints, motions.tcp_contact, coming)
         if self.tick >= load.looks_at_itself:

@@ -85,7 +85,9 @@ class Held:
         self.pose = compose(tcp, self.in_tcp)
         touching.step(self.pose, solid, self._tick_s)
         self.weight = motion.weight(self._moments)
-        holds = self._hold(motion.wrench(self._moments), self._pressed() if touching.pushed else NO_WRENCH)
+        holds = self._hold(
+            motion.wrench(self._moments, self.weight), self._pressed() if touching.pushed else NO_WRENCH
+        )
         if kept is not None and motion.still:
             self.quiet = kept == (self.pose, self.wrench, touching.memory())
         else:
