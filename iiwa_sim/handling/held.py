@@ -16,6 +16,9 @@ from iiwa_sim.handling.part import Part, X, Y, Z
 from iiwa_sim.handling.touching import Touching
 from iiwa_sim.wrench import NO_WRENCH, Wrench, add
 
+STICKS = 1.002
+"""A part that has slid is held against so many times the force at which it began to: else one that is pressed
+would creep on for many ticks after the robot has come to rest."""
 _UPRIGHT = 0.5**0.5
 _HALVINGS = 20
 """Of a way into a surface that there is no energy for."""
@@ -61,6 +64,7 @@ class Held:
         self._motion = TcpMotion(tcp)
         self._moments = part.moments(self.in_tcp)
         self._before = self.pose.translation  # where its middle was a tick ago
+        self._sticks = 1.0  # `STICKS` where it has slid
         self._blow: Wrench | None = None  # of jaws that have closed in motion, in this tick
 
     def catch(self, grasp: Grasp) -> None:
@@ -148,22 +152,26 @@ class Held:
         needed = free if pressed is NO_WRENCH else add(free, pressed)  # what it would do to the jaws
         u, w = self.slip
         load, most = hypot(needed[X], needed[Z]), self._most
-        if u == w == 0.0 and load <= most:
+        if u == w == 0.0 and load <= self._sticks * most:
+            if load < most / STICKS:
+                self._sticks = 1.0
             self.wrench = needed if self._blow is None else add(needed, self._blow)
             self._blow = None
             return True
-        speed = hypot(u, w)
-        dx, dz = (u / speed, w / speed) if speed > 0.0 else (needed[X] / load, needed[Z] / load)
-        self.wrench = self._at_middle(most * dx, needed[Y], most * dz)
+        # Friction is what would hold it, and no more than it can be: along the way on which it would go on
+        # without friction, or the direction would turn from tick to tick.
+        gain = self._tick_s / self.part.mass_kg
+        on_u, on_w = u + gain * needed[X], w + gain * needed[Z]
+        speed = hypot(on_u, on_w)
+        dx, dz = (on_u / speed, on_w / speed) if speed > 0.0 else (0.0, 0.0)
+        friction = speed / gain if speed <= self._sticks * gain * most else most
+        self.wrench = self._at_middle(friction * dx, needed[Y], friction * dz)
         if self._blow is not None:  # jaws have closed on it in this tick, which it has not slid in
             self.wrench, self._blow = add(self.wrench, self._blow), None
             return True
-        gain = self._tick_s / self.part.mass_kg
-        new_u = u + gain * (needed[X] - most * dx)
-        new_w = w + gain * (needed[Z] - most * dz)
-        if speed > 0.0 and new_u * u + new_w * w <= 0.0:
-            new_u = new_w = 0.0  # it is caught, for a tick at least
-        self._slide(new_u, new_w, (free[X] - most * dx, free[Z] - most * dz))
+        left = max(0.0, speed - gain * friction) if friction == most else 0.0
+        self._sticks = STICKS
+        self._slide(left * dx, left * dz, (free[X] - friction * dx, free[Z] - friction * dz))
         return on_pads(self.part, self.in_tcp, self._gripper.jaws)
 
     def _slide(self, u: float, w: float, pull: tuple[float, float]) -> None:
