@@ -118,7 +118,7 @@ def test_lines_in_one_direction_go_on_at_full_speed(name: str, speed_rel: float)
 
 
 @pytest.mark.requirement("FRC015")
-@both
+@pytest.mark.parametrize("name", [ARMS[0], pytest.param(ARMS[1], marks=pytest.mark.slow)])
 def test_a_chain_of_short_moves_runs_steadily(name: str) -> None:
     """As from a CAM program: moves of 2 mm along a circle, blended by 1 mm."""
     recorder = at_start(name)

@@ -230,7 +230,11 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.mark.parametrize(
     "command",
-    [("--port", "0", "--record", "a.mcap"), ("export", "a.mcap", "--csv"), ("plot", "a.mcap", "-o", "a.png")],
+    [
+        ("--port", "0", "--record", "a.mcap"),
+        ("export", "a.mcap", "--csv"),
+        pytest.param(("plot", "a.mcap", "-o", "a.png"), marks=pytest.mark.slow),
+    ],
 )
 def test_without_the_library_one_line_tells_how_to_get_it(
     command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -154,10 +154,18 @@ def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyP
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     said = fails(*ROS2)
     assert said.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
-    assert fails(*ROS2, "--ros2-python", str(tmp_path / "none")).endswith(
-        "cannot be run: No such file or directory\n"
-    )
-    assert fails(*ROS2, "--ros2-python", "/bin/true").endswith("has ended before it was a node of ROS 2\n")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("program", "told"),
+    [
+        ("/nowhere/python", "cannot be run: No such file or directory\n"),
+        ("/bin/true", "has ended before it was a node of ROS 2\n"),
+    ],
+)
+def test_a_program_that_is_no_such_python_is_told(program: str, told: str) -> None:
+    assert fails(*ROS2, "--ros2-python", program).endswith(told)
 
 
 def test_an_interpreter_is_found_where_a_distribution_is_sourced(
