@@ -310,9 +310,9 @@ class HeldScene:
 
     @property
     def bent(self) -> bool:
-        """Whether the surface is that, or has edges to the spheres of the part, and there is friction."""
-        radius_m = self._touching._points.radius_m
-        return self.part.friction > 0.0 and is_bent(self._placed.shape, radius_m)
+        """Whether the surface is that, or has edges to the spheres of the part: where a point that is turned
+        meets it is found on the straight line between two ticks."""
+        return is_bent(self._placed.shape, self._touching._points.radius_m)
 
     def run(self) -> Ledger:
         """What came of it."""
