@@ -5,7 +5,7 @@ What a program or a test uses is offered here, each name loaded when it is first
     from iiwa_sim import Simulator          # a robot that listens, in a thread or in an asyncio loop
     from iiwa_sim import Iiwa, AsyncIiwa    # a client of one, with a method for each command
     from iiwa_sim import Krc4, AsyncKrc4    # the same for KRC4 messages
-    from iiwa_sim import Drop, Delay        # faults on the wire, for `simulator.backdoor.set_fault`
+    from iiwa_sim import Drop, Delay        # wire faults, for `simulator.backdoor.set_fault`
     from iiwa_sim import BoxSettings        # surfaces, for `simulator.backdoor.add_surface`
 
 The clients load nothing of the simulator. PYTEST_DONT_REWRITE keeps pytest, which loads our plugin, from a

@@ -125,7 +125,7 @@ async def test_the_next_move_is_refused_and_the_one_behind_it_not(
     assert await driver.ask("is reachable : 450 200 520 0 -1.57 0") == "reachable"
     assert await driver.ask(FAR) == "error"
     assert await driver.ask("get error") == "3021 made to fail through the backdoor"
-    assert await driver.ask("get robot status") == "2 0 1 1 0 0 0", "a refusal is no state of error"
+    assert await driver.ask("get robot status") == "2 0 1 1 0 0 0", "a refusal is no error state"
     assert await driver.ask(FAR) == "done"
     await driver.leaves()
 

@@ -119,7 +119,7 @@ class Controller:
         self.record_error = self._core.error_state.record
         """Remember why a command was refused; codes are those of `iiwa_sim.controller.errors`."""
         self.reset_error = self._core.error_state.reset
-        """End the state of error, and forget the last refusal; raises `Refused` while the emergency stop is
+        """End the error state, and forget the last refusal; raises `Refused` while the emergency stop is
         pressed."""
         self.release_emergency_stop = self._core.error_state.release_emergency_stop
         """The error remains, to be reset."""

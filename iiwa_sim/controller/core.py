@@ -90,8 +90,8 @@ class Core:
     def step(self) -> None:
         """One tick: the robot moves, then feels the forces where it is now, then compares with thresholds.
 
-        So a stop that a force asks for begins in the tick after the one in which its threshold is passed. A
-        fault of ours in a tick stops the robot, is an error to be reset, and is raised.
+        So a stop that a force asks for begins in the tick after the one in which its threshold is passed. An
+        internal error in a tick stops the robot, sets the error state, and is raised.
         """
         if self._servo_timeout_s is not None:
             self._watch_servo(self._servo_timeout_s)

@@ -1,7 +1,7 @@
-"""What went wrong: the last refusal, and the state of error that refuses moves until it is reset.
+"""What went wrong: the last refusal, and the error state that refuses moves until it is reset.
 
 A refused command only leaves its record. What stops the robot by itself, an emergency stop, a servo timeout
-or a fault of ours in a tick, is a state: it lasts until `reset`.
+or an internal error in a tick, is a state: it lasts until `reset`.
 """
 
 from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EMERGENCY_STOP, ErrorRecord, Refused
@@ -16,7 +16,7 @@ class RobotErrors:
 
     def __init__(self) -> None:
         self.standing: ErrorRecord | None = None
-        """The cause of the state of error; None where the robot is in none."""
+        """The cause of the error state; None where the robot is in none."""
         self.e_stopped = False
         """Whether the emergency stop is pressed."""
         self.drives_powered = True
@@ -28,7 +28,7 @@ class RobotErrors:
 
     @property
     def last(self) -> ErrorRecord | None:
-        """The cause of the state of error, else the last refusal since the last reset."""
+        """The cause of the error state, else the last refusal since the last reset."""
         return self.standing or self._refusal
 
     def record(self, code: int, reason: str) -> None:
@@ -36,7 +36,7 @@ class RobotErrors:
         self._refusal = ErrorRecord(code, reason)
 
     def fail(self, code: int, reason: str) -> None:
-        """Something stops the robot: the state of error begins. In it the first cause is kept."""
+        """Something stops the robot: the error state begins. In it the first cause is kept."""
         if self.standing is None:
             self.standing = ErrorRecord(code, reason)
 
@@ -46,7 +46,7 @@ class RobotErrors:
         self.standing = ErrorRecord(EMERGENCY_STOP, PRESSED)
 
     def release_emergency_stop(self) -> None:
-        """The state of error lasts until it is reset."""
+        """The error state lasts until it is reset."""
         self.e_stopped = False
 
     def switch_drives(self, on: bool) -> None:
@@ -61,7 +61,7 @@ class RobotErrors:
         self.next_refusal = refusal
 
     def check(self) -> None:
-        """Raises `Refused` in the state of error, or if the next move is to be refused."""
+        """Raises `Refused` in the error state, or if the next move is to be refused."""
         if self.standing is not None:
             code, reason = self.standing
             raise Refused(code, f"no move before reset error: {reason}")
@@ -70,7 +70,7 @@ class RobotErrors:
             raise Refused(*refusal)
 
     def reset(self) -> None:
-        """Ends the state of error and forgets the last refusal; raises `Refused` where its cause goes on."""
+        """Ends the error state and forgets the last refusal; raises `Refused` where its cause goes on."""
         if self.e_stopped:
             raise Refused(EMERGENCY_STOP, "the emergency stop has to be released first")
         if self._switched_off:

@@ -28,7 +28,7 @@ class Injected:
             self._core.tell(COMPONENT_NOT_READY, DRIVES_OFF)
 
     def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
-        """Refuse the next move outside of the state of error, whatever it asks for; None takes that back."""
+        """Refuse the next move outside of the error state, whatever it asks for; None takes that back."""
         self._core.error_state.refuse_next(refusal)
 
     def time_out_servo(self) -> None:

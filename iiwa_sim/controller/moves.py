@@ -92,7 +92,7 @@ class Moves:
             self._core.motions.clear()
 
     def _check_error(self) -> None:
-        """Raises `Refused` in the state of error, or if the next move is to be refused."""
+        """Raises `Refused` in the error state, or if the next move is to be refused."""
         errors = self._core.error_state
         if errors.standing is not None or errors.next_refusal is not None:
             errors.check()

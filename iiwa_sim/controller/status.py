@@ -21,7 +21,7 @@ class RobotStatus(NamedTuple):
     """The robot moves: unlike `get status`, not in a pause."""
     in_error: int
     error_code: int
-    """The cause of the state of error, 0 outside of it."""
+    """The cause of the error state, 0 outside of it."""
 
 
 def status_of(errors: RobotErrors, *, in_motion: bool) -> RobotStatus:

@@ -1,4 +1,4 @@
-"""The state of error: what begins it, what it refuses, how it ends."""
+"""The error state: what begins it, what it refuses, how it ends."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ class Asker(ABC):
 
     def __init__(self, simulator: Simulator) -> None:
         self.simulator = simulator
-        self._why = ""  # of the last refusal: get error tells the state of error first, if there is one
+        self._why = ""  # of the last refusal: get error tells the error state first, if there is one
         simulator.dialogue.listeners.append(self._hear)
         self.socket = socket.create_connection((simulator.host, simulator.port), timeout=PATIENCE_S)
 

@@ -47,7 +47,7 @@ class Arm(Protocol):
 
     @property
     def fault(self) -> Failure | None:
-        """The cause of the state of error; None outside of it."""
+        """The cause of the error state; None outside of it."""
 
     @property
     def progress(self) -> Progress | None:
@@ -73,7 +73,7 @@ class Arm(Protocol):
         """Stop the robot, and forget what waits."""
 
     def reset_error(self, done: Done) -> None:
-        """End the state of error."""
+        """End the error state."""
 
     def emergency_stop(self, pressed: bool, done: Done) -> None:
         """Press or release it."""

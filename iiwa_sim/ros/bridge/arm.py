@@ -49,7 +49,7 @@ class RemoteArm:
         status = self._robot.status
         if status is None or status.in_error != 1:
             return None
-        return Failure(status.error_code, "the robot is in a state of error, or out of reach")
+        return Failure(status.error_code, "the robot is in an error state, or out of reach")
 
     @property
     def output_count(self) -> int:

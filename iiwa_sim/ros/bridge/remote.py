@@ -115,7 +115,7 @@ class RemoteRobot:
         self._ask(set_override, done)
 
     def reset_error(self, done: Done) -> None:
-        """End the state of error, if the server has a command for it."""
+        """End the error state, if the server has a command for it."""
 
         async def reset() -> None:
             done(await self._do(self._client.reset_error()))
