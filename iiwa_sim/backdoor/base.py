@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
+from iiwa_sim.backdoor.described import MovesDescriber
 from iiwa_sim.backdoor.outside import Entrance
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.states import States
@@ -14,6 +15,8 @@ from iiwa_sim.wording import harmless, shortened
 
 LONGEST_TOLD = 200
 """Characters of a call, as listeners are told it."""
+MOST_MOVES = 50
+"""Moves that `moves` tells at most, of those that run and wait."""
 
 C = TypeVar("C", bound="Base")
 P = ParamSpec("P")
@@ -77,6 +80,7 @@ class Base:
         self._clock = clock
         self._recent = recent
         self._states = States(controller)
+        self._moves = MovesDescriber(controller, MOST_MOVES)
 
     @property
     def joint_count(self) -> int:

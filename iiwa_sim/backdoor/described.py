@@ -7,7 +7,8 @@ from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, Pl
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import Frame
+from iiwa_sim.controller.wanted import Planned
+from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.falling import GONE
 from iiwa_sim.handling.part import Part
 
@@ -66,18 +67,28 @@ class DescribedMoves(msgspec.Struct, frozen=True):
     """The first ones, in the order in which they are done: what is being stopped, and holds, are left out."""
 
 
-def described_moves(controller: Controller, at_most: int) -> DescribedMoves:
-    """The moves of a controller, the first `at_most` of them."""
-    planned = controller.planned
-    return DescribedMoves(
-        len(planned),
-        tuple(
-            DescribedMove(
-                each.number, each.joints, controller.tcp_frame_at(each.joints), 1e3 * each.blending_m
-            )
-            for each in planned[:at_most]
-        ),
-    )
+class MovesDescriber:
+    """Describes the moves of one controller, each once: a page asks for them several times a second."""
+
+    def __init__(self, controller: Controller, at_most: int) -> None:
+        """`at_most` are described, the first ones."""
+        self._controller = controller
+        self._at_most = at_most
+        self._known: dict[Planned, DescribedMove] = {}
+        self._tool_in_flange: Transform | None = None
+
+    def describe(self) -> DescribedMoves:
+        """What runs and what waits now."""
+        controller, known = self._controller, self._known
+        if self._tool_in_flange != controller.tool_in_flange:
+            self._tool_in_flange, known = controller.tool_in_flange, {}
+        planned = controller.planned
+        self._known = {each: known.get(each) or self._described(each) for each in planned[: self._at_most]}
+        return DescribedMoves(len(planned), tuple(self._known.values()))
+
+    def _described(self, move: Planned) -> DescribedMove:
+        frame = self._controller.tcp_frame_at(move.joints)
+        return DescribedMove(move.number, move.joints, frame, 1e3 * move.blending_m)
 
 
 def described_robot(controller: Controller) -> DescribedRobot:

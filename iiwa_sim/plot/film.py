@@ -28,7 +28,7 @@ from iiwa_sim.plot.forces import draw_forces
 from iiwa_sim.plot.marks import COLOURS, numbers
 from iiwa_sim.plot.over_time import draw_positions, draw_speed
 from iiwa_sim.plot.record import Recording
-from iiwa_sim.plot.space import ArmLines, draw_scene
+from iiwa_sim.plot.space import ArmLines, HandledBodies, draw_scene
 
 PICTURES_PER_S = 20
 MOST_PICTURES = 300
@@ -146,6 +146,7 @@ class _Stage:
         self._passed: Line3D
         (self._passed,) = space.plot([], [], [], **_PASSED)
         self._arm = ArmLines(space, arm_mm(recording, 0), _ARM_GREY)
+        self._handled = HandledBodies(space, recording, 0)
         self._now = [panel.axvline(0.0, **_NOW) for panel in panels]
         self._moves = sorted(
             (target.done_tick, f"{number} {target.name}")
@@ -158,6 +159,7 @@ class _Stage:
         time_s = tick * recording.tick_s
         self._passed.set_data_3d(*recording.tcp_mm[: tick + 1].T)
         self._arm.show(arm_mm(recording, tick))
+        self._handled.show(tick)
         for line in self._now:
             line.set_xdata([time_s, time_s])
         move = next((name for done, name in self._moves if done >= tick), "")

@@ -11,9 +11,11 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact, Thresholds
 from iiwa_sim.controller.io import Io
-from iiwa_sim.frames import Vector
+from iiwa_sim.controller.meetings import touches_of
+from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.plot.clients import CLIENTS, SERVO_MODES, Asked, Client
 from iiwa_sim.plot.script import LONGEST_S, Command, Script, Wait
+from iiwa_sim.plot.things import Things, ThingsOverTime
 from iiwa_sim.robot.description import RobotDescription
 
 Array = NDArray[np.float64]
@@ -70,10 +72,14 @@ class Recording:
     """(n + 1, joints), rad"""
     tcp_mm: Array
     """(n + 1, 3), in the base"""
+    tcp_turn: Array
+    """(n + 1, 3), alpha beta gamma of the TCP (rad)"""
     force_n: Array
     """(n + 1, 3), the values of `get cartesian force`, along the axes of the TCP"""
     targets: tuple[Target, ...]
     watches: tuple[Watch, ...]
+    things: ThingsOverTime
+    """What it works with, and touches."""
     surfaces: tuple[Surface, ...] = ()
     """What stands round the robot."""
 
@@ -86,6 +92,10 @@ class Recording:
     def duration_s(self) -> float:
         """Simulated time."""
         return (len(self.joints) - 1) * self.tick_s
+
+    def tcp(self, tick: int) -> Frame:
+        """The TCP in the base at a tick."""
+        return Frame(*self.tcp_mm[tick].tolist(), *self.tcp_turn[tick].tolist())
 
     def times_s(self) -> Array:
         """(n + 1,)"""
@@ -140,16 +150,21 @@ class _Recorder:
             noise=cell.noise(),
             io=Io(cell.input_names, cell.output_names),
             safety=cell.safety,
+            tool=cell.tool,
+            handled=cell.handled,
             on_contact=self._met,
         )
         self._client: Client = CLIENTS[script.dialect](self._controller, cell, script.path)
-        self._joints = array("d", self._controller.joints)
-        self._tcp_mm = array("d", self._controller.tool_frame()[:3])
-        self._force_n = array("d", self._controller.cartesian_force()[:3])
+        self._joints = array("d")
+        self._tcp = array("d")
+        self._force_n = array("d")
+        handled = cell.handled
+        self._things = ThingsOverTime({part.name: part.shape for part, _ in handled.parts} if handled else {})
         self._targets: list[Target] = []
         self._watches: dict[int, Watch] = {}  # by the numbers of their moves
         self._pending: dict[int, int] = {}  # indices of targets, by the numbers of their moves
         self._due_s = 0.0  # time of the script: rounding of waits to ticks does not accumulate
+        self._look()
 
     def send(self, command: Command) -> None:
         """Send a line and note its effect."""
@@ -176,7 +191,7 @@ class _Recorder:
     def finish(self) -> Recording:
         """Step until the robot rests."""
         last = self._script.steps[-1]
-        while self._controller.moving:
+        while self._controller.moving or self._controller.under_way:  # the gripper, too
             self._step(last)
         for _ in range(REST_TICKS):
             self._step(last)
@@ -185,10 +200,12 @@ class _Recorder:
             description=self._cell.description,
             tick_s=self._controller.tick_s,
             joints=np.array(self._joints).reshape(-1, len(self._cell.description.joints)),
-            tcp_mm=np.array(self._tcp_mm).reshape(-1, 3),
+            tcp_mm=np.array(self._tcp).reshape(-1, 6)[:, :3],
+            tcp_turn=np.array(self._tcp).reshape(-1, 6)[:, 3:],
             force_n=np.array(self._force_n).reshape(-1, 3),
             targets=tuple(self._targets),
             watches=tuple(self._watches.values()),
+            things=self._things,
             surfaces=self._cell.surfaces,
         )
 
@@ -197,12 +214,20 @@ class _Recorder:
         if controller.tick >= LONGEST_S * self._rate_hz:
             raise self._script.fault(step, f"more than {LONGEST_S:g} s of simulated time")
         controller.step()
-        self._joints.extend(controller.joints)
-        self._tcp_mm.extend(controller.tool_frame()[:3])
-        self._force_n.extend(controller.cartesian_force()[:3])
+        self._look()
         self._watched(controller.move_under_way)
         for target in self._forget_pending():
             self._targets[target] = replace(self._targets[target], done_tick=controller.tick)
+
+    def _look(self) -> None:
+        """Note where the robot is, and what it works with."""
+        controller = self._controller
+        handling = controller.handling
+        self._joints.extend(controller.joints)
+        self._tcp.extend(controller.tool_frame())
+        self._force_n.extend(controller.cartesian_force()[:3])
+        state, parts = (None, ()) if handling is None else (handling.state, handling.parts)
+        self._things.add(Things(controller.tick, state, parts, touches_of(controller.load.link_contacts)))
 
     def _forget_pending(self) -> list[int]:
         """Update targets whose moves have ended: done after a tick, dropped after a command."""

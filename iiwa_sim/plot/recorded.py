@@ -8,12 +8,14 @@ import msgspec
 import numpy as np
 
 from iiwa_sim.backdoor.described import surface_from
+from iiwa_sim.contact.shapes import Shape
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.dialect.wire.dialogue import Direction
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.plot.names import Named, named_in
 from iiwa_sim.plot.record import Array, Recording, Target
 from iiwa_sim.plot.script import Script
+from iiwa_sim.plot.things import Things, ThingsOverTime, shapes_of
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.read import Recorded, Spoken
 from iiwa_sim.recordings.schemas import CELL
@@ -31,11 +33,13 @@ def drawn_from(recorded: Recorded) -> Recording:
     """
     ticks: list[int] = []
     rows: list[tuple[float, ...]] = []
+    seen: list[Things] = []
     for state in recorded.states():
         if ticks and state.tick <= ticks[-1]:
             continue
         ticks.append(state.tick)
-        rows.append((*state.joint_position, *state.tool_frame[:3], *state.cartesian_force[:3]))
+        rows.append((*state.joint_position, *state.tool_frame, *state.cartesian_force[:3]))
+        seen.append(Things(state.tick, state.gripper, state.parts, state.link_touches))
     if len(ticks) < 2:
         raise PlotFault(f"{recorded.path}: expected two states at least, to draw a picture of")
     found = np.array(ticks)
@@ -44,16 +48,24 @@ def drawn_from(recorded: Recorded) -> Recording:
     values = np.array(rows)
     even: Array = np.column_stack([np.interp(wanted, found, column) for column in values.T])
     count = len(recorded.head.joints)
+    surfaces, shapes = _cell(recorded)
+    things = ThingsOverTime(shapes)
+    for each in seen:
+        things.add(each._replace(tick=-(-(each.tick - ticks[0]) // step)))
+    # An angle that passes half a turn would be drawn through zero between two states.
+    turns = values[np.searchsorted(found, wanted).clip(max=len(found) - 1), count + 3 : count + 6]
     return Recording(
         script=Script(str(recorded.path), ()),
         description=_description(recorded),
         tick_s=step / recorded.head.tick_rate_hz,
         joints=even[:, :count],
         tcp_mm=even[:, count : count + 3],
-        force_n=even[:, count + 3 :],
+        tcp_turn=turns,
+        force_n=even[:, count + 6 :],
         targets=_targets(recorded, int(found[0]), step, len(wanted)),
         watches=(),
-        surfaces=_surfaces(recorded),
+        things=things,
+        surfaces=surfaces,
     )
 
 
@@ -86,20 +98,21 @@ def _named(recorded: Recorded) -> dict[int, Named]:
     return found
 
 
-def _surfaces(recorded: Recorded) -> tuple[Surface, ...]:
-    """As they stood when the recording began."""
+def _cell(recorded: Recorded) -> tuple[tuple[Surface, ...], dict[str, Shape]]:
+    """Surfaces as they stood when the recording began, and what its parts look like, by their names."""
     for message in recorded.messages((CELL,)):
         try:
-            told = msgspec.json.decode(message.data, type=_Cell).surfaces
-            return tuple(map(surface_from, told))
+            told = msgspec.json.decode(message.data, type=_Cell)
+            return tuple(map(surface_from, told.surfaces)), shapes_of(told.parts)
         except ValueError as fault:  # as all errors of msgspec are
-            what = "expected surfaces as iiwa-sim writes them"
+            what = "expected surfaces and parts as iiwa-sim writes them"
             raise PlotFault(f"{recorded.path}: {CELL}: {what}: {fault}") from None
-    return ()
+    return (), {}
 
 
 class _Cell(msgspec.Struct):
     surfaces: list[dict[str, object]]
+    parts: list[dict[str, object]] = []
 
 
 def _description(recorded: Recorded) -> RobotDescription:

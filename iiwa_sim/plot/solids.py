@@ -1,4 +1,4 @@
-"""Surfaces of a cell as polygons: cut off at a box of the scene, and as outlines in a view."""
+"""Surfaces and other bodies as polygons: cut off at a box of the scene, and as outlines in a view."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ import numpy as np
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.plot.record import Array
+from iiwa_sim.plot.things import Solid
 
 _AROUND = 36  # edges of what is round
 _RINGS = 12  # of a sphere, from pole to pole
@@ -14,7 +15,7 @@ _ENDLESS_M = 50.0  # half an edge of what is drawn of a plane
 _SLANT = 1e-6  # of a plane against the direction of a view: less is seen as an edge
 
 
-def polygons(surface: Surface) -> list[Array]:
+def polygons(surface: Surface | Solid) -> list[Array]:
     """The faces of a surface, flat and convex: each (n, 3), mm in the base."""
     rotation = np.array(surface.pose.rotation).reshape(3, 3)
     place = np.array(surface.pose.translation)
@@ -29,7 +30,7 @@ def cut_off(polygon: Array, low: Array, high: Array) -> Array:
     return polygon
 
 
-def outline(surface: Surface, axes: tuple[int, int]) -> Array | None:
+def outline(surface: Surface | Solid, axes: tuple[int, int]) -> Array | None:
     """What a surface covers in a view of two axes of the base: the corners (n, 2) of a convex polygon, mm.
 
     Of a plane that is the material, seen from the side. None for a plane that covers all of the view.
@@ -47,7 +48,7 @@ def outline(surface: Surface, axes: tuple[int, int]) -> Array | None:
     return _hull(np.concatenate(polygons(surface))[:, list(axes)])
 
 
-def _faces(surface: Surface) -> Sequence[Array | Sequence[Sequence[float]]]:
+def _faces(surface: Surface | Solid) -> Sequence[Array | Sequence[Sequence[float]]]:
     """In the frame of the shape, m."""
     shape = surface.shape
     if isinstance(shape, Box):

@@ -1,4 +1,4 @@
-"""The scene in three dimensions: the arm, the way of the TCP, the surfaces of the cell."""
+"""The scene in three dimensions: the arm with jaws, parts and force, the way of the TCP, the surfaces."""
 
 from typing import Any
 
@@ -9,9 +9,10 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3D, Poly3DCollection
 
 from iiwa_sim.plot.arm import arm_mm, instants
-from iiwa_sim.plot.marks import COLOURS, SURFACE, SURFACE_ALPHA
+from iiwa_sim.plot.marks import COLOURS, FORCE, JAW, PART, SURFACE, SURFACE_ALPHA, TOUCH
 from iiwa_sim.plot.record import Array, Recording
 from iiwa_sim.plot.solids import cut_off, polygons
+from iiwa_sim.plot.things import LEAST_N, LONGEST_M, M_PER_N, Solid
 
 _AXES = "xyz"
 _PATH = COLOURS[4]
@@ -52,6 +53,45 @@ class ArmLines:
         self._tool.set_data_3d(*points_mm[-2:].T)
 
 
+class HandledBodies:
+    """Jaws, parts and the force at the TCP in a panel, at one tick at a time."""
+
+    def __init__(self, axes: Axes3D, recording: Recording, tick: int, alpha: float = 1.0) -> None:
+        """`alpha` is from 0, not to be seen, to 1."""
+        self._recording = recording
+        things, tcp = recording.things, recording.tcp(tick)
+        self._bodies = [
+            _collection(axes, solid, colour, alpha)
+            for colour, solids in ((JAW, things.jaws(tick, tcp)), (PART, things.parts(tick)))
+            for solid in solids
+        ]
+        self._force: Line3D
+        (self._force,) = axes.plot([], [], [], color=FORCE, linewidth=2.0, alpha=alpha)
+        self.show(tick)
+
+    def show(self, tick: int) -> None:
+        """Draw them as they are at a tick. A part that has gone is nowhere."""
+        recording = self._recording
+        things, tcp = recording.things, recording.tcp(tick)
+        solids = [*things.jaws(tick, tcp), *things.parts(tick)]
+        for place, body in enumerate(self._bodies):
+            body.set_verts(polygons(solids[place]) if place < len(solids) else [])
+        force_n = np.array(tcp.to_transform().rotation).reshape(3, 3) @ recording.force_n[tick]
+        size_n = float(np.linalg.norm(force_n))
+        way = [recording.tcp_mm[tick]]
+        if size_n >= LEAST_N:
+            way.append(way[0] + 1e3 * min(M_PER_N * size_n, LONGEST_M) / size_n * force_n)
+        self._force.set_data_3d(*np.array(way).T)
+
+
+def _collection(axes: Axes3D, solid: Solid, colour: str, alpha: float) -> Poly3DCollection:
+    faces = polygons(solid)
+    edge = (*to_rgb(colour), 0.6 * alpha if len(faces) <= _MOST_EDGES else 0.0)
+    body = Poly3DCollection(faces, facecolor=(*to_rgb(colour), 0.55 * alpha), edgecolor=edge, linewidth=0.6)
+    axes.add_collection3d(body)
+    return body
+
+
 def draw_space(axes: Axes3D, recording: Recording) -> None:
     """Fill a panel: the darker the arm, the later."""
     ticks = instants(recording)
@@ -61,6 +101,7 @@ def draw_space(axes: Axes3D, recording: Recording) -> None:
     greys = np.linspace(_PALEST, _DARKEST, len(arms)) if len(arms) > 1 else [_DARKEST]
     for tick, arm, grey in zip(ticks, arms, greys, strict=True):
         ArmLines(axes, arm, float(grey), f"{tick * recording.tick_s:.2f} s")
+        HandledBodies(axes, recording, tick, 1.0 - float(grey))
     axes.legend(**_LEGEND)
 
 
@@ -87,3 +128,6 @@ def draw_scene(axes: Axes3D, recording: Recording, arms_mm: Array) -> None:
             edge = (*colour, 0.6 if len(shown) <= _MOST_EDGES else 0.0)
             face = (*colour, SURFACE_ALPHA)
             axes.add_collection3d(Poly3DCollection(shown, facecolor=face, edgecolor=edge, linewidth=0.6))
+    touches = recording.things.touches_mm
+    if touches:
+        axes.plot(*np.array(touches).T, color=TOUCH, marker="x", linestyle="", markersize=5.0)

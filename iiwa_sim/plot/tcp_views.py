@@ -13,7 +13,7 @@ from matplotlib.figure import SubFigure
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
-from iiwa_sim.plot.marks import COLOURS, SURFACE, SURFACE_ALPHA, Place, numbers, together
+from iiwa_sim.plot.marks import COLOURS, PART, SURFACE, SURFACE_ALPHA, TOUCH, Place, numbers, together
 from iiwa_sim.plot.record import Recording
 from iiwa_sim.plot.solids import outline
 
@@ -50,6 +50,7 @@ _ENDED: dict[str, Any] = {
     "linestyle": "",
     "label": "ended by a force",
 }
+_TOUCHED: dict[str, Any] = {**_ENDED, "color": TOUCH, "label": "a link touches"}
 _NUMBER: dict[str, Any] = {
     "fontsize": 8.5,
     "fontweight": "bold",
@@ -88,6 +89,7 @@ def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
     first, second = axes
     way = recording.tcp_mm[:, list(axes)]
     _draw_surfaces(view, recording, axes)
+    _draw_parts(view, recording, axes)
     view.plot(way[:, 0], way[:, 1], color=_PATH, linewidth=1.5, label="TCP")
     view.plot(way[0, 0], way[0, 1], **_START)
     spheres = [
@@ -113,6 +115,10 @@ def _draw_view(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
     if ended:
         places = np.array(ended)
         view.plot(places[:, first], places[:, second], **_ENDED)
+    touches = recording.things.touches_mm
+    if touches:
+        places = np.array(touches)
+        view.plot(places[:, first], places[:, second], **_TOUCHED)
     extent_mm = float(np.ptp(way, axis=0).max()) + _SMALLEST_MM
     for (x_mm, y_mm), label in together([each for each in numbered if each[1]], _CLOSEST * extent_mm):
         view.annotate(label, (x_mm, y_mm), xytext=(5.0, 5.0), textcoords="offset points", **_NUMBER)
@@ -133,3 +139,22 @@ def _draw_surfaces(view: Axes, recording: Recording, axes: tuple[int, int]) -> N
         view.add_artist(
             Polygon(corners, facecolor=face, edgecolor=SURFACE, linewidth=0.8, zorder=0.5, label=label)
         )
+
+
+def _draw_parts(view: Axes, recording: Recording, axes: tuple[int, int]) -> None:
+    """Draw the outlines of parts as they were at first, dashed, and at last."""
+    for tick, line, label in ((0, "--", ""), (len(recording.joints) - 1, "-", "part")):
+        for place, solid in enumerate(recording.things.parts(tick)):
+            corners = outline(solid, axes)
+            assert corners is not None, "no part is a plane"
+            view.add_artist(
+                Polygon(
+                    corners,
+                    facecolor=(*to_rgb(PART), 0.35 if label else 0.0),
+                    edgecolor=PART,
+                    linestyle=line,
+                    linewidth=0.9,
+                    zorder=0.6,
+                    label=label if not place else "",
+                )
+            )

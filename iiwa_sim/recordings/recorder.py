@@ -10,7 +10,7 @@ from typing import Any
 
 import msgspec
 
-from iiwa_sim.backdoor.described import DescribedMoves, described_cell, described_moves, parts_of
+from iiwa_sim.backdoor.described import DescribedMoves, MovesDescriber, described_cell, parts_of
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
@@ -84,6 +84,7 @@ class Recorder:
         self._last_state = -1  # its tick
         self._block = Block([], [])  # states that have not been put yet
         self._block_due = 0  # a tick
+        self._describer = MovesDescriber(controller, MOST_MOVES)
         self._moves = DescribedMoves(0, ())
         self._moves_changed = True
         self._moves_due = 0  # a tick
@@ -247,7 +248,7 @@ class Recorder:
             self._out.put(told, can_wait=self._in_haste())
 
     def _put_moves(self) -> None:
-        moves, tick = described_moves(self._controller, MOST_MOVES), self._controller.tick
+        moves, tick = self._describer.describe(), self._controller.tick
         self._moves_changed = False
         if moves != self._moves:
             self._moves, self._moves_due = moves, tick + self._tick_rate_hz // MOVES_HZ

@@ -23,7 +23,7 @@ PATIENCE_S = 1.0
 """So long a file may take nothing, before who can wait, and the end of the recording, wait no longer."""
 THREAD_NAME = "iiwa-sim-recording"
 _TAKEN_BYTES = 512 * 1024  # so that who waits for room gets some soon
-_AT_ONCE = 25  # messages, some 0.2 ms: then the other threads get their turn
+_AT_ONCE = 16  # messages, some 0.15 ms: then the other threads get their turn
 _TURN_S = 5e-5
 
 logger = logging.getLogger(__name__)
@@ -75,7 +75,8 @@ class Writer(Generic[T]):
         self._make = make
         self._changed = threading.Condition()
         self._waiting: deque[T] = deque()
-        self._waiting_bytes = 0  # in them, and in what is being written
+        self._put_bytes = 0  # so far, as who puts counts them
+        self._taken_bytes = 0  # of these, so far, as the thread counts them when they are written
         self._closed = False
         self._broken = False
         self._number = 0
@@ -89,20 +90,20 @@ class Writer(Generic[T]):
         size = message.size
         if self._waiting_bytes + size > MOST_BYTES and can_wait:
             self._wait_for_room(size)
-        with self._changed:
-            if self._broken or self._closed:
-                return
-            if self._waiting_bytes and self._waiting_bytes + size > MOST_BYTES:
-                self.lost += 1
-                if self.lost > 1:
-                    return
-            else:
-                self._waiting.append(message)
-                self._waiting_bytes += size
-                if self._waiting_bytes > MOST_BYTES // 4:
-                    self._changed.notify_all()
-                return
-        logger.warning("%s: the recording loses messages: the file takes them too slowly", self._path)
+        if self._broken or self._closed:
+            return
+        waiting_bytes = self._waiting_bytes
+        if waiting_bytes and waiting_bytes + size > MOST_BYTES:
+            self.lost += 1
+            if self.lost == 1:
+                logger.warning("%s: the recording loses messages: the file takes them too slowly", self._path)
+            return
+        # Without the lock: one thread puts, one takes, and each has a count of its own.
+        self._put_bytes += size
+        self._waiting.append(message)
+        if waiting_bytes + size > MOST_BYTES // 4:
+            with self._changed:
+                self._changed.notify_all()
 
     def close(self) -> bool:
         """Write what waits, and the end of the file; whether that was done, for a file that takes nothing."""
@@ -119,8 +120,13 @@ class Writer(Generic[T]):
             logger.warning("%s: the recording has lost %d messages", self._path, self.lost)
         return True
 
+    @property
+    def _waiting_bytes(self) -> int:
+        """In what waits, and in what is being written."""
+        return self._put_bytes - self._taken_bytes
+
     def _progress(self) -> tuple[int, int]:
-        return self._number, self._waiting_bytes
+        return self._number, self._taken_bytes
 
     def _wait_for_room(self, size: int) -> None:
         with self._changed:
@@ -173,7 +179,7 @@ class Writer(Generic[T]):
 
     def _taken(self, size: int) -> None:
         with self._changed:
-            self._waiting_bytes -= size
+            self._taken_bytes += size
             self._stuck = False
             self._changed.notify_all()
 
@@ -181,7 +187,7 @@ class Writer(Generic[T]):
         with self._changed:
             self._broken = True
             self._waiting.clear()
-            self._waiting_bytes = 0
+            self._taken_bytes = self._put_bytes
             self._changed.notify_all()
         with contextlib.suppress(Exception):
             self._file.abandon()

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from iiwa_sim.backdoor.backdoor import MOST_MOVES
+from iiwa_sim.backdoor.base import MOST_MOVES
 from iiwa_sim.backdoor.described import settings_of
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings

@@ -53,7 +53,11 @@ class Robot:
     ) -> None:
         self.cell = robot_alone() if cell is None else cell
         self.controller = controller or Controller(
-            self.cell.description, 1.0 / RATE_HZ, world=self.cell.world(), noise=self.cell.noise()
+            self.cell.description,
+            1.0 / RATE_HZ,
+            world=self.cell.world(),
+            noise=self.cell.noise(),
+            handled=self.cell.handled,
         )
         self.dialogue = Dialogue(lambda: self.controller.tick)
         self.recorder = Recorder(
