@@ -19,8 +19,9 @@ from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.handling.part import Part
 from iiwa_sim.recordings import watch
 from iiwa_sim.recordings.contents import SECOND_NS, Block, Contents, Told
+from iiwa_sim.recordings.foxglove import stamp
 from iiwa_sim.recordings.mcap_file import Head, McapFile
-from iiwa_sim.recordings.scene import Arm, stamp
+from iiwa_sim.recordings.scene import Arm
 from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, LOG, MOVES, SCENE, STATE
 from iiwa_sim.recordings.state import StateLines
 from iiwa_sim.recordings.views import Views

@@ -8,7 +8,8 @@ import msgspec
 from iiwa_sim.backdoor.described import DescribedMoves
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.frames import Frame
-from iiwa_sim.recordings.scene import TCP, Arm, stamp
+from iiwa_sim.recordings.foxglove import stamp
+from iiwa_sim.recordings.scene import TCP, Arm
 from iiwa_sim.recordings.schemas import FRAMES, JOINTS, MOVES, STATE, TARGETS, WRENCH
 from iiwa_sim.recordings.writer import Message
 
