@@ -200,6 +200,10 @@ def write(
                         rows.inner[p, 1, i] -= y * rows.inner[p, 2, i]
                     rows.parts[p] = rows.parts[p - 1]
         _over_theta(way, controls, k, 1.0, scratch, 3)
+        for p in range(rows.starts[k], rows.starts[k + 1]):
+            for o in range(3):
+                for i in range(n):
+                    rows.peaks[k, o, i] = max(rows.peaks[k, o, i], fabs(rows.inner[p, o, i]))
         y = 1.0
         for o in range(3):
             y *= unit

@@ -12,6 +12,7 @@ cdef class Bounds:
 cdef class Rows:
     cdef readonly Bounds bounds
     cdef readonly double[:, :, ::1] inner
+    cdef readonly double[:, :, ::1] peaks
     cdef readonly Py_ssize_t[::1] starts
     cdef readonly double[::1] parts
     cdef readonly double[:, :, ::1] per_limit

@@ -51,7 +51,8 @@ class Rows:
 
     `inner` (m, 3, n) are the first three derivatives of joints over theta at rising `parts` (m,) of cells,
     where those of the cell k are from `starts[k]` (N + 1,) on; of two equal parts one is before a jump, the
-    other behind it. `per_limit` (N, 3, n) is 1 over limits, in the clock's unit of time. `tight` (N + 1, 4)
+    other behind it. `peaks` (N, 3, n) are the largest of them in each cell, without their signs. `per_limit`
+    (N, 3, n) is 1 over limits, in the clock's unit of time. `tight` (N + 1, 4)
     is how many times more velocities and accelerations at knots, and jerks at the beginning and the end of
     the cell behind it, count than they would. `cuts` (M, 7) are rows besides, each for a place within a cell:
     the cell, rising, the factors of its three coefficients c, and, of jerks, those of b there, else 0.
@@ -63,6 +64,7 @@ class Rows:
         self.bounds = Bounds(cells, joints)
         self.starts, self.inner = starts, np.empty((starts[cells], 3, joints))
         self.parts, self.per_limit = np.empty(starts[cells]), np.empty((cells, 3, joints))
+        self.peaks = np.zeros((cells, 3, joints))
         self.tight, self.cuts = np.ones((cells + 1, 4)), np.empty((0, 7))
         self.tight[:, 0] = VELOCITY
         self.tight[cells - 1, 2:] = AT_END
@@ -77,6 +79,7 @@ class Rows:
             self.bounds.counts[: n + 1] = kept.bounds.counts
             self.inner[:m], self.parts[:m] = kept.inner, kept.parts
             self.per_limit[:n], self.tight[:n] = kept.per_limit, kept.tight[:n]
+            self.peaks[:n] = kept.peaks
             self.cuts = kept.cuts
 
     @property
@@ -92,6 +95,7 @@ class Rows:
         found.inner, found.parts = self.inner[begins:ends], self.parts[begins:ends]
         found.starts = np.asarray(self.starts[first : last + 1]) - begins
         found.per_limit, found.tight = self.per_limit[first:last], self.tight[first : last + 1]
+        found.peaks = self.peaks[first:last]
         cuts = np.asarray(self.cuts)
         cuts = cuts[(cuts[:, 0] >= first) & (cuts[:, 0] < last)]
         cuts[:, 0] -= first

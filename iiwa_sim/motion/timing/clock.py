@@ -12,12 +12,14 @@ from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.slices import Slices
 from iiwa_sim.motion.timing.bounds_kernel import Rows
 from iiwa_sim.motion.timing.clock_kernel import Steps, lifted
-from iiwa_sim.motion.timing.guess_kernel import going_on, steady_loads
-from iiwa_sim.motion.timing.loads_kernel import cut, inner_loads, knot_loads
+from iiwa_sim.motion.timing.cuts_kernel import cut
+from iiwa_sim.motion.timing.guess_kernel import going_on, knot_loads, steady_loads
+from iiwa_sim.motion.timing.loads_kernel import inner_loads
 
 CELL_STEPS = 2400
 """Newton steps times cells in a slice: some 0.4 ms."""
-MOST_STEPS = 40
+MOST_STEPS, MOST_AGAIN = 40, 15
+"""Newton steps of a clock, and of one that is gone on with for another row."""
 REPAIRS = 8
 QUICK_START = 0.97
 ALMOST = 1.004
@@ -30,12 +32,10 @@ ROOM = 0.9998
 KEPT_VELOCITY = 1.0009
 ALLOWED = (3e-4, KEPT - 1.0, KEPT - 1.0)
 """What is too much by this, of velocities, accelerations and jerks, counts alike."""
-MU, MU_NEAR, LEAST = 0.3, 0.1, 0.1
+MU, MU_NEAR, LEAST = 0.3, 0.1, 0.2
 """With which a clock begins (see `Steps.begin`), at an even pace or from a guess: others take more steps."""
-ENOUGH = 0.01
+ENOUGH = 0.02
 """Part of the time that may be left to gain by what the multipliers say: a tenth of it is."""
-IDLE = 0.15
-"""What is below this part of its limit is left out when a clock is found again."""
 
 
 def steady(rows: Rows, widths: Array) -> Array:
@@ -52,7 +52,7 @@ def quick(rows: Rows, c: Array, most_steps: int = 0, enough: float = ENOUGH) -> 
     steps, or half a slice. Whether there is little left to gain."""
     loads = np.empty((rows.cells, 3))
     c *= QUICK_START
-    steps = Steps(rows, c, 0, 0.0)
+    steps = Steps(rows, 0)
     steps.begin(c, MU_NEAR, LEAST)
     _, over = steps.go(c, most_steps or max(CELL_STEPS // rows.cells, 1), enough)
     inner_loads(rows, c, rows.cells, loads)
@@ -91,18 +91,27 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
         knot_loads(rows.bounds, c, ends)
         tight = np.asarray(rows.tight)[:kept]
         np.minimum(tight, np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0), out=tight)
-    for repair in range(REPAIRS + 1):
+    steps, cuts = None, np.asarray(rows.cuts)
+    for _ in range(REPAIRS + 1):
         yield
-        steps = Steps(rows, c, fixed, IDLE if repair else 0.0)
-        steps.begin(c, MU, LEAST)
-        spent, over = 0, False
+        anew = steps is None
+        if steps is None:
+            steps = Steps(rows, fixed)
+            steps.begin(c, MU, LEAST)
+        else:
+            steps.add(cuts, c)
+        spent, over, most = 0, False, MOST_STEPS if anew else MOST_AGAIN
         while not over:
-            done, over = steps.go(c, min(chunk, MOST_STEPS - spent), ENOUGH)
+            # What comes before the first of them takes its time, too.
+            done, over = steps.go(c, min(chunk if spent else (chunk + 1) // 2, most - spent), ENOUGH)
             spent += done
-            if not over and (not done or spent == MOST_STEPS):
-                return _best(best, c, fixed)
+            if not over and (not done or spent == most):
+                break
             yield
-        if lifted(c, fixed):
+        if not over and anew:
+            return _best(best, c, fixed)
+        if not over or lifted(c, fixed):
+            steps = None
             continue
         inner_loads(rows, c, cells, loads)
         over_allowed = (loads - allowed).max(axis=0)
@@ -111,8 +120,8 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
             best = excess, c.copy(), _too_fast(loads)
         if excess <= 1.0:
             return True
-        cuts = np.concatenate([rows.cuts, cut(rows, c, loads, allowed)])
-        rows.cuts = cuts[cuts[:, 0].argsort(kind="stable")]
+        cuts = cut(rows, c, loads, allowed)
+        rows.cuts = np.concatenate([rows.cuts, cuts])
     return _best(best, c, fixed)
 
 

@@ -1,4 +1,5 @@
-"""First guesses of a clock: at an even pace over nominal time; compiled by Cython.
+"""First guesses of a clock, at an even pace over nominal time, and how near it is to the limits at knots;
+compiled by Cython.
 
 c and theta as in `clock_kernel`, rows as in `bounds_kernel`.
 """
@@ -55,6 +56,42 @@ def steady_loads(
         for i in range(bounds.counts[o // 2, 1 + o % 2]):
             cube = max(cube, sqrt(b) * fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd))
     return square, cube
+
+
+def knot_loads(
+    bounds: Bounds,
+    c: cython.double[::1],
+    loads: cython.double[:, ::1],
+) -> None:
+    """Write the largest velocity (squared) and acceleration at each knot, and the jerks at the beginning and
+    the end of the cell behind it (N + 1, 4), over what rows allow."""
+    cells: cython.Py_ssize_t = bounds.cells
+    for k in range(cells + 1):
+        b = 0.5 * (c[k] + c[k + 1])
+        d = c[k + 1] - c[k]
+        loads[k, 0] = b / bounds.cap[k]
+        load = 0.0
+        for i in range(bounds.counts[k, 0]):
+            y = fabs(bounds.a2[k, i] * b + bounds.a1[k, i] * d)
+            if y > load:
+                load = y
+        loads[k, 1] = load
+        loads[k, 2] = 0.0
+        loads[k, 3] = 0.0
+        if k == cells:
+            break
+        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
+        for e in range(2):
+            if e == 1:
+                b = 0.5 * (c[k + 1] + c[k + 2])
+                d = c[k + 2] - c[k + 1]
+            o = 2 * k + e
+            load = 0.0
+            for i in range(bounds.counts[k, 1 + e]):
+                y = fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd)
+                if y > load:
+                    load = y
+            loads[k, 2 + e] = sqrt(b) * load
 
 
 def going_on(

@@ -8,15 +8,12 @@ c and theta as in `clock_kernel`, rows as in `bounds_kernel`.
 import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
-from numpy.typing import NDArray
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
+    from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Rows
 else:
-    from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
+    from iiwa_sim.motion.timing.bounds_kernel import Rows
 
-MOST_TIMES = cython.declare(cython.double, 2.0)
-ALMOST = cython.declare(cython.double, 1.001)
 # A load is a value over its limit. Between two places whose loads are below this no limit can be passed.
 SMALL = cython.declare(cython.double, 0.75)
 # The same for velocities, which change less between places.
@@ -33,41 +30,68 @@ def inner_loads(
     until: cython.Py_ssize_t,
     loads: cython.double[:, ::1],
 ) -> None:
-    """Write the largest velocity, acceleration and jerk over their limits in the first cells (N, 3)."""
-    largest: cython.double
-    most: cython.double
-    found: cython.double[:, :, ::1] = _room(rows)
+    """Write the largest velocity, acceleration and jerk over their limits in the first cells (N, 3); 0 where
+    they are small."""
+    y: cython.double
+    found: cython.double[:, :, ::1] = room(rows)
+    at: cython.double[:, ::1] = np.empty((3, found.shape[2]))
     for k in range(until):
-        _fill(rows, c, k, found)
+        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
+        places(rows, c, k, at)
+        # Between coefficients lies b, and its derivative between their differences.
+        most_b = max(c[k], c[k + 1], c[k + 2])
+        most_d = max(fabs(c[k + 1] - c[k]), fabs(c[k + 2] - c[k + 1]))
+        rate = sqrt(most_b)
         for order in range(3):
             largest = 0.0
             for i in range(rows.inner.shape[2]):
-                most = 0.0
-                for p in range(rows.starts[k + 1] - rows.starts[k]):
-                    most = max(most, fabs(found[order, i, p]))
-                if most >= SMALL:
-                    for p in range(rows.starts[k + 1] - rows.starts[k]):
-                        most = max(
-                            most, _load(found, rows.parts, rows.starts[k], rows.starts[k + 1], order, i, p)
-                        )
-                        # Each gap between places once.
-                        if p == 0:
-                            continue
-                        y = max(fabs(found[order, i, p - 1]), fabs(found[order, i, p]))
-                        if order == 2 and y >= SMALL:
-                            y = _within(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 2, i]
-                        elif order == 0 and y >= NEARLY:
-                            y = _fastest(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 0, i]
-                        else:
-                            continue
-                        most = max(most, y)
-                largest = max(largest, most)
+                y = rate * rows.peaks[k, 0, i]
+                if order == 1:
+                    y = most_b * rows.peaks[k, 1, i] + 0.5 * most_d * rows.peaks[k, 0, i]
+                elif order == 2:
+                    y = most_b * rows.peaks[k, 2, i] + 1.5 * most_d * rows.peaks[k, 1, i]
+                    y = rate * (y + 0.5 * fabs(dd) * rows.peaks[k, 0, i])
+                if y * rows.per_limit[k, order, i] >= SMALL:
+                    fill(rows, k, i, order, dd, at, found)
+                    largest = max(largest, _most(rows, c, k, i, order, found))
             loads[k, order] = largest
 
 
 @cython.cfunc
-def _room(rows: Rows) -> cython.double[:, :, ::1]:
-    """An array (3, n, m) with room for the m places of any cell: `_fill` writes to it."""
+@cython.exceptval(check=False)
+def _most(
+    rows: Rows,
+    c: cython.double[::1],
+    k: cython.Py_ssize_t,
+    i: cython.Py_ssize_t,
+    order: cython.Py_ssize_t,
+    found: cython.double[:, :, ::1],
+) -> cython.double:
+    """The largest load of a joint at the places of a cell, and between them where it may be more."""
+    most: cython.double = 0.0
+    for p in range(rows.starts[k + 1] - rows.starts[k]):
+        most = max(most, fabs(found[order, i, p]))
+    if most < SMALL:
+        return most
+    for p in range(rows.starts[k + 1] - rows.starts[k]):
+        most = max(most, load_at(found, rows.parts, rows.starts[k], rows.starts[k + 1], order, i, p))
+        # Each gap between places once.
+        if p == 0:
+            continue
+        y = max(fabs(found[order, i, p - 1]), fabs(found[order, i, p]))
+        if order == 2 and y >= SMALL:
+            y = jerk_within(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 2, i]
+        elif order == 0 and y >= NEARLY:
+            y = speed_within(rows, c, k, i, rows.starts[k] + p - 1) * rows.per_limit[k, 0, i]
+        else:
+            continue
+        most = max(most, y)
+    return most
+
+
+@cython.cfunc
+def room(rows: Rows) -> cython.double[:, :, ::1]:
+    """An array (3, n, m) with room for the m places of any cell: `fill` writes to it."""
     most: cython.Py_ssize_t = 0
     for k in range(rows.bounds.cells):
         most = max(most, rows.starts[k + 1] - rows.starts[k])
@@ -77,33 +101,47 @@ def _room(rows: Rows) -> cython.double[:, :, ::1]:
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _fill(
+def places(rows: Rows, c: cython.double[::1], k: cython.Py_ssize_t, at: cython.double[:, ::1]) -> cython.void:
+    """Write b, its derivative and the root of b (3, m) at the places in a cell."""
+    dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
+    for p in range(rows.starts[k + 1] - rows.starts[k]):
+        u = rows.parts[rows.starts[k] + p]
+        at[0, p] = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
+        at[1, p] = (c[k + 1] - c[k]) + u * dd
+        at[2, p] = sqrt(at[0, p])
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def fill(
     rows: Rows,
-    c: cython.double[::1],
     k: cython.Py_ssize_t,
+    i: cython.Py_ssize_t,
+    order: cython.Py_ssize_t,
+    dd: cython.double,
+    at: cython.double[:, ::1],
     found: cython.double[:, :, ::1],
 ) -> cython.void:
-    """Write velocities, accelerations and jerks over their limits (3, n, m) at the places in a cell."""
-    dd: cython.double = c[k] - 2.0 * c[k + 1] + c[k + 2]
-    for o in range(rows.starts[k], rows.starts[k + 1]):
-        p = o - rows.starts[k]
-        u = rows.parts[o]
-        d = (c[k + 1] - c[k]) + u * dd
-        b = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * dd
-        root = sqrt(b)
-        for i in range(rows.inner.shape[2]):
-            found[0, i, p] = root * rows.inner[o, 0, i] * rows.per_limit[k, 0, i]
-            found[1, i, p] = (rows.inner[o, 1, i] * b + 0.5 * rows.inner[o, 0, i] * d) * rows.per_limit[
-                k, 1, i
-            ]
-            y = rows.inner[o, 2, i] * b + 1.5 * rows.inner[o, 1, i] * d + 0.5 * rows.inner[o, 0, i] * dd
-            found[2, i, p] = root * y * rows.per_limit[k, 2, i]
+    """Write velocities, accelerations or jerks of a joint over their limits at the places in a cell, where
+    `places` has been."""
+    y: cython.double
+    for p in range(rows.starts[k + 1] - rows.starts[k]):
+        o = rows.starts[k] + p
+        y = rows.inner[o, 0, i]
+        if order == 0:
+            y *= at[2, p]
+        elif order == 1:
+            y = rows.inner[o, 1, i] * at[0, p] + 0.5 * y * at[1, p]
+        else:
+            y = rows.inner[o, 2, i] * at[0, p] + 1.5 * rows.inner[o, 1, i] * at[1, p] + 0.5 * y * dd
+            y *= at[2, p]
+        found[order, i, p] = y * rows.per_limit[k, order, i]
 
 
 @cython.cfunc
 @cython.inline
 @cython.exceptval(check=False)
-def _load(
+def load_at(
     found: cython.double[:, :, ::1],
     parts: cython.double[::1],
     first: cython.Py_ssize_t,
@@ -143,27 +181,7 @@ def _load(
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _beside(
-    rows: Rows,
-    c: cython.double[::1],
-    k: cython.Py_ssize_t,
-    i: cython.Py_ssize_t,
-    p: cython.Py_ssize_t,
-    order: cython.Py_ssize_t,
-) -> cython.double:
-    """The largest velocity or jerk of a joint, over its limit, between a place of the cell k and those beside
-    it."""
-    largest: cython.double = 0.0
-    for o in range(rows.starts[k] + p - 1, rows.starts[k] + p + 1):
-        if rows.starts[k] <= o < rows.starts[k + 1] - 1:
-            y = _within(rows, c, k, i, o) if order == 2 else _fastest(rows, c, k, i, o)
-            largest = max(largest, y)
-    return largest * rows.per_limit[k, order, i]
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _within(
+def jerk_within(
     rows: Rows,
     c: cython.double[::1],
     k: cython.Py_ssize_t,
@@ -202,7 +220,7 @@ def _within(
 
 @cython.cfunc
 @cython.exceptval(check=False)
-def _fastest(
+def speed_within(
     rows: Rows,
     c: cython.double[::1],
     k: cython.Py_ssize_t,
@@ -226,125 +244,3 @@ def _fastest(
         u = 0.5 * (c[k] + c[k + 1]) + u * (c[k + 1] - c[k]) + 0.5 * u * u * (c[k] - 2.0 * c[k + 1] + c[k + 2])
         largest = max(largest, sqrt(u) * fabs(slope))
     return largest
-
-
-def knot_loads(
-    bounds: Bounds,
-    c: cython.double[::1],
-    loads: cython.double[:, ::1],
-) -> None:
-    """Write the largest velocity (squared) and acceleration at each knot, and the jerks at the beginning and
-    the end of the cell behind it (N + 1, 4), over what rows allow."""
-    cells: cython.Py_ssize_t = bounds.cells
-    for k in range(cells + 1):
-        b = 0.5 * (c[k] + c[k + 1])
-        d = c[k + 1] - c[k]
-        loads[k, 0] = b / bounds.cap[k]
-        load = 0.0
-        for i in range(bounds.counts[k, 0]):
-            y = fabs(bounds.a2[k, i] * b + bounds.a1[k, i] * d)
-            if y > load:
-                load = y
-        loads[k, 1] = load
-        loads[k, 2] = 0.0
-        loads[k, 3] = 0.0
-        if k == cells:
-            break
-        dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
-        for e in range(2):
-            if e == 1:
-                b = 0.5 * (c[k + 1] + c[k + 2])
-                d = c[k + 2] - c[k + 1]
-            o = 2 * k + e
-            load = 0.0
-            for i in range(bounds.counts[k, 1 + e]):
-                y = fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd)
-                if y > load:
-                    load = y
-            loads[k, 2 + e] = sqrt(b) * load
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _worst(
-    found: cython.double[:, :, ::1],
-    rows: Rows,
-    c: cython.double[::1],
-    k: cython.Py_ssize_t,
-    half: cython.int,
-    order: cython.Py_ssize_t,
-    joint: cython.Py_ssize_t[::1],
-) -> cython.double:
-    """The largest load in half of a cell; writes the place and the joint, -1 where it is within the limit."""
-    first: cython.Py_ssize_t = rows.starts[k]
-    last: cython.Py_ssize_t = rows.starts[k + 1]
-    most: cython.double = 1.0
-    joint[0] = joint[1] = -1
-    for p in range(last - first):
-        if (rows.parts[first + p] < 0.5) != (half == 0):
-            continue
-        for i in range(found.shape[1]):
-            y = _load(found, rows.parts, first, last, order, i, p)
-            if (order == 2 and y >= SMALL) or (order == 0 and y >= NEARLY):
-                y = max(y, _beside(rows, c, k, i, p, order))
-            if y > most:
-                most = y
-                joint[0] = first + p
-                joint[1] = i
-    return most
-
-
-def cut(
-    rows: Rows, c: cython.double[::1], loads: cython.double[:, ::1], allowed: cython.double[:, ::1]
-) -> NDArray[np.float64]:
-    """Rows (M, 7) for where velocities, accelerations and jerks within cells are larger than allowed (N, 3):
-    of the worst place and joint in either half of a cell. See `Rows`."""
-    m: cython.Py_ssize_t = 0
-    joint: cython.Py_ssize_t[::1] = np.empty(2, dtype=np.intp)
-    found: cython.double[:, :, ::1] = _room(rows)
-    for k in range(rows.bounds.cells):
-        for order in range(3):
-            m += 2 if loads[k, order] > allowed[k, order] else 0
-    cuts_array = np.zeros((m, 7))
-    cuts: cython.double[:, ::1] = cuts_array
-    m = 0
-    for k in range(rows.bounds.cells):
-        if not (loads[k, 0] > allowed[k, 0] or loads[k, 1] > allowed[k, 1] or loads[k, 2] > allowed[k, 2]):
-            continue
-        _fill(rows, c, k, found)
-        for order in range(3):
-            if loads[k, order] <= allowed[k, order]:
-                continue
-            for half in range(2):
-                most = _worst(found, rows, c, k, half, order, joint)
-                if joint[0] < 0:
-                    continue
-                p = joint[0]
-                u = rows.parts[p]
-                first, second, third = (
-                    rows.inner[p, 0, joint[1]],
-                    rows.inner[p, 1, joint[1]],
-                    rows.inner[p, 2, joint[1]],
-                )
-                # The factors of b, b' and b'' there; what is larger beside the place counts for it.
-                most /= max(fabs(found[order, joint[1], p - rows.starts[k]]), 1e-9)
-                most = ALMOST * (most * most if order == 0 else most)
-                most = rows.per_limit[k, order, joint[1]] * min(max(most, 1.0), MOST_TIMES)
-                if order == 0:
-                    b, d, dd = first * first * rows.per_limit[k, 0, joint[1]] * most, 0.0, 0.0
-                elif order == 1:
-                    b, d, dd = second * most, 0.5 * first * most, 0.0
-                else:
-                    b, d, dd = third * most, 1.5 * second * most, 0.5 * first * most
-                cuts[m, 0] = k
-                cuts[m, 4] = 0.5 - u + 0.5 * u * u
-                cuts[m, 5] = 0.5 + u - u * u
-                cuts[m, 6] = 0.5 * u * u
-                cuts[m, 1] = b * cuts[m, 4] - d * (1.0 - u) + dd
-                cuts[m, 2] = b * cuts[m, 5] + d * (1.0 - 2.0 * u) - 2.0 * dd
-                cuts[m, 3] = b * cuts[m, 6] + d * u + dd
-                if order < 2:
-                    cuts[m, 4] = cuts[m, 5] = cuts[m, 6] = 0.0
-                m += 1
-    chosen: NDArray[np.float64] = cuts_array[:m]
-    return chosen

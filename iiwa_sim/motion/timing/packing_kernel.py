@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+from cython.cimports.libc.math import fabs
 from numpy.typing import NDArray
 
 if cython.compiled:
@@ -18,71 +18,52 @@ COLUMNS = cython.declare(cython.Py_ssize_t, 13)
 
 
 def packed(
-    given: Rows, c: cython.double[::1], fixed: cython.Py_ssize_t, idle: cython.double
+    given: Rows, fixed: cython.Py_ssize_t
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-    """`groups`, `first`, `weights` and `rows` of `Steps`, which say what is left out; of rows the first three
-    columns."""
+    """`cells`, `first`, `weights` and `rows` of `Steps`, without cuts; of rows the first three columns."""
     bounds: Bounds = given.bounds
-    cuts: cython.double[:, ::1] = given.cuts
     cells: cython.Py_ssize_t = bounds.cells
     g: cython.Py_ssize_t = 0
-    m: cython.Py_ssize_t = 0
-    r: cython.Py_ssize_t = 2 * cells + 1 + cuts.shape[0]
+    r: cython.Py_ssize_t = 2 * cells + 1
     for k in range(cells + 1):
         for e in range(3 if k < cells else 1):
             r += bounds.counts[k, e]
-    groups_array = np.zeros(cells + 1, dtype=np.intp)
-    first_array = np.zeros(3 * cells + 2 + cuts.shape[0], dtype=np.intp)
-    weights_array = np.zeros((3 * cells + 1 + cuts.shape[0], 3))
-    rows_array = np.empty((r, COLUMNS))
-    groups: cython.Py_ssize_t[::1] = groups_array
+    cells_array = np.empty(3 * cells + 1, dtype=np.intp)
+    first_array = np.zeros(3 * cells + 2, dtype=np.intp)
+    weights_array = np.zeros((3 * cells + 1, 4))
+    rows_array = np.zeros((r, COLUMNS))
+    cell: cython.Py_ssize_t[::1] = cells_array
     first: cython.Py_ssize_t[::1] = first_array
     weights: cython.double[:, ::1] = weights_array
     rows: cython.double[:, ::1] = rows_array
     r = 0
     for k in range(cells):
-        groups[k] = g
         for e in range(4):
             if (k == 0 and e < 2 and fixed > 0) or (k < cells - 1 and e == 3):
                 continue
             if e % 3 == 0:
-                last = _knot(rows, given, k + e // 3, e // 3, r)
+                r = _knot(rows, given, k + e // 3, e // 3, r)
                 if e == 0:
-                    last = _middle(rows, given, k, last)
+                    r = _middle(rows, given, k, r)
             else:
-                last = _jerks(rows, given, k, e - 1, r)
+                r = _jerks(rows, given, k, e - 1, r)
                 weights[g, e - 1] = weights[g, e] = 0.5
-            w = idle * _w(weights, g, c, k)
-            for i in range(r, last):
-                y = rows[i, 0] * c[k] + rows[i, 1] * c[k + 1] + rows[i, 2] * c[k + 2]
-                if fabs(y) >= w:
-                    rows[r, 0], rows[r, 1], rows[r, 2] = (
-                        rows[i, 0],
-                        rows[i, 1],
-                        rows[i, 2],
-                    )
-                    r += 1
+            cell[g] = k
             g += 1
             first[g] = r
-        while m < cuts.shape[0] and cuts[m, 0] < k + 0.5:
-            for i in range(3):
-                rows[r, i] = cuts[m, 1 + i]
-                weights[g, i] = cuts[m, 4 + i]
-            r, g, m = r + 1, g + 1, m + 1
-            first[g] = r
-    groups[cells] = g
-    return groups_array, first_array, weights_array, rows_array[:r]
+    return cells_array[:g], first_array[: g + 1], weights_array[:g], rows_array[:r]
 
 
-@cython.cfunc
-@cython.inline
-@cython.exceptval(check=False)
-def _w(
-    weights: cython.double[:, ::1], g: cython.Py_ssize_t, c: cython.double[::1], k: cython.Py_ssize_t
-) -> cython.double:
-    """What the rows of a group stay below."""
-    b: cython.double = weights[g, 0] * c[k] + weights[g, 1] * c[k + 1] + weights[g, 2] * c[k + 2]
-    return 1.0 / sqrt(b) if b > 0.0 else 1.0
+def packed_cuts(
+    cuts: NDArray[np.float64],
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
+    """The same of cuts (M, 7): see `Rows`."""
+    m: cython.Py_ssize_t = cuts.shape[0]
+    rows = np.zeros((m, COLUMNS))
+    rows[:, :3] = cuts[:, 1:4]
+    weights = np.zeros((m, 4))
+    weights[:, :3] = cuts[:, 4:]
+    return cuts[:, 0].astype(np.intp), np.arange(m + 1), weights, rows
 
 
 @cython.cfunc

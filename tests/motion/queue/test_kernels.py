@@ -14,6 +14,7 @@ from iiwa_sim.motion.queue import chain_kernel, corner_kernel, motion_kernel, ro
 from iiwa_sim.motion.timing import (
     bounds_kernel,
     clock_kernel,
+    cuts_kernel,
     guess_kernel,
     loads_kernel,
     run_kernel,
@@ -29,6 +30,7 @@ COMPILED = SimpleNamespace(
     rows=rows_kernel,
     bounds=bounds_kernel,
     clock=clock_kernel,
+    cuts=cuts_kernel,
     guess=guess_kernel,
     loads=loads_kernel,
     run=run_kernel,
@@ -41,6 +43,7 @@ PLAIN = SimpleNamespace(
     rows=interpreted("iiwa_sim.motion.queue.rows_kernel"),
     bounds=interpreted("iiwa_sim.motion.timing.bounds_kernel"),
     clock=interpreted("iiwa_sim.motion.timing.clock_kernel"),
+    cuts=interpreted("iiwa_sim.motion.timing.cuts_kernel"),
     guess=interpreted("iiwa_sim.motion.timing.guess_kernel"),
     loads=interpreted("iiwa_sim.motion.timing.loads_kernel"),
     run=interpreted("iiwa_sim.motion.timing.run_kernel"),
@@ -110,7 +113,8 @@ def arrays_of(bounds: Any) -> list[Array]:
 
 def inside_of(rows: Any) -> list[Array]:
     return [
-        np.asarray(getattr(rows, each)) for each in ("inner", "starts", "parts", "per_limit", "tight", "cuts")
+        np.asarray(getattr(rows, each))
+        for each in ("inner", "peaks", "starts", "parts", "per_limit", "tight", "cuts")
     ]
 
 
@@ -122,12 +126,14 @@ def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
     c[2:] *= 1.5  # which breaks something
     loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
     kernels.loads.inner_loads(rows, c, cells, loads)
-    kernels.loads.knot_loads(rows.bounds, c, ends)
-    rows.cuts = kernels.loads.cut(rows, c, loads, 0.5 * loads.max(axis=0) * np.ones((cells, 1)))
+    kernels.guess.knot_loads(rows.bounds, c, ends)
+    rows.cuts = kernels.cuts.cut(rows, c, loads, 0.5 * loads.max(axis=0) * np.ones((cells, 1)))
     told = []
-    for fixed, idle in ((0, 0.0), (2, 1e-4)):
-        steps = kernels.clock.Steps(rows, c, fixed, idle)
+    for fixed in (0, 2):
+        steps = kernels.clock.Steps(rows, fixed)
         steps.begin(c, 0.3, 0.1)
+        told.append(steps.go(c, 3, 0.02))
+        steps.add(np.asarray(rows.cuts), c)
         told.append(steps.go(c, 3, 0.02))
     c[4] *= 0.001
     told.append((0, kernels.clock.lifted(c, 2)))
