@@ -14,14 +14,12 @@ import numpy as np
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.course import Course
+from iiwa_sim.motion.queue.front_kernel import kept
 from iiwa_sim.motion.queue.motion_kernel import Motion, add_times
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.rows import UNIT_S
 from iiwa_sim.motion.timing.bounds_kernel import Rows
 
-AHEAD_CELLS = 2
-BESIDE_BRAKING_S = 0.1
-"""Until so long before it begins to brake at its end, a chain moves as one would that goes on."""
 KEPT_S = 0.01
 """How much of the past a front keeps: an override looks back a little."""
 
@@ -166,20 +164,17 @@ class Chain:
         its end if that is later. x is kept longer: up to a little before the chain brakes, or before the run
         whose mean it is comes to `until_x`.
         """
-        c = self.controls
-        rates = 0.5 * (c[2:] - c[:-2]) * np.sqrt(0.5 * (self.clock[1:] + self.clock[:-1])) / UNIT_S
-        rising = np.flatnonzero(np.diff(rates) > 0.0)
-        brakes_s = float(self.times[rising[-1] + 1]) if len(rising) else 0.0
-        k = int(self.times.searchsorted(max(time_s, brakes_s - free_s)))
-        k = max(min(k, len(self.times) - 2), 1)
-        first = max(min(int(self.times.searchsorted(now_s - KEPT_S)) - 1, k - 1), 0)
-        ahead = (c[:-2] + 4.0 * c[1:-1] + c[2:]) / 6.0 + 0.5 * self.course.window_s * rates
-        last = min(
-            int(self.times.searchsorted(max(brakes_s - BESIDE_BRAKING_S, 0.5 * (brakes_s + self.times[k])))),
-            int(ahead.searchsorted(until_x)) - AHEAD_CELLS,
-            len(self.times) - 2,
+        first, k, last = kept(
+            self.controls,
+            self.clock,
+            self.times,
+            UNIT_S,
+            now_s - KEPT_S,
+            time_s,
+            free_s,
+            until_x,
+            0.5 * self.course.window_s,
         )
-        last = max(last, k)
         rows = self._rows
         known = len(self.times) - 1 - rows.cells if rows else last
         return Front(

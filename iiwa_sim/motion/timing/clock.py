@@ -14,7 +14,7 @@ from iiwa_sim.motion.timing.bounds_kernel import Rows
 from iiwa_sim.motion.timing.clock_kernel import Steps, lifted
 from iiwa_sim.motion.timing.cuts_kernel import cut
 from iiwa_sim.motion.timing.guess_kernel import going_on, knot_loads, steady_loads
-from iiwa_sim.motion.timing.loads_kernel import inner_loads
+from iiwa_sim.motion.timing.loads_kernel import beyond, inner_loads
 
 CELL_STEPS = 2400
 """Newton steps times cells in a slice: some 0.4 ms."""
@@ -25,13 +25,11 @@ QUICK_START = 0.97
 ALMOST = 1.004
 KEPT = 1.004
 """Of acceleration and jerk between knots; more is repaired."""
-ACCEPTED = 1.3
-"""Of what is too much, where no better clock was found."""
+ACCEPTED = 0.3
+"""Part of what is too much that is accepted, where no better clock was found."""
 ROOM = 0.9998
 """Of limits: what is kept of an old clock has so much room to all."""
 KEPT_VELOCITY = 1.0009
-ALLOWED = (3e-4, KEPT - 1.0, KEPT - 1.0)
-"""What is too much by this, of velocities, accelerations and jerks, counts alike."""
 MU, MU_NEAR, LEAST = 0.3, 0.1, 0.2
 """With which a clock begins (see `Steps.begin`), at an even pace or from a guess: others take more steps."""
 ENOUGH = 0.02
@@ -81,8 +79,9 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
     cells = rows.cells
     loads = np.empty((cells, 3))
     chunk = max(CELL_STEPS // cells, 1)
-    best: tuple[float, Array, float] | None = None
-    allowed = np.tile([KEPT_VELOCITY, KEPT, KEPT], (cells, 1))
+    best: tuple[float, Array, Array] | None = None
+    allowed = np.empty((cells, 3))
+    allowed[:] = KEPT_VELOCITY, KEPT, KEPT
     if kept:
         # There may be no better way than the one that is kept: there no more is asked for.
         inner_loads(rows, c, kept, loads)
@@ -114,24 +113,23 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
             steps = None
             continue
         inner_loads(rows, c, cells, loads)
-        over_allowed = (loads - allowed).max(axis=0)
-        excess = 1.0 + float((over_allowed / ALLOWED).max())
-        if best is None or excess < best[0]:
-            best = excess, c.copy(), _too_fast(loads)
-        if excess <= 1.0:
+        excess = beyond(loads, allowed)
+        if excess <= 0.0:
             return True
+        if best is None or excess < best[0]:
+            best = excess, c.copy(), loads.copy()
         cuts = cut(rows, c, loads, allowed)
         rows.cuts = np.concatenate([rows.cuts, cuts])
     return _best(best, c, fixed)
 
 
-def _best(best: tuple[float, Array, float] | None, c: Array, fixed: int) -> bool:
+def _best(best: tuple[float, Array, Array] | None, c: Array, fixed: int) -> bool:
     """Let c be the best clock found, if it is good enough; one from rest is slowed down for that."""
     if best is None or (fixed and best[0] > ACCEPTED):
         return False
     c[:] = best[1]
     if not fixed:
-        c /= max(best[2], 1.0)
+        c /= max(_too_fast(best[2]), 1.0)
     return True
 
 

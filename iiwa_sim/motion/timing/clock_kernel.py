@@ -134,6 +134,7 @@ class Steps:
                 for f in range(2):
                     t = max(w - y, least * w)
                     self.rows[r, 3 + f], self.rows[r, 5 + f] = mu / t, t
+                    self.rows[r, 7 + f] = self.rows[r, 9 + f] = 0.0
                     self.far = max(self.far, t - w + y)
                     self.gap += mu
                     y = -y

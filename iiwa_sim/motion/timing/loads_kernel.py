@@ -18,6 +18,9 @@ else:
 SMALL = cython.declare(cython.double, 0.75)
 # The same for velocities, which change less between places.
 NEARLY = cython.declare(cython.double, 0.97)
+# What is too much by this, of velocities, and of accelerations and jerks, counts alike.
+TOO_FAST = cython.declare(cython.double, 3e-4)
+TOO_MUCH = cython.declare(cython.double, 0.004)
 # Gaps between places shorter than this part of a cell are not looked into.
 LEAST_GAP = cython.declare(cython.double, 1e-3)
 # Number of parts in which a gap is looked into.
@@ -55,6 +58,16 @@ def inner_loads(
                     fill(rows, k, i, order, dd, at, found)
                     largest = max(largest, _most(rows, c, k, i, order, found))
             loads[k, order] = largest
+
+
+def beyond(loads: cython.double[:, ::1], allowed: cython.double[:, ::1]) -> float:
+    """How far velocities, accelerations and jerks over limits (N, 3) are beyond what is allowed, counted in
+    what is too much of each; negative where they are not."""
+    most: cython.double = -1e12
+    for k in range(loads.shape[0]):
+        most = max(most, (loads[k, 0] - allowed[k, 0]) / TOO_FAST)
+        most = max(most, max(loads[k, 1] - allowed[k, 1], loads[k, 2] - allowed[k, 2]) / TOO_MUCH)
+    return float(most)
 
 
 @cython.cfunc

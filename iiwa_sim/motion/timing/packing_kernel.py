@@ -31,7 +31,7 @@ def packed(
     cells_array = np.empty(3 * cells + 1, dtype=np.intp)
     first_array = np.zeros(3 * cells + 2, dtype=np.intp)
     weights_array = np.zeros((3 * cells + 1, 4))
-    rows_array = np.zeros((r, COLUMNS))
+    rows_array = np.empty((r, COLUMNS))
     cell: cython.Py_ssize_t[::1] = cells_array
     first: cython.Py_ssize_t[::1] = first_array
     weights: cython.double[:, ::1] = weights_array
@@ -59,7 +59,7 @@ def packed_cuts(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
     """The same of cuts (M, 7): see `Rows`."""
     m: cython.Py_ssize_t = cuts.shape[0]
-    rows = np.zeros((m, COLUMNS))
+    rows = np.empty((m, COLUMNS))
     rows[:, :3] = cuts[:, 1:4]
     weights = np.zeros((m, 4))
     weights[:, :3] = cuts[:, 4:]

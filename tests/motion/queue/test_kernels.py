@@ -10,7 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue import chain_kernel, corner_kernel, motion_kernel, rows_kernel
+from iiwa_sim.motion.queue import chain_kernel, corner_kernel, front_kernel, motion_kernel, rows_kernel
 from iiwa_sim.motion.timing import (
     bounds_kernel,
     clock_kernel,
@@ -26,6 +26,7 @@ from tests.samples import some
 COMPILED = SimpleNamespace(
     chain=chain_kernel,
     corner=corner_kernel,
+    front=front_kernel,
     motion=motion_kernel,
     rows=rows_kernel,
     bounds=bounds_kernel,
@@ -39,6 +40,7 @@ COMPILED = SimpleNamespace(
 PLAIN = SimpleNamespace(
     chain=interpreted("iiwa_sim.motion.queue.chain_kernel"),
     corner=interpreted("iiwa_sim.motion.queue.corner_kernel"),
+    front=interpreted("iiwa_sim.motion.queue.front_kernel"),
     motion=interpreted("iiwa_sim.motion.queue.motion_kernel"),
     rows=interpreted("iiwa_sim.motion.queue.rows_kernel"),
     bounds=interpreted("iiwa_sim.motion.timing.bounds_kernel"),
@@ -160,7 +162,11 @@ def motion_of(kernels: SimpleNamespace, way: Any, controls: Array, clock: Array)
     limits = np.empty((len(at), 3, JOINTS))
     motion.joints_along(at, joints)
     motion.along(at, found, limits)
-    return [times, joints, found, limits, np.array([motion.move_at(t) for t in at])]
+    kept = [
+        kernels.front.kept(controls, clock, times, UNIT_S, 0.1 * t, 0.3 * t, 0.2, way.end_x, WINDOW_S)
+        for t in at
+    ]
+    return [times, joints, found, limits, np.array([motion.move_at(t) for t in at]), np.array(kept)]
 
 
 def all_of(kernels: SimpleNamespace, seed: int) -> list[Array]:
