@@ -6,8 +6,8 @@ import numpy as np
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue.chain import Chain
-from iiwa_sim.motion.queue.look_ahead import Ahead, LookAhead
+from iiwa_sim.motion.queue.chain import Ahead, Chain
+from iiwa_sim.motion.queue.look_ahead import LookAhead
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import ending
 from iiwa_sim.motion.queue.waiting import Waiting, among

@@ -185,3 +185,11 @@ class Chain:
             np.diff(self.times[last : last + 3]),
             rows.part(k - known, last - known) if rows and last > k >= known else None,
         )
+
+
+class Ahead(NamedTuple):
+    """A chain in place of the one under way."""
+
+    chain: Chain
+    moves: int
+    """How many of the moves that waited are part of it."""

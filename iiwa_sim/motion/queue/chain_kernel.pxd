@@ -1,4 +1,4 @@
-# For kernels that follow a way: `find`, `at`, then what lies in `here`; and a place within a cell.
+# For kernels that follow a way: `find`, `at`, then what lies in `here`.
 cdef class Way:
     cdef readonly object edges         # x where third derivatives over x jump, or may change fast, rising
     cdef double[::1] targets
@@ -24,6 +24,3 @@ cdef class Way:
     cdef double _place(self, Py_ssize_t c, double v) noexcept
     cdef void _polynomial(self, Py_ssize_t k, double s, int order, double[:, :, ::1] out) noexcept
     cdef double limit(self, Py_ssize_t k, Py_ssize_t c, int order, Py_ssize_t joint) noexcept
-cdef double spline(double[::1] controls, Py_ssize_t cell, double part) noexcept
-cdef double part_at(double[::1] controls, Py_ssize_t k, double x) noexcept
-cpdef double shape(double v, double rho, double height, int order) noexcept

@@ -2,8 +2,8 @@
 
 x runs along a chain: the move k lies between `targets[k]` and `targets[k + 1]`, and goes evenly with its
 own s. Round the target k the moves before and behind it are added: with v from 0 to 1 the first goes to
-its end as s = 1 - before F(1 - v) while the second sets out as s = after F(v), F being a cubic up to rho
-and then a parabola; and x is what both have done. So outside a corner a chain is exactly on the path of
+its end as s = 1 - before F(1 - v) while the second sets out as s = after F(v) (`shapes_kernel.shape`);
+and x is what both have done. So outside a corner a chain is exactly on the path of
 one move.
 """
 
@@ -15,12 +15,13 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.path.polynomial_kernel import evaluate
+    from cython.cimports.iiwa_sim.motion.queue.shapes_kernel import corner_part, shape
 else:
     from iiwa_sim.motion.path.polynomial_kernel import evaluate
+    from iiwa_sim.motion.queue.shapes_kernel import corner_part, shape
 
 # Distance of samples in x outside of corners: some milliseconds at full speed.
 OWN = cython.declare(cython.double, 0.004)
@@ -37,87 +38,6 @@ MARKS = cython.declare(cython.Py_ssize_t, 10)
 BESIDE = cython.declare(cython.Py_ssize_t, 4)
 # The sample beside an edge of a corner is so far from it, as a part of the corner's shorter side.
 NEAR = cython.declare(cython.double, 1e-5)
-PLACES = cython.declare(cython.double, 1e-15)
-
-
-@cython.ccall
-@cython.exceptval(check=False)
-def shape(v: cython.double, rho: cython.double, height: cython.double, order: cython.int) -> cython.double:
-    """F(v), the shape of corners that the head of this file tells, or its derivative of an order."""
-    if v < rho:
-        if order == 0:
-            return height * v * v * v
-        if order == 1:
-            return 3.0 * height * v * v
-        if order == 2:
-            return 6.0 * height * v
-        return 6.0 * height
-    if order == 0:
-        return height * rho * (3.0 * v * v - 3.0 * rho * v + rho * rho)
-    if order == 1:
-        return height * rho * (6.0 * v - 3.0 * rho)
-    if order == 2:
-        return 6.0 * height * rho
-    return 0.0
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _corner(
-    x: cython.double,
-    first_x: cython.double,
-    second_x: cython.double,
-    rho: cython.double,
-    height: cython.double,
-) -> cython.double:
-    """v (0 to 1) in a corner from first_x before its target to second_x behind it, at an x counted from the
-    target."""
-    low: cython.double = 0.0
-    high: cython.double = 1.0
-    v: cython.double = (x + first_x) / (first_x + second_x)
-    for _ in range(60):
-        y = second_x * shape(v, rho, height, 0) - first_x * shape(1.0 - v, rho, height, 0) - x
-        if y > 0.0:
-            high = v
-        else:
-            low = v
-        slope = second_x * shape(v, rho, height, 1) + first_x * shape(1.0 - v, rho, height, 1)
-        y = v - y / slope
-        if y < low or y > high:
-            y = 0.5 * (low + high)
-        if fabs(y - v) < PLACES:
-            return y
-        v = y
-    return v
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def spline(controls: cython.double[::1], cell: cython.Py_ssize_t, part: cython.double) -> cython.double:
-    """x at a part of a cell; `controls` (N + 3,) are those of a cubic B-spline over cells."""
-    u: cython.double = part
-    w: cython.double = 1.0 - u
-    return (
-        w * w * w * controls[cell]
-        + (3.0 * u * u * u - 6.0 * u * u + 4.0) * controls[cell + 1]
-        + (3.0 * w * w * w - 6.0 * w * w + 4.0) * controls[cell + 2]
-        + u * u * u * controls[cell + 3]
-    ) / 6.0
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def part_at(controls: cython.double[::1], k: cython.Py_ssize_t, x: cython.double) -> cython.double:
-    """The part of a cell where x is."""
-    low: cython.double = 0.0
-    high: cython.double = 1.0
-    for _ in range(24):
-        middle = 0.5 * (low + high)
-        if spline(controls, k, middle) < x:
-            low = middle
-        else:
-            high = middle
-    return low
 
 
 @cython.cclass
@@ -278,7 +198,7 @@ class Way:
         second_x = self.after[c] * (self.targets[c + 1] - self.targets[c])
         rho = self.rho[c]
         height = self.heights[c]
-        v = _corner(x - self.targets[c], first_x, second_x, rho, height)
+        v = corner_part(x - self.targets[c], first_x, second_x, rho, height)
         self._polynomial(c - 1, 1.0 - self.before[c] * shape(1.0 - v, rho, height, 0), order, one)
         self._polynomial(c, self.after[c] * shape(v, rho, height, 0), order, other)
         for i in range(n):

@@ -47,3 +47,8 @@ def side(move: Move, *, at_end: bool) -> Side:
     """One side of a corner: a move that comes to rest at its end, or sets out."""
     path = move.path
     return Side(path.borders, path.offsets, path.coefficients, *move.limits, at_end)
+
+
+def may_blend(first: Move, second: Move) -> bool:
+    """Whether the robot need not stop between two moves."""
+    return first.zone is not None and second.length_s > 0.0

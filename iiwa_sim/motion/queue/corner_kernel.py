@@ -9,12 +9,12 @@ from cython.cimports.libc.math import fabs, sqrt
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
     from cython.cimports.iiwa_sim.motion.path.zone_kernel import distance
-    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import shape
+    from cython.cimports.iiwa_sim.motion.queue.shapes_kernel import shape
     from cython.cimports.iiwa_sim.motion.timing.run_kernel import root
 else:
     from iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
     from iiwa_sim.motion.path.zone_kernel import distance
-    from iiwa_sim.motion.queue.chain_kernel import shape
+    from iiwa_sim.motion.queue.shapes_kernel import shape
     from iiwa_sim.motion.timing.run_kernel import root
 
 # Whether the robot stays in its zone is looked at between so many even parts of v.

@@ -4,14 +4,15 @@ from collections import deque
 from collections.abc import Sequence
 from itertools import islice, pairwise
 from math import ceil
-from typing import NamedTuple
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue.chain import Chain, Front
-from iiwa_sim.motion.queue.corner import Corner, corner, side
+from iiwa_sim.motion.queue.alone import alone_s, at_least_s, may_be_slower, slower
+from iiwa_sim.motion.queue.chain import Ahead, Chain, Front
+from iiwa_sim.motion.queue.corner import Corner, corner, may_blend
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import FREE_S, begun, planned, planned_on
+from iiwa_sim.motion.queue.setting_out import MOST_AT_FIRST, SHORT_S, SettingOut, are_short
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.slices import Slices
 
@@ -21,15 +22,8 @@ MOST_AT_ONCE = 30
 """The most moves it is planned on into at once."""
 BATCH_S = 2.0
 """Fewer are taken where these take about so long."""
-SHORT_S = 0.05
-"""A move that takes less at its full speed is short. Short moves are planned together before the robot sets
-out, where the first of them, alone from rest to rest, takes between `TINY_S` and `LONG_ENOUGH_S`."""
-LONG_ENOUGH_S = 0.2
-TINY_S = 0.035
-"""Below this there is nothing to gain, but with several such moves that take twice as long together."""
 ENOUGH_S = 0.3
 """Short moves are planned together until they take this long, or are `MOST_AT_FIRST`."""
-MOST_AT_FIRST = 12
 MOST_WAIT_S = 0.1
 """The longest that the robot waits for short moves to be planned."""
 WORTH_WAITING = 0.5
@@ -59,36 +53,7 @@ LONGEST_S = 0.2
 LEAST_PACE = 0.02
 SHARES = (1.0, 0.6)
 """Parts of a corner that are tried one after the other, until a clock is found."""
-ABOUT = 0.95
 ROUNDING = 1e-9
-
-
-class Ahead(NamedTuple):
-    """A chain in place of the one under way."""
-
-    chain: Chain
-    moves: int
-    """How many of the moves that waited are part of it."""
-
-
-class _SettingOut:
-    """Short moves that are planned together before they set out from rest."""
-
-    def __init__(self, number: int, work: Slices[Ahead | None]) -> None:
-        """`number` is that of the first move; `work` ends with their chain, or None."""
-        self.number = number
-        self.over = False
-        self.ahead: Ahead | None = None
-        self._work = work
-
-    def go_on(self, slices: int) -> None:
-        for _ in range(slices):
-            if self.over:
-                return
-            try:
-                next(self._work)
-            except StopIteration as end:
-                self.over, self.ahead = True, end.value
 
 
 class LookAhead:
@@ -106,7 +71,7 @@ class LookAhead:
     def forget(self) -> None:
         """Begin anew: another chain is under way, or other moves wait."""
         self._work: Slices[Ahead | None] | None = None
-        self._setting_out: _SettingOut | None = None
+        self._setting_out: SettingOut | None = None
         self._waits_s = 0.0  # so long at the most for what sets out
         self._faster_tried = False
         self._refused = 0  # number of the last move that is left to set out from rest
@@ -116,7 +81,7 @@ class LookAhead:
     def begin(self, waiting: deque[Move]) -> Ahead | None:
         """A chain to set out with from rest; None while short moves are still being planned together."""
         first = waiting[0]
-        if not _are_short(waiting):
+        if not are_short(waiting):
             return Ahead(begun(first), 1)
         setting_out = self._setting_out
         if setting_out is None or setting_out.number != first.number:
@@ -140,7 +105,7 @@ class LookAhead:
     def step(self, chain: Chain, waiting: deque[Move]) -> Ahead | None:
         """Plan for a tick. Gives a chain that replaces `chain`; None while that stays."""
         self.quiet_until_s = 0.0
-        if _are_short(waiting) and (chain.rest_s < SHORTEST_S or self._refused == waiting[0].number):
+        if are_short(waiting) and (chain.rest_s < SHORTEST_S or self._refused == waiting[0].number):
             self._set_out(waiting).go_on(self._slices)
             return None
         for _ in range(self._slices):
@@ -162,13 +127,13 @@ class LookAhead:
                 return None
         return None
 
-    def _set_out(self, waiting: deque[Move]) -> _SettingOut:
+    def _set_out(self, waiting: deque[Move]) -> SettingOut:
         """The plan, begun or under way, of short moves that set out with the first of `waiting`."""
         if self._setting_out is None or self._setting_out.number != waiting[0].number:
             moves = list(islice(waiting, MOST_AT_FIRST))
-            self._setting_out = _SettingOut(moves[0].number, self._first(moves))
+            self._setting_out = SettingOut(moves[0].number, self._first(moves))
             # The most that leaving out all stops between short moves can save.
-            gain_s = sum(_alone_s(move) for move in moves if move.length_s < SHORT_S)
+            gain_s = sum(alone_s(move) for move in moves if move.length_s < SHORT_S)
             self._waits_s = min(WORTH_WAITING * gain_s, MOST_WAIT_S)
         return self._setting_out
 
@@ -211,7 +176,7 @@ class LookAhead:
         corners = yield from self._corners(moves, 1.0, ENOUGH_S)
         for count in sorted({len(corners), 1}, reverse=True) if corners else ():
             chain = yield from planned(Course(moves[: count + 1], corners[:count]), Front.at_start())
-            if chain is not None and not (yield from _slower(chain.rest_s, moves[: count + 1])):
+            if chain is not None and not (yield from slower(chain.rest_s, moves[: count + 1])):
                 return Ahead(chain, count + 1)
         return None
 
@@ -261,10 +226,10 @@ class LookAhead:
                 if on is None:
                     break
                 if self._in_time(on):
-                    if _may_be_slower(on.rest_s - _at_least_s(chain), moves[:count]):
+                    if may_be_slower(on.rest_s - at_least_s(chain), moves[:count]):
                         if rests_s is None:
                             rests_s = yield from self._rests_s(chain)
-                        if (yield from _slower(on.rest_s - rests_s, moves[:count])):
+                        if (yield from slower(on.rest_s - rests_s, moves[:count])):
                             break
                     if self._in_time(on):
                         return Ahead(on, count)
@@ -283,61 +248,3 @@ class LookAhead:
         now_s = self._time.time_s
         faster = yield from planned_on(chain, now_s, now_s + self._soonest_s, [], [])
         return min(faster.rest_s, chain.rest_s) if faster else chain.rest_s
-
-
-def _at_least_s(chain: Chain) -> float:
-    """A lower bound of when the chain under way ends (s), once it is as fast as it can be."""
-    return min(chain.rest_s, sum(map(_alone_s, chain.moves))) if chain.rough else chain.rest_s
-
-
-def _slower(gained_s: float, moves: Sequence[Move]) -> Slices[bool]:
-    """Whether moves that take `gained_s` together would take less with stops between them."""
-    stopping_s = 0.0
-    if _may_be_slower(gained_s, moves):
-        for move in moves:
-            yield
-            stopping_s += begun(move).rest_s
-            if stopping_s >= gained_s:
-                return False
-        return True
-    return False
-
-
-def _may_be_slower(gained_s: float, moves: Sequence[Move]) -> bool:
-    """Whether moves that take `gained_s` together might take less with stops between: a cheap bound."""
-    return gained_s > sum(map(_alone_s, moves))
-
-
-def _alone_s(move: Move) -> float:
-    """How long (s) a move takes from rest to rest at the least; about so, where joints do not go straight."""
-    if move.length_s == 0.0:
-        return 0.0
-    part = 1.0 if len(move.path.coefficients) == 2 else ABOUT
-    halves_s: float = side(move, at_end=False).time_s(0.5) + side(move, at_end=True).time_s(0.5)
-    return part * halves_s
-
-
-def _are_short(waiting: deque[Move]) -> bool:
-    """Whether the first moves that wait are short, and to be planned together before the robot sets out."""
-    if len(waiting) < 2 or waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
-        return False
-    alone_s = _alone_s(waiting[0])
-    return TINY_S < alone_s < LONG_ENOUGH_S or (alone_s <= TINY_S and _are_worth_it(waiting))
-
-
-def _are_worth_it(waiting: deque[Move]) -> bool:
-    """Whether tiny moves are so many that there is something to gain, all together."""
-    gain_s = 0.0
-    for one, other in pairwise(islice(waiting, MOST_AT_FIRST)):
-        alone_s = _alone_s(one)
-        if alone_s > 2.0 * TINY_S or not may_blend(one, other):
-            return False
-        gain_s += alone_s
-        if gain_s > 2.0 * TINY_S:
-            return True
-    return False
-
-
-def may_blend(first: Move, second: Move) -> bool:
-    """Whether the robot need not stop between two moves."""
-    return first.zone is not None and second.length_s > 0.0

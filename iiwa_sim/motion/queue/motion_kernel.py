@@ -12,9 +12,11 @@ import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
+    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way
+    from cython.cimports.iiwa_sim.motion.queue.shapes_kernel import part_at, spline
 else:
-    from iiwa_sim.motion.queue.chain_kernel import Way, part_at, spline
+    from iiwa_sim.motion.queue.chain_kernel import Way
+    from iiwa_sim.motion.queue.shapes_kernel import part_at, spline
 
 _SMALL = cython.declare(cython.double, 0.05)
 # Number of terms of the series that is taken up to there.

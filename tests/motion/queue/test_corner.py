@@ -9,9 +9,9 @@ from iiwa_sim.frames import IDENTITY
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.zone import HALF, JointBall, Sphere, Zone
-from iiwa_sim.motion.queue.chain_kernel import shape as shape_at
 from iiwa_sim.motion.queue.corner import Corner, corner
 from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.shapes_kernel import shape as shape_at
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 
