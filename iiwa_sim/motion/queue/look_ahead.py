@@ -34,7 +34,7 @@ two moves, the first of which takes more alone, the robot does not wait at all."
 SLICE_S = 0.0025
 """A tick computes one slice for each of these that it has begun, and `MOST_SLICES` at the most."""
 MOST_SLICES = 2
-SLICES = 8
+SLICES = 7
 """A plan of few cells takes about so many slices. What the robot does until then is not changed by it."""
 LEAST_MARGIN_S = 0.01
 CHANGING_S = 0.15

@@ -18,6 +18,8 @@ from iiwa_sim.motion.timing.loads_kernel import beyond, inner_loads
 
 CELL_STEPS = 2400
 """Newton steps times cells in a slice: some 0.4 ms."""
+FEW_CELLS = 150
+"""Of fewer, a look into cells and the first steps behind it are one slice."""
 MOST_STEPS, MOST_AGAIN = 40, 15
 """Newton steps of a clock, and of one that is gone on with for another row."""
 REPAIRS = 8
@@ -92,8 +94,9 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
         np.minimum(tight, np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0), out=tight)
     steps, cuts = None, np.asarray(rows.cuts)
     for _ in range(REPAIRS + 1):
-        yield
         anew = steps is None
+        if anew or cells > FEW_CELLS:
+            yield
         if steps is None:
             steps = Steps(rows, fixed)
             steps.begin(c, MU, LEAST)
