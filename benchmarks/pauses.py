@@ -119,7 +119,7 @@ def change(controller: Controller, value: float, description: RobotDescription) 
 
 def planned(controller: Controller) -> tuple[list[float], list[float]]:
     """Velocities (rad/s) and accelerations (rad/s^2) of the plan where it is."""
-    drive = controller._core.motions._drive
+    drive = controller._core.motions.drive
     running = drive.running
     if running is None:
         return [0.0] * len(controller.joints), [0.0] * len(controller.joints)

@@ -79,7 +79,7 @@ class Hunt:
             self._step(ticks)
 
     def _step(self, ticks: int) -> None:
-        drive = self.robot.controller._core.motions._drive
+        drive = self.robot.controller._core.motions.drive
         for _ in range(ticks):
             self.robot.step()
             if drive._chain is not None and drive._chain.version != self._version:

@@ -81,7 +81,7 @@ class LookAhead:
     def begin(self, waiting: deque[Move]) -> Ahead | None:
         """A chain to set out with from rest; None while short moves are still being planned together."""
         first = waiting[0]
-        if not are_short(waiting):
+        if len(waiting) < 2 or not are_short(waiting):
             return Ahead(begun(first), 1)
         setting_out = self._setting_out
         if setting_out is None or setting_out.number != first.number:
@@ -105,7 +105,8 @@ class LookAhead:
     def step(self, chain: Chain, waiting: deque[Move]) -> Ahead | None:
         """Plan for a tick. Gives a chain that replaces `chain`; None while that stays."""
         self.quiet_until_s = 0.0
-        if are_short(waiting) and (chain.rest_s < SHORTEST_S or self._refused == waiting[0].number):
+        refused = bool(waiting) and waiting[0].number == self._refused
+        if (refused or chain.rest_s < SHORTEST_S) and len(waiting) > 1 and are_short(waiting):
             self._set_out(waiting).go_on(self._slices)
             return None
         for _ in range(self._slices):

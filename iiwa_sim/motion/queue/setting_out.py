@@ -39,8 +39,9 @@ class SettingOut:
 
 
 def are_short(waiting: deque[Move]) -> bool:
-    """Whether the first moves that wait are short, and to be planned together before the robot sets out."""
-    if len(waiting) < 2 or waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
+    """Whether the first of moves, two at the least, are short, and to be planned together before the robot
+    sets out."""
+    if waiting[0].length_s >= SHORT_S or not may_blend(waiting[0], waiting[1]):
         return False
     first_s = alone_s(waiting[0])
     return TINY_S < first_s < LONG_ENOUGH_S or (first_s <= TINY_S and _are_worth_it(waiting))
