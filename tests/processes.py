@@ -19,9 +19,9 @@ IIWA_SIM = (sys.executable, "-m", "iiwa_sim")
 
 
 class Process:
-    """One that listens on a port of its own choice."""
+    """One that says where it listens, on `port` if that is known."""
 
-    def __init__(self, process: subprocess.Popen[str], port: int) -> None:
+    def __init__(self, process: subprocess.Popen[str], port: int = 0) -> None:
         self.process = process
         self.port = port
 
@@ -72,20 +72,25 @@ def _one_line(code: int, out: str, err: str) -> str:
 
 
 @contextmanager
+def started(*command: str | Path, stderr: int = subprocess.PIPE) -> Iterator[Process]:
+    """A program; it is killed at the end if it is still there."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=stderr, text=True) as process:
+        try:
+            yield Process(process)
+        finally:
+            process.kill()
+
+
+@contextmanager
 def running(
     *options: str, program: tuple[str, ...] = IIWA_SIM, stderr: int = subprocess.PIPE
 ) -> Iterator[Process]:
     """An `iiwa-sim --port 0 OPTIONS` that listens; it is killed at the end if it is still there."""
-    process = subprocess.Popen(
-        [*program, "--port", "0", *options], stdout=subprocess.PIPE, stderr=stderr, text=True
-    )
-    with process:
-        try:
-            line = next_line(process)
-            assert line.startswith(("listening on 127.0.0.1:", "krc4 on 127.0.0.1:")), line
-            yield Process(process, int(line.rsplit(":", 1)[1]))
-        finally:
-            process.kill()
+    with started(*program, "--port", "0", *options, stderr=stderr) as process:
+        line = process.line()
+        assert line.startswith(("listening on 127.0.0.1:", "krc4 on 127.0.0.1:")), line
+        process.port = int(line.rsplit(":", 1)[1])
+        yield process
 
 
 def next_line(process: subprocess.Popen[str]) -> str:

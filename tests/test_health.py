@@ -14,7 +14,7 @@ import pytest
 
 from iiwa_sim.cli import main
 from iiwa_sim.simulator import Simulator
-from tests.processes import IIWA_SIM
+from tests.processes import IIWA_SIM, ended, started
 from tests.talking import DEADLINE_S
 
 
@@ -40,17 +40,11 @@ def free_ports(count: int) -> list[int]:
 
 def test_a_server_is_asked_in_all_its_dialects_on_the_ports_of_its_command_line() -> None:
     ports = ",".join(map(str, free_ports(2)))
-    command = [*IIWA_SIM, "--dialect", "krc4,iiwa", "--port", ports]
-    with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
-        try:
-            assert process.stdout is not None
-            assert process.stdout.readline()
-            assert process.stdout.readline()
-            asked = [*IIWA_SIM, "health", str(process.pid)]
-            done = subprocess.run(asked, capture_output=True, timeout=DEADLINE_S, check=False)
-            assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
-        finally:
-            process.kill()
+    with started(*IIWA_SIM, "--dialect", "krc4,iiwa", "--port", ports) as server:
+        assert server.line()
+        assert server.line()
+        done = ended([*IIWA_SIM, "health", str(server.process.pid)])
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 @pytest.mark.parametrize("program", ["iiwa-sim", "/opt/iiwa-sim/bin/iiwa-sim"])
@@ -92,14 +86,10 @@ def test_of_several_robots_the_first_and_the_last_are_asked(
 def test_a_bridge_is_asked_by_rosbridge(capsys: pytest.CaptureFixture[str]) -> None:
     (port,) = free_ports(1)
     with Simulator() as simulator:
-        command = [*IIWA_SIM, "bridge", f"127.0.0.1:{simulator.port}", "--rosbridge-port", str(port)]
-        with subprocess.Popen(command, stdout=subprocess.PIPE) as process:
-            try:
-                assert process.stdout is not None
-                assert process.stdout.readline() == f"rosbridge on 127.0.0.1:{port}\n".encode()
-                assert main(["health", str(process.pid)]) == 0
-            finally:
-                process.kill()
+        command = (*IIWA_SIM, "bridge", f"127.0.0.1:{simulator.port}", "--rosbridge-port", str(port))
+        with started(*command) as bridge:
+            assert bridge.line() == f"rosbridge on 127.0.0.1:{port}\n"
+            assert main(["health", str(bridge.process.pid)]) == 0
     for given, told in (
         (str(port), f"rosbridge on 127.0.0.1:{port}: [Errno 111] Connection refused"),
         ("0", "was told to pick a port for rosbridge: only its first line tells which"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import signal
 import socket
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -19,7 +18,7 @@ from iiwa_sim.ros.conventions import RESULT_TYPES
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
-from tests.processes import IIWA_SIM, Process, ended, fails, killed_unless_done, next_line, running
+from tests.processes import IIWA_SIM, Process, ended, fails, killed_unless_done, next_line, running, started
 from tests.ros1_tools import (
     SYSTEM_PYTHON,
     Terminal,
@@ -420,24 +419,20 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
 @pytest.mark.usefixtures("alone")
 def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
     with running() as server:
-        command = [*IIWA_SIM, "bridge", f"127.0.0.1:{server.port}", "--ros", "--rosbridge-port", "0"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as bridge:
-            try:
-                assert next_line(bridge).startswith("rosbridge on 127.0.0.1:")
-                assert next_line(bridge) == f"ROS node at {terminal.master_uri}\n"
-                said = terminal.python(
-                    "import rospy, rosservice\n"
-                    "from sensor_msgs.msg import JointState\n"
-                    "rosservice.call_service('/scale_speed', [{'value': 0.25}])\n"
-                    "print(*rospy.wait_for_message('/joint_states', JointState).name)\n"
-                )
-                assert said == "A1 A2 A3 A4 A5 A6 A7\n"
-                with Iiwa("127.0.0.1", server.port) as telnet:
-                    assert telnet.get_override() == 0.25
-                bridge.terminate()
-                assert bridge.wait(DEADLINE_S) == 0
-            finally:
-                bridge.kill()
+        command = (*IIWA_SIM, "bridge", f"127.0.0.1:{server.port}", "--ros", "--rosbridge-port", "0")
+        with started(*command) as bridge:
+            assert bridge.line().startswith("rosbridge on 127.0.0.1:")
+            assert bridge.line() == f"ROS node at {terminal.master_uri}\n"
+            said = terminal.python(
+                "import rospy, rosservice\n"
+                "from sensor_msgs.msg import JointState\n"
+                "rosservice.call_service('/scale_speed', [{'value': 0.25}])\n"
+                "print(*rospy.wait_for_message('/joint_states', JointState).name)\n"
+            )
+            assert said == "A1 A2 A3 A4 A5 A6 A7\n"
+            with Iiwa("127.0.0.1", server.port) as telnet:
+                assert telnet.get_override() == 0.25
+            assert bridge.ends(signal.SIGTERM)[0] == 0
 
 
 @pytest.mark.usefixtures("alone")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import signal
 import socket
-import subprocess
 import time
 import urllib.request
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from collections.abc import Sequence
 import pytest
 
 from iiwa_sim.view.lines import Lines
-from tests.processes import IIWA_SIM, fails, next_line, refused, running
+from tests.processes import IIWA_SIM, fails, refused, running, started
 from tests.talking import DEADLINE_S
 from tests.view.viewer import viewing
 
@@ -25,8 +24,7 @@ def page_port(lines: Sequence[str]) -> int:
 
 def test_the_page_comes_with_the_robot_and_goes_with_it() -> None:
     with running("--view-port", "0") as simulator:
-        assert simulator.process.stdout is not None
-        port = page_port([simulator.process.stdout.readline().strip() for _ in range(3)])
+        port = page_port([simulator.line().strip() for _ in range(3)])
         opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))
         with opener.open(f"http://127.0.0.1:{port}/", timeout=DEADLINE_S) as page:
             assert b"<html" in page.read()
@@ -39,61 +37,46 @@ def test_the_page_comes_with_the_robot_and_goes_with_it() -> None:
 
 def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
     with running("--status-port", "0") as simulator:
-        assert simulator.process.stdout is not None
-        status = simulator.process.stdout.readline().split()[-1]
-        command = [*IIWA_SIM, "view", status, "--port", "0"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as page:
-            try:
-                assert page.stdout is not None
-                port = page_port([page.stdout.readline().strip()])
-                with viewing(port) as viewer:
-                    viewer.until(lambda message: "LBR iiwa 7 R800" in str(message.get("updates")))
-                page.send_signal(signal.SIGINT)
-                assert page.communicate(timeout=DEADLINE_S) == ("", "")
-                assert page.returncode == 0
-            finally:
-                page.kill()
+        status = simulator.line().split()[-1]
+        with started(*IIWA_SIM, "view", status, "--port", "0") as page:
+            with viewing(page_port([page.line().strip()])) as viewer:
+                viewer.until(lambda message: "LBR iiwa 7 R800" in str(message.get("updates")))
+            assert page.ends(signal.SIGINT) == (0, "")
         assert simulator.ends(signal.SIGTERM) == (0, "")
 
 
 def test_a_page_of_its_own_shows_robots_of_several_addresses() -> None:
     with running("--status-port", "0") as left, running("--status-port", "0") as right:
-        statuses = [next_line(each.process).split()[-1] for each in (left, right)]
-        command = [*IIWA_SIM, "view", *statuses, "--port", "0", "--name", "left", "--name", "right"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as page:
-            try:
-                with viewing(page_port([next_line(page).strip()])) as viewer:
-                    viewer.until(lambda message: message.get("props", {}).get("text") == "left")
-                    viewer.until(lambda message: message.get("props", {}).get("text") == "right")
-                    viewer.clicks("Robot", "right")
-                    viewer.until(lambda message: "stopped" in str(message.get("updates")))
-            finally:
-                page.kill()
+        statuses = [each.line().split()[-1] for each in (left, right)]
+        options = (*statuses, "--port", "0", "--name", "left", "--name", "right")
+        with (
+            started(*IIWA_SIM, "view", *options) as page,
+            viewing(page_port([page.line().strip()])) as viewer,
+        ):
+            viewer.until(lambda message: message.get("props", {}).get("text") == "left")
+            viewer.until(lambda message: message.get("props", {}).get("text") == "right")
+            viewer.clicks("Robot", "right")
+            viewer.until(lambda message: "stopped" in str(message.get("updates")))
 
 
 def test_a_page_that_is_killed_pushes_no_more() -> None:
     with running("--status-port", "0", "--backdoor-port", "0") as simulator:
-        assert simulator.process.stdout is not None
-        lines = [simulator.process.stdout.readline().split() for _ in range(2)]
-        status, backdoor = (
-            next(line[-1] for line in lines if line[0] == kind) for kind in ("status", "backdoor")
-        )
-        command = [*IIWA_SIM, "view", status, "--backdoor", backdoor, "--port", "0"]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as page:
-            try:
-                assert page.stdout is not None
-                with viewing(page_port([page.stdout.readline().strip()])) as viewer:
-                    viewer.until(lambda message: "stopped" in str(message.get("updates")))
-                    viewer.drags("link_3", "start", 0.6, 0.3, 0.6)
-                    host, port = backdoor.rsplit(":", 1)
-                    bench = Lines((host, int(port)))
-                    end_s = time.monotonic() + DEADLINE_S
-                    while not pushed(bench):
-                        assert time.monotonic() < end_s
-                    page.kill()
-                    page.wait(DEADLINE_S)
-            finally:
-                page.kill()
+        ports = dict(simulator.line().split()[::2] for _ in range(2))
+        status, backdoor = ports["status"], ports["backdoor"]
+        host, port = backdoor.rsplit(":", 1)
+        bench = Lines((host, int(port)))
+        options = (status, "--backdoor", backdoor, "--port", "0")
+        with (
+            started(*IIWA_SIM, "view", *options) as page,
+            viewing(page_port([page.line().strip()])) as viewer,
+        ):
+            viewer.until(lambda message: "stopped" in str(message.get("updates")))
+            viewer.drags("link_3", "start", 0.6, 0.3, 0.6)
+            end_s = time.monotonic() + DEADLINE_S
+            while not pushed(bench):
+                assert time.monotonic() < end_s
+            page.process.kill()
+            page.process.wait(DEADLINE_S)
         end_s = time.monotonic() + DEADLINE_S
         while pushed(bench):
             assert time.monotonic() < end_s

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 import signal
 import socket
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from math import degrees
@@ -20,7 +18,7 @@ from iiwa_sim.recordings.timeline import Timeline
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.page import open_page
 from iiwa_sim.view.playback import Playback, drawing_of, run_playback
-from tests.processes import fails, next_line
+from tests.processes import IIWA_SIM, fails, started
 from tests.talking import DEADLINE_S
 from tests.view.viewer import Message, Viewer, viewing
 
@@ -127,21 +125,16 @@ def test_ticks_can_be_gone_through_one_by_one(run: Path, viewer: Viewer) -> None
 
 
 def test_the_command_serves_it_and_ends_when_told(run: Path) -> None:
-    command = [sys.executable, "-m", "iiwa_sim", "show", str(run), "--port", "0", "--token", "swordfish"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        try:
-            said = next_line(process)
-            assert said.startswith("page on http://127.0.0.1:")
-            port = int(said.strip().rstrip("/").rpartition(":")[2])
-            with viewing(port, Authorization="Bearer swordfish") as viewer:
-                shown(viewer, "LBR iiwa 7 R800")
-            with pytest.raises(InvalidStatus, match="401"), viewing(port):
-                pass
-            process.send_signal(signal.SIGTERM)
-            _, told = process.communicate(timeout=DEADLINE_S)
-        finally:
-            process.kill()
-    assert process.returncode == 0
+    with started(*IIWA_SIM, "show", run, "--port", "0", "--token", "swordfish") as process:
+        said = process.line()
+        assert said.startswith("page on http://127.0.0.1:")
+        port = int(said.strip().rstrip("/").rpartition(":")[2])
+        with viewing(port, Authorization="Bearer swordfish") as viewer:
+            shown(viewer, "LBR iiwa 7 R800")
+        with pytest.raises(InvalidStatus, match="401"), viewing(port):
+            pass
+        code, told = process.ends(signal.SIGTERM)
+    assert code == 0
     assert re.fullmatch(r"[^\n]* warning page: [^\n]*: it has not told the token\n", told)
 
 

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import json
 import signal
-import subprocess
 from collections.abc import AsyncIterator
 from typing import Any
 
@@ -23,7 +22,7 @@ from iiwa_sim.ros.bridge.remote import RemoteRobot
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.simulator import Simulator
 from tests.journal import Journal
-from tests.processes import IIWA_SIM, next_line, running
+from tests.processes import IIWA_SIM, running, started
 from tests.ros_robot import command, ptp
 from tests.talking import DEADLINE_S, Client, until
 
@@ -342,23 +341,12 @@ async def test_without_a_robot_one_line_says_so() -> None:
 
 def test_as_a_process() -> None:
     with running() as robot:
-        bridge = subprocess.Popen(
-            [*IIWA_SIM, "bridge", f"127.0.0.1:{robot.port}", "--rosbridge-port", "0"],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        with bridge:
-            try:
-                said, _, port = next_line(bridge).strip().rpartition(":")
-                assert said == "rosbridge on 127.0.0.1"
-                with connect(f"ws://127.0.0.1:{port}", open_timeout=DEADLINE_S) as ros:
-                    ros.send(json.dumps({"op": "subscribe", "topic": "/joint_states"}))
-                    state = json.loads(ros.recv(DEADLINE_S))["msg"]
-                    assert state["position"][3] == pytest.approx(-1.0472, abs=1e-4)
-                bridge.send_signal(signal.SIGTERM)
-                assert bridge.wait(DEADLINE_S) == 0
-                assert bridge.stderr is not None
-                assert bridge.stderr.read() == ""
-            finally:
-                bridge.kill()
+        command = (*IIWA_SIM, "bridge", f"127.0.0.1:{robot.port}", "--rosbridge-port", "0")
+        with started(*command) as bridge:
+            said, _, port = bridge.line().strip().rpartition(":")
+            assert said == "rosbridge on 127.0.0.1"
+            with connect(f"ws://127.0.0.1:{port}", open_timeout=DEADLINE_S) as ros:
+                ros.send(json.dumps({"op": "subscribe", "topic": "/joint_states"}))
+                state = json.loads(ros.recv(DEADLINE_S))["msg"]
+                assert state["position"][3] == pytest.approx(-1.0472, abs=1e-4)
+            assert bridge.ends(signal.SIGTERM) == (0, "")
