@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import socket
 import struct
+import time
 from collections.abc import Callable
 from typing import Self
 
@@ -82,6 +83,14 @@ class Client:
         connection = self._writer.get_extra_info("socket")
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         self._writer.transport.abort()
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    """Until what another thread or process does holds."""
+    end_s = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < end_s, "it does not come to that"
+        time.sleep(PAUSE_S)
 
 
 async def until(condition: Callable[[], bool]) -> None:

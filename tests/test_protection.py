@@ -6,7 +6,6 @@ import html
 import json
 import re
 import socket
-import time
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from tests.cell.cells import EXAMPLES
 from tests.ros_robot import ptp
 from tests.simulated_time import SimulatedTime
 from tests.states import state
-from tests.talking import DEADLINE_S
+from tests.talking import DEADLINE_S, wait_until
 
 PROTECTED = EXAMPLES / "protected.toml"
 TRANSCRIPTS = {transcript.name: transcript for transcript in shipped("protection")}
@@ -107,9 +106,7 @@ def on_the_status_port(simulator: Simulator) -> dict[str, Any]:
     """A line of it."""
     assert simulator.status_port is not None
     with socket.create_connection((simulator.host, simulator.status_port), DEADLINE_S) as reader:
-        end_s = time.monotonic() + DEADLINE_S
-        while not simulator.call(lambda: bool(simulator._status and simulator._status.connections)):
-            assert time.monotonic() < end_s
+        wait_until(lambda: simulator.call(lambda: bool(simulator._status and simulator._status.connections)))
         simulator.advance(0.1)
         return state(reader.makefile("rb").readline())
 

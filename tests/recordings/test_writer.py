@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import signal
 import sys
 import threading
@@ -20,7 +19,7 @@ from iiwa_sim.recordings.schemas import STATE
 from iiwa_sim.recordings.writer import MOST_BYTES, Message, Writer, as_they_are
 from tests.processes import fails, killed_unless_done, running
 from tests.recordings.recorded import FAR, contents
-from tests.talking import DEADLINE_S
+from tests.talking import DEADLINE_S, wait_until
 
 HEAD = Head({"version": "0", "rate_hz": "500", "joints": "A1"}, {}, 0)
 BIG = b'"' + b"x" * 65_534 + b'"'
@@ -179,10 +178,7 @@ def test_what_was_recorded_is_in_the_file_soon_without_more(tmp_path: Path) -> N
     """Also where too little is said to fill a chunk."""
     writer = Writer(Path("a.mcap"), McapFile(tmp_path / "a.mcap", HEAD), as_they_are)
     writer.put(message(0))
-    end_s = time.monotonic() + DEADLINE_S
-    while not list(Recorded(tmp_path / "a.mcap").messages((STATE,))):
-        assert time.monotonic() < end_s
-        os.sched_yield()
+    wait_until(lambda: bool(list(Recorded(tmp_path / "a.mcap").messages((STATE,)))))
     assert writer.close()
     assert len(contents(tmp_path / "a.mcap", STATE)) == 1
 

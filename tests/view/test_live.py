@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.live import run_page
 from iiwa_sim.view.station import Place, Station, StationFault
 from tests.cell.cells import GRIPPER
-from tests.talking import DEADLINE_S
+from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import Message, Viewer, viewing
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
@@ -61,14 +60,6 @@ def page_at(*places: Place) -> Iterator[int]:
 def simulator() -> Iterator[Simulator]:
     with Simulator(status_port=0, backdoor_port=0) as simulator:
         yield simulator
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Waits for it, as long as a test may."""
-    end_s = time.monotonic() + DEADLINE_S
-    while not condition():
-        assert time.monotonic() < end_s, "it does not come to that"
-        time.sleep(0.01)
 
 
 def turns(joint: str) -> object:
@@ -210,10 +201,10 @@ def test_the_arm_yields_to_a_drag_and_comes_back(simulator: Simulator) -> None:
         viewer.drags("link_7", "start", 0.6, 0.2, 0.6)
         viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
         viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
-        until(lambda: simulator.joints[0] > 0.05)
+        wait_until(lambda: simulator.joints[0] > 0.05)
         assert robot.get_cartesian_force()[:3] != (0.0, 0.0, 0.0)
         viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
-        until(lambda: abs(simulator.joints[0]) < 0.01)
+        wait_until(lambda: abs(simulator.joints[0]) < 0.01)
         assert robot.get_cartesian_force() == pytest.approx((0.0,) * 6)
 
 
@@ -225,11 +216,11 @@ def test_in_a_stiffness_move_the_robot_yields_to_a_drag_and_ends_at_its_target(s
         shows(viewer, "impedance")
         viewer.drags("link_7", "start", 0.6, 0.0, 0.6)
         viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
-        until(lambda: simulator.state().tool_frame.y_mm > target[1] + 40.0)
+        wait_until(lambda: simulator.state().tool_frame.y_mm > target[1] + 40.0)
         viewer.until(lambda message: str(message.get("updates", {}).get("text", "")).endswith(" N"))
         viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
         end = pytest.approx((*target[:2], target[2] - 15.0), abs=0.1)
-        until(lambda: simulator.state().tool_frame[:3] == end)
+        wait_until(lambda: simulator.state().tool_frame[:3] == end)
 
 
 def test_a_force_move_ends_where_it_is_dragged(simulator: Simulator) -> None:
@@ -241,7 +232,7 @@ def test_a_force_move_ends_where_it_is_dragged(simulator: Simulator) -> None:
         shows(viewer, "normal", "moving")
         viewer.drags("link_7", "start", 0.6, 0.0, 0.6)
         viewer.drags("link_7", "update", 0.6, 0.3, 0.6)
-        until(lambda: simulator.state().status == "stopped")
+        wait_until(lambda: simulator.state().status == "stopped")
         viewer.drags("link_7", "end", 0.6, 0.3, 0.6)
         assert simulator.state().tool_frame.z_mm > here[2] - 190.0, "long before its target"
         assert simulator.state().error.code == 0
@@ -252,8 +243,8 @@ def test_a_viewer_that_vanishes_while_it_pulls_lets_go(simulator: Simulator) -> 
         with viewing(port) as viewer:
             shows(viewer, "stopped")
             viewer.drags("link_3", "start", 0.6, 0.3, 0.6)
-            until(lambda: any(simulator.state().joint_torque))
-        until(lambda: not any(simulator.state().joint_torque))
+            wait_until(lambda: any(simulator.state().joint_torque))
+        wait_until(lambda: not any(simulator.state().joint_torque))
 
 
 def test_a_surface_is_dragged_elsewhere(simulator: Simulator) -> None:
@@ -265,7 +256,7 @@ def test_a_surface_is_dragged_elsewhere(simulator: Simulator) -> None:
         )
         for phase, x in (("start", 0.6), ("update", 0.65), ("end", 0.7)):
             viewer.drags("/cell/1", phase, x, 0.0, 0.6, modifier="shift")
-        until(lambda: simulator.backdoor.cell().surfaces[0]["x_mm"] == pytest.approx(700.0))
+        wait_until(lambda: simulator.backdoor.cell().surfaces[0]["x_mm"] == pytest.approx(700.0))
 
 
 def test_a_command_is_typed_and_its_lost_reply_found_in_the_dialogue(simulator: Simulator) -> None:
@@ -275,7 +266,7 @@ def test_a_command_is_typed_and_its_lost_reply_found_in_the_dialogue(simulator: 
         shows(viewer, "lin move : 1 2", "3040 lin move takes", "#c92a2a")
         viewer.clicks("What happens", "garbled")
         viewer.clicks("Set")
-        until(lambda: bool(simulator.call(lambda: simulator.backdoor._wire._rules)))
+        wait_until(lambda: bool(simulator.call(lambda: simulator.backdoor._wire._rules)))
         types(viewer, "Command", "get status")
         shows(viewer, "get status", "stopped", "~")
 
