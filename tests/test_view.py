@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from iiwa_sim.view.lines import Lines
+from iiwa_sim.view.line_client import Lines
 from tests.processes import IIWA_SIM, fails, refused, running, started
 from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import viewing

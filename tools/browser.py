@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.view.lines import Lines
+from iiwa_sim.view.line_client import Lines
 
 EMERGENCY_STOP = 3030
 SLOW_S = 400.0

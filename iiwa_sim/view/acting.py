@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 from iiwa_sim.throttle import Throttle
-from iiwa_sim.view.lines import Refusal, Unanswered
+from iiwa_sim.view.line_client import Refusal, Unanswered
 
 REFUSAL_SHOWN_S = 8.0
 DONE_SHOWN_S = 4.0

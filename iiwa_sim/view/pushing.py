@@ -15,7 +15,7 @@ from iiwa_sim.frames import Frame, Transform, Vector, apply, inverse, rotate, tr
 from iiwa_sim.throttle import Throttle
 from iiwa_sim.view.acting import tell
 from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.lines import Lines, Refusal, Unanswered
+from iiwa_sim.view.line_client import Lines, Refusal, Unanswered
 from iiwa_sim.view.scene import State
 
 if TYPE_CHECKING:

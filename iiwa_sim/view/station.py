@@ -16,7 +16,7 @@ from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.robot.description import built_in_robots, load_robot
 from iiwa_sim.serve.listening import host_and_port
 from iiwa_sim.view.drawing import Drawing
-from iiwa_sim.view.lines import ANSWER_S, Lines, Refusal, Unanswered
+from iiwa_sim.view.line_client import ANSWER_S, Lines, Refusal, Unanswered
 from iiwa_sim.view.scene import Scene, State
 from iiwa_sim.view.status_reader import StatusReader
 from iiwa_sim.wording import Unusable

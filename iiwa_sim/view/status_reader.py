@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from iiwa_sim.serve.listening import host_and_port, why
-from iiwa_sim.view.lines import CONNECT_S, Address
+from iiwa_sim.view.line_client import CONNECT_S, Address
 
 AGAIN_S = 0.5
 """Until it is tried again to connect."""

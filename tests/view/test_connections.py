@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from iiwa_sim.view.lines import Lines, Refusal, Unanswered
+from iiwa_sim.view.line_client import Lines, Refusal, Unanswered
 from iiwa_sim.view.status_reader import StatusReader
 from tests.talking import DEADLINE_S
 
