@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import dist
 from typing import Any
 
 import cython
@@ -247,4 +248,4 @@ def _lever(joint: int, frames: Sequence[Transform], capsules: Sequence[Capsule])
 
 
 def _distance_between(a: Vector, b: Vector) -> float:
-    return float(np.linalg.norm(np.subtract(a, b)))
+    return dist(a, b)
