@@ -2,50 +2,20 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
-from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import IDENTITY, Frame, Transform, apply, rotate
-from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
-from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper, Jaws
+from iiwa_sim.frames import IDENTITY, Frame, Transform, rotate
+from iiwa_sim.handling.falling import FALLS, STILL, Body, landed
+from iiwa_sim.handling.gripper import CLOSES, Gripper, Jaws
 from iiwa_sim.handling.ground import grounds_of
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.touching import points_of
 from iiwa_sim.handling.workpieces import Workpieces
-from tests.handling.scenes import DOWN, TABLE, TABLE_MM
+from tests.grip_hunting import ROUNDING_J, SHAPES, GripScene
+from tests.handling.scenes import DOWN, TABLE
 from tests.samples import some
 
-G = 9.81
 TICK_S = 0.002
-SHAPES = [
-    Box(0.02, 0.02, 0.03),
-    Box(0.04, 0.01, 0.02),
-    Cylinder(0.015, 0.03),
-    Cylinder(0.03, 0.01),
-    Sphere(0.02),
-]
-
-
-def energy(pieces: Workpieces, surfaces: list[Surface]) -> float:
-    """Of height, of motion, and of what is pressed into surfaces (J); friction only takes."""
-    total = 0.0
-    for body in pieces.bodies.values():
-        part, pose = body.part, body.pose
-        total += part.mass_kg * G * pose.translation[2]
-        velocity = body.velocity if body.state in (LIES, FALLS) else pieces.kept().slip
-        total += 0.5 * part.mass_kg * sum(v * v for v in velocity)
-        if body.state == FALLS:
-            continue
-        points = points_of(part, upright=abs(pose.rotation[8]) >= 0.5**0.5)
-        for surface in surfaces:
-            soft = 1.0 / (1.0 / surface.stiffness + 1.0 / part.stiffness) / points.at_once
-            for place in points.places:
-                depth = points.radius_m - surface.nearest(*apply(pose, place))[0]
-                total += 0.5 * soft * max(0.0, depth) ** 2
-    return total
-
 
 part = st.builds(
     lambda shape, mass, friction, stiffness: Part("it", shape, mass, friction, stiffness),
@@ -56,43 +26,12 @@ part = st.builds(
 )
 
 
-@settings(max_examples=some(100))
-@given(
-    part=part,
-    above_mm=st.floats(0.0, 100.0),
-    off_mm=st.tuples(st.floats(-15.0, 15.0), st.floats(-15.0, 15.0), st.floats(-15.0, 15.0)),
-    alpha=st.floats(-3.1, 3.1),
-    force=st.floats(0.5, 100.0),
-    closes=st.integers(1, 120),
-)
-def test_gripping_holding_slipping_and_letting_go_gain_none(
-    part: Part,
-    above_mm: float,
-    off_mm: tuple[float, float, float],
-    alpha: float,
-    force: float,
-    closes: int,
-) -> None:
-    """With the TCP at rest, against the least there has been. Above a hard table as above none."""
-    height = 1e3 * part.reach(Frame(0, 0, 0, alpha, 0, 0).to_transform().rotation, 2)
-    middle = Frame(600.0, 0.0, TABLE_MM + height + above_mm, alpha, 0.0, 0.0)
-    tcp: Transform = Frame(600.0 + off_mm[0], off_mm[1], middle.z_mm + off_mm[2], *DOWN).to_transform()
-    gripper = Gripper(Jaws(0.1, 0.4, force, 0.03, 0.03))
-    start = Body(part, middle.to_transform(), STILL, FALLS)
-    pieces = Workpieces([start], [TABLE], gripper, TICK_S)
-    least = energy(pieces, [TABLE])
-    for tick in range(600):
-        driven = CLOSES if tick % 200 < closes or tick < 150 else OPENS
-        was_m = gripper.opening_m
-        gripper.step(driven, pieces.width_m, TICK_S)
-        if driven == CLOSES and not pieces.held and gripper.opening_m < was_m:
-            width_m = pieces.grip(tcp, was_m)
-            if width_m > 0.0:
-                gripper.block(width_m)
-        pieces.step(tcp)
-        now = energy(pieces, [TABLE])
-        assert now <= least + 1e-9
-        least = min(least, now)
+@settings(max_examples=some(150), deadline=None)
+@given(st.integers(0, 10**6))
+@example(98)  # falls, is caught, and slides into the table
+def test_gripping_holding_slipping_and_letting_go_gain_none(seed: int) -> None:
+    """With the TCP at rest, against the least there has been: above a hard table as above none."""
+    assert GripScene(seed).run() <= ROUNDING_J
 
 
 @settings(max_examples=some(100))
