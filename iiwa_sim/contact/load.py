@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from math import hypot, isfinite
 from operator import add as add_numbers
+from operator import mul, sub
 
 from iiwa_sim.contact import moments
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
@@ -68,6 +69,7 @@ class ExternalLoad:
         self._folded: tuple[float, ...] | None = None  # torques of links on links, if there are any
         self.looks_at_itself = 0
         """The tick in which links could meet each other at the earliest."""
+        self._looked_at: Sequence[float] | None = None  # joints where it was last looked whether they do
         self._met: Wrench = NO_WRENCH  # of surfaces and parts on tool and jaws
         self._surrounded = NEVER  # the number of changes of the world that the links know of
         self._link_torques: tuple[float, ...] | None = None  # of surfaces on links, if there are any
@@ -202,13 +204,17 @@ class ExternalLoad:
         return links
 
     def look_at_itself(self, joints: Sequence[float], tick: int, tick_s: float) -> None:
-        """In this tick links may be in each other, with the robot at `joints` (rad): find what that does, and
-        in which tick it may be so again."""
-        itself, velocity = self.itself, self._model.description.velocity
-        itself.look(joints)
-        self._folded = itself.torques
-        fastest = 1.01 * sum(lever * most for lever, most in zip(itself.levers_m, velocity, strict=True))
-        self.looks_at_itself = tick + max(1, int(itself.free_m / (fastest * tick_s)))
+        """In this tick links may be in each other, with the robot at `joints` (rad), if it went as fast as it
+        can: find what that does, and in which tick it may be so again."""
+        itself = self.itself
+        ways = map(abs, map(sub, joints, self._looked_at or joints))
+        left_m = itself.free_m - 1.01 * sum(map(mul, itself.levers_m, ways))
+        if self._looked_at is None or left_m <= 0.5 * itself.free_m:
+            itself.look(joints)
+            self._folded, self._looked_at = itself.torques, joints
+            left_m = itself.free_m
+        fastest = 1.01 * sum(map(mul, itself.levers_m, self._model.description.velocity))
+        self.looks_at_itself = tick + max(1, int(left_m / (fastest * tick_s)))
 
     @property
     def link_contacts(self) -> tuple[LinkContact, ...]:
@@ -296,7 +302,7 @@ class ExternalLoad:
         self.levers_m = _longest_levers(self._tcp)
         self.world.forget()
         self._part_links()
-        self._folded, self.looks_at_itself = None, 0
+        self._folded, self.looks_at_itself, self._looked_at = None, 0, None
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
         if self._motion is not None:
