@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from iiwa_sim.contact.load import Felt
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
@@ -31,6 +32,8 @@ class State(NamedTuple):
     tool_load: ToolLoad
     handled: Kept | None
     """None without a gripper."""
+    felt: Felt
+    """What it touches, and what that remembers of it."""
 
 
 class States:
@@ -79,6 +82,7 @@ class States:
         controller.set_tool_load(state.tool_load)
         if controller.handling is not None and state.handled is not None:
             controller.handling.restore(state.handled, controller.tcp())
+        controller.load.feel_again(state.felt, state.joints)
         controller.release_emergency_stop()
         controller.injected.switch_drives(on=True)
         controller.reset_error()
@@ -96,4 +100,5 @@ class States:
             surfaces=tuple(controller.load.world.surfaces.values()),
             tool_load=controller.tool_load,
             handled=None if handling is None else handling.kept(),
+            felt=controller.load.felt(),
         )

@@ -50,13 +50,22 @@ class GripperSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     closed_input: int | None = None
     holds_input: int | None = None
     pad_mm: tuple[float, float] = (20.0, 20.0)
+    jaw_mm: tuple[float, float, float] = (20.0, 8.0, 50.0)
 
     def gripper(self) -> tuple[Jaws, Wiring]:
         """What a controller takes."""
         wired = (self.open_output, self.open_input, self.closed_input, self.holds_input)
         wide_m, long_m = (1e-3 * each for each in self.pad_mm)
+        x, y, z = (1e-3 * each for each in self.jaw_mm)
         return (
-            Jaws(1e-3 * self.stroke_mm, 1e-3 * self.speed_mm_per_s, self.grip_force_n, wide_m, long_m),
+            Jaws(
+                1e-3 * self.stroke_mm,
+                1e-3 * self.speed_mm_per_s,
+                self.grip_force_n,
+                wide_m,
+                long_m,
+                (x, y, z),
+            ),
             Wiring(self.close_output, *(NOTHING if number is None else number for number in wired)),
         )
 
@@ -114,6 +123,8 @@ def check_gripper(reader: Reader, gripper: GripperSettings | None, inputs: int, 
         return
     for place, value in enumerate(gripper.pad_mm):
         reader.check_range(f"gripper.pad_mm[{place}]", value, _PAD)
+    for place, value in enumerate(gripper.jaw_mm):
+        reader.check_range(f"gripper.jaw_mm[{place}]", value, _PAD)
     for kind, count, names in (
         ("output", outputs, ("close", "open")),
         ("input", inputs, SENSORS),

@@ -28,6 +28,7 @@ from iiwa_sim.controller.carrying import Tool, ToolLoad
 from iiwa_sim.controller.io import DEFAULT_COUNT
 from iiwa_sim.controller.protection import GREATEST, Safety
 from iiwa_sim.frames import Vector
+from iiwa_sim.robot.capsules import Capsule
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.robot.settings import LENGTH, ToolSettings
 from iiwa_sim.settings import Range, Reader, SettingsFault
@@ -59,6 +60,11 @@ class CellFault(SettingsFault):
 
     The message is one line that names the file, the key, its value and what was expected.
     """
+
+
+MOST_CAPSULES = 16
+"""Of a tool: all of them are looked at where the arm touches something."""
+_RADIUS = (0.1, 1000.0, " mm")
 
 
 class NoiseSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -105,10 +111,15 @@ class CarriedToolSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=Tru
     mass_kg: float
     centre_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
     inertia_kgm2: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    capsules_mm: tuple[tuple[float, float, float, float, float, float, float], ...] = ()
 
     def tool(self) -> Tool:
         """What a controller takes."""
-        return Tool(ToolLoad(self.mass_kg, _metres(self.centre_mm)), self.inertia_kgm2)
+        capsules = tuple(
+            Capsule("tool", 0, _metres(each[:3]), _metres(each[3:6]), 1e-3 * each[6])
+            for each in self.capsules_mm
+        )
+        return Tool(ToolLoad(self.mass_kg, _metres(self.centre_mm)), self.inertia_kgm2, capsules)
 
 
 class CellSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -164,6 +175,12 @@ def _check_tool(reader: Reader, tool: CarriedToolSettings | None) -> None:
         return
     for axis, value in enumerate(tool.centre_mm):
         reader.check_range(f"tool.centre_mm[{axis}]", value, LENGTH)
+    count = len(tool.capsules_mm)
+    reader.check("tool.capsules_mm", f"{count} of them", count <= MOST_CAPSULES, f"at most {MOST_CAPSULES}")
+    for number, capsule in enumerate(tool.capsules_mm):
+        for place, value in enumerate(capsule):
+            allowed = LENGTH if place < 6 else _RADIUS
+            reader.check_range(f"tool.capsules_mm[{number}][{place}]", value, allowed)
     for place, value in enumerate(tool.inertia_kgm2):
         reader.check_range(f"tool.inertia_kgm2[{place}]", value, _INERTIA)
     spread = body(1.0, (0.0, 0.0, 0.0), tool.inertia_kgm2)

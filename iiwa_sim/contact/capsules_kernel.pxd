@@ -23,5 +23,6 @@ cdef class Capsules:
     cdef double _pz
     cdef object go_to(self, object joints)
     cdef (double, double) gap(self, Py_ssize_t c, Py_ssize_t s, double enough)
+    cdef double middle(self, Py_ssize_t c, Py_ssize_t s, double part)
     cdef double distance(self, Py_ssize_t s, double px, double py, double pz) noexcept
     cdef double apart(self, Py_ssize_t a, Py_ssize_t b)

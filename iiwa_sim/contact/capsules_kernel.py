@@ -32,6 +32,9 @@ _KINDS = {Plane: 0, Box: 1, Sphere: 2, Cylinder: 3}
 _GOLDEN = cython.declare(cython.double, 0.6180339887498949)
 _CUTS = cython.declare(cython.Py_ssize_t, 30)  # of a line by the golden section: to 5e-7 of its length
 
+_FLAT_M = cython.declare(cython.double, 1e-6)  # what is nearer by less is as near
+_HALVINGS = cython.declare(cython.Py_ssize_t, 20)
+
 
 @cython.cclass
 class Capsules:
@@ -72,6 +75,11 @@ class Capsules:
         self._nx = self._ny = self._nz = 0.0
         self._px = self._py = self._pz = 0.0
         self._shape_count = 0
+
+    @property
+    def levers_m(self) -> tuple[float, ...]:
+        """No point of the arm is farther (m) from the axis of a joint, base first."""
+        return tuple(self._levers[k] for k in range(self._count))
 
     def stand(self, surfaces: Sequence[Surface]) -> None:
         """These are the shapes, by their numbers."""
@@ -141,6 +149,28 @@ class Capsules:
                 at_right = self.distance(s, ax + right * dx, ay + right * dy, az + right * dz)
         part = 0.5 * (low + high)
         return self.distance(s, ax + part * dx, ay + part * dy, az + part * dz) - radius, part
+
+    @cython.cfunc
+    def middle(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t, part: cython.double) -> cython.double:
+        """The middle of all places of a capsule's line that are as near to a shape as the nearest one is,
+        which is at that part of it."""
+        e = self._ends
+        ax, ay, az = e[c, 0], e[c, 1], e[c, 2]
+        dx, dy, dz = e[c, 3] - ax, e[c, 4] - ay, e[c, 5] - az
+        most = self.distance(s, ax + part * dx, ay + part * dy, az + part * dz) + _FLAT_M
+        total: cython.double = 0.0
+        for side in range(2):
+            end: cython.double = 1.0 * side
+            if self.distance(s, ax + end * dx, ay + end * dy, az + end * dz) > most:
+                inner: cython.double = part
+                for _cut in range(_HALVINGS):
+                    at = 0.5 * (inner + end)
+                    if self.distance(s, ax + at * dx, ay + at * dy, az + at * dz) > most:
+                        end = at
+                    else:
+                        inner = at
+            total += end
+        return 0.5 * total
 
     @cython.cfunc
     @cython.exceptval(check=False)

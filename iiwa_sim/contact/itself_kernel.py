@@ -72,11 +72,6 @@ class Itself(Capsules):
         self.colliding: Any = None
         self.free_m = 0.0
 
-    @property
-    def levers_m(self) -> tuple[float, ...]:
-        """No point of the arm is farther (m) from the axis of a joint, base first."""
-        return tuple(self._levers[k] for k in range(self._count))
-
     def look(self, joints: Sequence[float]) -> None:
         """The arm is at joint positions (rad)."""
         self.go_to(joints)

@@ -51,7 +51,8 @@ _LEAST_INERTIA = cython.declare(cython.double, 0.2)
 # Part by which the average of a push follows it in a tick.
 _FOLLOWS = cython.declare(cython.double, 0.1)
 # Friction's spring on a link is no stiffer (N/m): a robot that yields would swing on it.
-_STIFFEST = cython.declare(cython.double, 5e3)
+STIFFEST_N_PER_M = 5e3
+_STIFFEST = cython.declare(cython.double, STIFFEST_N_PER_M)
 # A smaller average (N) of a link that touches nothing is none.
 _LEAST_PUSH_N = cython.declare(cython.double, 1e-3)
 STANDS_M = 0.02
@@ -80,6 +81,8 @@ class Worn(NamedTuple):
     """As in the flange."""
     feels: int
     """Of `SURFACES` and `PARTS`; 0 for nothing now."""
+    share: float = 1.0
+    """What it feels of a surface's stiffness: with others side by side a part of it."""
 
 
 class Ball(NamedTuple):
@@ -91,6 +94,8 @@ class Ball(NamedTuple):
     """m"""
     rubbed: Vector
     """How far (m, in the base) it has gone along the part, as far as friction holds that."""
+    share: float
+    """What it feels of the part's stiffness."""
 
 
 @cython.cclass
@@ -110,6 +115,7 @@ class Links(Capsules):
     _link_count: cython.Py_ssize_t
     _link: cython.Py_ssize_t[::1]  # of each capsule: the number of its link
     _feels: cython.int[::1]
+    _share: cython.double[::1]
     _names: Any
     _part_count: cython.Py_ssize_t
     _law: cython.double[:, ::1]  # of each surface: stiffness, damping, friction
@@ -151,9 +157,11 @@ class Links(Capsules):
         Capsules.__init__(self, fixed, self._own, [each.capsule for each in worn])
         names = list(dict.fromkeys(capsule.link for capsule in self._own))
         self._own_count = len(names)
-        names = list(dict.fromkeys([*names, *(each.capsule.link for each in worn)]))
-        self._link_count = len(names)
-        self._link = np.array([names.index(capsule.link) for capsule in self._capsules], dtype=np.intp)
+        links = [names.index(capsule.link) for capsule in self._own]
+        links += [len(names) + number for number in range(len(worn))]  # each for itself
+        self._link_count = len(names) + len(worn)
+        self._link = np.array(links, dtype=np.intp)
+        self._share = np.array([1.0] * len(self._own) + [each.share for each in worn])
         feels = [SURFACES + PARTS] * len(self._own) + [each.feels for each in worn]
         self._feels = np.array(feels, dtype=np.intc)
         return None
@@ -240,34 +248,28 @@ class Links(Capsules):
         self._forget_forces()
 
     def kept(self) -> Any:
-        """What is remembered of surfaces, to be brought back: by their names."""
-        return {
-            name: (
-                int(self._muted[s]),
-                [
-                    (
-                        self._pushing[c, s],
-                        self._touches[c, s],
-                        *(self._rubbed[c, s, i] for i in range(3)),
-                        *(self._dragging[c, s, i] for i in range(3)),
-                    )
-                    for c in range(self._link_count)
-                ],
-            )
-            for s, name in enumerate(self._names)
-        }
+        """What is remembered of surfaces, to be brought back."""
+        if not self._names:
+            return None
+        forces = np.array(self._pushing), np.array(self._rubbed), np.array(self._dragging)
+        return self._names, np.array(self._muted), np.array(self._touches), forces
 
-    def restore(self, kept: Any) -> None:
-        """Remember that again, of surfaces that are there."""
+    def restore(self, kept: Any, joints: Sequence[float]) -> None:
+        """Remember that again, of surfaces that are there, with the robot at rest at `joints` (rad)."""
+        for k in range(self._count):
+            self._before[k] = joints[k]
+        names, muted, touches, forces = kept
+        pushing, rubbed, dragging = forces
+        were: Any = np.asarray(self._muted)
+        touch: Any = np.asarray(self._touches)
+        now: Any = (np.asarray(self._pushing), np.asarray(self._rubbed), np.asarray(self._dragging))
         for number, name in enumerate(self._names):
-            if name not in kept:
-                continue
-            s: cython.Py_ssize_t = number
-            self._muted[s], links = kept[name]
-            for c in range(self._link_count):
-                self._pushing[c, s], self._touches[c, s] = links[c][0], links[c][1]
-                for i in range(3):
-                    self._rubbed[c, s, i], self._dragging[c, s, i] = links[c][2 + i], links[c][5 + i]
+            if name in names:
+                old = names.index(name)
+                were[number] = muted[old]
+                touch[:, number] = touches[:, old]
+                for array, before in zip(now, (pushing, rubbed, dragging), strict=True):
+                    array[:, number] = before[:, old]
         self._free = 0.0
 
     def step(self, joints: Sequence[float], tick_s: float) -> None:
@@ -320,6 +322,8 @@ class Links(Capsules):
             for c in range(self._capsule_count):
                 if self._can_feel(c, s):
                     gap, part = self.gap(c, s, min(nearest, _NEAR_M))
+                    if gap < 0.0 and self._is_part(s):
+                        part = self.middle(c, s, part)
                     if gap < nearest:
                         nearest, where, which = gap, part, c
                 if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:
@@ -350,10 +354,16 @@ class Links(Capsules):
 
     @cython.cfunc
     @cython.exceptval(check=False)
+    def _is_part(self, s: cython.Py_ssize_t) -> cython.bint:
+        """Whether that is no surface, but a part that lies."""
+        return s >= self._shape_count - self._part_count
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
     def _can_feel(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.bint:
         """Whether a capsule feels a surface: the base feels none."""
         feels: cython.int = self._feels[c]
-        if s >= self._shape_count - self._part_count:
+        if self._is_part(s):
             return self._moved_by[c] > 0 and feels >= _PARTS
         return self._moved_by[c] > 0 and feels % _PARTS == 1
 
@@ -408,7 +418,7 @@ class Links(Capsules):
             levers.append(lever)
             square += lever * lever
             speed += lever * cython.cast(cython.double, speeds[k])
-        stiffness: cython.double = self._law[s, 0]
+        stiffness: cython.double = self._share[c] * self._law[s, 0]
         damped: cython.double = 1.0 - self._law[s, 1] * speed
         force: cython.double = stiffness * depth * damped if depth > 0.0 and damped > 0.0 else 0.0
         # Of all contacts together no mode is stiffer than the sum of them.
@@ -430,7 +440,7 @@ class Links(Capsules):
         if rubs:
             self._rub(c, s, x, y, z, speeds, tick_s, force)
             r = self._rubbed
-            along: cython.double = min(stiffness, _STIFFEST)
+            along: cython.double = min(stiffness, self._share[c] * _STIFFEST)
             rx: cython.double = -along * r[link, s, 0]
             ry: cython.double = -along * r[link, s, 1]
             rz: cython.double = -along * r[link, s, 2]
@@ -492,7 +502,8 @@ class Links(Capsules):
         out = ex * nx + ey * ny + ez * nz
         ex, ey, ez = ex - out * nx, ey - out * ny, ez - out * nz
         length = sqrt(ex * ex + ey * ey + ez * ez)
-        longest: cython.double = self._law[s, 2] * normal_n / min(self._law[s, 0], _STIFFEST)
+        holding: cython.double = self._share[c] * min(self._law[s, 0], _STIFFEST)
+        longest: cython.double = self._law[s, 2] * normal_n / holding
         if length > longest:
             share = longest / length
             ex, ey, ez = share * ex, share * ey, share * ez
@@ -514,7 +525,7 @@ class Links(Capsules):
         """Friction (N) as a robot that yields gives way to it, found as its normal force is."""
         a, p, r, d = self._axes, self._points, self._rubbed, self._dragging
         link = self._link[c]
-        stiffness: cython.double = min(self._law[s, 0], _STIFFEST)
+        stiffness: cython.double = self._share[c] * min(self._law[s, 0], _STIFFEST)
         square: cython.double = 0.0
         for k in range(self._moved_by[c]):
             dx, dy, dz = x - p[k, 0], y - p[k, 1], z - p[k, 2]
@@ -588,6 +599,8 @@ class Links(Capsules):
         for c in range(self._capsule_count):
             if self._can_feel(c, s):
                 gap, part = self.gap(c, s, min(nearest, near_m))
+                if gap < near_m:
+                    part = self.middle(c, s, part)
                 if gap < nearest:
                     nearest, where, which = gap, part, c
             if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:
@@ -607,7 +620,7 @@ class Links(Capsules):
                         wx, wy, wz = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
                         out = wx * nx + wy * ny + wz * nz
                         rubbed = (wx - out * nx, wy - out * ny, wz - out * nz)
-                    found.append(Ball((x, y, z), radius, rubbed))
+                    found.append(Ball((x, y, z), radius, rubbed, self._share[which]))
                 nearest = 1e9
         return found
 

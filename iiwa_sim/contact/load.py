@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from math import hypot, isfinite
 from operator import add as add_numbers
-from operator import mul, sub
+from typing import NamedTuple
 
 from iiwa_sim.contact import moments
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
@@ -19,6 +19,19 @@ from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.tcp_kernel import Tcp
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench, add
+
+
+class Felt(NamedTuple):
+    """What a robot at rest feels of all that it touches, and what that remembers of it."""
+
+    world: object
+    links: object
+    parts: dict[str, Surface]
+    wrenches: tuple[Wrench, Wrench]
+    """Of surfaces at the TCP, and on tool and jaws."""
+    torques: tuple[tuple[float, ...] | None, tuple[float, ...] | None]
+    """Of surfaces on links, and of links on links."""
+
 
 NEVER = -1
 """Stands for a number of changes of the world that no world has."""
@@ -69,7 +82,6 @@ class ExternalLoad:
         self._folded: tuple[float, ...] | None = None  # torques of links on links, if there are any
         self.looks_at_itself = 0
         """The tick in which links could meet each other at the earliest."""
-        self._looked_at: Sequence[float] | None = None  # joints where it was last looked whether they do
         self._met: Wrench = NO_WRENCH  # of surfaces and parts on tool and jaws
         self._surrounded = NEVER  # the number of changes of the world that the links know of
         self._link_torques: tuple[float, ...] | None = None  # of surfaces on links, if there are any
@@ -126,6 +138,12 @@ class ExternalLoad:
     def hand(self, wrench: Wrench, weight: Wrench) -> None:
         """What a part in the jaws does to the TCP, along its axes, in this tick; of that its weight alone."""
         self._handed, self._handed_weight = wrench, weight
+
+    @property
+    def tool_in_flange(self) -> Transform:
+        """The pose of the TCP in the flange."""
+        pose: Transform = self._tcp.tool_in_flange
+        return pose
 
     def tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base, at joint positions (rad)."""
@@ -204,17 +222,13 @@ class ExternalLoad:
         return links
 
     def look_at_itself(self, joints: Sequence[float], tick: int, tick_s: float) -> None:
-        """In this tick links may be in each other, with the robot at `joints` (rad), if it went as fast as it
-        can: find what that does, and in which tick it may be so again."""
-        itself = self.itself
-        ways = map(abs, map(sub, joints, self._looked_at or joints))
-        left_m = itself.free_m - 1.01 * sum(map(mul, itself.levers_m, ways))
-        if self._looked_at is None or left_m <= 0.5 * itself.free_m:
-            itself.look(joints)
-            self._folded, self._looked_at = itself.torques, joints
-            left_m = itself.free_m
-        fastest = 1.01 * sum(map(mul, itself.levers_m, self._model.description.velocity))
-        self.looks_at_itself = tick + max(1, int(left_m / (fastest * tick_s)))
+        """In this tick links may be in each other, with the robot at `joints` (rad): find what that does, and
+        in which tick it may be so again."""
+        itself, velocity = self.itself, self._model.description.velocity
+        itself.look(joints)
+        self._folded = itself.torques
+        fastest = 1.01 * sum(lever * most for lever, most in zip(itself.levers_m, velocity, strict=True))
+        self.looks_at_itself = tick + max(1, int(itself.free_m / (fastest * tick_s)))
 
     @property
     def link_contacts(self) -> tuple[LinkContact, ...]:
@@ -302,13 +316,35 @@ class ExternalLoad:
         self.levers_m = _longest_levers(self._tcp)
         self.world.forget()
         self._part_links()
-        self._folded, self.looks_at_itself, self._looked_at = None, 0, None
+        self._folded, self.looks_at_itself = None, 0
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
         if self._motion is not None:
             self._motion.rest(self._tcp.pose(joints))
             self.carry(self._unknown, joints)
             self._carried_at = joints
+
+    def felt(self) -> Felt:
+        """What the robot feels of all that it touches."""
+        links = None if self._links is None or self._surrounded == NEVER else self._links.kept()
+        wrenches, torques = (self._touch, self._met), (self._link_torques, self._folded)
+        return Felt(self.world.kept(), links, dict(self._parts), wrenches, torques)
+
+    def feel_again(self, felt: Felt, joints: Sequence[float]) -> None:
+        """The robot has been placed at `joints` (rad), where it felt that, among the same surfaces.
+
+        It goes on as if it had been there all the time.
+        """
+        self.world.restore(felt.world)
+        self._joints, self._place = joints, self._tcp.pose(joints).translation
+        self._parts = dict(felt.parts)
+        if felt.links is not None:
+            self._surrounded = NEVER
+            links = self.surround(joints)
+            links.restore(felt.links, joints)
+        self._touch, self._met = felt.wrenches
+        self._link_torques, self._folded = felt.torques
+        self._settled = NEVER
 
     def seed(self, seed: int) -> None:
         """Restart the noise with this seed, if there is noise."""

@@ -190,6 +190,17 @@ class Contact:
         held = (self._anchored, self._ax, self._ay, self._az, self._ux, self._uy, self._uz)
         return (held, self._wx, self._wy, self._wz, self._came)
 
+    def kept(self) -> Any:
+        """All that the surface remembers, to be brought back."""
+        held = [bool(self.touched), bool(self._anchored), bool(self._known), self._came]
+        held += [self._ax, self._ay, self._az, self._ux, self._uy, self._uz]
+        return [*held, self._wx, self._wy, self._wz]
+
+    def restore(self, kept: Any) -> None:
+        """Remember that again."""
+        self.touched, self._anchored, self._known, self._came = kept[:4]
+        self._ax, self._ay, self._az, self._ux, self._uy, self._uz, self._wx, self._wy, self._wz = kept[4:]
+
     @cython.cfunc
     @cython.exceptval(check=True)
     def press(
@@ -382,6 +393,17 @@ class World:
     def memory(self) -> Any:
         """What all surfaces remember of the TCP, to be compared."""
         return [contact.memory() for contact in self._all]
+
+    def kept(self) -> Any:
+        """What all surfaces remember of the TCP, by their names, to be brought back."""
+        return self._turned, {name: contact.kept() for name, contact in self._contacts.items()}
+
+    def restore(self, kept: Any) -> None:
+        """Remember that again, of surfaces that are there."""
+        self._turned, contacts = kept
+        for name, memory in contacts.items():
+            if name in self._contacts:
+                self._contacts[name].restore(memory)
 
     @property
     def empty(self) -> bool:

@@ -15,6 +15,7 @@ from iiwa_sim.contact.moments import NO_MOMENTS, Moments, added, body, differenc
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.capsules import Capsule
 
 GREATEST_MASS_KG = 1000.0
 FARTHEST_M = 10.0
@@ -46,6 +47,8 @@ class Tool(NamedTuple):
 
     load: ToolLoad
     inertia: Inertia
+    capsules: tuple[Capsule, ...] = ()
+    """What of it can touch, as in the flange."""
 
     def moments(self) -> Moments:
         """In the flange."""

@@ -76,7 +76,7 @@ class Controller:
         start = description.home if start is None else start
         tcp = description.tool_in_flange if tool_in_flange is None else tool_in_flange
         model = Model(description)
-        self.load = ExternalLoad(model, tcp, start, world, noise)
+        self.load = ExternalLoad(model, tcp, start, world, noise, () if tool is None else tool.capsules)
         """What pushes the robot from outside, and what it touches."""
         protection = Protection(description.joints, description.torque, safety)
         self._core = Core(

@@ -8,7 +8,9 @@ from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform
+from iiwa_sim.handling.aside import Aside
 from iiwa_sim.handling.falling import GONE
+from iiwa_sim.handling.fingers import fingers
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.workpieces import Parts, Workpieces, start
@@ -83,14 +85,19 @@ class Handling:
         self._wrong: dict[str, bool] = {}
         self._told: tuple[bool, ...] = ()
         self._changes = load.world.changes
+        self._radius_m = load.world.radius_m
+        self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
         self.workpieces: Workpieces | None = None
         """The parts, if there are any."""
+        self._aside: Aside | None = None  # what pushes these
         if handled.parts:
             surfaces = list(load.world.surfaces.values())
             bodies = start(handled.parts, surfaces)
             self.workpieces = Workpieces(bodies, surfaces, self.gripper, tick_s)
+            self._aside = Aside(self.workpieces, load, tick_s)
         self._parts_at = -1
         self._parts: tuple[PartState, ...] = ()
+        self._place_jaws()
         self._tell()
 
     @property
@@ -113,6 +120,7 @@ class Handling:
         if pieces is None:
             if not self.gripper.settled(driven):
                 self.gripper.step(driven, 0.0, self._tick_s)
+                self._place_jaws()
                 self._tell()
             return
         world = self._load.world
@@ -128,13 +136,27 @@ class Handling:
                 width_m = pieces.grip(tcp, was_m)
                 if width_m > 0.0:
                     self.gripper.block(width_m)
+        if news:
+            self._place_jaws()
+        if self._aside is not None:
+            self._aside.step(tcp, joints, self.gripper.opening_m)
         pieces.step(tcp, coming)
         self._load.hand(pieces.wrench, pieces.weight)
         if news:
             self._tell()
 
+    def _place_jaws(self) -> None:
+        """Tell the arm where its jaws are."""
+        now = self.gripper.opening_m, self._load.tool_in_flange
+        if now != self._jaws_at:
+            self._jaws_at = now
+            self._load.jaws_are(fingers(self.gripper.jaws, *now, self._radius_m))
+
     def tcp_is(self, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest."""
+        self._place_jaws()
+        if self._aside is not None:
+            self._aside.forget()
         if self.workpieces is not None:
             self.workpieces.tcp_is(tcp)
             self._load.hand(self.workpieces.wrench, self.workpieces.weight)
@@ -148,7 +170,11 @@ class Handling:
         self.gripper.opening_m = kept.opening_m
         self.gripper.driven = self._driven()
         self.gripper.blocked = kept.parts.held is not None
+        self._place_jaws()
+        if self._aside is not None:
+            self._aside.forget()
         if self.workpieces is not None:
+            self._changes = self._load.world.changes
             self.workpieces.restore(kept.parts, tcp, list(self._load.world.surfaces.values()))
             self._load.hand(self.workpieces.wrench, self.workpieces.weight)
         self._tell()

@@ -43,11 +43,16 @@ class Body(NamedTuple):
     """`LIES` also while it slides, `FALLS`, `HELD`, `GONE`."""
     on: str = ""
     """Name of what it lies on; of what begins to fall, of the face into which it is pressed from above."""
+    spin: float = 0.0
+    """How fast it turns about the vertical (rad/s): only of one that lies."""
+    wound: tuple[float, ...] = ()
+    """How far friction's springs below one that is pushed are wound: x and y of four places (m)."""
 
     @property
     def settled(self) -> bool:
         """Whether it stays where it is for itself."""
-        return self.state in (GONE, HELD) or (self.state == LIES and self.velocity == STILL)
+        still = self.velocity == STILL and self.spin == 0.0
+        return self.state in (GONE, HELD) or (self.state == LIES and still)
 
     @property
     def bottom(self) -> float:
@@ -69,7 +74,9 @@ def moved(body: Body, faces: Sequence[Ground], time_s: float) -> Body:
         if body.state == LIES:
             face = next((each for each in faces if each.name == body.on), None)
             body, left = (
-                (body._replace(state=FALLS, on=""), left) if face is None else _slid(body, face, left)
+                (body._replace(state=FALLS, spin=0.0, wound=(), on=""), left)
+                if face is None
+                else _slid(body, face, left)
             )
         else:
             body, left = _fallen(body, faces, left)
@@ -84,7 +91,8 @@ def landed(body: Body, face: Ground) -> Body:
     (x, y, _), part = body.pose.translation, body.part
     rotation = part.laid(body.pose.rotation)
     z = face.top - sag(part, face) + part.reach(rotation, Z)
-    return body._replace(pose=Transform(rotation, (x, y, z)), velocity=STILL, state=LIES, on=face.name)
+    pose = Transform(rotation, (x, y, z))
+    return Body(part, pose, STILL, LIES, face.name)
 
 
 def ridden(body: Body, faces: Sequence[Ground]) -> Body:
@@ -92,13 +100,15 @@ def ridden(body: Body, faces: Sequence[Ground]) -> Body:
     (x, y, z), bottom = body.pose.translation, body.bottom
     face = next((each for each in faces if each.name == body.on and each.has(x, y)), None)
     if face is None:
-        return body._replace(state=FALLS, on="")
+        return body._replace(state=FALLS, spin=0.0, wound=(), on="")
     if any(face.top < each.top <= z and bottom < each.top and each.has(x, y) for each in faces):
-        return body._replace(state=FALLS, on=body.on)  # onto what has come in between
+        return body._replace(state=FALLS, spin=0.0, wound=(), on=body.on)  # onto what has come in between
     up = landed(body, face)
     rises_m = up.pose.translation[2] - z
+    if body.wound and abs(rises_m) < 1e-3:
+        return body  # it is pushed, and perhaps pressed in
     if rises_m < -_ROUNDING_M:
-        return body._replace(state=FALLS, on=body.on)
+        return body._replace(state=FALLS, spin=0.0, wound=(), on=body.on)
     return body if rises_m <= _ROUNDING_M else up._replace(velocity=body.velocity)
 
 
@@ -154,5 +164,5 @@ def _slid(body: Body, face: Ground, left: float) -> tuple[Body, float]:
         pose=Transform(body.pose.rotation, (x, y, z)), velocity=(share * vx, share * vy, 0.0)
     )
     if over:
-        return body._replace(state=FALLS, on=""), left - time
+        return body._replace(state=FALLS, spin=0.0, wound=(), on=""), left - time
     return body, left - time

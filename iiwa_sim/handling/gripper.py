@@ -3,6 +3,9 @@
 from math import hypot
 from typing import NamedTuple
 
+JAW_M = (0.02, 0.008, 0.05)
+"""Of each jaw along x y z of the TCP, where a cell does not say how large they are."""
+
 
 class Jaws(NamedTuple):
     """What a gripper is like. Its jaws move along y of the TCP, both alike, and its pads end at the TCP."""
@@ -17,10 +20,10 @@ class Jaws(NamedTuple):
     """Of the pads along x of the TCP, which is in the middle of that."""
     pad_long_m: float = 0.02
     """Of the pads along z of the TCP, up to the TCP."""
+    jaw_m: tuple[float, float, float] = JAW_M
+    """Of each jaw, along x y z of the TCP: they end at the TCP, and have their distance between them."""
 
 
-JAW_M = (0.02, 0.008, 0.05)
-"""Of each jaw as it is drawn, along x y z of the TCP: a cell does not say how large they are."""
 OPENS, STAYS, CLOSES = 1, 0, -1
 """Which way the jaws are driven."""
 

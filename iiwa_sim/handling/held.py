@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import hypot, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from iiwa_sim.contact.at_tcp_kernel import velocity_between
 from iiwa_sim.contact.surface import Surface
@@ -57,7 +57,9 @@ class Held:
         """Of that its weight alone."""
         self.quiet = False
         """The last tick has changed nothing."""
-        self.touching = Touching(part, abs(self.pose.rotation[8]) >= _UPRIGHT)
+        self.upright = abs(self.pose.rotation[8]) >= _UPRIGHT
+        """Whether a cylinder touches with its rims."""
+        self.touching = Touching(part, self.upright)
         self._gripper = gripper
         self._tick_s = tick_s
         self._tcp = tcp
@@ -122,6 +124,15 @@ class Held:
         if load > self._most:  # more is not held: it slides from the next tick on
             share = self._most / load
             self.wrench = self._at_middle(share * needed[X], needed[Y], share * needed[Z])
+
+    def felt(self) -> object:
+        """What it touches, at rest, and what that remembers of it; and what it does to the TCP."""
+        return self.touching.kept(), self.wrench, self.weight
+
+    def feel_again(self, felt: Any) -> None:
+        """It goes on touching that, where it is, as if it had been there all the time."""
+        touching, self.wrench, self.weight = felt
+        self.touching.restore(touching)
 
     @property
     def velocity(self) -> Vector:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import cos, dist, pi, sin
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from iiwa_sim.contact.at_tcp_kernel import farthest_way, velocity_between
 from iiwa_sim.contact.shapes import Box, Sphere
@@ -69,6 +69,8 @@ class Touching:
         self._places: dict[int, Vector] = {}  # of these, in the tick before
         self.force: Vector = STILL
         self.torque: Vector = STILL
+        self.besides: tuple[Vector, Vector] | None = None
+        """What else pushes it in this tick, at other places than its points: force and torque."""
 
     def look_again(self) -> None:
         """Surfaces may have come, moved or gone."""
@@ -99,6 +101,21 @@ class Touching:
         """What surfaces remember of it, to be compared."""
         return [world.memory() for world in self._worlds.values()]
 
+    def kept(self) -> object:
+        """All that it remembers, to be brought back."""
+        worlds = {point: world.kept() for point, world in self._worlds.items()}
+        places = dict(self._places), self._looked, self._measured, self._known_m
+        return worlds, dict(self._near), places, self.force, self.torque
+
+    def restore(self, kept: Any) -> None:
+        """Remember that again, among the same surfaces."""
+        worlds, near, places, self.force, self.torque = kept
+        was, self._looked, self._measured, self._known_m = places
+        self._near, self._places, self._worlds = dict(near), dict(was), {}
+        for point, memory in worlds.items():
+            world = self._worlds[point] = World(self._near.values(), self._points.radius_m)
+            world.restore(memory)
+
     @property
     def close(self) -> bool:
         """Whether it may touch something in the next tick."""
@@ -118,9 +135,11 @@ class Touching:
         if before is None or farthest_way(before, pose, self._extent) > self._known_m:
             self._measure(pose)
         if not self._worlds:
-            self.force = self.torque = STILL
+            self.force, self.torque = (STILL, STILL) if self.besides is None else self.besides
             return
         fx = fy = fz = tx = ty = tz = 0.0
+        if self.besides is not None:
+            (fx, fy, fz), (tx, ty, tz) = self.besides
         rolls = self._points.radius_m > 0.0
         for point, world in self._worlds.items():
             if rolls:

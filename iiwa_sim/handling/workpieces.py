@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from math import dist
 from typing import NamedTuple
 
@@ -26,6 +26,8 @@ class Parts(NamedTuple):
     held: Transform | None = None
     """The pose of the held one in the TCP."""
     slip: Slip = (0.0, 0.0)
+    felt: object = None
+    """What it touches, and what that remembers of it."""
 
 
 class Workpieces:
@@ -47,6 +49,12 @@ class Workpieces:
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
         self.changes = 0
         """How many times a part has been put somewhere."""
+        self.lying_changes = 0
+        """How many times a part has come to lie, or has ceased to."""
+        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
+        """The names of the parts that lie."""
+        self.pushed: set[str] = set()
+        """The names of those that something else moves in this tick."""
 
     @property
     def bodies(self) -> dict[str, Body]:
@@ -80,6 +88,56 @@ class Workpieces:
     def settled(self) -> bool:
         """Whether ticks change nothing as long as TCP and jaws stay where they are."""
         return not self._lively and (self._held is None or self._held.quiet)
+
+    @property
+    def moving(self) -> list[str]:
+        """The names of the parts that lie and move."""
+        return [name for name in self._lively if self._bodies[name].state == LIES] if self._lively else []
+
+    @property
+    def surfaces(self) -> Sequence[Surface]:
+        """What stands there."""
+        return self._surfaces
+
+    @property
+    def in_jaws(self) -> Held | None:
+        """The part between the jaws."""
+        return self._held
+
+    def face_below(self, name: str) -> Ground | None:
+        """The face on which a part lies."""
+        on = self._bodies[name].on
+        for face in self._level():
+            if face.name == on:
+                return face
+        each = self._bodies.get(on)
+        if each is None or each.state != LIES:
+            return None
+        return ground_of(on, each.part.shape, each.pose, each.part.stiffness)
+
+    def flush_with(self, face: Ground, x: float, y: float) -> Ground | None:
+        """Another face of a surface, as high as that, at a place (m, in the base)."""
+        level = (each for each in self._level() if abs(each.top - face.top) <= CLOSE_M)
+        return next((each for each in level if each.has(x, y)), None)
+
+    def riders(self, name: str) -> Iterator[Body]:
+        """What lies on a part, and on that."""
+        for other in self.lying:
+            if self._bodies[other].on == name:
+                yield self._bodies[other]
+                yield from self.riders(other)
+
+    def put_aside(self, body: Body) -> None:
+        """A part has been pushed."""
+        name = body.part.name
+        self._put(body)
+        self._look_again()
+        if body.settled:
+            self._lively.discard(name)
+        else:
+            self._lively.add(name)
+        if body.state != LIES:
+            self._unsettle(name)
 
     def surfaces_are(self, surfaces: Sequence[Surface]) -> None:
         """What stands there from now on: parts ride up with what they lie on, and fall where it goes from
@@ -144,7 +202,7 @@ class Workpieces:
                 if not holds:
                     self.lose()
         if self._lively:
-            for each in sorted((self._bodies[name] for name in self._lively), key=_height):
+            for each in sorted((self._bodies[name] for name in self._lively - self.pushed), key=_height):
                 self._move(each.part.name)
 
     def lose(self) -> None:
@@ -185,13 +243,13 @@ class Workpieces:
     def kept(self) -> Parts:
         """All that is to be kept."""
         bodies, held = tuple(self.bodies.values()), self._held
-        return Parts(bodies) if held is None else Parts(bodies, held.in_tcp, held.slip)
+        return Parts(bodies) if held is None else Parts(bodies, held.in_tcp, held.slip, held.felt())
 
     def restore(self, parts: Parts, tcp: Transform, surfaces: Sequence[Surface]) -> None:
-        """Bring that back, among these surfaces, with the TCP at rest at a pose; nothing has been touched
-        before."""
+        """Bring that back, among these surfaces, with the TCP at rest at a pose."""
         self._held, self._lost, self._tcp = None, "", tcp
         self._bodies = {each.part.name: each for each in parts.bodies}
+        self._note_lying()
         self.changes += 1
         self._surfaces = tuple(surfaces)
         self._solid = self._grounds = None
@@ -201,6 +259,8 @@ class Workpieces:
                 self._take(name, parts.held, tcp)
         if self._held is not None:
             self._held.rest(tcp, self._all_solid, parts.slip)
+            if parts.felt is not None:
+                self._held.feel_again(parts.felt)
 
     def tcp_is(self, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest, and what it holds with it."""
@@ -228,7 +288,7 @@ class Workpieces:
         self._look_again()
         for other, each in self._bodies.items():
             if each.on == name and each.state == LIES:
-                self._put(each._replace(state=FALLS, on=""))
+                self._put(each._replace(state=FALLS, spin=0.0, wound=(), on=""))
                 self._lively.add(other)
 
     def _push(self, name: str, each: Body, tcp: Transform, way_m: float) -> None:
@@ -237,14 +297,22 @@ class Workpieces:
         up = 0.0 if each.state == LIES else way_m * r[7]
         pose = Transform(each.pose.rotation, (x + way_m * r[1], y + way_m * r[4], z + up))
         if each.state == LIES:  # perhaps over an edge
-            each = each._replace(state=FALLS, on="")
+            each = each._replace(state=FALLS, spin=0.0, wound=(), on="")
             self._lively.add(name)
         self._put(each._replace(pose=pose))
         self._unsettle(name)
 
     def _put(self, body: Body) -> None:
-        self._bodies[body.part.name] = body
+        name = body.part.name
+        before, self._bodies[name] = self._bodies[name], body
         self.changes += 1
+        if (body.state == LIES) != (before.state == LIES):
+            self._note_lying()
+
+    def _note_lying(self) -> None:
+        """Other parts lie than before."""
+        self.lying_changes += 1
+        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
 
     def _move(self, name: str) -> None:
         """A tick of a part that falls or slides."""
@@ -257,10 +325,14 @@ class Workpieces:
         if (each.on and after.on != each.on) or after.pose != each.pose:
             self._unsettle(name)
 
-    def _grounds_but(self, name: str) -> list[Ground]:
+    def _level(self) -> list[Ground]:
+        """The level faces of surfaces."""
         if self._grounds is None:
             self._grounds = grounds_of(self._surfaces)
-        found = list(self._grounds)
+        return self._grounds
+
+    def _grounds_but(self, name: str) -> list[Ground]:
+        found = list(self._level())
         for other, each in self._bodies.items():
             if other != name and each.state == LIES and each.velocity == STILL:
                 ground = ground_of(other, each.part.shape, each.pose, each.part.stiffness)

@@ -90,14 +90,21 @@ def test_surfaces_in_metres(tmp_path: Path) -> None:
 def test_what_is_fixed_to_the_flange(tmp_path: Path) -> None:
     text = "[tool]\nmass_kg = 1.5\ncentre_mm = [10, 0, 60]\ninertia_kgm2 = [0.001, 0.001, 0.002, 0, 0, 0]\n"
     cell = cell_from(tmp_path, text)
-    assert cell.tool == ((1.5, (0.01, 0.0, 0.06)), (0.001, 0.001, 0.002, 0.0, 0.0, 0.0))
+    assert cell.tool == ((1.5, (0.01, 0.0, 0.06)), (0.001, 0.001, 0.002, 0.0, 0.0, 0.0), ())
     assert "tool: 1.5 kg, its centre at 10 0 60 mm in the flange" in summary(cell)
     assert cell_from(tmp_path, "").tool is None
+    touching = cell_from(tmp_path, text + "capsules_mm = [[0, 0, 0, 0, 10, 80, 20]]\n").tool
+    assert touching is not None
+    assert touching.capsules == (("tool", 0, (0.0, 0.0, 0.0), (0.0, 0.01, 0.08), 0.02),)
 
 
 def test_a_gripper_and_what_it_is_wired_to(tmp_path: Path) -> None:
     cell = cell_from(tmp_path, GRIPPER + "open_output = 15\nholds_input = 3\n")
-    assert cell.handled == (pytest.approx((0.08, 0.1, 40.0, 0.02, 0.02)), (16, 15, 0, 0, 3), ())
+    jaws = (0.08, 0.1, 40.0, 0.02, 0.02, (0.02, 0.008, 0.05))
+    assert cell.handled == (jaws, (16, 15, 0, 0, 3), ())
+    thin = cell_from(tmp_path, GRIPPER + "jaw_mm = [10, 4, 30]\n").handled
+    assert thin is not None
+    assert thin.jaws.jaw_m == pytest.approx((0.01, 0.004, 0.03))
     assert "gripper: 80 mm at 100 mm/s, 40 N, closed by output 16" in summary(cell)
     assert cell_from(tmp_path, "").handled is None
 
@@ -233,6 +240,13 @@ FAULTS = [
         r"part\[1\].x_mm, y_mm, z_mm",
         r"\[620.0, 0.0, 0.0\]",
         "a place outside of 'cube', up to 1 mm",
+    ),
+    (GRIPPER + "jaw_mm = [20, -8, 50]", r"gripper.jaw_mm\[1\]", "-8.0", "a number from 0.1 to 1000 mm"),
+    (
+        "[tool]\nmass_kg = 1\ncapsules_mm = [[0, 0, 0, 0, 0, 9, 0]]",
+        r"tool.capsules_mm\[0\]\[6\]",
+        "0.0",
+        "a number from 0.1 to 1000 mm",
     ),
     (GRIPPER + "pad_mm = [20, 0]", r"gripper.pad_mm\[1\]", "0.0", "a number from 0.1 to 1000 mm"),
     ("[tool]", "tool.mass_kg", r"\(missing\)", "this key"),

@@ -9,8 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.contact.itself_kernel import STIFFNESS_N_PER_M, Itself
-from iiwa_sim.contact.load import ExternalLoad
-from iiwa_sim.frames import IDENTITY
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from tests.contact.test_links import MODELS, joints_at, parts
 from tests.interpreted import interpreted
@@ -138,22 +136,3 @@ def test_compiled_and_interpreted_find_the_same_bits() -> None:
             assert arms[0].free_m == arms[1].free_m
             assert arms[0].colliding == arms[1].colliding
     assert touched > 1
-
-
-@pytest.mark.parametrize("fast", [1.0, 0.3, 0.02])
-def test_an_arm_that_folds_at_any_speed_is_looked_at_in_the_tick_in_which_that_begins(
-    fast: float,
-) -> None:
-    model, tick_s = MODELS[ARMS[0]], 0.004
-    arm, load = itself(ARMS[0]), ExternalLoad(model, IDENTITY, (0.0,) * len(FOLDED))
-    most = max(map(abs, FOLDED)) / (fast * min(model.description.velocity) * tick_s)
-    looks = 0
-    for tick in range(round(most)):
-        joints = tuple(joint * min(tick / most, 1.0) for joint in FOLDED)
-        if tick >= load.looks_at_itself:
-            load.look_at_itself(joints, tick, tick_s)
-            looks += 1
-        arm.look(joints)
-        assert load.folded == (arm.torques is not None)
-    assert load.folded
-    assert looks < 0.5 * most

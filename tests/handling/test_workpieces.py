@@ -125,8 +125,8 @@ def test_jaws_push_a_part_that_is_beside_the_middle_between_them() -> None:
 
 @pytest.mark.parametrize(
     ("x_mm", "y_mm", "z_mm"),
-    [(640.0, 50.0, TOP), (600.0, 75.0, TOP), (600.0, 50.0, TOP + 55.0)],
-    ids=["in front", "under a jaw", "above"],
+    [(640.0, 50.0, TOP), (600.0, 50.0, TOP + 55.0)],
+    ids=["in front", "above"],
 )
 def test_beside_a_part_the_jaws_close_on_nothing(x_mm: float, y_mm: float, z_mm: float) -> None:
     scene = Scene((BLOCK, at(600, 50, TOP)))
@@ -465,7 +465,7 @@ def test_friction_goes_on_where_other_parts_come_near() -> None:
 
 
 def test_after_a_restore_a_held_part_weighs_and_is_pressed_before_the_first_tick() -> None:
-    """And lies on what it is pressed into, let go at once. Of friction nothing is kept."""
+    """And lies on what it is pressed into, let go at once."""
     scene = Scene((TILE, at(600, 50, TABLE_MM + 2.0)))
     states = States(scene.controller)
     scene.picks(600, 50, TABLE_MM + 2.0)
@@ -477,11 +477,12 @@ def test_after_a_restore_a_held_part_weighs_and_is_pressed_before_the_first_tick
     for between in ("start", "pressed"):
         states.restore(between)
         states.restore("pressed")
-        assert scene.controller.cartesian_force() == pytest.approx(pressed, abs=1e-6)
+        assert scene.controller.cartesian_force() == pressed
         scene.robot.step()
-        assert scene.controller.cartesian_force() == pytest.approx(pressed, abs=1e-6)
+        assert scene.controller.cartesian_force() == pressed
     scene.controller.injected.place(scene.controller.joints)
-    assert scene.controller.cartesian_force() == pytest.approx(pressed, abs=1e-6)
+    # The tips of the jaws, which press on the table, too, stand in it now, and are not felt.
+    assert pressed[2] < scene.controller.cartesian_force()[2] < -30.0
     states.restore("start")
     states.restore("pressed")
     scene.handling.lose()

@@ -1,0 +1,316 @@
+"""Which parts that lie are pushed in a tick: by the arm, by what it holds, and by each other.
+
+**Cost.** Parts are looked for near the arm when it has gone so far that another could be near; of those that
+are, each is looked at closely when the arm has gone so far that it could touch it. So parts far away cost
+nothing, however many there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import dist, hypot, inf
+
+from iiwa_sim.contact.links_kernel import STIFFEST_N_PER_M
+from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.pushed_kernel import Balance
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Transform, Vector, apply, compose
+from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
+from iiwa_sim.handling.ground import Ground
+from iiwa_sim.handling.meeting import STEP_M, Ball, Way, meets, outline, turned
+from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.pushed import SLOW_M_PER_S, Presser, Stack, gone_by, pushed, turning
+from iiwa_sim.handling.touching import points_of
+from iiwa_sim.handling.workpieces import Workpieces
+from iiwa_sim.motion.joints import Joints
+
+NEAR_M = 0.1
+"""Parts farther from the arm are not looked at until it has come nearer."""
+LOOK_AGAIN_M = 0.05
+"""Way of the arm after which parts are looked for."""
+CLOSE_M = 5e-4
+"""What is farther from a part, and not on its way in a tick, does not touch it."""
+AT_ONCE = 0.25
+"""Part of the stiffness that each place has at which a part meets what is beside it: several meet at once."""
+SEEN_M = 0.05
+"""So far from a part near the arm its distance is found exactly."""
+_NOWHERE: Way = (0.0, 0.0, 0.0, 0.0)
+
+
+class Aside:
+    """The parts that lie, as the arm and what it holds push them, tick by tick."""
+
+    def __init__(self, pieces: Workpieces, load: ExternalLoad, tick_s: float) -> None:
+        """What is pushed is put into `pieces`, and told to `load`, which feels it."""
+        self._pieces = pieces
+        self._load = load
+        self._tick_s = tick_s
+        self._balance = Balance()
+        self._joints: Joints | None = None  # of the last tick
+        self._opening_m = 0.0
+        self._way_m = 0.0  # no point of the arm, or of what it holds, has gone farther
+        self._look_at_m = 0.0  # where on that way parts are looked for
+        self._seen = -1  # the number of changes of parts then
+        self._due: dict[str, float] = {}  # parts near the arm: where on the way each is looked at
+        self._held: tuple[Part, Surface] | None = None
+
+    def forget(self) -> None:
+        """Arm or parts have been put elsewhere."""
+        self._joints, self._seen = None, -1
+        self._load.lay({})
+        self._due = {}
+
+    def step(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
+        """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart."""
+        pieces = self._pieces
+        pieces.pushed.clear()
+        if pieces.in_jaws is not None:
+            pieces.in_jaws.touching.besides = None
+        if not pieces.lying:
+            if self._due:
+                self.forget()
+            return
+        self._goes(tcp, joints, opening_m)
+        if self._seen != pieces.lying_changes or self._way_m >= self._look_at_m:
+            self._look(joints)
+        waiting = [name for name, due in self._due.items() if due <= self._way_m]
+        waiting += [name for name in pieces.moving if name not in waiting]
+        done: set[str] = set()
+        while waiting:
+            name = waiting.pop(0)
+            if name in done or pieces.bodies[name].state != LIES:
+                continue
+            done.add(name)
+            if self._push(name, joints, woken=len(done) > 1):
+                waiting += [each for each in self._beside(name) if each not in done]
+            self._react(pieces.bodies[name])
+
+    def _goes(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
+        """Add to the way what arm and jaws have gone, and find where what they hold is."""
+        pieces, longer_m = self._pieces, 0.0
+        held, self._held = pieces.in_jaws, None
+        if held is not None:
+            part, pose = held.part, compose(tcp, held.in_tcp)
+            self._held = part, Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0)
+            longer_m = 2.0 * part.shape.extent + dist(pose.translation, tcp.translation)
+        if self._joints is None:
+            self._look_at_m = -inf
+        elif joints != self._joints:
+            levers = self._load.links.levers_m
+            self._way_m += sum(
+                (lever + longer_m) * abs(a - b)
+                for lever, a, b in zip(levers, joints, self._joints, strict=True)
+            )
+        self._way_m += abs(opening_m - self._opening_m)
+        self._way_m += self._tick_s * max(
+            (_speed(pieces.bodies[name]) for name in pieces.moving), default=0.0
+        )
+        self._joints, self._opening_m = joints, opening_m
+
+    def _look(self, joints: Joints) -> None:
+        """Find which parts are near the arm, or what it holds."""
+        pieces, links = self._pieces, self._load.links
+        self._seen = pieces.lying_changes
+        near: dict[str, Surface] = {}
+        farther_m = inf
+        for name in pieces.lying:
+            body = pieces.bodies[name]
+            middle, extent = body.pose.translation, body.part.shape.extent
+            away_m = links.away(middle, joints) - extent
+            if self._held is not None:
+                part, solid = self._held
+                away_m = min(away_m, dist(middle, solid.pose.translation) - extent - part.shape.extent)
+            if away_m < NEAR_M:
+                near[name] = solid_of(body)
+            else:
+                farther_m = min(farther_m, away_m)
+        self._look_at_m = self._way_m + farther_m - LOOK_AGAIN_M
+        self._due = {name: self._due.get(name, -inf) for name in near}
+        self._load.lay(near)
+
+    def _push(self, name: str, joints: Joints, *, woken: bool) -> bool:
+        """A tick of a part that lies; gives whether it has gone anywhere."""
+        pieces = self._pieces
+        body, face = pieces.bodies[name], pieces.face_below(name)
+        if face is None:
+            return False
+        pushers = [*self._by_the_arm(name, joints), *self._by_what_is_held(body)]
+        solid = solid_of(body)
+        depths = [each.meets.touch(solid, _NOWHERE).depth for each in pushers]
+        deepest = max(depths, default=-SEEN_M)
+        still = body.settled and not body.wound
+        if name in self._due:
+            self._due[name] = self._way_m if deepest > -CLOSE_M else self._way_m - deepest - CLOSE_M
+        if still and deepest <= 0.0 and not woken:
+            return False
+        reach_m = CLOSE_M + max(deepest, 0.0) + self._tick_s * _speed(body)
+        others = list(self._in_the_way(body, face, reach_m))
+        if deepest <= 0.0 and not others and body.spin == 0.0 and not body.wound:
+            return False  # it slides for itself, if it does
+        if (
+            still
+            and deepest <= 0.0
+            and not any(each.meets.touch(solid, _NOWHERE).depth > 0.0 for each in others)
+        ):
+            return False
+        pieces.pushed.add(name)
+        riders = list(pieces.riders(name))
+        stack = Stack(
+            sum(each.part.mass_kg for each in riders),
+            sum(_about(each, body.pose.translation) for each in riders),
+        )
+        after, way = pushed(body, face, stack, [*pushers, *others], self._balance, self._tick_s)
+        pressed = any(each.meets.touch(solid_of(after), way).depth > 0.0 for each in (*pushers, *others))
+        after = self._ends(after, face, pressed)
+        if after == body:
+            return False
+        self._put(after, body, riders, way)
+        return after.pose != body.pose
+
+    def _ends(self, body: Body, face: Ground, pressed: bool) -> Body:
+        """A part that has gone its way: it goes on, rests, comes to lie on what is beside, or falls."""
+        x, y, _ = body.pose.translation
+        if not face.has(x, y):
+            beside = self._pieces.flush_with(face, x, y)
+            if beside is None:
+                return Body(body.part, body.pose, body.velocity, FALLS)
+            body, face = body._replace(on=beside.name), beside
+        if body.bottom - face.top > STEP_M:
+            return Body(body.part, body.pose, body.velocity, FALLS)
+        if not pressed and _speed(body) < SLOW_M_PER_S:
+            return landed(body, face)
+        return body
+
+    def _put(self, after: Body, before: Body, riders: Sequence[Body], way: Way) -> None:
+        """A part is there now, with what lies on it; the arm is told."""
+        pieces, middle = self._pieces, before.pose.translation
+        pieces.put_aside(after)
+        self._tell(after, before)
+        if after.state == FALLS:
+            return
+        for each in riders:
+            off = tuple(a - b for a, b in zip(each.pose.translation, middle, strict=True))
+            x, y, _ = turned((off[0], off[1], off[2]), way[3])
+            turn = (x - off[0], y - off[1], 0.0)
+            gone: Way = (way[0] + turn[0], way[1] + turn[1], way[2], way[3])
+            now = each._replace(pose=gone_by(each.pose, gone))
+            pieces.put_aside(now)
+            self._tell(now, each)
+
+    def _tell(self, after: Body, before: Body) -> None:
+        """The arm feels a part that is near it where that is now."""
+        name = after.part.name
+        if name in self._due and after.state == LIES and after.pose != before.pose:
+            dx, dy, dz = (a - b for a, b in zip(after.pose.translation, before.pose.translation, strict=True))
+            r, q = after.pose.rotation, before.pose.rotation
+            # By the sine, which is the angle in a tick, of the axes before and now.
+            turn = 0.5 * (
+                (q[0] * r[3] - q[3] * r[0]) + (q[1] * r[4] - q[4] * r[1]) + (q[2] * r[5] - q[5] * r[2])
+            )
+            self._load.shift(name, solid_of(after), (dx, dy, dz, turn))
+
+    def _react(self, body: Body) -> None:
+        """Add what corners of a part do to what is held."""
+        in_jaws = self._pieces.in_jaws
+        if self._held is None or in_jaws is None or body.state != LIES:
+            return
+        held, solid = self._held
+        middle = solid.pose.translation
+        if dist(middle, body.pose.translation) > held.shape.extent + body.part.shape.extent:
+            return
+        force, torque = in_jaws.touching.besides or (STILL, STILL)
+        own, stiffness = solid_of(body), _both(held.stiffness, body.part.stiffness)
+        for each in outline(body.part, body.pose, 0.0, solid):
+            depth, out, lever = each.touch(own, _NOWHERE)
+            if depth <= 0.0:
+                continue
+            f = [stiffness * depth * component for component in out]
+            r = [b + c - a for a, b, c in zip(middle, body.pose.translation, lever, strict=True)]
+            force = (force[0] + f[0], force[1] + f[1], force[2] + f[2])
+            torque = (
+                torque[0] + r[1] * f[2] - r[2] * f[1],
+                torque[1] + r[2] * f[0] - r[0] * f[2],
+                torque[2] + r[0] * f[1] - r[1] * f[0],
+            )
+        if force != STILL:
+            in_jaws.touching.besides = force, torque
+            in_jaws.quiet = False
+
+    def _by_the_arm(self, name: str, joints: Joints) -> Iterator[Presser]:
+        """What of links, tool and jaws may press on a part."""
+        if name not in self._due:
+            return
+        part = self._pieces.bodies[name].part
+        links = self._load.surround(joints)
+        for middle, radius, rubbed, share in links.balls(name, joints, self._tick_s, SEEN_M):
+            holding = share * min(part.stiffness, STIFFEST_N_PER_M)
+            yield Presser(Ball(middle, radius), share * part.stiffness, part.friction, holding, rubbed)
+
+    def _by_what_is_held(self, body: Body) -> Iterator[Presser]:
+        """What of the held part may press on a part, and the other way round."""
+        if self._held is None:
+            return
+        held, solid = self._held
+        far = held.shape.extent + body.part.shape.extent + SEEN_M
+        if dist(solid.pose.translation, body.pose.translation) > far:
+            return
+        both = _both(held.stiffness, body.part.stiffness)
+        upright = in_jaws.upright if (in_jaws := self._pieces.in_jaws) is not None else True
+        points = points_of(held, upright=upright)
+        for place in points.places:
+            yield Presser(Ball(apply(solid.pose, place), points.radius_m), both / points.at_once)
+        for each in outline(body.part, body.pose, 0.0, solid):
+            yield Presser(each, both)
+
+    def _in_the_way(self, body: Body, face: Ground, reach_m: float) -> Iterator[Presser]:
+        """What of surfaces and other parts that lie a part may meet in this tick."""
+        pieces, name = self._pieces, body.part.name
+        lift_m = STEP_M + max(0.0, face.top - body.bottom)
+        for surface in pieces.surfaces:
+            if surface.name != body.on:
+                yield from self._of(body, lift_m, surface, reach_m)
+        riding = {each.part.name for each in pieces.riders(name)}
+        for other in self._beside(name):
+            if other != body.on and other not in riding:
+                yield from self._of(body, lift_m, solid_of(pieces.bodies[other]), reach_m)
+
+    def _of(self, body: Body, lift_m: float, other: Surface, reach_m: float) -> Iterator[Presser]:
+        both, solid = _both(other.stiffness, body.part.stiffness), solid_of(body)
+        for each in meets(body.part, body.pose, lift_m, other, reach_m):
+            if each.touch(solid, _NOWHERE).depth > -reach_m:
+                yield Presser(each, AT_ONCE * both)
+
+    def _beside(self, name: str) -> list[str]:
+        """The names of parts that lie so near that one could touch the other."""
+        bodies = self._pieces.bodies
+        middle, extent = bodies[name].pose.translation, bodies[name].part.shape.extent
+        return [
+            other
+            for other in self._pieces.lying
+            if other != name
+            and dist(middle, bodies[other].pose.translation)
+            <= extent + bodies[other].part.shape.extent + SEEN_M
+        ]
+
+
+def solid_of(body: Body) -> Surface:
+    """A part as a surface."""
+    part = body.part
+    return Surface(part.name, part.shape, body.pose, part.stiffness, 0.0, part.friction)
+
+
+def _both(one: float, other: float) -> float:
+    """Stiffness of both in a row (N/m)."""
+    return 1.0 / (1.0 / one + 1.0 / other)
+
+
+def _speed(body: Body) -> float:
+    """No point of it is faster (m/s)."""
+    x, y, z = body.velocity
+    return hypot(x, y, z) + abs(body.spin) * body.part.shape.extent
+
+
+def _about(body: Body, middle: Vector) -> float:
+    """Moment of inertia (kg m^2) of a part about the vertical through a place (m)."""
+    x, y, _ = (a - b for a, b in zip(body.pose.translation, middle, strict=True))
+    return turning(body.part, body.pose.rotation) + body.part.mass_kg * (x * x + y * y)

@@ -1,0 +1,280 @@
+"""Parts that lie, pushed aside by the arm and by what it holds; and where they block."""
+
+from __future__ import annotations
+
+from math import atan2, degrees
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from iiwa_sim.backdoor.states import States
+from iiwa_sim.contact.pushed_kernel import Balance
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Frame
+from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL, Body, landed
+from iiwa_sim.handling.ground import Ground
+from iiwa_sim.handling.meeting import Ball, Corner
+from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.pushed import Presser, Stack, pushed
+from tests.asked import lin_move
+from tests.handling.scenes import BALL, BLOCK, PIN, TABLE, TABLE_MM, Scene, at, down
+from tests.samples import some
+
+G = 9.81
+TICK_S = 0.002
+TOP = TABLE_MM + 30.0  # of the middle of block and pin
+FRICTION_N = BLOCK.friction * BLOCK.mass_kg * G
+JAW_MM = 8.0  # closed, one jaw ends so far from the TCP
+FREE = (0.0,) * 6
+
+
+def above(*parts: tuple[Part, object], x: float, y: float, z: float = TOP, **more: object) -> Scene:
+    """Jaws closed, beside the parts."""
+    scene = Scene(*parts, **more)  # type: ignore[arg-type]
+    scene.closes()
+    scene.goes(down(x, y, z + 100.0), straight=False)
+    scene.goes(down(x, y, z))
+    assert scene.controller.cartesian_force() == FREE
+    return scene
+
+
+def pushes(scene: Scene, x: float, y: float, z: float = TOP, speed: float = 0.1) -> np.ndarray:  # type: ignore[type-arg]
+    """Along a line; with what it pushes, along x y z of the base, tick by tick."""
+    scene.controller.move(lin_move(down(x, y, z), speed, 0.0))
+    felt = []
+    while scene.controller.moving:
+        scene.robot.step()
+        fx, fy, fz = scene.controller.cartesian_force()[:3]
+        felt.append((-fx, -fy, -fz))
+    return np.array(felt)
+
+
+def place_mm(scene: Scene, name: str = "block") -> np.ndarray:  # type: ignore[type-arg]
+    return 1e3 * np.array(scene.body(name).pose.translation)
+
+
+@pytest.mark.parametrize("part", [BLOCK, PIN, BALL], ids=lambda part: part.name)
+def test_a_part_is_pushed_along_the_table_and_stops_when_it_is_no_longer_pushed(part: Part) -> None:
+    scene = above((part, at(600, 50, TABLE_MM + 1e3 * part.reach(at(0, 0, 0).rotation, 2))), x=600, y=0)
+    height = place_mm(scene, part.name)[2]
+    felt = pushes(scene, 600, 100)
+    steady = felt[len(felt) // 2 : len(felt) * 3 // 4, 1]
+    if part is BALL:  # it is pushed above its middle, and so down, too
+        assert (steady > part.friction * part.mass_kg * G).all()
+    else:
+        assert steady == pytest.approx(np.full(len(steady), part.friction * part.mass_kg * G), rel=0.05)
+    body = scene.body(part.name)
+    half = 1e3 * part.reach(body.pose.rotation, 1)
+    assert place_mm(scene, part.name) == pytest.approx(
+        (600.0, 100.0 + JAW_MM + half, height), abs=6.0 if part is BALL else 1.0
+    )
+    scene.goes(down(600, 80, TOP))
+    assert scene.controller.cartesian_force() == FREE
+    scene.rests()
+    there = scene.body(part.name)
+    assert (there.state, there.velocity, there.spin, there.wound) == (LIES, STILL, 0.0, ())
+    scene.goes(down(600, 60, TOP))
+    scene.rests()
+    assert scene.body(part.name) == there
+
+
+def test_pushed_off_its_middle_it_turns() -> None:
+    scene = above((BLOCK, at(600, 50, TOP)), x=587, y=0)
+    pushes(scene, 587, 60)
+    rotation = scene.body("block").pose.rotation
+    turned = degrees(atan2(rotation[3], rotation[0]))
+    assert -90.0 < turned < -10.0, "the side that is pushed goes ahead"
+    assert rotation[8] == pytest.approx(1.0), "and it stays upright"
+
+
+def test_between_arm_and_wall_it_blocks_until_the_robot_protects_itself() -> None:
+    wall = Surface("wall", Box(0.1, 0.01, 0.05), at(600, 160, TABLE_MM + 50.0), 5e4, 0.0, 0.3)
+    scene = above((BLOCK, at(600, 50, TOP)), x=600, y=0, surfaces=(TABLE, wall))
+    felt = pushes(scene, 600, 118)
+    assert felt[:, 1].max() > 200.0
+    assert scene.robot.faults
+    assert 150.0 - 20.0 <= place_mm(scene)[1] < 150.0 - 20.0 + 12.0, "at the wall, a little in it"
+
+
+def test_over_the_edge_of_what_it_lies_on_it_falls() -> None:
+    small = Surface("table", Box(0.4, 0.27, 0.02), at(600, 0, TABLE_MM - 20.0), 2e4, 0.0, 0.3)
+    scene = above((BLOCK, at(600, 250, TOP)), x=600, y=200, surfaces=(small,))
+    pushes(scene, 600, 260)
+    assert scene.body("block").state == FALLS
+    assert not scene.robot.faults
+    assert scene.controller.cartesian_force() == FREE
+
+
+def test_parts_push_each_other_and_carry_what_lies_on_them_along() -> None:
+    second, third = BLOCK._replace(name="second"), PIN._replace(name="third")
+    tile = Part("tile", Box(0.01, 0.01, 0.005), 0.05, 0.5, 5e4)
+    scene = above(
+        (BLOCK, at(600, 50, TOP)),
+        (second, at(600, 95, TOP)),
+        (third, at(600, 140, TOP)),
+        (tile, at(595, 95, TOP + 35.0)),
+        x=600,
+        y=0,
+    )
+    felt = pushes(scene, 600, 60)
+    # Friction of all of them, and what it takes that each gives way a tick after the one before.
+    rubs = 0.5 * G * (0.5 + 0.5 + 0.05 + 0.3)
+    assert rubs < felt[-80:-40, 1].mean() < 5.0 * rubs
+    first, along, last = (place_mm(scene, name)[1] for name in ("block", "second", "third"))
+    assert first == pytest.approx(60.0 + JAW_MM + 20.0, abs=1.0)
+    assert along == pytest.approx(first + 40.0, abs=1.0)
+    assert last == pytest.approx(along + 35.0, abs=1.0)
+    assert scene.body("tile").on == "second"
+    assert place_mm(scene, "tile") == pytest.approx((595.0, along, TOP + 35.0), abs=1.5)
+
+
+def test_pressed_from_above_it_presses_on_the_table() -> None:
+    """Three springs in a row: jaws in the part, part in the table."""
+    scene = above((BLOCK, at(600, 50, TOP)), x=600, y=50, z=TOP + 35.0)
+    pushes(scene, 600, 50, TOP + 29.0, speed=0.01)
+    scene.rests()
+    force = -scene.controller.cartesian_force()[2]
+    # Both jaws have the part's stiffness, which lies on part and table in a row.
+    soft = 1.0 / (1.0 / 1e5 + 1.0 / 5e4 + 1.0 / 2e4)
+    assert force == pytest.approx(soft * 1e-3 * (1.0 - BLOCK.mass_kg * G / 2e4 * 1e3 * 1.4), rel=0.02)
+    assert place_mm(scene)[:2] == pytest.approx((600.0, 50.0), abs=0.05)
+    assert scene.body("block").state == LIES
+
+
+def test_a_held_part_pushes_others_and_is_felt() -> None:
+    wide = Part("wide", Box(0.05, 0.015, 0.02), 0.4, 0.5, 5e4)
+    scene = Scene((wide, at(600, 50, TABLE_MM + 20.0)), (BLOCK, at(600, 140, TOP)))
+    scene.picks(600, 50, TABLE_MM + 25.0)
+    scene.goes(down(600, 50, TABLE_MM + 30.0))
+    assert scene.body("wide").state == HELD
+    at_first = place_mm(scene)[1]
+    felt = pushes(scene, 600, 140, TABLE_MM + 30.0)
+    assert felt[len(felt) // 2 : -50, 1].mean() == pytest.approx(FRICTION_N, rel=0.15)
+    assert place_mm(scene)[1] > at_first + 20.0
+    assert scene.body("block").state == LIES
+    assert not scene.robot.faults
+
+
+def test_the_same_commands_give_the_same_bits_and_go_on_so_after_a_restore() -> None:
+    def run(*, away: bool) -> list[object]:
+        scene = above((BLOCK, at(600, 50, TOP)), (PIN, at(605, 95, TOP)), x=590, y=0)
+        pushes(scene, 590, 40)
+        scene.rests()
+        before = scene.handling.parts, scene.controller.cartesian_force()
+        assert any(before[1])
+        states = States(scene.controller)
+        states.save("pushed")
+        if away:
+            scene.goes(down(590, 0, TOP))
+        states.restore("pushed")
+        told: list[object] = []
+        assert (scene.handling.parts, scene.controller.cartesian_force()) == before
+        scene.robot.step(5)
+        scene.controller.move(lin_move(down(600, 80, TOP), 0.1, 0.0))
+        for _ in range(300):
+            scene.robot.step()
+            told.append((scene.handling.parts, scene.controller.cartesian_force()))
+        return told
+
+    once = run(away=False)
+    assert once == run(away=False)
+    assert once == run(away=True)
+
+
+def test_far_from_parts_an_arm_moves_and_feels_as_without_them() -> None:
+    """And a part that nobody comes near costs no look."""
+    near, without = Scene((BLOCK, at(600, 400, TOP))), Scene((BLOCK, at(-600, 400, TABLE_MM - 300.0)))
+    for scene in (near, without):
+        scene.goes(down(600, -100, 500), straight=False)
+        scene.goes(down(500, -200, 450))
+    assert near.robot.joints == without.robot.joints
+    assert near.controller.cartesian_force() == without.controller.cartesian_force() == FREE
+    assert near.body("block").pose == Scene((BLOCK, at(600, 400, TOP))).body("block").pose
+
+
+SHAPES = [Box(0.02, 0.03, 0.01), Cylinder(0.02, 0.03), Sphere(0.02), Box(0.005, 0.05, 0.02)]
+
+
+@settings(max_examples=some(300), deadline=None)
+@given(
+    st.sampled_from(SHAPES),
+    st.tuples(st.floats(0.01, 5.0), st.floats(0.0, 1.5), st.floats(1e3, 1e6)),
+    st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-20.0, 20.0)),
+    st.lists(
+        st.tuples(
+            st.floats(-0.06, 0.06), st.floats(-0.06, 0.06), st.floats(-0.03, 0.04), st.floats(0.0, 0.01)
+        ),
+        max_size=4,
+    ),
+    st.lists(st.floats(-3.2, 3.2), max_size=2),
+    st.floats(0.0, 1.0),
+)
+def test_no_push_gives_more_energy_than_was_there(
+    shape: Box | Cylinder | Sphere,
+    material: tuple[float, float, float],
+    velocity: tuple[float, float, float],
+    balls: list[tuple[float, float, float, float]],
+    walls: list[float],
+    friction: float,
+) -> None:
+    """Against the least there has been, over twenty ticks, with all that presses at rest."""
+    mass, rubs, stiffness = material
+    part = Part("it", shape, mass, rubs, stiffness)
+    face = Ground("face", 0.0, 3e4, (0.0, 0.0), (1.0, 0.0), (10.0, 10.0))
+    lying = landed(Body(part, Frame(0, 0, 0, 0, 0, 0).to_transform(), STILL, FALLS), face)
+    body = lying._replace(velocity=(velocity[0], velocity[1], 0.0), spin=velocity[2])
+    height = lying.pose.translation[2]
+    pressers = [
+        Presser(Ball((x, y, z + height), radius), stiffness, friction, 1e3) for x, y, z, radius in balls
+    ]
+    for angle in walls:
+        c, s = np.cos(angle), np.sin(angle)
+        wall = Surface(
+            "wall",
+            Box(0.01, 0.2, 0.2),
+            Frame(1e3 * 0.05 * c, 1e3 * 0.05 * s, 0, angle, 0, 0).to_transform(),
+            4e4,
+            0.0,
+            0.0,
+        )
+        pressers += [
+            Presser(Corner((x, y, 0.0), wall), stiffness) for x in (-0.02, 0.02) for y in (-0.03, 0.03)
+        ]
+    balance, soft = Balance(), face.stiffness_below(part)
+    inertia = part.moments(Frame(0, 0, 0, 0, 0, 0).to_transform())
+
+    def energy(body: Body, turned: float) -> float:
+        solid = Surface("it", shape, body.pose, stiffness, 0.0, rubs)
+        x, y, z = body.velocity
+        total = 0.5 * mass * (x * x + y * y + z * z) + 0.5 * (inertia.xx + inertia.yy) * body.spin**2
+        total += mass * G * body.pose.translation[2] + 0.5 * soft * max(0.0, -body.bottom) ** 2
+        total += 0.125 * soft * sum(each * each for each in body.wound)
+        for each in pressers:
+            touch = each.meets.touch(solid, (0.0, 0.0, 0.0, turned))
+            if touch.out[2] > -0.9:
+                total += 0.5 * each.stiffness * max(0.0, touch.depth) ** 2
+        return total
+
+    least = energy(body, 0.0)
+    for _ in range(20):
+        # Corners are places from the middle as the tick begins.
+        before = body
+        body, way = pushed(body, face, Stack(), pressers, balance, TICK_S)
+        now = energy(body, way[3])
+        assert now <= least + 1e-9 * max(1.0, least)
+        assert before.pose == body.pose or way != (0.0,) * 4
+        pressers = [
+            each._replace(meets=each.meets._replace(place=after(each.meets.place, way[3])))
+            if isinstance(each.meets, Corner)
+            else each
+            for each in pressers
+        ]
+        least = min(least, now)
+
+
+def after(place: tuple[float, float, float], angle: float) -> tuple[float, float, float]:
+    c, s = np.cos(angle), np.sin(angle)
+    return (c * place[0] - s * place[1], s * place[0] + c * place[1], place[2])
