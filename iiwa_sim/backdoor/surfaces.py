@@ -9,6 +9,7 @@ from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, Vector
+from iiwa_sim.handling.falling import HELD, LIES
 from iiwa_sim.settings import Reader
 from iiwa_sim.wording import harmless
 
@@ -21,8 +22,8 @@ SOURCE = "surface"
 def add(controller: Controller, settings: AnySurface) -> None:
     """Add a surface to the world.
 
-    Raises `Refused` for numbers out of range, for more than `MOST_SURFACES`, and where the TCP would be
-    within it.
+    Raises `Refused` for numbers out of range, for more than `MOST_SURFACES`, and where the TCP, or the middle
+    of a part, would be within it.
     """
     world = controller.load.world
     if len(world.surfaces) >= MOST_SURFACES:
@@ -40,16 +41,19 @@ def add(controller: Controller, settings: AnySurface) -> None:
         raise Refused(EXECUTION, str(fault)) from None
     surface = surface_of(settings)
     check_outside([surface], controller.tcp().translation)
+    _check_parts(controller, surface, None)
     world.put(surface)
 
 
 def move(controller: Controller, name: str, pose: Frame) -> None:
     """Move a surface. If it touches the TCP, it goes on pushing it, and takes it along by friction.
 
-    Raises `Refused` if it does not, and the TCP would be within it.
+    Raises `Refused` if it does not, and the TCP would be within it; and if the middle of a part that lies on
+    something else would be. What lies on it rides up with it, and a held part is pushed.
     """
     world = controller.load.world
     surface, transform = named(world, name), pose.to_transform()
+    _check_parts(controller, surface._replace(pose=transform), surface)
     if not world.touched(name):
         check_outside([surface._replace(pose=transform)], controller.tcp().translation)
     world.move(name, transform)
@@ -59,6 +63,22 @@ def remove(controller: Controller, name: str) -> None:
     """Remove a surface; raises `Refused` if there is none of the name."""
     world = controller.load.world
     world.remove(named(world, name).name)
+
+
+def _check_parts(controller: Controller, surface: Surface, before: Surface | None) -> None:
+    """Raises `Refused` where the middle of a part would come to be within a surface that is put, or was moved
+    from where it was before."""
+    handling = controller.handling
+    if handling is None or handling.workpieces is None:
+        return
+    for body in handling.workpieces.bodies.values():
+        middle = body.pose.translation
+        moves = before is not None and (body.state != LIES or body.on == surface.name)
+        if body.state not in (LIES, HELD) or moves or surface.nearest(*middle)[0] >= 0.0:
+            continue
+        if before is None or before.nearest(*middle)[0] >= 0.0:
+            part = body.part.name
+            raise Refused(EXECUTION, harmless(f"part {part!r} would be within surface {surface.name!r}"))
 
 
 def named(world: World, name: str) -> Surface:

@@ -127,6 +127,7 @@ class Links(Capsules):
     _dragging: cython.double[:, :, ::1]  # friction (N) on a link of a robot that yields, on the average
     # Of each part: how it has been moved since links have felt it: a way (m), an angle about z (rad).
     _shifted: cython.double[:, ::1]
+    _ends_before: cython.double[:, ::1]  # when `goes` was asked last
     _free: cython.double  # way (m) that any point of the arm can go before a link could touch something
     _before: cython.double[::1]  # joint positions of the last tick (rad)
 
@@ -160,6 +161,7 @@ class Links(Capsules):
         links = [names.index(capsule.link) for capsule in self._own]
         links += [len(names) + number for number in range(len(worn))]  # each for itself
         self._link_count = len(names) + len(worn)
+        self._ends_before = np.zeros((self._capsule_count, 6))
         self._link = np.array(links, dtype=np.intp)
         self._share = np.array([1.0] * len(self._own) + [each.share for each in worn])
         feels = [SURFACES + PARTS] * len(self._own) + [each.feels for each in worn]
@@ -623,6 +625,20 @@ class Links(Capsules):
                     found.append(Ball((x, y, z), radius, rubbed, self._share[which]))
                 nearest = 1e9
         return found
+
+    def goes(self, joints: Sequence[float]) -> float:
+        """No point of the arm, now at joint positions (rad), nor of what it wears, has gone farther (m) since
+        this was asked last; 0 where it never was."""
+        self.go_to(joints)
+        e, b = self._ends, self._ends_before
+        most: cython.double = 0.0
+        for c in range(self._capsule_count):
+            for j in range(0, 6, 3):
+                dx, dy, dz = e[c, j] - b[c, j], e[c, j + 1] - b[c, j + 1], e[c, j + 2] - b[c, j + 2]
+                most = max(most, dx * dx + dy * dy + dz * dz)
+                for i in range(3):
+                    b[c, j + i] = e[c, j + i]
+        return float(sqrt(most))
 
     def away(self, middle: Vector, joints: Sequence[float]) -> float:
         """How far (m) the nearest capsule of the arm, at joint positions (rad), is from a place in the base;

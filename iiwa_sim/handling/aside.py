@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import dist, hypot, inf
 
+from iiwa_sim.contact.at_tcp_kernel import farthest_way
 from iiwa_sim.contact.links_kernel import STIFFEST_N_PER_M
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.contact.pushed_kernel import Balance
@@ -87,21 +88,19 @@ class Aside:
 
     def _goes(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
         """Add to the way what arm and jaws have gone, and find where what they hold is."""
-        pieces, longer_m = self._pieces, 0.0
+        pieces, before = self._pieces, self._held
         held, self._held = pieces.in_jaws, None
         if held is not None:
             part, pose = held.part, compose(tcp, held.in_tcp)
             self._held = part, Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0)
-            longer_m = 2.0 * part.shape.extent + dist(pose.translation, tcp.translation)
-        if self._joints is None:
-            self._look_at_m = -inf
-        elif joints != self._joints:
-            levers = self._load.links.levers_m
-            self._way_m += sum(
-                (lever + longer_m) * abs(a - b)
-                for lever, a, b in zip(levers, joints, self._joints, strict=True)
-            )
-        self._way_m += abs(opening_m - self._opening_m)
+            if before is not None and before[0] is part:
+                self._way_m += farthest_way(before[1].pose, pose, part.shape.extent)
+        gone_m = 0.0
+        if joints != self._joints or opening_m != self._opening_m:
+            gone_m = self._load.links.goes(joints)
+        if self._joints is None or (before is None) != (held is None):
+            self._look_at_m, self._due = -inf, dict.fromkeys(self._due, -inf)
+        self._way_m += gone_m
         self._way_m += self._tick_s * max(
             (_speed(pieces.bodies[name]) for name in pieces.moving), default=0.0
         )

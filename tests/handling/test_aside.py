@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from math import atan2, degrees
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.backdoor import surfaces
 from iiwa_sim.backdoor.states import States
+from iiwa_sim.cell.surfaces import SphereSettings
 from iiwa_sim.contact.pushed_kernel import Balance
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL, Body, landed
 from iiwa_sim.handling.ground import Ground
@@ -278,3 +282,18 @@ def test_no_push_gives_more_energy_than_was_there(
 def after(place: tuple[float, float, float], angle: float) -> tuple[float, float, float]:
     c, s = np.cos(angle), np.sin(angle)
     return (c * place[0] - s * place[1], s * place[0] + c * place[1], place[2])
+
+
+def test_no_surface_is_put_round_a_part_nor_moved_onto_one_that_lies_on_another() -> None:
+    scene = Scene((BLOCK, at(600, 50, TOP)))
+    ball = SphereSettings(name="ball", radius_mm=50.0, x_mm=600.0, y_mm=50.0, z_mm=TOP, stiffness_n_per_m=1e4)
+    with pytest.raises(Refused, match="part 'block' would be within surface 'ball'"):
+        surfaces.add(scene.controller, ball)
+    surfaces.add(scene.controller, msgspec.structs.replace(ball, y_mm=300.0))
+    with pytest.raises(Refused, match="part 'block' would be within surface 'ball'"):
+        surfaces.move(scene.controller, "ball", Frame(600.0, 60.0, TOP, 0.0, 0.0, 0.0))
+    assert scene.body("block").on == "table"
+    surfaces.move(scene.controller, "table", Frame(600.0, 0.0, TABLE_MM + 30.0, 0.0, 0.0, 0.0))
+    scene.robot.step(2)
+    assert scene.body("block").on == "table", "it has ridden up with what it lies on"
+    assert place_mm(scene)[2] == pytest.approx(TOP + 50.0, abs=1.0)
