@@ -1,0 +1,255 @@
+"""One surface that the TCP touches: how it pushes back and holds on to it.
+
+**Normal force.** k d (1 + b d'): stiffness times depth, and a damping that grows with the depth (Hunt and
+Crossley, 1975, with a linear spring), never less than 0. A spring and a dashpot side by side would jump from
+0 to the dashpot's force in the tick of the impact, where a threshold would feel the speed, not the surface,
+and they would pull at the end. Here the power lost is k b d d'^2, so no motion gains energy.
+
+**Friction.** A spring of the surface's stiffness between the TCP and an anchor, at first where the TCP came
+down. Its force is at most mu times the normal force: beyond that the anchor is dragged along. So a TCP that
+stands still keeps the friction it has, and one that turns back unloads the spring first. What the limit cuts
+off is lost, nothing is gained. The anchor depends on where the TCP has been, not on how often it was asked.
+It acts where the sphere touches, so the spring follows the sphere there: it rolls (`Contact.roll`). On a bent
+surface the part of the spring that points out of it is dropped as the TCP moves on.
+
+**Ways in.** A TCP that has come into a body through a face is pushed back through it, however deep it is
+pressed, until it is out again, or beside the face's outline; so it is in a round body, from half-way to its
+middle on. So a force does not turn round within a thin plate or rod, nor behind it. What is stored in the
+spring then is lost beside the outline: nothing is gained here either. More is said in `shapes`.
+"""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from typing import Any
+
+import cython
+from cython.cimports.libc.math import fabs, sqrt
+
+from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import apply, inverse, rotate, transpose
+
+# The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
+# move it while the TCP stands still.
+_SLIP_M = cython.declare(cython.double, 1e-12)
+
+
+@cython.cfunc
+def turn_between(before: Any, after: Any) -> Any:
+    """The turn between two rotations, as a vector along its axis as long as its angle (rad), if that is
+    small: by parts of 1e-12 of 0.1 rad."""
+    a0: cython.double
+    a1: cython.double
+    a2: cython.double
+    a3: cython.double
+    a4: cython.double
+    a5: cython.double
+    a6: cython.double
+    a7: cython.double
+    a8: cython.double
+    b0: cython.double
+    b1: cython.double
+    b2: cython.double
+    b3: cython.double
+    b4: cython.double
+    b5: cython.double
+    b6: cython.double
+    b7: cython.double
+    b8: cython.double
+    a0, a1, a2, a3, a4, a5, a6, a7, a8 = before
+    b0, b1, b2, b3, b4, b5, b6, b7, b8 = after
+    # Half the cross products of the axes before and now: the turn's axis times the sine of its angle.
+    x = 0.5 * (a3 * b6 - a6 * b3 + a4 * b7 - a7 * b4 + a5 * b8 - a8 * b5)
+    y = 0.5 * (a6 * b0 - a0 * b6 + a7 * b1 - a1 * b7 + a8 * b2 - a2 * b8)
+    z = 0.5 * (a0 * b3 - a3 * b0 + a1 * b4 - a4 * b1 + a2 * b5 - a5 * b2)
+    # The arcsine: what is turned to and fro by large and by small steps has to come back to where it was.
+    sine2 = x * x + y * y + z * z
+    angle = 1.0 + sine2 * (1.0 / 6.0 + sine2 * (3.0 / 40.0 + sine2 * (5.0 / 112.0 + sine2 * (35.0 / 1152.0))))
+    return angle * x, angle * y, angle * z
+
+
+@cython.cclass
+class Contact:
+    """A surface, what holds the TCP on it, and by which way the TCP has come in; the numbers are declared in
+    the .pxd."""
+
+    def __init__(self, surface: Surface, radius: float) -> None:
+        """`radius` (m) is that of the sphere round the TCP."""
+        self._radius = radius
+        reach = surface.shape.extent + radius
+        self._reach_squared = reach * reach
+        self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
+        self._is_plane = isinstance(surface.shape, Plane)
+        self.touched = self._anchored = False
+        self._ax = self._ay = self._az = 0.0
+        self._ux = self._uy = self._uz = 0.0
+        self._known = False
+        self._wx = self._wy = self._wz = 0.0
+        self._came: Any = None
+        self._gx = self._gy = self._gz = self._gap = 0.0
+        self._put(surface)
+
+    def _put(self, surface: Surface) -> None:
+        """The surface is here."""
+        self.surface = surface
+        rotation, place = surface.pose
+        self._r0, self._r1, self._r2, self._r3, self._r4, self._r5, self._r6, self._r7, self._r8 = rotation
+        self._ox, self._oy, self._oz = place
+        self._nx, self._ny, self._nz = self._r2, self._r5, self._r8
+        self._height = self._nx * self._ox + self._ny * self._oy + self._nz * self._oz + self._radius
+
+    def move(self, surface: Surface) -> None:
+        """The surface is moved to another pose, and takes along what holds the TCP on it. The sphere, which
+        has not turned, rolls back where the surface has."""
+        before, after = self.surface.pose, surface.pose
+        self._ax, self._ay, self._az = apply(after, apply(inverse(before), (self._ax, self._ay, self._az)))
+        up = rotate(transpose(before.rotation), (self._ux, self._uy, self._uz))
+        self._ux, self._uy, self._uz = rotate(after.rotation, up)
+        self._put(surface)
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        x, y, z = turn_between(before.rotation, after.rotation)
+        self.roll(-x, -y, -z)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def roll(self, wx: cython.double, wy: cython.double, wz: cython.double) -> cython.void:
+        """The TCP has turned by a rotation vector (rad, in the base), and with it the sphere."""
+        if self._anchored:
+            self._ax += self._radius * (wy * self._uz - wz * self._uy)
+            self._ay += self._radius * (wz * self._ux - wx * self._uz)
+            self._az += self._radius * (wx * self._uy - wy * self._ux)
+
+    def memory(self) -> Any:
+        """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so
+        does the next one."""
+        held = (self._anchored, self._ax, self._ay, self._az, self._ux, self._uy, self._uz)
+        return (held, self._wx, self._wy, self._wz, self._came)
+
+    def kept(self) -> Any:
+        """All that the surface remembers, to be brought back."""
+        held: Any = [bool(self.touched), bool(self._anchored), bool(self._known), self._came]
+        held += [self._ax, self._ay, self._az, self._ux, self._uy, self._uz]
+        return [*held, self._wx, self._wy, self._wz]
+
+    def restore(self, kept: Any) -> None:
+        """Remember that again."""
+        self.touched, self._anchored, self._known, self._came = kept[:4]
+        self._ax, self._ay, self._az, self._ux, self._uy, self._uz, self._wx, self._wy, self._wz = kept[4:]
+
+    @cython.cfunc
+    @cython.exceptval(check=True)
+    def press(
+        self,
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        vx: cython.double,
+        vy: cython.double,
+        vz: cython.double,
+        remember: cython.bint,
+    ) -> cython.bint:
+        """Whether the TCP touches the surface at a place (m) with a velocity (m/s); what acts is in f, t."""
+        if self._is_plane:
+            self._depth = self._height - (self._nx * px + self._ny * py + self._nz * pz)
+        else:
+            self._find_depth(px, py, pz, remember)
+        if remember:
+            self.touched = self._depth > 0.0
+        if self._depth <= 0.0:
+            if remember:
+                self._anchored = False
+            return False
+        nx, ny, nz = self._nx, self._ny, self._nz
+        damped: cython.double = 1.0 - self._damping * (vx * nx + vy * ny + vz * nz)
+        normal: cython.double = self._stiffness * self._depth * damped if damped > 0.0 else 0.0
+        self.fx, self.fy, self.fz = normal * nx, normal * ny, normal * nz
+        self.tx = self.ty = self.tz = 0.0
+        if self._friction == 0.0:
+            return True
+        if not self._anchored:
+            if remember:
+                self._ux, self._uy, self._uz = nx, ny, nz
+                self._anchored = True
+                self._ax, self._ay, self._az = px, py, pz
+            return True
+        # Friction: along the surface, and at most so much.
+        limit: cython.double = self._friction * normal
+        longest: cython.double = limit / self._stiffness
+        ax, ay, az = self._ax, self._ay, self._az
+        x, y, z = ax - px, ay - py, az - pz
+        out: cython.double
+        if not self._is_plane:
+            # On a bent surface the way along it is half that in the tangent plane before, half that in this.
+            out = 0.5 * (x * self._ux + y * self._uy + z * self._uz)
+            x, y, z = x - out * self._ux, y - out * self._uy, z - out * self._uz
+            if remember:
+                self._ux, self._uy, self._uz = nx, ny, nz
+        out = x * nx + y * ny + z * nz
+        x, y, z = x - out * nx, y - out * ny, z - out * nz
+        length: cython.double = sqrt(x * x + y * y + z * z)
+        if remember and not self._is_plane and fabs(out) > _SLIP_M:
+            # Where the surface is bent, what is out of it here would later count as along it.
+            ax, ay, az = px + x, py + y, pz + z
+            self._ax, self._ay, self._az = ax, ay, az
+        if remember and length > longest + _SLIP_M:
+            # What follows is found from the new anchor, as it will be when the TCP is still here.
+            share = longest / length
+            ax, ay, az = px + share * x, py + share * y, pz + share * z
+            self._ax, self._ay, self._az = ax, ay, az
+            x, y, z = ax - px, ay - py, az - pz
+            out = x * nx + y * ny + z * nz
+            x, y, z = x - out * nx, y - out * ny, z - out * nz
+            length = sqrt(x * x + y * y + z * z)
+        held: cython.double = self._stiffness if length <= longest else limit / length
+        x, y, z = held * x, held * y, held * z
+        self.fx, self.fy, self.fz = normal * nx + x, normal * ny + y, normal * nz + z
+        self.tx = self._radius * (nz * y - ny * z)
+        self.ty = self._radius * (nx * z - nz * x)
+        self.tz = self._radius * (ny * x - nx * y)
+        return True
+
+    @cython.cfunc
+    @cython.exceptval(check=True)
+    def _find_depth(
+        self, px: cython.double, py: cython.double, pz: cython.double, remember: cython.bint
+    ) -> cython.void:
+        """How deep (m) the sphere is in the surface, 0 where it is not, and the direction out of it."""
+        x: cython.double = px - self._ox
+        y: cython.double = py - self._oy
+        z: cython.double = pz - self._oz
+        self._depth = 0.0
+        ax: cython.double = self._r0 * x + self._r3 * y + self._r6 * z
+        ay: cython.double = self._r1 * x + self._r4 * y + self._r7 * z
+        az: cython.double = self._r2 * x + self._r5 * y + self._r8 * z
+        gx: cython.double = ax - self._gx
+        gy: cython.double = ay - self._gy
+        gz: cython.double = az - self._gz
+        if self._came is None and gx * gx + gy * gy + gz * gz < self._gap * self._gap:
+            # Nor has it met anything on the way, which began within the same ball: most ticks.
+            if remember:
+                self._known, self._wx, self._wy, self._wz = True, ax, ay, az
+            return
+        found = None
+        if self._came is not None or x * x + y * y + z * z < self._reach_squared:
+            was = (self._wx, self._wy, self._wz) if self._known else None
+            found, came = self.surface.shape.follow(self._came, was, (ax, ay, az), self._radius)
+            if remember:
+                self._came = came
+        if remember:
+            self._known, self._wx, self._wy, self._wz = True, ax, ay, az
+        if found is None:
+            return
+        distance: cython.double
+        distance, x, y, z = found
+        if self._radius - distance <= 0.0:
+            if remember:  # else the way here has begun elsewhere
+                self._gx, self._gy, self._gz, self._gap = ax, ay, az, distance - self._radius
+            return
+        self._depth = self._radius - distance
+        self._nx = self._r0 * x + self._r1 * y + self._r2 * z
+        self._ny = self._r3 * x + self._r4 * y + self._r5 * z
+        self._nz = self._r6 * x + self._r7 * y + self._r8 * z
