@@ -640,6 +640,19 @@ class Links(Capsules):
                     b[c, j + i] = e[c, j + i]
         return float(sqrt(most))
 
+    def gap_to(self, name: str) -> float:
+        """How far (m) the arm, where `goes` was told that it is, is at least from a part that lies, less than
+        0 in it."""
+        s: cython.Py_ssize_t = self._names.index(name)
+        least: cython.double = 1e9
+        if self._muted[s]:
+            return float(least)
+        for c in range(self._capsule_count):
+            if self._can_feel(c, s):
+                gap, _part = self.gap(c, s, min(least, _NEAR_M))
+                least = min(least, gap)
+        return float(least)
+
     def away(self, middle: Vector, joints: Sequence[float]) -> float:
         """How far (m) the nearest capsule of the arm, at joint positions (rad), is from a place in the base;
         the base of the arm does not count."""

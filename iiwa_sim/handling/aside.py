@@ -19,7 +19,7 @@ from iiwa_sim.frames import Transform, Vector, apply, compose
 from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
 from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.meeting import STEP_M, Ball, Way, meets, outline, turned
-from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.part import Part, X, Y, Z
 from iiwa_sim.handling.pushed import SLOW_M_PER_S, Presser, Stack, gone_by, pushed, turning
 from iiwa_sim.handling.touching import points_of
 from iiwa_sim.handling.workpieces import Workpieces
@@ -54,10 +54,12 @@ class Aside:
         self._seen = -1  # the number of changes of parts then
         self._due: dict[str, float] = {}  # parts near the arm: where on the way each is looked at
         self._held: tuple[Part, Surface] | None = None
+        self._calm = False  # a tick in which arm and parts stayed as they were has changed nothing
+        self._changes = -1  # of the parts, when the last tick ended
 
     def forget(self) -> None:
         """Arm or parts have been put elsewhere."""
-        self._joints, self._seen = None, -1
+        self._joints, self._seen, self._calm = None, -1, False
         self._load.lay({})
         self._due = {}
 
@@ -65,6 +67,9 @@ class Aside:
         """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart."""
         pieces = self._pieces
         pieces.pushed.clear()
+        stays = self._changes == pieces.changes and joints == self._joints and opening_m == self._opening_m
+        if stays and self._calm:
+            return
         if pieces.in_jaws is not None:
             pieces.in_jaws.touching.besides = None
         if not pieces.lying:
@@ -77,14 +82,18 @@ class Aside:
         waiting = [name for name, due in self._due.items() if due <= self._way_m]
         waiting += [name for name in pieces.moving if name not in waiting]
         done: set[str] = set()
+        woken: set[str] = set()
         while waiting:
             name = waiting.pop(0)
             if name in done or pieces.bodies[name].state != LIES:
                 continue
             done.add(name)
-            if self._push(name, joints, woken=len(done) > 1):
-                waiting += [each for each in self._beside(name) if each not in done]
+            if self._push(name, joints, woken=name in woken):
+                beside = [each for each in self._beside(name, CLOSE_M) if each not in done]
+                woken.update(beside)
+                waiting += beside
             self._react(pieces.bodies[name])
+        self._calm, self._changes = stays and self._changes == pieces.changes, pieces.changes
 
     def _goes(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
         """Add to the way what arm and jaws have gone, and find where what they hold is."""
@@ -133,11 +142,16 @@ class Aside:
         body, face = pieces.bodies[name], pieces.face_below(name)
         if face is None:
             return False
+        still = body.settled and not body.wound
+        if still and not woken:
+            gap_m = self._gap(body, joints)
+            if gap_m > CLOSE_M:
+                self._due[name] = self._way_m + gap_m - CLOSE_M
+                return False
         pushers = [*self._by_the_arm(name, joints), *self._by_what_is_held(body)]
         solid = solid_of(body)
         depths = [each.meets.touch(solid, _NOWHERE).depth for each in pushers]
         deepest = max(depths, default=-SEEN_M)
-        still = body.settled and not body.wound
         if name in self._due:
             self._due[name] = self._way_m if deepest > -CLOSE_M else self._way_m - deepest - CLOSE_M
         if still and deepest <= 0.0 and not woken:
@@ -165,6 +179,16 @@ class Aside:
             return False
         self._put(after, body, riders, way)
         return after.pose != body.pose
+
+    def _gap(self, body: Body, joints: Joints) -> float:
+        """How far (m) a part is at least from the arm, and from what that holds."""
+        name, gap_m = body.part.name, inf
+        if name in self._due:
+            gap_m = self._load.surround(joints).gap_to(name)
+        if self._held is not None:
+            held, solid = self._held
+            gap_m = min(gap_m, _between(held, solid.pose, body.part, body.pose))
+        return gap_m
 
     def _ends(self, body: Body, face: Ground, pressed: bool) -> Body:
         """A part that has gone its way: it goes on, rests, comes to lie on what is beside, or falls."""
@@ -269,7 +293,7 @@ class Aside:
             if surface.name != body.on:
                 yield from self._of(body, lift_m, surface, reach_m)
         riding = {each.part.name for each in pieces.riders(name)}
-        for other in self._beside(name):
+        for other in self._beside(name, reach_m):
             if other != body.on and other not in riding:
                 yield from self._of(body, lift_m, solid_of(pieces.bodies[other]), reach_m)
 
@@ -279,16 +303,16 @@ class Aside:
             if each.touch(solid, _NOWHERE).depth > -reach_m:
                 yield Presser(each, AT_ONCE * both)
 
-    def _beside(self, name: str) -> list[str]:
-        """The names of parts that lie so near that one could touch the other."""
-        bodies = self._pieces.bodies
-        middle, extent = bodies[name].pose.translation, bodies[name].part.shape.extent
+    def _beside(self, name: str, reach_m: float) -> list[str]:
+        """The names of parts that lie and are perhaps no farther from one than that (m)."""
+        bodies, own = self._pieces.bodies, self._pieces.bodies[name]
+        middle, far_m = own.pose.translation, own.part.shape.extent + reach_m
         return [
             other
             for other in self._pieces.lying
             if other != name
-            and dist(middle, bodies[other].pose.translation)
-            <= extent + bodies[other].part.shape.extent + SEEN_M
+            and dist(middle, bodies[other].pose.translation) <= far_m + bodies[other].part.shape.extent
+            and _between(own.part, own.pose, bodies[other].part, bodies[other].pose) <= reach_m
         ]
 
 
@@ -296,6 +320,16 @@ def solid_of(body: Body) -> Surface:
     """A part as a surface."""
     part = body.part
     return Surface(part.name, part.shape, body.pose, part.stiffness, 0.0, part.friction)
+
+
+def _between(one: Part, place: Transform, other: Part, there: Transform) -> float:
+    """Two parts are no nearer to each other (m), by the boxes round them along the axes of the base."""
+    return max(
+        abs(place.translation[axis] - there.translation[axis])
+        - one.reach(place.rotation, axis)
+        - other.reach(there.rotation, axis)
+        for axis in (X, Y, Z)
+    )
 
 
 def _both(one: float, other: float) -> float:
