@@ -9,7 +9,7 @@ from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, Vector
-from iiwa_sim.handling.falling import HELD, LIES
+from iiwa_sim.handling.falling import LIES
 from iiwa_sim.settings import Reader
 from iiwa_sim.wording import harmless
 
@@ -23,7 +23,7 @@ def add(controller: Controller, settings: AnySurface) -> None:
     """Add a surface to the world.
 
     Raises `Refused` for numbers out of range, for more than `MOST_SURFACES`, and where the TCP, or the middle
-    of a part, would be within it.
+    of a part that lies, would be within it. A held part is pushed out the nearest way.
     """
     world = controller.load.world
     if len(world.surfaces) >= MOST_SURFACES:
@@ -66,15 +66,15 @@ def remove(controller: Controller, name: str) -> None:
 
 
 def _check_parts(controller: Controller, surface: Surface, before: Surface | None) -> None:
-    """Raises `Refused` where the middle of a part would come to be within a surface that is put, or was moved
-    from where it was before."""
+    """Raises `Refused` where the middle of a part that lies would come to be within a surface that is put, or
+    was moved from where it was before."""
     handling = controller.handling
     if handling is None or handling.workpieces is None:
         return
     for body in handling.workpieces.bodies.values():
         middle = body.pose.translation
-        moves = before is not None and (body.state != LIES or body.on == surface.name)
-        if body.state not in (LIES, HELD) or moves or surface.nearest(*middle)[0] >= 0.0:
+        rides = before is not None and body.on == surface.name
+        if body.state != LIES or rides or surface.nearest(*middle)[0] >= 0.0:
             continue
         if before is None or before.nearest(*middle)[0] >= 0.0:
             part = body.part.name

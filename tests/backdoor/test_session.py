@@ -102,6 +102,8 @@ NOTHING_TO_UNDO = {
     "clear faults",
 }
 PREPARED = {
+    # It would be round the disc, which lies on the table.
+    "add plane : the floor 600 300 50 0.1 0.2 0.3 5e4 1 0.3": "remove part : disc",
     "resume": "pause",
     "reset error": "protective stop",
     "servo timeout": "smart",
