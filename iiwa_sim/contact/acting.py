@@ -1,0 +1,217 @@
+"""What acts on the arm at a moment, and how it is read: forces at the TCP, torques on the joints."""
+
+from collections.abc import Sequence
+from math import isfinite
+from operator import add as add_numbers
+
+from iiwa_sim.contact import moments
+from iiwa_sim.contact.links_kernel import Links
+from iiwa_sim.contact.moments import NO_MOMENTS, Moments
+from iiwa_sim.contact.noise import Noise
+from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
+from iiwa_sim.frames import inverse
+from iiwa_sim.robot.tcp_kernel import Tcp
+from iiwa_sim.wrench import NO_WRENCH, Wrench, add
+
+
+class Acting:
+    """What acts on the arm, kind by kind, and their sum as it is read, with noise if there is any.
+
+    A wrench at the TCP and a torque on each joint are applied from outside as long as they are set. The rest
+    is found by whoever moves the arm.
+    """
+
+    def __init__(self, tcp: Tcp, joint_count: int, noise: Noise | None) -> None:
+        """Nothing acts yet."""
+        self._tcp = tcp
+        self._noise = noise
+        self._wrench: Wrench = NO_WRENCH
+        self._joint_push: tuple[float, ...] = (0.0,) * joint_count
+        self._pushed = False  # by one of these two
+        self._joints_pushed = False
+        self._touch: Wrench = NO_WRENCH  # of surfaces at the TCP
+        self._carried: Wrench = NO_WRENCH  # of what the controller does not know of
+        self._handed: Wrench = NO_WRENCH  # of a part in the jaws
+        self._handed_weight: Wrench = NO_WRENCH
+        self._met: Wrench = NO_WRENCH  # of surfaces and parts on tool and jaws
+        self._link_torques: tuple[float, ...] | None = None  # of surfaces on links, if there are any
+        self._folded: tuple[float, ...] | None = None  # torques of links on links, if there are any
+        self._unknown: Moments | None = None  # in the flange
+        self._at_tcp = NO_MOMENTS  # the same, in the frame of the TCP
+        self._motion: TcpMotion | None = None  # while there is any of that
+        self._carried_at: Sequence[float] = ()  # joints at which it was evaluated last
+        self._links: Links | None = None  # once there has been a surface
+        self.pushes = _Pushes(self)
+        """What a robot that yields gives way to, besides surfaces at the TCP."""
+
+    @property
+    def wrench(self) -> Wrench:
+        """Wrench applied at the TCP, along its axes.
+
+        Raises `ValueError` if it is set to anything but six finite numbers.
+        """
+        return self._wrench
+
+    @wrench.setter
+    def wrench(self, wrench: Wrench) -> None:
+        _check("wrench", wrench, len(NO_WRENCH))
+        self._wrench = wrench
+        self._pushed = any(wrench) or self._joints_pushed
+
+    @property
+    def joint_push(self) -> tuple[float, ...]:
+        """Torque (Nm) applied to each joint.
+
+        Raises `ValueError` if it is set to anything but a finite number for each joint.
+        """
+        return self._joint_push
+
+    @joint_push.setter
+    def joint_push(self, torques: tuple[float, ...]) -> None:
+        _check("joint_push", torques, len(self._joint_push))
+        self._joint_push = torques
+        self._joints_pushed = any(torques)
+        self._pushed = any(self._wrench) or self._joints_pushed
+
+    def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
+        """From now on the arm, at `joints` (rad), carries this, seen from the flange, besides what the
+        controller knows of: None for nothing, and less than nothing where that is less."""
+        self._unknown = unknown
+        if unknown is None:
+            self._motion, self._carried = None, NO_WRENCH
+            return
+        if self._motion is None:
+            self._motion = TcpMotion(self._tcp.pose(joints))
+        self._at_tcp = moments.seen_from(unknown, inverse(self._tcp.tool_in_flange))
+        self._carried = self._motion.wrench(self._at_tcp)
+
+    def hand(self, wrench: Wrench, weight: Wrench) -> None:
+        """What a part in the jaws does to the TCP, along its axes, in this tick; of that its weight alone."""
+        self._handed, self._handed_weight = wrench, weight
+
+    @property
+    def tcp_push(self) -> Wrench:
+        """What a robot that yields gives way to at the TCP, along its axes, besides surfaces: the applied
+        wrench, and the weight of what the controller does not know of."""
+        push = self._wrench if self._handed is NO_WRENCH else add(self._wrench, self._handed_weight)
+        return push if self._motion is None else add(push, self._motion.weight(self._at_tcp))
+
+    @property
+    def applied(self) -> tuple[object, ...]:
+        """All that acts but surfaces at the TCP, to be compared."""
+        made = self._link_torques, self._folded, self._met
+        return self._wrench, self._joint_push, self._carried, self._handed, *made
+
+    @property
+    def folded(self) -> bool:
+        """Whether links are in each other."""
+        return self._folded is not None
+
+    @property
+    def touching(self) -> bool:
+        """Whether surfaces have done anything to the robot in the last tick."""
+        return self._touch is not NO_WRENCH
+
+    def skip(self, ticks: int) -> None:
+        """Count ticks that change only the noise."""
+        if self._noise is not None:
+            self._noise.next(ticks)
+
+    def seed(self, seed: int) -> None:
+        """Restart the noise with this seed, if there is noise."""
+        if self._noise is not None:
+            self._noise.seed(seed)
+
+    def cartesian_force(self) -> Wrench:
+        """The reading of the wrench at the TCP, along its axes."""
+        wrench = self.acting
+        return wrench if self._noise is None else add(wrench, self._noise.wrench)
+
+    def joint_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
+        """The reading of the external torque (Nm) on each joint, with the robot at `joints` (rad)."""
+        torques = self.exact_torques(joints)
+        if self._noise is not None:
+            torques = tuple(a + b for a, b in zip(torques, self._noise.joint_torques, strict=True))
+        return torques
+
+    def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
+        """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
+        if (  # written out: it is asked for in each tick of a robot that is recorded
+            self._touch is NO_WRENCH
+            and self._wrench is NO_WRENCH
+            and self._carried is NO_WRENCH
+            and self._handed is NO_WRENCH
+            and self._noise is None
+            and self._link_torques is None
+            and self._folded is None
+            and self._met is NO_WRENCH
+        ):
+            return NO_WRENCH, self._joint_push
+        return self.cartesian_force(), self.joint_torques(joints)
+
+    def exact_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
+        """The external torque (Nm) on each joint, without noise, with the robot at `joints` (rad).
+
+        Applied torques, those of surfaces on links and of links on links, and the wrench at the TCP by the
+        transposed Jacobian.
+        """
+        wrench, made_by_links = self.acting, self._made_by_links
+        if made_by_links is None:
+            if not any(wrench):
+                return self._joint_push
+            made: tuple[float, ...] = self._tcp.torques(joints, wrench)
+            return tuple(map(add_numbers, self._joint_push, made)) if self._joints_pushed else made
+        pushed = tuple(map(add_numbers, self._joint_push, made_by_links))
+        return tuple(map(add_numbers, pushed, self._tcp.torques(joints, wrench))) if any(wrench) else pushed
+
+    @property
+    def greatest_joint_push(self) -> float:
+        """No torque (Nm) that is applied to a joint, or made by surfaces or links on links, is greater, in
+        either direction."""
+        greatest, made = max(map(abs, self._joint_push)) if self._joints_pushed else 0.0, self._made_by_links
+        return greatest if made is None else greatest + max(map(abs, made))
+
+    @property
+    def acting(self) -> Wrench:
+        """The wrench at the TCP, along its axes, without noise."""
+        wrench = self._wrench
+        if self._touch is not NO_WRENCH:
+            wrench = self._touch if wrench is NO_WRENCH else add(self._touch, wrench)
+        if self._handed is not NO_WRENCH:
+            wrench = add(wrench, self._handed)
+        if self._met is not NO_WRENCH:
+            wrench = add(wrench, self._met)
+        return wrench if self._carried is NO_WRENCH else add(wrench, self._carried)
+
+    @property
+    def _made_by_links(self) -> tuple[float, ...] | None:
+        """Torques (Nm) of surfaces on links and of links on links; None for neither."""
+        if self._folded is None or self._link_torques is None:
+            return self._folded if self._link_torques is None else self._link_torques
+        return tuple(map(add_numbers, self._link_torques, self._folded))
+
+
+class _Pushes:
+    """What pushes a robot that yields, in the form of `iiwa_sim.motion.surroundings.Pushes`."""
+
+    def __init__(self, load: Acting) -> None:
+        self._load = load
+
+    @property
+    def tcp_push(self) -> Wrench:
+        """At the TCP, along its axes."""
+        return self._load.tcp_push
+
+    @property
+    def joint_push(self) -> tuple[float, ...]:
+        """Torque (Nm) on each joint: applied, of surfaces on links, and of links on links."""
+        load = self._load
+        push, made = load._joint_push, None if load._links is None else load._links.yielding_to
+        if load._folded is not None:
+            push = tuple(map(add_numbers, push, load._folded))
+        return push if made is None else tuple(map(add_numbers, push, made))
+
+
+def _check(name: str, values: Sequence[float], count: int) -> None:
+    if len(values) != count or not all(map(isfinite, values)):
+        raise ValueError(f"{name} is {values}, expected {count} finite numbers")
