@@ -7,7 +7,8 @@ from typing import NamedTuple
 from iiwa_sim.contact.acting import Acting
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
 from iiwa_sim.contact.itself_kernel import Itself
-from iiwa_sim.contact.links_kernel import PARTS, SURFACES, LinkContact, Links, Worn
+from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES, LinkContact
+from iiwa_sim.contact.links_kernel import Links, Worn
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import AT_REST, World

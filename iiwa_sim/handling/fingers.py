@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from math import ceil
 
-from iiwa_sim.contact.links_kernel import PARTS, SURFACES, Worn
+from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES
+from iiwa_sim.contact.links_kernel import Worn
 from iiwa_sim.frames import Transform, Vector, apply
 from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.robot.capsules import Capsule

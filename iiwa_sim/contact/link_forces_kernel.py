@@ -1,0 +1,296 @@
+"""What a surface, or a part that lies, does to one link that touches it, or to one tool or jaw.
+
+**What a link feels.** A surface pushes the point of a link that is deepest in it with its stiffness times the
+depth, damped as at the TCP, straight out to its nearest point; that makes torques on the joints that move
+the link. It is not remembered by which way a link has come in. What tools and jaws feel makes a wrench at the
+TCP.
+
+**Friction.** What a link has gone along the surface winds a spring, whose force is at most the friction times
+the normal force; what is beyond that is lost. It is unwound by going back, and gone where the link leaves the
+surface. It is as stiff as the surface, up to `STIFFEST_N_PER_M`.
+
+**A robot that yields** gives way to the same forces, but for what keeps it calm at any tick: the force is the
+one that the surface will have at the end of the next tick, if the link has the least mass that it can have
+there, and if what else pushes it goes on as it has on the average of the last ticks. At rest it is the same.
+"""
+
+# mypy: allow-untyped-decorators, allow-subclassing-any
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import sqrt
+
+from iiwa_sim.frames import Vector
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.capsules_kernel import Capsules
+else:
+    from iiwa_sim.contact.capsules_kernel import Capsules
+
+# No arm that yields has a smaller moment of inertia about a joint (kg m^2), but near singular poses: as
+# `motion/deflected_arm_kernel.py` has it; a held one has more.
+_LEAST_INERTIA = cython.declare(cython.double, 0.2)
+# Part by which the average of a push follows it in a tick.
+_FOLLOWS = cython.declare(cython.double, 0.1)
+# Friction's spring on a link is no stiffer (N/m): a robot that yields would swing on it.
+STIFFEST_N_PER_M = 5e3
+_STIFFEST = cython.declare(cython.double, STIFFEST_N_PER_M)
+# A smaller average (N) of a link that touches nothing is none.
+_LEAST_PUSH_N = cython.declare(cython.double, 1e-3)
+SURFACES, PARTS = 1, 2
+"""What a capsule can feel; the sum for both."""
+_PARTS = cython.declare(cython.int, PARTS)
+
+
+class LinkContact(NamedTuple):
+    """A link that touches a surface, or a part."""
+
+    link: str
+    surface: str
+    point: Vector
+    """Of the link, where the surface acts (m, in the base)."""
+    force: Vector
+    """N, in the base, acting on the robot."""
+
+
+@cython.cclass
+class LinkForces(Capsules):
+    """The capsules of one arm, and the forces between them and what they touch; the arrays are declared in
+    the .pxd."""
+
+    def part_all(self, link_count: int, laws: Sequence[tuple[float, float, float]]) -> None:
+        """Nothing touches: so many links, and each tool and jaw for itself, and surfaces by their stiffness
+        (N/m), damping (s/m) and friction."""
+        least = max(len(laws), 1)
+        self._law: Any = np.array(laws).reshape(len(laws), 3)
+        self._pushing: Any = np.zeros((link_count, least))
+        self._touches: Any = np.zeros((link_count, least), dtype=np.int8)
+        self._rubbed: Any = np.zeros((link_count, least, 3))
+        self._dragging: Any = np.zeros((link_count, least, 3))
+        self._shifted: Any = np.zeros((least, 4))
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _is_part(self, s: cython.Py_ssize_t) -> cython.bint:
+        """Whether that is no surface, but a part that lies."""
+        return s >= self._shape_count - self._part_count
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _can_feel(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.bint:
+        """Whether a capsule feels a surface: the base feels none."""
+        feels: cython.int = self._feels[c]
+        if self._is_part(s):
+            return self._moved_by[c] > 0 and feels >= _PARTS
+        return self._moved_by[c] > 0 and feels % _PARTS == 1
+
+    @cython.cfunc
+    def _press(
+        self,
+        c: cython.Py_ssize_t,
+        s: cython.Py_ssize_t,
+        part: cython.double,
+        depth: cython.double,
+        speeds: Any,
+        tick_s: cython.double,
+        torques: Any,
+        pushing: Any,
+        worn: Any,
+    ) -> object:
+        """Add what a surface does to a capsule that is so deep (m) in it, at a part of its line.
+
+        Less than 0 is for one that is out of it since a robot that yields has been pushed by it.
+        """
+        e = self._ends
+        x = e[c, 0] + part * (e[c, 3] - e[c, 0])
+        y = e[c, 1] + part * (e[c, 4] - e[c, 1])
+        z = e[c, 2] + part * (e[c, 5] - e[c, 2])
+        self.distance(s, x, y, z)
+        nx, ny, nz = self._nx, self._ny, self._nz
+        radius = self._radius[c]
+        x, y, z = x - radius * nx, y - radius * ny, z - radius * nz
+        levers = []
+        speed: cython.double = 0.0
+        square: cython.double = 0.0
+        lever: cython.double
+        moves: cython.bint = any(speeds)
+        a, p = self._axes, self._points
+        for k in range(self._moved_by[c]):
+            dx, dy, dz = x - p[k, 0], y - p[k, 1], z - p[k, 2]
+            lever = (
+                nx * (a[k, 1] * dz - a[k, 2] * dy)
+                + ny * (a[k, 2] * dx - a[k, 0] * dz)
+                + nz * (a[k, 0] * dy - a[k, 1] * dx)
+            )
+            levers.append(lever)
+            square += lever * lever
+            speed += lever * cython.cast(cython.double, speeds[k])
+        stiffness: cython.double = self._share[c] * self._law[s, 0]
+        damped: cython.double = 1.0 - self._law[s, 1] * speed
+        force: cython.double = stiffness * depth * damped if depth > 0.0 and damped > 0.0 else 0.0
+        # Of all contacts together no mode is stiffer than the sum of them.
+        per_kg: cython.double = max(1, len(self.contacts)) * square / _LEAST_INERTIA
+        stiff: cython.double = stiffness * tick_s * tick_s * per_kg
+        link = self._link[c]
+        push: cython.double = stiffness * (depth - tick_s * speed) + stiff * self._pushing[link, s]
+        push = max(push, 0.0) / (1.0 + stiff)
+        if moves:
+            self._pushing[link, s] += _FOLLOWS * (push - self._pushing[link, s])
+            if depth <= 0.0 and push == 0.0 and self._pushing[link, s] < _LEAST_PUSH_N:
+                self._pushing[link, s] = 0.0
+        else:
+            self._pushing[link, s] = push = force
+        fx, fy, fz = force * nx, force * ny, force * nz
+        # A robot that yields is pushed by g.
+        gx, gy, gz = push * nx, push * ny, push * nz
+        rubs: cython.bint = self._law[s, 2] > 0.0 and force > 0.0
+        if rubs:
+            self._rub(c, s, x, y, z, speeds, tick_s, force)
+            r = self._rubbed
+            along: cython.double = min(stiffness, self._share[c] * _STIFFEST)
+            rx: cython.double = -along * r[link, s, 0]
+            ry: cython.double = -along * r[link, s, 1]
+            rz: cython.double = -along * r[link, s, 2]
+            fx, fy, fz = fx + rx, fy + ry, fz + rz
+            if moves:
+                rx, ry, rz = self._drag(c, s, x, y, z, speeds, tick_s, push)
+            else:
+                self._dragging[link, s, 0] = rx
+                self._dragging[link, s, 1] = ry
+                self._dragging[link, s, 2] = rz
+            gx, gy, gz = gx + rx, gy + ry, gz + rz
+        else:
+            self._touches[link, s] = 0
+        for k in range(self._moved_by[c]):
+            if rubs:
+                dx, dy, dz = x - p[k, 0], y - p[k, 1], z - p[k, 2]
+                lx = a[k, 1] * dz - a[k, 2] * dy
+                ly = a[k, 2] * dx - a[k, 0] * dz
+                lz = a[k, 0] * dy - a[k, 1] * dx
+                pushing[k] += gx * lx + gy * ly + gz * lz
+                lever = fx * lx + fy * ly + fz * lz
+            else:
+                lever = levers[k]
+                pushing[k] += lever * push
+                lever = lever * force
+            if link < self._own_count:
+                torques[k] += lever
+        if link >= self._own_count:
+            whole = (fx, fy, fz, y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+            for i in range(6):
+                worn[i] += whole[i]
+        return LinkContact(self._capsules[c].link, self._names[s], (x, y, z), (fx, fy, fz))
+
+    @cython.cfunc
+    def _rub(
+        self,
+        c: cython.Py_ssize_t,
+        s: cython.Py_ssize_t,
+        x: cython.double,
+        y: cython.double,
+        z: cython.double,
+        speeds: Any,
+        tick_s: cython.double,
+        normal_n: cython.double,
+    ) -> object:
+        """Wind the spring of friction of a capsule that touches a surface at that place; which way is out is
+        in n."""
+        r = self._rubbed
+        link = self._link[c]
+        if not self._touches[link, s]:
+            self._touches[link, s] = 1
+            r[link, s, 0] = r[link, s, 1] = r[link, s, 2] = 0.0
+            d = self._dragging
+            d[link, s, 0] = d[link, s, 1] = d[link, s, 2] = 0.0
+            return None
+        wx, wy, wz = self._gone(c, s, x, y, z, speeds, tick_s)
+        nx, ny, nz = self._nx, self._ny, self._nz
+        ex, ey, ez = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
+        out = ex * nx + ey * ny + ez * nz
+        ex, ey, ez = ex - out * nx, ey - out * ny, ez - out * nz
+        length = sqrt(ex * ex + ey * ey + ez * ez)
+        holding: cython.double = self._share[c] * min(self._law[s, 0], _STIFFEST)
+        longest: cython.double = self._law[s, 2] * normal_n / holding
+        if length > longest:
+            share = longest / length
+            ex, ey, ez = share * ex, share * ey, share * ez
+        r[link, s, 0], r[link, s, 1], r[link, s, 2] = ex, ey, ez
+        return None
+
+    @cython.cfunc
+    def _drag(
+        self,
+        c: cython.Py_ssize_t,
+        s: cython.Py_ssize_t,
+        x: cython.double,
+        y: cython.double,
+        z: cython.double,
+        speeds: Any,
+        tick_s: cython.double,
+        push_n: cython.double,
+    ) -> tuple[cython.double, cython.double, cython.double]:
+        """Friction (N) as a robot that yields gives way to it, found as its normal force is."""
+        a, p, r, d = self._axes, self._points, self._rubbed, self._dragging
+        link = self._link[c]
+        stiffness: cython.double = self._share[c] * min(self._law[s, 0], _STIFFEST)
+        square: cython.double = 0.0
+        for k in range(self._moved_by[c]):
+            dx, dy, dz = x - p[k, 0], y - p[k, 1], z - p[k, 2]
+            lx = a[k, 1] * dz - a[k, 2] * dy
+            ly = a[k, 2] * dx - a[k, 0] * dz
+            lz = a[k, 0] * dy - a[k, 1] * dx
+            square += lx * lx + ly * ly + lz * lz
+        stiff: cython.double = (
+            stiffness * tick_s * tick_s * max(1, len(self.contacts)) * square / _LEAST_INERTIA
+        )
+        wx, wy, wz = self._gone(c, s, x, y, z, speeds, tick_s)
+        nx, ny, nz = self._nx, self._ny, self._nz
+        out = wx * nx + wy * ny + wz * nz
+        share: cython.double = 1.0 / (1.0 + stiff)
+        wx = share * (stiff * d[link, s, 0] - stiffness * (r[link, s, 0] + wx - out * nx))
+        wy = share * (stiff * d[link, s, 1] - stiffness * (r[link, s, 1] + wy - out * ny))
+        wz = share * (stiff * d[link, s, 2] - stiffness * (r[link, s, 2] + wz - out * nz))
+        length = sqrt(wx * wx + wy * wy + wz * wz)
+        longest: cython.double = self._law[s, 2] * push_n
+        if length > longest:
+            share = longest / length
+            wx, wy, wz = share * wx, share * wy, share * wz
+        d[link, s, 0] += _FOLLOWS * (wx - d[link, s, 0])
+        d[link, s, 1] += _FOLLOWS * (wy - d[link, s, 1])
+        d[link, s, 2] += _FOLLOWS * (wz - d[link, s, 2])
+        return wx, wy, wz
+
+    @cython.cfunc
+    def _gone(
+        self,
+        c: cython.Py_ssize_t,
+        s: cython.Py_ssize_t,
+        x: cython.double,
+        y: cython.double,
+        z: cython.double,
+        speeds: Any,
+        tick_s: cython.double,
+    ) -> tuple[cython.double, cython.double, cython.double]:
+        """How far (m) the material of a capsule at that place has gone since the last look, as seen from a
+        surface there."""
+        wx: cython.double = 0.0
+        wy: cython.double = 0.0
+        wz: cython.double = 0.0
+        turn: cython.double
+        a, p = self._axes, self._points
+        for k in range(self._moved_by[c]):
+            turn = tick_s * cython.cast(cython.double, speeds[k])
+            dx, dy, dz = x - p[k, 0], y - p[k, 1], z - p[k, 2]
+            wx += turn * (a[k, 1] * dz - a[k, 2] * dy)
+            wy += turn * (a[k, 2] * dx - a[k, 0] * dz)
+            wz += turn * (a[k, 0] * dy - a[k, 1] * dx)
+        m, t = self._shifted, self._shapes
+        wx -= m[s, 0] - m[s, 3] * (y - t[s, 10])
+        wy -= m[s, 1] + m[s, 3] * (x - t[s, 9])
+        wz -= m[s, 2]
+        return wx, wy, wz

@@ -1,0 +1,8 @@
+# For the kernel of links.
+from iiwa_sim.contact.link_forces_kernel cimport LinkForces
+
+cdef class LinksBeside(LinkForces):
+    cdef char[::1] _muted              # surfaces that push no link
+    cdef double[::1] _before           # joint positions of the last tick (rad)
+    cdef double[:, ::1] _ends_before   # when `goes` was asked last
+    cdef object _speeds(self, object joints, double tick_s)

@@ -1,0 +1,140 @@
+"""An arm beside parts that lie: what of it is near them, how far it has gone, and how far it is from them."""
+
+# mypy: allow-untyped-decorators, allow-subclassing-any
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import cython
+from cython.cimports.libc.math import sqrt
+
+from iiwa_sim.contact.link_forces_kernel import PARTS
+from iiwa_sim.frames import Vector
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.link_forces_kernel import LinkForces
+else:
+    from iiwa_sim.contact.link_forces_kernel import LinkForces
+
+NEAR_M = 0.02
+"""Of a pair that is farther apart (m) only a bound of the distance is found."""
+_NEAR_M = cython.declare(cython.double, NEAR_M)
+_PARTS = cython.declare(cython.int, PARTS)
+
+
+class Ball(NamedTuple):
+    """Of a link, or of what the arm wears, the ball that is nearest to a part."""
+
+    middle: Vector
+    """m, in the base"""
+    radius: float
+    """m"""
+    rubbed: Vector
+    """How far (m, in the base) it has gone along the part, as far as friction holds that."""
+    share: float
+    """What it feels of the part's stiffness."""
+
+
+@cython.cclass
+class LinksBeside(LinkForces):
+    """The links of an arm, and what it wears, as parts that lie beside it see them."""
+
+    @cython.cfunc
+    def _speeds(self, joints: Any, tick_s: cython.double) -> object:
+        """Of the joints (rad/s) since the last tick."""
+        if tick_s <= 0.0:
+            return [0.0] * self._count
+        return [(joints[k] - self._before[k]) / tick_s for k in range(self._count)]
+
+    def balls(self, name: str, joints: Sequence[float], tick_s: float, near_m: float) -> list[Ball]:
+        """What of the arm, at joint positions (rad), is no farther than this from a part that lies."""
+        s: cython.Py_ssize_t = self._names.index(name)
+        found: list[Ball] = []
+        self.go_to(joints)
+        if self._muted[s]:
+            return found
+        known: cython.bint = self._before[0] == self._before[0]
+        speeds = self._speeds(joints, tick_s if known else 0.0)
+        nearest: cython.double = 1e9
+        where: cython.double = 0.0
+        which: cython.Py_ssize_t = 0
+        e, r = self._ends, self._rubbed
+        for c in range(self._capsule_count):
+            if self._can_feel(c, s):
+                gap, part = self.gap(c, s, min(nearest, near_m))
+                if gap < near_m:
+                    part = self.middle(c, s, part)
+                if gap < nearest:
+                    nearest, where, which = gap, part, c
+            if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:
+                if nearest < near_m:
+                    x = e[which, 0] + where * (e[which, 3] - e[which, 0])
+                    y = e[which, 1] + where * (e[which, 4] - e[which, 1])
+                    z = e[which, 2] + where * (e[which, 5] - e[which, 2])
+                    self.distance(s, x, y, z)
+                    nx, ny, nz = self._nx, self._ny, self._nz
+                    radius = self._radius[which]
+                    rubbed = (0.0, 0.0, 0.0)
+                    link = self._link[which]
+                    if self._touches[link, s]:
+                        wx, wy, wz = self._gone(
+                            which, s, x - radius * nx, y - radius * ny, z - radius * nz, speeds, tick_s
+                        )
+                        wx, wy, wz = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
+                        out = wx * nx + wy * ny + wz * nz
+                        rubbed = (wx - out * nx, wy - out * ny, wz - out * nz)
+                    found.append(Ball((x, y, z), radius, rubbed, self._share[which]))
+                nearest = 1e9
+        return found
+
+    def goes(self, joints: Sequence[float]) -> float:
+        """No point of the arm, now at joint positions (rad), nor of what it wears, has gone farther (m) since
+        this was asked last; 0 where it never was."""
+        self.go_to(joints)
+        e, b = self._ends, self._ends_before
+        most: cython.double = 0.0
+        for c in range(self._capsule_count):
+            for j in range(0, 6, 3):
+                dx, dy, dz = e[c, j] - b[c, j], e[c, j + 1] - b[c, j + 1], e[c, j + 2] - b[c, j + 2]
+                most = max(most, dx * dx + dy * dy + dz * dz)
+                for i in range(3):
+                    b[c, j + i] = e[c, j + i]
+        return float(sqrt(most))
+
+    def gap_to(self, name: str) -> float:
+        """How far (m) the arm, where `goes` was told that it is, is at least from a part that lies, less than
+        0 in it."""
+        s: cython.Py_ssize_t = self._names.index(name)
+        least: cython.double = 1e9
+        if self._muted[s]:
+            return float(least)
+        for c in range(self._capsule_count):
+            if self._can_feel(c, s):
+                gap, _part = self.gap(c, s, min(least, _NEAR_M))
+                least = min(least, gap)
+        return float(least)
+
+    def away(self, middle: Vector, joints: Sequence[float]) -> float:
+        """How far (m) the nearest capsule of the arm, at joint positions (rad), is from a place in the base;
+        the base of the arm does not count."""
+        self.go_to(joints)
+        least: cython.double = 1e9
+        px: cython.double
+        py: cython.double
+        pz: cython.double
+        px, py, pz = middle
+        e = self._ends
+        for c in range(self._capsule_count):
+            if self._moved_by[c] == 0 or self._feels[c] < _PARTS:
+                continue
+            ax, ay, az = e[c, 0] - px, e[c, 1] - py, e[c, 2] - pz
+            dx, dy, dz = e[c, 3] - e[c, 0], e[c, 4] - e[c, 1], e[c, 5] - e[c, 2]
+            square = dx * dx + dy * dy + dz * dz
+            part: cython.double = 0.0
+            if square > 0.0:
+                part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0)
+            ax, ay, az = ax + part * dx, ay + part * dy, az + part * dz
+            least = min(least, sqrt(ax * ax + ay * ay + az * az) - self._radius[c])
+        return float(least)
