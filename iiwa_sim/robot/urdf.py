@@ -45,10 +45,7 @@ _INERTIAL = (
 def check_urdf(path: str, text: str) -> None:
     """Raises `RobotFault` for malformed XML, for placements and masses that no arm has, and for mimic
     joints."""
-    try:
-        robot = ET.fromstring(text)
-    except ET.ParseError as fault:
-        raise RobotFault(path, "", "", f"valid XML ({fault})") from None
+    robot = _parsed(path, text)
     for joint in robot.findall("joint"):
         place = f"joint {joint.get('name', '')}"
         mimic = joint.find("mimic")
@@ -67,7 +64,10 @@ def check_urdf(path: str, text: str) -> None:
 
 
 def differing_limits(description: RobotDescription) -> list[str]:
-    """Limits of the URDF that differ from those of robot.toml, which are used; a line for each."""
+    """Limits of the URDF that differ from those of robot.toml, which are used; a line for each.
+
+    Raises RobotFault for malformed XML.
+    """
     held = {
         "lower": (description.position_min, "rad"),
         "upper": (description.position_max, "rad"),
@@ -75,7 +75,7 @@ def differing_limits(description: RobotDescription) -> list[str]:
         "effort": (description.torque, "Nm"),
     }
     lines = []
-    for joint in ET.fromstring(description.urdf).findall("joint"):
+    for joint in _parsed(description.urdf_path, description.urdf).findall("joint"):
         limit, name = joint.find("limit"), joint.get("name", "")
         if limit is None or name not in description.joints:
             continue
@@ -91,6 +91,13 @@ def differing_limits(description: RobotDescription) -> list[str]:
                     f"{description.settings_path} {values[place]:.7g} {unit}: the latter holds"
                 )
     return lines
+
+
+def _parsed(path: str, text: str) -> ET.Element:
+    try:
+        return ET.fromstring(text)
+    except (ET.ParseError, ValueError, LookupError) as fault:  # the latter two: its head names an encoding
+        raise RobotFault(path, "", "", f"valid XML ({fault})") from None
 
 
 def _check(path: str, place: str, parent: ET.Element, numbers: tuple[_Numbers, ...]) -> None:

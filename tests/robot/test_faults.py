@@ -369,6 +369,20 @@ def test_limits_in_the_urdf_that_are_others_are_told(tmp_path: Path) -> None:
     assert line == f"{folder}/robot.urdf: {told}"
 
 
+@pytest.mark.parametrize(
+    "text",
+    ["nonsense", "", "<robot name='x'><link", "<a>" * 100_000, "<!DOCTYPE a>\n<?xml version='1.0'?>\n<a/>"],
+    ids=["nonsense", "empty", "truncated", "deep", "doctype first"],
+)
+def test_a_urdf_that_is_not_xml_is_told_by_the_simulator(tmp_path: Path, text: str) -> None:
+    """The simulator looks at the limits in it first of all."""
+    folder = copy_of_robot(tmp_path / "robot")
+    (folder / "robot.urdf").write_text(text)
+    with pytest.raises(RobotFault, match=r"robot\.urdf: expected valid XML \(.*\)$") as fault:
+        Simulator(folder)
+    assert "\n" not in str(fault.value)
+
+
 def test_the_simulator_tells_of_them_in_its_log(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     folder = copy_of_robot(tmp_path / "robot")
     in_urdf('effort="110" velocity="1.745329252"', 'effort="110" velocity="9"')(folder)
