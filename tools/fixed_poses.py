@@ -4,7 +4,7 @@ from pathlib import Path
 
 from iiwa_sim.robot.description import built_in_robots, load_robot
 from iiwa_sim.robot.fixed_poses import read_fixed_poses
-from iiwa_sim.robot.found_poses import POSES_FILE, FoundPoses, geometry_checksum, written
+from iiwa_sim.robot.found_poses import POSES_FILE, FoundPoses, poses_checksum, written
 
 ROBOTS = Path(__file__).parent.parent / "robots"
 
@@ -12,8 +12,9 @@ ROBOTS = Path(__file__).parent.parent / "robots"
 def text_for(name: str) -> str:
     """What belongs into the file of this robot."""
     robot = load_robot(name)
-    of = geometry_checksum(robot.urdf, robot.joints, robot.flange)
-    return written(FoundPoses(of, read_fixed_poses(robot)))
+    poses = read_fixed_poses(robot)
+    of = poses_checksum(robot.urdf, robot.joints, robot.flange, poses)
+    return written(FoundPoses(of, poses))
 
 
 if __name__ == "__main__":

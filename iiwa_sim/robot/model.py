@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.frames import IDENTITY, Transform, Vector, compose
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.found_poses import geometry_checksum
+from iiwa_sim.robot.found_poses import poses_checksum
 from iiwa_sim.robot.tcp_kernel import Tcp
 
 
@@ -61,10 +61,10 @@ def _fixed_poses(description: RobotDescription) -> tuple[Transform, ...]:
     """The constant poses in the form of `Tcp`; robots with equal descriptions, such as those of a fleet,
     share them."""
     found = description.found_poses
-    if found is not None and found.of == geometry_checksum(
-        description.urdf, description.joints, description.flange
-    ):
-        return found.poses
+    if found is not None and len(found.poses) == len(description.joints) + 1:
+        of = poses_checksum(description.urdf, description.joints, description.flange, found.poses)
+        if found.of == of:
+            return found.poses
     from iiwa_sim.robot.fixed_poses import read_fixed_poses  # Pinocchio takes a tenth of a second to load
 
     return read_fixed_poses(description)
