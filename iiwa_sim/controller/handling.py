@@ -82,6 +82,8 @@ class Handling:
         self._io = io
         self._load = load
         self._tick_s = tick_s
+        self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
+        self._drives = STAYS
         self._wrong: dict[str, bool] = {}
         self._told: tuple[bool, ...] = ()
         self._changes = load.world.changes
@@ -111,7 +113,7 @@ class Handling:
     @property
     def holds(self) -> bool:
         """Whether a part is held."""
-        return self.workpieces is not None and self.workpieces.held != ""
+        return self.workpieces is not None and self.workpieces.in_jaws is not None
 
     def step(self, joints: Joints, contact: TcpContact | None, coming: Transform | None = None) -> None:
         """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, and `coming`
@@ -238,13 +240,12 @@ class Handling:
 
     def _driven(self) -> int:
         """Which way outputs drive the jaws."""
-        closes = self._io.output(self._wiring.close_output)
-        if self._wiring.open_output == NOTHING:
-            return CLOSES if closes else OPENS
-        opens = self._io.output(self._wiring.open_output)
-        if opens == closes:
-            return STAYS
-        return OPENS if opens else CLOSES
+        if self._io.outputs is not self._driven_by:  # a change makes another tuple
+            self._driven_by, wiring = self._io.outputs, self._wiring
+            closes = self._io.output(wiring.close_output)
+            opens = not closes if wiring.open_output == NOTHING else self._io.output(wiring.open_output)
+            self._drives = STAYS if opens == closes else OPENS if opens else CLOSES
+        return self._drives
 
     def _tell(self) -> None:
         """Switch the inputs, where that is news: a bench may have switched one otherwise."""

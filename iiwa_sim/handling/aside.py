@@ -10,18 +10,26 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from math import dist, hypot, inf
 
-from iiwa_sim.contact.at_tcp_kernel import farthest_way
-from iiwa_sim.contact.links_kernel import STIFFEST_N_PER_M
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.contact.pushed_kernel import Balance
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Transform, Vector, apply, compose
-from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
+from iiwa_sim.frames import IDENTITY, Transform, Vector
+from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
 from iiwa_sim.handling.ground import Ground
-from iiwa_sim.handling.meeting import STEP_M, Ball, Way, meets, outline, turned
+from iiwa_sim.handling.held import Held
+from iiwa_sim.handling.meeting import STEP_M, Way, meets, turned
 from iiwa_sim.handling.part import Part, X, Y, Z
+from iiwa_sim.handling.pressing import (
+    NOWHERE,
+    SEEN_M,
+    by_the_arm,
+    by_what_is_held,
+    in_a_row,
+    react,
+    solid_held,
+    solid_of,
+)
 from iiwa_sim.handling.pushed import SLOW_M_PER_S, Presser, Stack, gone_by, pushed, turning
-from iiwa_sim.handling.touching import points_of
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
@@ -29,13 +37,12 @@ NEAR_M = 0.1
 """Parts farther from the arm are not looked at until it has come nearer."""
 LOOK_AGAIN_M = 0.05
 """Way of the arm after which parts are looked for."""
+SOON_M = 0.03
+"""What is to be looked for within this way is looked for with what is to be now."""
 CLOSE_M = 5e-4
 """What is farther from a part, and not on its way in a tick, does not touch it."""
 AT_ONCE = 0.25
 """Part of the stiffness that each place has at which a part meets what is beside it: several meet at once."""
-SEEN_M = 0.05
-"""So far from a part near the arm its distance is found exactly."""
-_NOWHERE: Way = (0.0, 0.0, 0.0, 0.0)
 
 
 class Aside:
@@ -49,11 +56,15 @@ class Aside:
         self._balance = Balance()
         self._joints: Joints | None = None  # of the last tick
         self._opening_m = 0.0
+        self._in_jaws: Held | None = None  # then, and where the TCP was, and it in that
+        self._tcp = self._in_tcp = IDENTITY
         self._way_m = 0.0  # no point of the arm, or of what it holds, has gone farther
         self._look_at_m = 0.0  # where on that way parts are looked for
         self._seen = -1  # the number of changes of parts then
+        self._known: dict[str, tuple[bool, float]] = {}  # whether each is near, and until where on the way
         self._due: dict[str, float] = {}  # parts near the arm: where on the way each is looked at
-        self._held: tuple[Part, Surface] | None = None
+        self._next_m = -inf  # where on the way the first of them is
+        self._held: tuple[Held, Surface] | None = None  # in this tick
         self._calm = False  # a tick in which arm and parts stayed as they were has changed nothing
         self._changes = -1  # of the parts, when the last tick ended
 
@@ -70,17 +81,26 @@ class Aside:
         stays = self._changes == pieces.changes and joints == self._joints and opening_m == self._opening_m
         if stays and self._calm:
             return
-        if pieces.in_jaws is not None:
-            pieces.in_jaws.touching.besides = None
+        held = pieces.in_jaws
+        if held is not None:
+            held.touching.besides = None
         if not pieces.lying:
             if self._due:
                 self.forget()
             return
-        self._goes(tcp, joints, opening_m)
-        if self._seen != pieces.lying_changes or self._way_m >= self._look_at_m:
+        moving = pieces.moving
+        self._goes(held, tcp, joints, opening_m)
+        if moving:
+            self._way_m += self._tick_s * max(_speed(pieces.bodies[name]) for name in moving)
+        looks = self._seen != pieces.lying_changes or self._way_m >= self._look_at_m
+        if not (looks or moving or self._way_m >= self._next_m):
+            self._calm, self._changes = stays, pieces.changes
+            return
+        self._held = None if held is None else (held, solid_held(held, tcp))
+        if looks:
             self._look(joints)
         waiting = [name for name, due in self._due.items() if due <= self._way_m]
-        waiting += [name for name in pieces.moving if name not in waiting]
+        waiting += [name for name in moving if name not in waiting]
         done: set[str] = set()
         woken: set[str] = set()
         while waiting:
@@ -92,65 +112,73 @@ class Aside:
                 beside = [each for each in self._beside(name, CLOSE_M) if each not in done]
                 woken.update(beside)
                 waiting += beside
-            self._react(pieces.bodies[name])
+            body = pieces.bodies[name]
+            if self._held is not None and body.state == LIES:
+                react(*self._held, body)
+        self._next_m = min(self._due.values(), default=inf)
         self._calm, self._changes = stays and self._changes == pieces.changes, pieces.changes
 
-    def _goes(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
-        """Add to the way what arm and jaws have gone, and find where what they hold is."""
-        pieces, before = self._pieces, self._held
-        held, self._held = pieces.in_jaws, None
-        if held is not None:
-            part, pose = held.part, compose(tcp, held.in_tcp)
-            self._held = part, Surface(part.name, part.shape, pose, part.stiffness, 0.0, 0.0)
-            if before is not None and before[0] is part:
-                self._way_m += farthest_way(before[1].pose, pose, part.shape.extent)
-        gone_m = 0.0
+    def _goes(self, held: Held | None, tcp: Transform, joints: Joints, opening_m: float) -> None:
+        """Add to the way what arm and jaws have gone, or what they hold, whichever is more."""
+        way_m = 0.0
         if joints != self._joints or opening_m != self._opening_m:
-            gone_m = self._load.links.goes(joints)
-        if self._joints is None or (before is None) != (held is None):
-            self._look_at_m, self._due = -inf, dict.fromkeys(self._due, -inf)
-        self._way_m += gone_m
-        self._way_m += self._tick_s * max(
-            (_speed(pieces.bodies[name]) for name in pieces.moving), default=0.0
-        )
-        self._joints, self._opening_m = joints, opening_m
+            way_m = self._load.links.goes(joints)
+        if self._joints is None or held is not self._in_jaws:
+            self._look_at_m = self._next_m = -inf
+            self._due = dict.fromkeys(self._due, -inf)
+        elif held is not None:
+            way_m = max(way_m, held.way_since(self._tcp, self._in_tcp, tcp))
+        self._way_m += way_m
+        self._joints, self._opening_m, self._in_jaws, self._tcp = joints, opening_m, held, tcp
+        if held is not None:
+            self._in_tcp = held.in_tcp
 
     def _look(self, joints: Joints) -> None:
-        """Find which parts are near the arm, or what it holds."""
+        """Find which parts are near the arm, or what it holds, of those whose distance may be another now."""
         pieces, links = self._pieces, self._load.links
-        self._seen = pieces.lying_changes
-        near: dict[str, Surface] = {}
-        farther_m = inf
+        if self._seen != pieces.lying_changes or self._look_at_m == -inf:
+            self._seen, self._known = pieces.lying_changes, {}
+        known, near, next_m = self._known, {}, inf
         for name in pieces.lying:
             body = pieces.bodies[name]
-            middle, extent = body.pose.translation, body.part.shape.extent
-            away_m = links.away(middle, joints) - extent
-            if self._held is not None:
-                part, solid = self._held
-                away_m = min(away_m, dist(middle, solid.pose.translation) - extent - part.shape.extent)
-            if away_m < NEAR_M:
+            is_near, until_m = known.get(name, (False, -inf))
+            if until_m <= self._way_m + SOON_M:
+                middle, extent = body.pose.translation, body.part.shape.extent
+                away_m = links.away(middle, joints) - extent
+                if self._held is not None:
+                    solid = self._held[1]
+                    away_m = min(away_m, dist(middle, solid.pose.translation) - extent - solid.shape.extent)
+                is_near = away_m < NEAR_M
+                until_m = self._way_m + (NEAR_M if is_near else away_m - LOOK_AGAIN_M)
+                known[name] = is_near, until_m
+            if is_near:
                 near[name] = solid_of(body)
             else:
-                farther_m = min(farther_m, away_m)
-        self._look_at_m = self._way_m + farther_m - LOOK_AGAIN_M
+                next_m = min(next_m, until_m)
+        self._look_at_m = next_m
         self._due = {name: self._due.get(name, -inf) for name in near}
         self._load.lay(near)
 
     def _push(self, name: str, joints: Joints, *, woken: bool) -> bool:
         """A tick of a part that lies; gives whether it has gone anywhere."""
         pieces = self._pieces
-        body, face = pieces.bodies[name], pieces.face_below(name)
-        if face is None:
-            return False
+        body = pieces.bodies[name]
         still = body.settled and not body.wound
         if still and not woken:
             gap_m = self._gap(body, joints)
             if gap_m > CLOSE_M:
                 self._due[name] = self._way_m + gap_m - CLOSE_M
                 return False
-        pushers = [*self._by_the_arm(name, joints), *self._by_what_is_held(body)]
+        face = pieces.face_below(name)
+        if face is None:
+            return False
+        pushers: list[Presser] = []
+        if name in self._due:
+            pushers += by_the_arm(body.part, self._load.surround(joints), joints, self._tick_s)
+        if self._held is not None:
+            pushers += by_what_is_held(*self._held, body)
         solid = solid_of(body)
-        depths = [each.meets.touch(solid, _NOWHERE).depth for each in pushers]
+        depths = [each.meets.touch(solid, NOWHERE).depth for each in pushers]
         deepest = max(depths, default=-SEEN_M)
         if name in self._due:
             self._due[name] = self._way_m if deepest > -CLOSE_M else self._way_m - deepest - CLOSE_M
@@ -163,7 +191,7 @@ class Aside:
         if (
             still
             and deepest <= 0.0
-            and not any(each.meets.touch(solid, _NOWHERE).depth > 0.0 for each in others)
+            and not any(each.meets.touch(solid, NOWHERE).depth > 0.0 for each in others)
         ):
             return False
         pieces.pushed.add(name)
@@ -187,7 +215,7 @@ class Aside:
             gap_m = self._load.surround(joints).gap_to(name)
         if self._held is not None:
             held, solid = self._held
-            gap_m = min(gap_m, _between(held, solid.pose, body.part, body.pose))
+            gap_m = min(gap_m, _between(held.part, solid.pose, body.part, body.pose))
         return gap_m
 
     def _ends(self, body: Body, face: Ground, pressed: bool) -> Body:
@@ -232,59 +260,6 @@ class Aside:
             )
             self._load.shift(name, solid_of(after), (dx, dy, dz, turn))
 
-    def _react(self, body: Body) -> None:
-        """Add what corners of a part do to what is held."""
-        in_jaws = self._pieces.in_jaws
-        if self._held is None or in_jaws is None or body.state != LIES:
-            return
-        held, solid = self._held
-        middle = solid.pose.translation
-        if dist(middle, body.pose.translation) > held.shape.extent + body.part.shape.extent:
-            return
-        force, torque = in_jaws.touching.besides or (STILL, STILL)
-        own, stiffness = solid_of(body), _both(held.stiffness, body.part.stiffness)
-        for each in outline(body.part, body.pose, 0.0, solid):
-            depth, out, lever = each.touch(own, _NOWHERE)
-            if depth <= 0.0:
-                continue
-            f = [stiffness * depth * component for component in out]
-            r = [b + c - a for a, b, c in zip(middle, body.pose.translation, lever, strict=True)]
-            force = (force[0] + f[0], force[1] + f[1], force[2] + f[2])
-            torque = (
-                torque[0] + r[1] * f[2] - r[2] * f[1],
-                torque[1] + r[2] * f[0] - r[0] * f[2],
-                torque[2] + r[0] * f[1] - r[1] * f[0],
-            )
-        if force != STILL:
-            in_jaws.touching.besides = force, torque
-            in_jaws.quiet = False
-
-    def _by_the_arm(self, name: str, joints: Joints) -> Iterator[Presser]:
-        """What of links, tool and jaws may press on a part."""
-        if name not in self._due:
-            return
-        part = self._pieces.bodies[name].part
-        links = self._load.surround(joints)
-        for middle, radius, rubbed, share in links.balls(name, joints, self._tick_s, SEEN_M):
-            holding = share * min(part.stiffness, STIFFEST_N_PER_M)
-            yield Presser(Ball(middle, radius), share * part.stiffness, part.friction, holding, rubbed)
-
-    def _by_what_is_held(self, body: Body) -> Iterator[Presser]:
-        """What of the held part may press on a part, and the other way round."""
-        if self._held is None:
-            return
-        held, solid = self._held
-        far = held.shape.extent + body.part.shape.extent + SEEN_M
-        if dist(solid.pose.translation, body.pose.translation) > far:
-            return
-        both = _both(held.stiffness, body.part.stiffness)
-        upright = in_jaws.upright if (in_jaws := self._pieces.in_jaws) is not None else True
-        points = points_of(held, upright=upright)
-        for place in points.places:
-            yield Presser(Ball(apply(solid.pose, place), points.radius_m), both / points.at_once)
-        for each in outline(body.part, body.pose, 0.0, solid):
-            yield Presser(each, both)
-
     def _in_the_way(self, body: Body, face: Ground, reach_m: float) -> Iterator[Presser]:
         """What of surfaces and other parts that lie a part may meet in this tick."""
         pieces, name = self._pieces, body.part.name
@@ -298,9 +273,9 @@ class Aside:
                 yield from self._of(body, lift_m, solid_of(pieces.bodies[other]), reach_m)
 
     def _of(self, body: Body, lift_m: float, other: Surface, reach_m: float) -> Iterator[Presser]:
-        both, solid = _both(other.stiffness, body.part.stiffness), solid_of(body)
+        both, solid = in_a_row(other.stiffness, body.part.stiffness), solid_of(body)
         for each in meets(body.part, body.pose, lift_m, other, reach_m):
-            if each.touch(solid, _NOWHERE).depth > -reach_m:
+            if each.touch(solid, NOWHERE).depth > -reach_m:
                 yield Presser(each, AT_ONCE * both)
 
     def _beside(self, name: str, reach_m: float) -> list[str]:
@@ -316,12 +291,6 @@ class Aside:
         ]
 
 
-def solid_of(body: Body) -> Surface:
-    """A part as a surface."""
-    part = body.part
-    return Surface(part.name, part.shape, body.pose, part.stiffness, 0.0, part.friction)
-
-
 def _between(one: Part, place: Transform, other: Part, there: Transform) -> float:
     """Two parts are no nearer to each other (m), by the boxes round them along the axes of the base."""
     return max(
@@ -330,11 +299,6 @@ def _between(one: Part, place: Transform, other: Part, there: Transform) -> floa
         - other.reach(there.rotation, axis)
         for axis in (X, Y, Z)
     )
-
-
-def _both(one: float, other: float) -> float:
-    """Stiffness of both in a row (N/m)."""
-    return 1.0 / (1.0 / one + 1.0 / other)
 
 
 def _speed(body: Body) -> float:

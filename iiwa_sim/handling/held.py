@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import hypot, sqrt
+from math import dist, hypot, sqrt
 from typing import Any, NamedTuple
 
-from iiwa_sim.contact.at_tcp_kernel import velocity_between
+from iiwa_sim.contact.at_tcp_kernel import farthest_way, velocity_between
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.frames import Transform, Vector, apply, compose, rotate, transpose
@@ -48,7 +48,8 @@ class Held:
         self.part = part
         x, _, z = in_tcp.translation
         self.in_tcp = Transform(in_tcp.rotation, (x, 0.0, z))
-        self.pose = compose(tcp, self.in_tcp)
+        self._pose: Transform | None = None  # until it is asked for
+        self._tcp = tcp
         self.width_m = grip_width(part, self.in_tcp)
         self.slip: Slip = (0.0, 0.0)
         self.wrench: Wrench = NO_WRENCH
@@ -62,10 +63,10 @@ class Held:
         self.touching = Touching(part, self.upright)
         self._gripper = gripper
         self._tick_s = tick_s
-        self._tcp = tcp
         self._motion = TcpMotion(tcp)
         self._moments = part.moments(self.in_tcp)
-        self._before = self.pose.translation  # where its middle was a tick ago
+        self._before = tcp, self.in_tcp  # a tick ago
+        self._reach_m = self._reaches()
         self._sticks = 1.0  # `STICKS` where it has slid
         self._blow: Wrench | None = None  # of jaws that have closed in motion, in this tick
 
@@ -86,10 +87,11 @@ class Held:
         known. Says whether the jaws still hold it."""
         motion, touching = self._motion, self.touching
         kept = (self.pose, self.wrench, touching.memory()) if motion.still else None
-        self._tcp, self._before = tcp, self.pose.translation
+        way_m = farthest_way(self._tcp, tcp, self._reach_m)
+        self._before, self._tcp, self._pose = (self._tcp, self.in_tcp), tcp, None
         motion.step(tcp, self._tick_s, coming)
-        self.pose = compose(tcp, self.in_tcp)
-        touching.step(self.pose, solid, self._tick_s)
+        if not touching.passes(way_m):
+            touching.step(self.pose, solid, self._tick_s)
         self.weight = motion.weight(self._moments)
         holds = self._hold(
             motion.wrench(self._moments, self.weight), self._pressed() if touching.pushed else NO_WRENCH
@@ -112,8 +114,7 @@ class Held:
     def rest(self, tcp: Transform, solid: Solid, slip: Slip = (0.0, 0.0)) -> None:
         """It has been put where it is, with the TCP at rest: it weighs, and is pressed."""
         self._tcp, self.slip, self._blow, self.quiet = tcp, slip, None, False
-        self.pose = compose(tcp, self.in_tcp)
-        self._before = self.pose.translation
+        self._pose, self._before = None, (tcp, self.in_tcp)
         self._motion.rest(tcp)
         self.touching.forget()
         self.touching.step(self.pose, solid, self._tick_s)
@@ -135,9 +136,27 @@ class Held:
         self.touching.restore(touching)
 
     @property
+    def pose(self) -> Transform:
+        """Of its middle, in the base; the same object until it has moved."""
+        if self._pose is None:
+            self._pose = compose(self._tcp, self.in_tcp)
+        return self._pose
+
+    def way_since(self, tcp: Transform, in_tcp: Transform, now: Transform) -> float:
+        """No point of it has gone farther (m) since it was at `in_tcp` in the TCP, from where that was to
+        where it is `now`."""
+        way_m = farthest_way(tcp, now, self._reach_m)
+        return way_m if in_tcp is self.in_tcp else way_m + dist(in_tcp.translation, self.in_tcp.translation)
+
+    def _reaches(self) -> float:
+        """No point of it is farther from the TCP (m)."""
+        return hypot(*self.in_tcp.translation) + self.part.shape.extent
+
+    @property
     def velocity(self) -> Vector:
         """Of its middle in the last tick (m/s), in the base."""
-        return velocity_between(self._before, self.pose.translation, self._tick_s)
+        tcp, in_tcp = self._before
+        return velocity_between(apply(tcp, in_tcp.translation), self.pose.translation, self._tick_s)
 
     @property
     def _most(self) -> float:
@@ -191,11 +210,12 @@ class Held:
         mass, before, in_tcp = self.part.mass_kg, self.slip, self.in_tcp
         (x, y, z), tick_s = in_tcp.translation, self._tick_s
         close = self.touching.close
+        self.touching.slides()
         had_j = 0.5 * mass * (before[0] ** 2 + before[1] ** 2)
         had_j += self.touching.stored_j(self.pose) if close else 0.0
         for _ in range(_HALVINGS):
             self.in_tcp = Transform(in_tcp.rotation, (x + u * tick_s, y, z + w * tick_s))
-            self.pose = compose(self._tcp, self.in_tcp)
+            self._pose = None
             if not close:
                 break
             left_j = had_j + (pull[0] * u + pull[1] * w) * tick_s - self.touching.stored_j(self.pose)
@@ -207,6 +227,6 @@ class Held:
             u, w = 0.5 * u, 0.5 * w
         else:
             u = w = 0.0
-            self.in_tcp, self.pose = in_tcp, compose(self._tcp, in_tcp)
-        self.slip = (u, w)
+            self.in_tcp, self._pose = in_tcp, None
+        self.slip, self._reach_m = (u, w), self._reaches()
         self._moments = self.part.moments(self.in_tcp)

@@ -65,6 +65,7 @@ class Touching:
         self._near: dict[str, Surface] = {}  # those found then, as it feels them
         self._measured: Transform | None = None  # where it was when the distances of points were measured
         self._known_m = 0.0  # so far points may go from there before that tells nothing any more
+        self._free_m = 0.0  # so far points may go from where they are, and touch nothing for sure
         self._worlds: dict[int, World] = {}  # of the points that were close then
         self._places: dict[int, Vector] = {}  # of these, in the tick before
         self.force: Vector = STILL
@@ -74,11 +75,16 @@ class Touching:
 
     def look_again(self) -> None:
         """Surfaces may have come, moved or gone."""
-        self._looked = None
+        self._looked, self._free_m = None, 0.0
+
+    def slides(self) -> None:
+        """It goes some way that `passes` is not told of."""
+        self._free_m = 0.0
 
     def forget(self) -> None:
         """It has been put somewhere else, and has touched nothing before."""
         self._looked = self._measured = None
+        self._free_m = 0.0
         self._worlds, self._places = {}, {}
         self.force = self.torque = STILL
 
@@ -111,7 +117,7 @@ class Touching:
         """Remember that again, among the same surfaces."""
         worlds, near, places, self.force, self.torque = kept
         was, self._looked, self._measured, self._known_m = places
-        self._near, self._places, self._worlds = dict(near), dict(was), {}
+        self._near, self._places, self._worlds, self._free_m = dict(near), dict(was), {}, 0.0
         for point, memory in worlds.items():
             world = self._worlds[point] = World(self._near.values(), self._points.radius_m)
             world.restore(memory)
@@ -126,16 +132,28 @@ class Touching:
         """Whether anything has pushed it in the last tick."""
         return self.force != STILL
 
+    def passes(self, way_m: float) -> bool:
+        """A tick has brought no point of it farther than that: whether that is all, and `step` has nothing
+        to do: it touches nothing, and nothing is to be looked for."""
+        self._free_m -= way_m
+        return self._free_m > 0.0 and self.besides is None
+
     def step(self, pose: Transform, surfaces: Callable[[], Sequence[Surface]], tick_s: float) -> None:
         """A tick has brought it to `pose`; the surfaces that there are are asked for now and then."""
-        middle = pose.translation
-        if self._looked is None or dist(middle, self._looked) > NEAR_M:
+        middle, looked, before = pose.translation, self._looked, self._measured
+        gone_m = 0.0 if looked is None else dist(middle, looked)
+        if looked is None or gone_m > NEAR_M:
             self._look(middle, surfaces())
-        before = self._measured
-        if before is None or farthest_way(before, pose, self._extent) > self._known_m:
+            gone_m, before = 0.0, self._measured
+        turned_m = 0.0 if before is None else farthest_way(before, pose, self._extent)
+        if before is None or turned_m > self._known_m:
             self._measure(pose)
+            turned_m = 0.0
+        self._free_m = 0.0
         if not self._worlds:
             self.force, self.torque = (STILL, STILL) if self.besides is None else self.besides
+            if self.besides is None:
+                self._free_m = min(NEAR_M - gone_m, self._known_m - turned_m)
             return
         fx = fy = fz = tx = ty = tz = 0.0
         if self.besides is not None:

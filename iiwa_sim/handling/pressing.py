@@ -1,0 +1,83 @@
+"""What may press on a part that lies: links, tool and jaws, and what these hold, which feels it too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import dist
+
+from iiwa_sim.contact.links_kernel import STIFFEST_N_PER_M, Links
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Transform, apply, compose
+from iiwa_sim.handling.falling import STILL, Body
+from iiwa_sim.handling.held import Held
+from iiwa_sim.handling.meeting import Ball, Way, outline
+from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.pushed import Presser
+from iiwa_sim.handling.touching import points_of
+from iiwa_sim.motion.joints import Joints
+
+SEEN_M = 0.05
+"""So far from a part near the arm its distance is found exactly."""
+NOWHERE: Way = (0.0, 0.0, 0.0, 0.0)
+
+
+def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> Iterator[Presser]:
+    """What of the arm, at joint positions (rad), may press on a part that its `links` know."""
+    for middle, radius, rubbed, share in links.balls(part.name, joints, tick_s, SEEN_M):
+        holding = share * min(part.stiffness, STIFFEST_N_PER_M)
+        yield Presser(Ball(middle, radius), share * part.stiffness, part.friction, holding, rubbed)
+
+
+def by_what_is_held(held: Held, solid: Surface, body: Body) -> Iterator[Presser]:
+    """What of the held part, which is `solid` there, may press on a part, and the other way round."""
+    part = held.part
+    far = part.shape.extent + body.part.shape.extent + SEEN_M
+    if dist(solid.pose.translation, body.pose.translation) > far:
+        return
+    both = in_a_row(part.stiffness, body.part.stiffness)
+    points = points_of(part, upright=held.upright)
+    for place in points.places:
+        yield Presser(Ball(apply(solid.pose, place), points.radius_m), both / points.at_once)
+    for each in outline(body.part, body.pose, 0.0, solid):
+        yield Presser(each, both)
+
+
+def react(held: Held, solid: Surface, body: Body) -> None:
+    """Add what corners of a part that lies do to the held part, which is `solid` there."""
+    part, middle = held.part, solid.pose.translation
+    if dist(middle, body.pose.translation) > part.shape.extent + body.part.shape.extent:
+        return
+    force, torque = held.touching.besides or (STILL, STILL)
+    own, stiffness = solid_of(body), in_a_row(part.stiffness, body.part.stiffness)
+    for each in outline(body.part, body.pose, 0.0, solid):
+        depth, out, lever = each.touch(own, NOWHERE)
+        if depth <= 0.0:
+            continue
+        f = [stiffness * depth * component for component in out]
+        r = [b + c - a for a, b, c in zip(middle, body.pose.translation, lever, strict=True)]
+        force = (force[0] + f[0], force[1] + f[1], force[2] + f[2])
+        torque = (
+            torque[0] + r[1] * f[2] - r[2] * f[1],
+            torque[1] + r[2] * f[0] - r[0] * f[2],
+            torque[2] + r[0] * f[1] - r[1] * f[0],
+        )
+    if force != STILL:
+        held.touching.besides = force, torque
+        held.quiet = False
+
+
+def solid_of(body: Body) -> Surface:
+    """A part that lies, as a surface."""
+    part = body.part
+    return Surface(part.name, part.shape, body.pose, part.stiffness, 0.0, part.friction)
+
+
+def solid_held(held: Held, tcp: Transform) -> Surface:
+    """The held part as a surface, with the TCP at that pose."""
+    part = held.part
+    return Surface(part.name, part.shape, compose(tcp, held.in_tcp), part.stiffness, 0.0, 0.0)
+
+
+def in_a_row(one: float, other: float) -> float:
+    """Stiffness of both in a row (N/m)."""
+    return 1.0 / (1.0 / one + 1.0 / other)
