@@ -7,24 +7,23 @@ nothing, however many there are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import dist, hypot, inf
 
 from iiwa_sim.contact.load import ExternalLoad
 from iiwa_sim.contact.pushed_kernel import Balance
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector
+from iiwa_sim.handling.beside import beside, between, in_the_way
 from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
 from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.held import Held
-from iiwa_sim.handling.meeting import STEP_M, Way, meets, turned
-from iiwa_sim.handling.part import Part, X, Y, Z
+from iiwa_sim.handling.meeting import STEP_M, Way, turned
 from iiwa_sim.handling.pressing import (
     NOWHERE,
     SEEN_M,
     by_the_arm,
     by_what_is_held,
-    in_a_row,
     react,
     solid_held,
     solid_of,
@@ -41,8 +40,6 @@ SOON_M = 0.03
 """What is to be looked for within this way is looked for with what is to be now."""
 CLOSE_M = 5e-4
 """What is farther from a part, and not on its way in a tick, does not touch it."""
-AT_ONCE = 0.25
-"""Part of the stiffness that each place has at which a part meets what is beside it: several meet at once."""
 
 
 class Aside:
@@ -109,9 +106,9 @@ class Aside:
                 continue
             done.add(name)
             if self._push(name, joints, woken=name in woken):
-                beside = [each for each in self._beside(name, CLOSE_M) if each not in done]
-                woken.update(beside)
-                waiting += beside
+                others = [each for each in beside(pieces, name, CLOSE_M) if each not in done]
+                woken.update(others)
+                waiting += others
             body = pieces.bodies[name]
             if self._held is not None and body.state == LIES:
                 react(*self._held, body)
@@ -185,7 +182,7 @@ class Aside:
         if still and deepest <= 0.0 and not woken:
             return False
         reach_m = CLOSE_M + max(deepest, 0.0) + self._tick_s * _speed(body)
-        others = list(self._in_the_way(body, face, reach_m))
+        others = list(in_the_way(pieces, body, face, reach_m))
         if deepest <= 0.0 and not others and body.spin == 0.0 and not body.wound:
             return False  # it slides for itself, if it does
         if (
@@ -215,17 +212,17 @@ class Aside:
             gap_m = self._load.surround(joints).gap_to(name)
         if self._held is not None:
             held, solid = self._held
-            gap_m = min(gap_m, _between(held.part, solid.pose, body.part, body.pose))
+            gap_m = min(gap_m, between(held.part, solid.pose, body.part, body.pose))
         return gap_m
 
     def _ends(self, body: Body, face: Ground, pressed: bool) -> Body:
         """A part that has gone its way: it goes on, rests, comes to lie on what is beside, or falls."""
         x, y, _ = body.pose.translation
         if not face.has(x, y):
-            beside = self._pieces.flush_with(face, x, y)
-            if beside is None:
+            flush = self._pieces.flush_with(face, x, y)
+            if flush is None:
                 return Body(body.part, body.pose, body.velocity, FALLS)
-            body, face = body._replace(on=beside.name), beside
+            body, face = body._replace(on=flush.name), flush
         if body.bottom - face.top > STEP_M:
             return Body(body.part, body.pose, body.velocity, FALLS)
         if not pressed and _speed(body) < SLOW_M_PER_S:
@@ -259,46 +256,6 @@ class Aside:
                 (q[0] * r[3] - q[3] * r[0]) + (q[1] * r[4] - q[4] * r[1]) + (q[2] * r[5] - q[5] * r[2])
             )
             self._load.shift(name, solid_of(after), (dx, dy, dz, turn))
-
-    def _in_the_way(self, body: Body, face: Ground, reach_m: float) -> Iterator[Presser]:
-        """What of surfaces and other parts that lie a part may meet in this tick."""
-        pieces, name = self._pieces, body.part.name
-        lift_m = STEP_M + max(0.0, face.top - body.bottom)
-        for surface in pieces.surfaces:
-            if surface.name != body.on:
-                yield from self._of(body, lift_m, surface, reach_m)
-        riding = {each.part.name for each in pieces.riders(name)}
-        for other in self._beside(name, reach_m):
-            if other != body.on and other not in riding:
-                yield from self._of(body, lift_m, solid_of(pieces.bodies[other]), reach_m)
-
-    def _of(self, body: Body, lift_m: float, other: Surface, reach_m: float) -> Iterator[Presser]:
-        both, solid = in_a_row(other.stiffness, body.part.stiffness), solid_of(body)
-        for each in meets(body.part, body.pose, lift_m, other, reach_m):
-            if each.touch(solid, NOWHERE).depth > -reach_m:
-                yield Presser(each, AT_ONCE * both)
-
-    def _beside(self, name: str, reach_m: float) -> list[str]:
-        """The names of parts that lie and are perhaps no farther from one than that (m)."""
-        bodies, own = self._pieces.bodies, self._pieces.bodies[name]
-        middle, far_m = own.pose.translation, own.part.shape.extent + reach_m
-        return [
-            other
-            for other in self._pieces.lying
-            if other != name
-            and dist(middle, bodies[other].pose.translation) <= far_m + bodies[other].part.shape.extent
-            and _between(own.part, own.pose, bodies[other].part, bodies[other].pose) <= reach_m
-        ]
-
-
-def _between(one: Part, place: Transform, other: Part, there: Transform) -> float:
-    """Two parts are no nearer to each other (m), by the boxes round them along the axes of the base."""
-    return max(
-        abs(place.translation[axis] - there.translation[axis])
-        - one.reach(place.rotation, axis)
-        - other.reach(there.rotation, axis)
-        for axis in (X, Y, Z)
-    )
 
 
 def _speed(body: Body) -> float:
