@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.fault import RobotFault
+from iiwa_sim.robot.fixed_poses import read_urdf
 
 SAMPLES = 10_000
 CLEARANCE_M = 0.02
@@ -32,10 +33,10 @@ def disabled_pairs(robot: RobotDescription, samples: int = SAMPLES) -> list[Pair
     """The pairs of links that a joint joins, that touch in all samples, or that never come close.
 
     A sample is drawn evenly between the limits of each joint, the same ones each time. Raises `RobotFault` if
-    a shape of the URDF cannot be read.
+    the URDF or a shape in it cannot be read.
     """
+    model = read_urdf(robot)
     try:
-        model = pin.buildModelFromXML(robot.urdf)
         shapes = pin.buildGeomFromUrdfString(model, robot.urdf, pin.GeometryType.COLLISION)
     except (ValueError, RuntimeError) as fault:
         reason = " ".join(str(fault).split())[:200]

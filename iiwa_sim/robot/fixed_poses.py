@@ -32,7 +32,7 @@ class _Reading:
     def __init__(self, description: RobotDescription) -> None:
         self.description = description
         self._joint_count = len(description.joints)
-        self._model = _read_urdf(description)
+        self._model = read_urdf(description)
         self._check_joints()
 
     def fixed_poses(self, flange: int) -> list[Transform]:
@@ -111,7 +111,8 @@ def _within(before: Rotation, pose: Transform, after: Rotation) -> Transform:
     return compose(Transform(before, origin), compose(pose, Transform(after, origin)))
 
 
-def _read_urdf(description: RobotDescription) -> pin.Model:
+def read_urdf(description: RobotDescription) -> pin.Model:
+    """Raises RobotFault, in one line, where the URDF cannot be read."""
     path = description.urdf_path
     check_urdf(path, description.urdf)
     try:

@@ -81,3 +81,17 @@ def test_a_mesh_that_is_not_there_is_told() -> None:
     mesh = '<collision><geometry><mesh filename="package://nowhere/arm.stl"/></geometry></collision></link>'
     with pytest.raises(RobotFault, match=r"collision"):
         disabled_pairs(replace(robot, urdf=robot.urdf.replace("</link>", mesh, 1)))
+
+
+@pytest.mark.parametrize(
+    ("urdf", "expected"),
+    [("nonsense", r"valid XML \(.*\)"), ("<a/>", r"a URDF that Pinocchio can read \(.*\)")],
+)
+def test_a_urdf_that_cannot_be_read_is_told_in_one_line(
+    urdf: str, expected: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """And nothing by the library that reads it."""
+    with pytest.raises(RobotFault, match=rf"robot\.urdf: expected {expected}$") as fault:
+        disabled_pairs(replace(load_robot(ARMS[0]), urdf=urdf))
+    assert "\n" not in str(fault.value)
+    assert capfd.readouterr() == ("", "")
