@@ -27,9 +27,9 @@ def opened(path: Path) -> "Recorded":
 
 
 def tell_cut(recorded: "Recorded | Timeline") -> None:
-    """Say so where a recording that has been read has lost its end."""
+    """Say so, and from when on, where a recording that has been read has lost its end."""
     if recorded.cut:
-        print(
-            harmless(f"iiwa-sim: {recorded.path}: its end is missing or damaged: read up to there"),
-            file=sys.stderr,
-        )
+        at_s = recorded.cut_at_s
+        where = "" if at_s is None else f" at {round(at_s, 3):g} s"
+        told = f"iiwa-sim: {recorded.path}: cut off or damaged{where}: what follows is lost"
+        print(harmless(told), file=sys.stderr)

@@ -75,6 +75,10 @@ class Spoken(msgspec.Struct):
     dialect: str
 
 
+class _Ticked(msgspec.Struct):
+    tick: int
+
+
 class Happened(msgspec.Struct):
     """An event, as `iiwa_sim.recordings.watch` tells it."""
 
@@ -99,6 +103,10 @@ class Recorded:
         self.path = path
         self.cut = False
         """Whether its end was missing or damaged when `messages` came to it."""
+        self.cut_at_s: float | None = None
+        """Up to when it could be read then (s, simulated, since the start of the simulator); None where not
+        even the time was."""
+        self.head = Head({}, {})  # while it is read
         metadata: dict[str, str] = {}
         attachments: dict[str, bytes] = {}
         for record in self._records():
@@ -163,12 +171,16 @@ class Recorded:
 
     def _records(self) -> Iterator[McapRecord]:
         """Up to the end, or to what is damaged. Raises RecordingFault where that is the beginning."""
-        found = False
+        found, epoch_ns, last_ns = False, None, 0
         try:
             with self.path.open("rb") as stream:
                 reader = StreamReader(stream, validate_crcs=True, record_size_limit=LARGEST_RECORD)
                 for record in reader.records:
                     found = True
+                    if isinstance(record, McapMessage):
+                        last_ns = record.log_time
+                        if epoch_ns is None:
+                            epoch_ns = self._epoch_ns(record)
                     yield record
                     if isinstance(record, Footer):
                         return
@@ -178,3 +190,12 @@ class Recorded:
             if not found:
                 raise RecordingFault(f"{self.path}: {EXPECTED}") from None
             self.cut = True
+            self.cut_at_s = None if epoch_ns is None else 1e-9 * (last_ns - epoch_ns)
+
+    def _epoch_ns(self, message: McapMessage) -> int | None:
+        """The instant of tick 0, where a message tells its tick."""
+        try:
+            tick = msgspec.json.decode(message.data, type=_Ticked).tick
+        except (msgspec.DecodeError, UnicodeDecodeError):
+            return None
+        return int(message.log_time) - tick * 1_000_000_000 // self.head.tick_rate_hz

@@ -69,6 +69,11 @@ class Timeline:
         self.end_s: float = self._seconds(last[0])
         """Of the last one."""
 
+    @property
+    def cut_at_s(self) -> float:
+        """Up to when it can be read."""
+        return self.end_s
+
     def state_at(self, time_s: float) -> Content:
         """The last state at or before an instant; the first one where that is too early."""
         found = next(self._backwards(STATE, time_s), None) or next(self._forwards(STATE))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 import sys
 from pathlib import Path
 
@@ -91,9 +92,28 @@ def test_a_recording_that_was_cut_off_is_exported_as_far_as_it_goes(
 ) -> None:
     path = cut(run, tmp_path)
     code, _, err = said(capsys, "export", path, "--csv")
-    assert (code, err) == (0, f"iiwa-sim: {path}: its end is missing or damaged: read up to there\n")
     rows = rows_of(tmp_path / "cut.state.csv")
+    last_s = 0.002 * int(rows[-1]["tick"])
+    told = re.fullmatch(r"iiwa-sim: (.+): cut off or damaged at (\S+) s: what follows is lost\n", err)
+    assert code == 0
+    assert told is not None
+    assert told[1] == str(path)
+    assert float(told[2]) == pytest.approx(last_s, abs=0.05)
     assert 100 < len(rows) < len(contents(run, "/state"))
+
+
+def test_a_recording_that_is_damaged_in_the_middle_tells_from_when_on_it_is_lost(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = bytearray(run.read_bytes())
+    data[len(data) // 2] ^= 0x55
+    path = tmp_path / "damaged.mcap"
+    path.write_bytes(data)
+    recorded = Recorded(path)
+    states = list(recorded.states())
+    assert recorded.cut_at_s == pytest.approx(states[-1].time_s, abs=0.05)
+    _, _, err = said(capsys, "export", path, "--csv")
+    assert f"damaged at {round(recorded.cut_at_s or 0.0, 3):g} s: what follows is lost" in err
 
 
 def test_plot_draws_the_joints_of_every_tick(run: Path, tmp_path: Path) -> None:
