@@ -124,6 +124,9 @@ class LinksBeside(LinkForces):
         px: cython.double
         py: cython.double
         pz: cython.double
+        ax: cython.double
+        ay: cython.double
+        az: cython.double
         px, py, pz = middle
         e = self._ends
         for c in range(self._capsule_count):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, degrees
+from math import atan2, degrees, inf
 
 import msgspec
 import numpy as np
@@ -18,11 +18,13 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
+from iiwa_sim.handling.aside import Aside
 from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL, Body, landed
 from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.meeting import Ball, Corner
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.pushed import Presser, Stack, pushed
+from iiwa_sim.handling.touching import Touching
 from tests.asked import lin_move
 from tests.handling.scenes import BALL, BLOCK, PIN, TABLE, TABLE_MM, Scene, at, down
 from tests.samples import some
@@ -54,6 +56,44 @@ def pushes(scene: Scene, x: float, y: float, z: float = TOP, speed: float = 0.1)
         fx, fy, fz = scene.controller.cartesian_force()[:3]
         felt.append((-fx, -fy, -fz))
     return np.array(felt)
+
+
+def test_parts_are_looked_at_when_they_are_due_with_the_bits_of_looking_in_each_tick(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def run() -> list[object]:
+        other = BLOCK._replace(name="other")
+        scene = Scene((BLOCK, at(520, -120, TOP)), (other, at(600, 50, TOP)))
+        scene.picks(520, -120, TOP)
+        seen: list[object] = []
+        over, pushing, pressed = TOP + 90.0, TOP + 5.0, TOP - 0.5
+        ways = (
+            (520, -120, over),
+            (600, 20, over),
+            (600, -60, pushing),
+            (600, 30, pushing),
+            (600, -60, pressed),
+        )
+        for x, y, z in ways:
+            scene.controller.move(lin_move(down(x, y, z), 0.5, 0.0))
+            while scene.controller.moving:
+                scene.robot.step()
+                where = scene.body("block").pose, scene.body("other").pose
+                seen.append((scene.controller.cartesian_force(), where))
+        assert place_mm(scene, "other")[1] > 60.0
+        return seen
+
+    when_due = run()
+    goes = Aside._goes
+
+    def goes_and_forgets(aside: Aside, *args: object) -> None:
+        goes(aside, *args)  # type: ignore[arg-type]
+        aside._look_at_m = aside._next_m = -inf
+        aside._due = dict.fromkeys(aside._due, -inf)
+
+    monkeypatch.setattr(Aside, "_goes", goes_and_forgets)
+    monkeypatch.setattr(Touching, "passes", lambda _touching, _way_m: False)
+    assert run() == when_due
 
 
 def place_mm(scene: Scene, name: str = "block") -> np.ndarray:  # type: ignore[type-arg]
