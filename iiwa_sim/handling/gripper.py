@@ -63,16 +63,17 @@ class Gripper:
 
     def settled(self, driven: int) -> bool:
         """Whether they are where they stay, if they are driven that way."""
+        if self.stuck:
+            return True
         if driven != self.driven:
             return False
-        at_end = driven == STAYS or (self.is_open if driven == OPENS else self.is_closed or self.blocked)
-        return at_end or self.stuck
+        return driven == STAYS or (self.is_open if driven == OPENS else self.is_closed or self.blocked)
 
     def step(self, driven: int, width_m: float, tick_s: float) -> None:
         """A tick; they cannot come closer than `width_m`, for what is between them, 0 for nothing."""
-        self.driven = driven
         if self.stuck:
             return
+        self.driven = driven
         way = self.jaws.speed_m_per_s * tick_s
         if driven == OPENS:
             self.opening_m = min(self.opening_m + way, self.jaws.stroke_m)

@@ -63,6 +63,19 @@ def test_stuck_jaws_go_nowhere() -> None:
     assert not gripper.settled(CLOSES)
 
 
+def test_stuck_jaws_hold_what_they_hold() -> None:
+    gripper = Gripper(JAWS)
+    while not gripper.settled(CLOSES):
+        gripper.step(CLOSES, 0.05, TICK_S)
+    gripper.stuck = True
+    gripper.step(OPENS, 0.05, TICK_S)
+    assert gripper.holds
+    assert gripper.settled(OPENS)
+    gripper.stuck = False
+    gripper.step(OPENS, 0.05, TICK_S)
+    assert not gripper.holds
+
+
 @given(
     driven=st.lists(st.sampled_from([CLOSES, OPENS, STAYS]), min_size=1, max_size=60),
     widths=st.lists(st.sampled_from([0.0, 0.02, 0.06]), min_size=1, max_size=6),
