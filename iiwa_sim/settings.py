@@ -27,6 +27,18 @@ Range = tuple[float, float, str]
 Settings = TypeVar("Settings")
 
 _PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
+MISSING = "(missing)"
+"""In place of a value."""
+_IN_TOML = {
+    "str": "a string",
+    "int": "an integer",
+    "float": "a number",
+    "bool": "a boolean",
+    "array": "an array",
+    "object": "a table",
+}
+"""What msgspec calls the types, in the words of TOML."""
+_TYPE = re.compile(rf"\b({'|'.join(_IN_TOML)})\b")
 _PART = re.compile(r"(\w+)|\[(\d+)\]")
 
 
@@ -48,7 +60,7 @@ class Reader:
 
     def fault(self, key: str, value: object, expected: str) -> SettingsFault:
         """The exception to raise for a key whose value cannot be used."""
-        return self._fault(self.path, key, quoted(value), expected)
+        return self._fault(self.path, key, MISSING if value is None else quoted(value), expected)
 
     def text(self, file: Traversable, missing: str) -> str:
         """The text of a file; `missing` tells what was expected if there is none."""
@@ -109,13 +121,17 @@ class Reader:
             wanted = "no key of this name" if "unknown field" in expected else "this key"
             field = expected[expected.index("`") + 1 : expected.rindex("`")]
             holder = _value(table, key)
-            value = quoted(holder[field]) if field in holder else "(missing)"
+            value = quoted(holder[field]) if field in holder else MISSING
             return self._fault(self.path, f"{key}.{field}" if key else field, value, wanted)
         if expected.startswith("Invalid value"):  # of the key by which msgspec tells types apart
             expected = "one of those that the documentation names"
         if expected == "Number out of range":
             expected = "a number of less than 309 digits"
         expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
+        expected = _TYPE.sub(lambda word: _IN_TOML[word[0]], expected.replace(" | ", " or "))
+        expected = expected.replace(", not a number", ", not a float")
+        if expected == "an array, not a table":
+            expected += f"; [[{key}]] begins a table of an array"
         return self.fault(key, _value(table, key), expected)
 
 

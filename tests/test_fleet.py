@@ -214,7 +214,7 @@ TABLE = "[robot.one]\n"
         ("", "FILE: robot = (missing): expected this key"),
         ("[robot]\n", "FILE: robot = {}: expected at least one robot, as [robot.NAME]"),
         ("[robots.one]\n", "FILE: robots = {'one': {}}: expected no key of this name"),
-        ("robot = 1\n", "FILE: robot = 1: expected object, not int"),
+        ("robot = 1\n", "FILE: robot = 1: expected a table, not an integer"),
         ("[robot.'a b']\n", "FILE: robot.a b = 'a b': expected a name of letters, digits, '-', '_' and '.'"),
         (TABLE + "prot = 1\n", "FILE: robot.one.prot = 1: expected no key of this name"),
         (

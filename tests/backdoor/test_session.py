@@ -256,7 +256,7 @@ def test_the_state_is_that_of_the_status_port() -> None:
         ("reply : get status = moving", "error 3040 times = moving: expected a number"),
         (
             "reply : get statis = moving 1",
-            "error 3000 command 'get statis': expected one of protocol/iiwa.toml; did",
+            "error 3000 command 'get statis': expected a command of the robot's port; did",
         ),
         ("fail move : 3000", "error 3000 nothing moves that could fail"),
         ("servo timeout", "error 3000 the mode is unknown: expected smart or direct"),

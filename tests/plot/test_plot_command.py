@@ -66,7 +66,7 @@ def test_a_cell_that_cannot_be_used(moves: Path, tmp_path: Path, capsys: pytest.
     cell = tmp_path / "cell.toml"
     cell.write_text("start_deg = 7")
     told = told_by([moves, "-o", "p.png", "--cell", cell], capsys)
-    assert told == f"iiwa-sim: {cell}: start_deg = 7: expected str | array, not int\n"
+    assert told == f"iiwa-sim: {cell}: start_deg = 7: expected a string or an array, not an integer\n"
     told = told_by([moves, "-o", "p.png", "--cell", cell, "--robot", "lbr_iiwa_7_r800"], capsys)
     assert "argument --robot: expected no cell with it, which names its robot" in told
 

@@ -52,9 +52,15 @@ FAULTS = [
         "robot.toml",
         "stop.rate_per_s",
         "'x'",
-        "float, not str",
+        "a number, not a string",
     ),
-    (in_toml("[170,", "[true,"), "robot.toml", r"limits.position_max_deg\[0\]", "True", "float, not bool"),
+    (
+        in_toml("[170,", "[true,"),
+        "robot.toml",
+        r"limits.position_max_deg\[0\]",
+        "True",
+        "a number, not a boolean",
+    ),
     (in_toml("x_mm = 150", ""), "robot.toml", "tool_in_flange.x_mm", r"\(missing\)", "this key"),
     (in_toml("home_deg", "hme_deg"), "robot.toml", "home_deg|hme_deg", ".*", "this key|no key of this name"),
     (

@@ -44,7 +44,7 @@ class CannedReplies:
         if known is None:
             meant = table.meant(command.encode("ascii", "backslashreplace"))
             hint = f"; did you mean {meant}" if meant else ""
-            raise ValueError(f"command {_quoted(command)}: expected one of protocol/iiwa.toml{hint}")
+            raise ValueError(f"command {_quoted(command)}: expected a command of the robot's port{hint}")
         if not (reply.isascii() and reply.isprintable()):
             raise ValueError(f"reply {_quoted(reply)}: expected one line of printable ASCII")
         if times < 0:

@@ -29,8 +29,8 @@ def test_a_reply_without_a_number_stays_until_it_is_cleared() -> None:
 @pytest.mark.parametrize(
     ("command", "reply", "times", "message"),
     [
-        ("get statsu", "moving", 1, "'get statsu': expected one of .*; did you mean get status"),
-        ("get status : 1", "moving", 1, "'get status : 1': expected one of protocol/iiwa.toml"),
+        ("get statsu", "moving", 1, "'get statsu': expected a command of .*; did you mean get status"),
+        ("get status : 1", "moving", 1, "'get status : 1': expected a command of the robot's port"),
         ("stop", "do\nne", 1, r"reply 'do\\nne': expected one line of printable ASCII"),
         ("stop", "f\xfcr", 1, "expected one line of printable ASCII"),
         ("stop", "done", -1, "times=-1: expected 0 or more"),
