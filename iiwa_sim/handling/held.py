@@ -22,6 +22,8 @@ would creep on for many ticks after the robot has come to rest."""
 _UPRIGHT = 0.5**0.5
 _HALVINGS = 20
 """Of a way into a surface that there is no energy for."""
+_ASIDE_M = 1e-8
+"""So far aside it is asked what is in the springs of surfaces: where they press to."""
 Slip = tuple[float, float]
 """How fast a part slides in the jaws, along x and z of the TCP (m/s)."""
 Solid = Callable[[], Sequence[Surface]]
@@ -207,26 +209,59 @@ class Held:
     def _slide(self, u: float, w: float, pull: tuple[float, float]) -> None:
         """It goes on in the jaws as fast as that (m/s), by what pulls it besides surfaces (N), along x and z
         of the TCP: into surfaces no deeper, and then no faster, than the energy is there for."""
-        mass, before, in_tcp = self.part.mass_kg, self.slip, self.in_tcp
-        (x, y, z), tick_s = in_tcp.translation, self._tick_s
+        in_tcp, (bu, bw) = self.in_tcp, self.slip
         close = self.touching.close
         self.touching.slides()
-        had_j = 0.5 * mass * (before[0] ** 2 + before[1] ** 2)
-        had_j += self.touching.stored_j(self.pose) if close else 0.0
-        for _ in range(_HALVINGS):
-            self.in_tcp = Transform(in_tcp.rotation, (x + u * tick_s, y, z + w * tick_s))
-            self._pose = None
-            if not close:
-                break
-            left_j = had_j + (pull[0] * u + pull[1] * w) * tick_s - self.touching.stored_j(self.pose)
-            if left_j >= 0.0:
-                moves_j = 0.5 * mass * (u * u + w * w)
-                share = sqrt(min(1.0, left_j / moves_j)) if moves_j > 0.0 else 1.0
-                u, w = share * u, share * w
-                break
-            u, w = 0.5 * u, 0.5 * w
-        else:
-            u = w = 0.0
-            self.in_tcp, self._pose = in_tcp, None
+        stored_j = self.touching.stored_j(self.pose) if close else 0.0
+        self._go(in_tcp, u, w)
+        if close:
+            # Only of its way into surfaces there may be too much: along them it goes on as it went.
+            nx, nz = self._outward(in_tcp, (u, w))
+            into, was = u * nx + w * nz, bu * nx + bw * nz
+            half_mass, along = 0.5 * self.part.mass_kg, (u - into * nx, w - into * nz)
+            fits = self._fits(in_tcp, along, (into * nx, into * nz), pull, half_mass * was * was + stored_j)
+            if fits is None:
+                had_j = half_mass * (bu * bu + bw * bw) + stored_j
+                fits = self._fits(in_tcp, (0.0, 0.0), along, pull, had_j)
+            if fits is None:
+                self._go(in_tcp, 0.0, 0.0)
+            u, w = (0.0, 0.0) if fits is None else fits
         self.slip, self._reach_m = (u, w), self._reaches()
         self._moments = self.part.moments(self.in_tcp)
+
+    def _go(self, in_tcp: Transform, u: float, w: float) -> None:
+        """It is where a tick brings it from there, as fast as that (m/s) along x and z of the TCP."""
+        x, y, z = in_tcp.translation
+        self.in_tcp = Transform(in_tcp.rotation, (x + u * self._tick_s, y, z + w * self._tick_s))
+        self._pose = None
+
+    def _fits(self, in_tcp: Transform, besides: Slip, way: Slip, pull: Slip, had_j: float) -> Slip | None:
+        """How fast (m/s) it goes on, besides what is given, on as much of a way as there is energy for, had_j
+        and what `pull` (N) does; None if there is for none of it."""
+        u, w = way
+        for _ in range(_HALVINGS):
+            self._go(in_tcp, besides[0] + u, besides[1] + w)
+            left_j = had_j + (pull[0] * u + pull[1] * w) * self._tick_s - self.touching.stored_j(self.pose)
+            if left_j >= 0.0:
+                moves_j = 0.5 * self.part.mass_kg * (u * u + w * w)
+                share = sqrt(min(1.0, left_j / moves_j)) if moves_j > 0.0 else 1.0
+                return besides[0] + share * u, besides[1] + share * w
+            u, w = 0.5 * u, 0.5 * w
+        return None
+
+    def _outward(self, before: Transform, way: Slip) -> Slip:
+        """Where surfaces press it to, along x and z of the TCP, of length 1: where it goes, else where it was
+        `before`; its way where they press at neither."""
+        steps = ((_ASIDE_M, 0.0), (0.0, _ASIDE_M))
+        less = [0.0, 0.0]
+        for in_tcp in (self.in_tcp, before):
+            if not any(less):
+                less = [self._stored_j(in_tcp, -dx, -dz) - self._stored_j(in_tcp, dx, dz) for dx, dz in steps]
+        gx, gz = less if any(less) else way
+        length = hypot(gx, gz)
+        return (gx / length, gz / length) if length > 0.0 else (0.0, 0.0)
+
+    def _stored_j(self, in_tcp: Transform, dx: float, dz: float) -> float:
+        x, y, z = in_tcp.translation
+        aside = Transform(in_tcp.rotation, (x + dx, y, z + dz))
+        return self.touching.stored_j(compose(self._tcp, aside))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.contact.shapes import Box
 from iiwa_sim.frames import IDENTITY, Frame, Transform, rotate
 from iiwa_sim.handling.falling import FALLS, STILL, Body, landed
 from iiwa_sim.handling.gripper import CLOSES, Gripper, Jaws
@@ -40,6 +41,9 @@ def test_gripping_holding_slipping_and_letting_go_gain_none(seed: int) -> None:
     velocity=st.tuples(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4)),
     force=st.floats(0.5, 100.0),
     ticks=st.integers(1, 60),
+)
+@example(
+    part=Part("it", Box(0.02, 0.02, 0.03), 0.25, 0.0, 20_000.0), velocity=(0.25, 0.0), force=1.0, ticks=4
 )
 def test_jaws_that_close_on_a_part_in_motion_bring_it_along_by_their_work(
     part: Part, velocity: tuple[float, float], force: float, ticks: int
