@@ -13,9 +13,9 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.handling import NOTHING, SENSORS, Wiring
 from iiwa_sim.frames import Transform, Vector, apply
 from iiwa_sim.handling.gripper import Jaws
+from iiwa_sim.handling.lying import CLOSE_M
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.touching import points_of
-from iiwa_sim.handling.workpieces import CLOSE_M
 from iiwa_sim.settings import Range, Reader
 
 GRIPPER_RANGES: dict[str, Range] = {

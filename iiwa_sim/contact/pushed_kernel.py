@@ -16,11 +16,13 @@ without kinks, so Newton's method finds the least.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
+
+from iiwa_sim.contact.pushers import Below, Pressing
 
 ROUNDS = 4
 """So often the limits of friction are found anew, from the normal forces of the round before."""
@@ -30,45 +32,6 @@ _HALVINGS = cython.declare(cython.Py_ssize_t, 30)
 _SMALL = cython.declare(cython.double, 1e-14)  # a step (m) that ends the search
 MOST_CONTACTS = 64
 _MOST_CONTACTS = cython.declare(cython.Py_ssize_t, MOST_CONTACTS)
-
-
-class Below(NamedTuple):
-    """What a part lies on."""
-
-    stiffness: float
-    """N/m"""
-    depth: float
-    """How deep it lies in it (m)."""
-    weight_n: float
-    """Of the part, which the spring below it carries."""
-    above_n: float
-    """Of what lies on it."""
-    friction: float
-    points: tuple[tuple[float, float], ...]
-    """Four, at which it rubs, from its middle (m)."""
-    wound: tuple[float, ...]
-    """How far the springs of friction there are wound, x and y of each (m)."""
-
-
-class Pressing(NamedTuple):
-    """One that presses on a part."""
-
-    along: tuple[float, float, float, float]
-    """By how much the depth grows with each of the four numbers of a way."""
-    depth: float
-    """m; less than 0 for one that does not reach it."""
-    stiffness: float
-    """N/m"""
-    friction: float
-    """Coefficient; 0 for none."""
-    holding: float
-    """Stiffness (N/m) of friction's spring."""
-    lever: tuple[float, float]
-    """From the middle of the part, in the plane (m)."""
-    out: tuple[float, float, float]
-    """Unit vector across which it rubs."""
-    rubbed: tuple[float, float, float]
-    """How far it has gone along the part (m), as friction holds that."""
 
 
 @cython.cclass

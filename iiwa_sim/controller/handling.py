@@ -12,8 +12,9 @@ from iiwa_sim.handling.aside import Aside
 from iiwa_sim.handling.falling import GONE
 from iiwa_sim.handling.fingers import fingers
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
+from iiwa_sim.handling.lying import start
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.workpieces import Parts, Workpieces, start
+from iiwa_sim.handling.workpieces import Parts, Workpieces
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.wording import harmless
 from iiwa_sim.wrench import TcpContact

@@ -13,7 +13,8 @@ from math import sqrt
 from typing import NamedTuple
 
 from iiwa_sim.contact.moments import GRAVITY_M_S2
-from iiwa_sim.contact.pushed_kernel import Balance, Below, Pressing
+from iiwa_sim.contact.pushed_kernel import Balance
+from iiwa_sim.contact.pushers import Below, Pressing
 from iiwa_sim.contact.shapes import Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Rotation, Transform, Vector, multiply

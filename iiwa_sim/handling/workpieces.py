@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from math import dist
 from typing import NamedTuple
 
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, compose, inverse
-from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved, ridden
+from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, moved, ridden
 from iiwa_sim.handling.grip import grip_width, on_pads
 from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper
-from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
+from iiwa_sim.handling.ground import ground_of, grounds_of
 from iiwa_sim.handling.held import Grasp, Held, Slip
-from iiwa_sim.handling.part import Part, Y
+from iiwa_sim.handling.lying import Lying
+from iiwa_sim.handling.part import Y
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 _ROUNDING_M = 1e-9
@@ -30,29 +31,22 @@ class Parts(NamedTuple):
     """What it touches, and what that remembers of it."""
 
 
-class Workpieces:
+class Workpieces(Lying):
     """What becomes of the parts: they lie, are gripped and carried, slip, fall and come to rest."""
 
     def __init__(
         self, bodies: Iterable[Body], surfaces: Sequence[Surface], gripper: Gripper, tick_s: float
     ) -> None:
         """Parts where they are at the beginning, and what stands round them."""
-        self._bodies = {each.part.name: each for each in bodies}
+        super().__init__(bodies, surfaces)
         self._gripper = gripper
         self._tick_s = tick_s
         self._tcp: Transform | None = None  # where it has been in the last tick, if that is known
         self._held: Held | None = None  # the part between the jaws
         self._lost = ""  # the name of a part that they cannot hold until they have opened
-        self._surfaces = tuple(surfaces)
-        self._solid: list[Surface] | None = None  # these, and parts that lie
-        self._grounds: list[Ground] | None = None  # level faces of surfaces
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
         self.changes = 0
         """How many times a part has been put somewhere."""
-        self.lying_changes = 0
-        """How many times a part has come to lie, or has ceased to."""
-        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
-        """The names of the parts that lie."""
         self.pushed: set[str] = set()
         """The names of those that something else moves in this tick."""
 
@@ -95,37 +89,9 @@ class Workpieces:
         return [name for name in self._lively if self._bodies[name].state == LIES] if self._lively else []
 
     @property
-    def surfaces(self) -> Sequence[Surface]:
-        """What stands there."""
-        return self._surfaces
-
-    @property
     def in_jaws(self) -> Held | None:
         """The part between the jaws."""
         return self._held
-
-    def face_below(self, name: str) -> Ground | None:
-        """The face on which a part lies."""
-        on = self._bodies[name].on
-        for face in self._level():
-            if face.name == on:
-                return face
-        each = self._bodies.get(on)
-        if each is None or each.state != LIES:
-            return None
-        return ground_of(on, each.part.shape, each.pose, each.part.stiffness)
-
-    def flush_with(self, face: Ground, x: float, y: float) -> Ground | None:
-        """Another face of a surface, as high as that, at a place (m, in the base)."""
-        level = (each for each in self._level() if abs(each.top - face.top) <= CLOSE_M)
-        return next((each for each in level if each.has(x, y)), None)
-
-    def riders(self, name: str) -> Iterator[Body]:
-        """What lies on a part, and on that."""
-        for other in self.lying:
-            if self._bodies[other].on == name:
-                yield self._bodies[other]
-                yield from self.riders(other)
 
     def put_aside(self, body: Body) -> None:
         """A part has been pushed."""
@@ -309,11 +275,6 @@ class Workpieces:
         if (body.state == LIES) != (before.state == LIES):
             self._note_lying()
 
-    def _note_lying(self) -> None:
-        """Other parts lie than before."""
-        self.lying_changes += 1
-        self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
-
     def _move(self, name: str) -> None:
         """A tick of a part that falls or slides."""
         each = self._bodies[name]
@@ -325,55 +286,6 @@ class Workpieces:
         if (each.on and after.on != each.on) or after.pose != each.pose:
             self._unsettle(name)
 
-    def _level(self) -> list[Ground]:
-        """The level faces of surfaces."""
-        if self._grounds is None:
-            self._grounds = grounds_of(self._surfaces)
-        return self._grounds
-
-    def _grounds_but(self, name: str) -> list[Ground]:
-        found = list(self._level())
-        for other, each in self._bodies.items():
-            if other != name and each.state == LIES and each.velocity == STILL:
-                ground = ground_of(other, each.part.shape, each.pose, each.part.stiffness)
-                if ground is not None:
-                    found.append(ground)
-        return found
-
-    def _all_solid(self) -> list[Surface]:
-        """Surfaces, and parts that lie."""
-        if self._solid is None:
-            self._solid = list(self._surfaces)
-            for name, each in self._bodies.items():
-                if each.state == LIES:
-                    part = each.part
-                    self._solid.append(Surface(name, part.shape, each.pose, part.stiffness, 0.0, 0.0))
-        return self._solid
-
 
 def _height(body: Body) -> tuple[float, str]:
     return body.pose.translation[2], body.part.name
-
-
-def start(parts: Iterable[tuple[Part, Transform]], surfaces: Sequence[Surface]) -> list[Body]:
-    """Parts as they are at the beginning: what stands right above a face lies on it, all else falls."""
-    bodies: list[Body] = []
-    for part, pose in sorted(parts, key=lambda each: each[1].translation[2]):
-        body = Body(part, pose, STILL, FALLS)
-        grounds = grounds_of(surfaces)
-        for each in bodies:
-            ground = ground_of(each.part.name, each.part.shape, each.pose, each.part.stiffness)
-            if ground is not None and each.state == LIES:
-                grounds.append(ground)
-        x, y, z = pose.translation
-        below = [each for each in grounds if each.top < z and each.has(x, y)]
-        if below:
-            top = max(below, key=lambda each: each.top)
-            if abs(body.bottom - top.top) <= CLOSE_M:
-                body = landed(body, top)
-        bodies.append(body)
-    return bodies
-
-
-CLOSE_M = 1e-3
-"""What is no farther above a face, or in it, at the beginning, lies on it."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from iiwa_sim.contact.pushed_kernel import Balance, Below, Pressing
+from iiwa_sim.contact.pushed_kernel import Balance
+from iiwa_sim.contact.pushers import Below, Pressing
 from tests.interpreted import interpreted
 
 TICK_S = 0.002
