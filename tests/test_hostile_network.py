@@ -10,7 +10,6 @@ import socket
 import subprocess
 import sys
 import termios
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,7 +19,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import Iiwa
 from tests.processes import IIWA_SIM, running
-from tests.talking import DEADLINE_S
+from tests.talking import DEADLINE_S, wait_until
 
 FROM_A_PAGE = (
     b"POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: text/plain\r\nContent-Length: 20\r\n\r\n"
@@ -132,18 +131,22 @@ def test_a_log_to_a_terminal_that_is_stopped_stops_nothing() -> None:
 def listening_port(process: subprocess.Popen[bytes]) -> int:
     """Of a program that may say nothing of itself, as the system has it."""
     inode = re.compile(r"socket:\[(\d+)\]")
-    give_up_s = time.monotonic() + DEADLINE_S
-    while process.poll() is None and time.monotonic() < give_up_s:
+    found: list[int] = []
+
+    def listens() -> bool:
+        assert process.poll() is None, "it has ended"
         ours = set()
         for descriptor in Path(f"/proc/{process.pid}/fd").iterdir():
             with contextlib.suppress(OSError):  # closed meanwhile
                 ours |= set(inode.findall(str(descriptor.readlink())))
         for line in Path("/proc/net/tcp").read_text().splitlines()[1:]:
             fields = line.split()
-            if fields[3] == "0A" and fields[9] in ours:  # it listens
-                return int(fields[1].rpartition(":")[2], 16)
-        time.sleep(0.01)
-    raise AssertionError("it does not listen")
+            if fields[3] == "0A" and fields[9] in ours:
+                found.append(int(fields[1].rpartition(":")[2], 16))
+        return bool(found)
+
+    wait_until(listens)
+    return found[0]
 
 
 def answers_and_ends(process: subprocess.Popen[bytes]) -> None:

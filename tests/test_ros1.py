@@ -6,7 +6,6 @@ import re
 import signal
 import socket
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -327,9 +326,8 @@ def test_without_descriptors_the_node_waits_and_serves_again(environment: Termin
                 beyond = 0
                 while beyond < 5:
                     connection = idle.enter_context(socket.socket())
-                    connection.setblocking(False)  # once the backlog is full, too, nobody waits
+                    connection.settimeout(0.1)  # once the backlog is full, too, nobody is let in
                     connection.connect_ex(at)
-                    time.sleep(0.01)
                     beyond += len(list(Path(f"/proc/{robot.process.pid}/fd").iterdir())) >= FEW - 1
                 logged = b""
                 assert robot.process.stderr is not None
@@ -360,15 +358,18 @@ def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Termi
 def test_messages_that_are_none_are_refused_in_one_line(terminal: Terminal, robot: Process) -> None:
     """A publisher whose header is right and whose bytes are not, and one with a list that is too long."""
     terminal.python(
-        "import roslib.message, rospy, time\n"
+        "import roslib.message, rospy, threading\n"
         f"made = roslib.message.get_message_class('{LIST}')\n"
         "class Wrong(made):\n"
         "    def serialize(self, buff): buff.write(b'\\xff' * 40)\n"
         "class Long(made):\n"
         "    def serialize(self, buff): buff.write(b'\\0' * 300000)\n"
+        "connected = threading.Event()\n"
+        "class Listener(rospy.SubscribeListener):\n"
+        "    def peer_subscribe(self, *_): connected.set()\n"
         "rospy.init_node('publisher', disable_rosout=True)\n"
-        "publisher = rospy.Publisher('/command_list', made, queue_size=None)\n"  # sent when `publish` returns
-        "while not publisher.get_num_connections(): time.sleep(0.01)\n"
+        "publisher = rospy.Publisher('/command_list', made, Listener(), queue_size=None)\n"  # as it is sent
+        "connected.wait()\n"
         "for each in (Wrong, Long, Wrong): publisher.publish(each())\n"
     )
     assert terminal.says("rosservice", "call", "/get_io", "number: 1") == "value: False\nerror: 0\n"

@@ -69,18 +69,15 @@ class User:
         self.node.destroy_subscription(hears)
         return {}
 
-    def publish(self, topic, kind, messages, period_s=0.0, acknowledged=True):
+    def publish(self, topic, kind, messages, acknowledged=True):
         """Publish; answers when all are acknowledged, which DDS may do only after 3 s."""
         kind = class_of(kind)
         if topic not in self.publishers:
             self.publishers[topic] = self.node.create_publisher(kind, topic, DEPTH)
         publisher = self.publishers[topic]
         self.until(publisher.get_subscription_count)
-        due_s = time.monotonic()
         for each in messages:
             publisher.publish(fill(kind(), each))
-            due_s += period_s
-            time.sleep(max(0.0, due_s - time.monotonic()))
         self.until(
             lambda: not acknowledged or publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=0.1))
         )
