@@ -1,7 +1,7 @@
 """Where dropped and thrown parts come to rest, beside MuJoCo: another engine, and other laws of contact.
 
-`pip install -e '.[oracle]'` installs it. Without it these tests are skipped, in CI too: its 22 MB show
-nothing that the fine integration in `test_falling.py` does not, but that this is true of other laws, too.
+`.ci/run` installs it, and so does `pip install -e '.[oracle]'`. Else they are skipped; the log of CI says so.
+They show that what the fine integration in `test_falling.py` finds is true of other laws, too.
 """
 
 from __future__ import annotations
