@@ -7,7 +7,8 @@ cdef class Capsules:
     cdef Py_ssize_t[::1] _moved_by     # how many joints move each capsule
     cdef double[:, ::1] _local         # of each capsule: both ends, in the frame of the joint that moves it last
     cdef double[::1] _radius
-    cdef double[::1] _levers           # no point of a capsule is farther from the axis of a joint (m)
+    cdef double[:, ::1] _reaches       # no point of a capsule is farther from the axis of a joint (m)
+    cdef double[::1] _levers           # the longest of these, joint by joint
     cdef double[:, ::1] _axes
     cdef double[:, ::1] _points
     cdef double[:, ::1] _frames        # of joints, as rows of `_fixed`

@@ -70,16 +70,12 @@ class Capsules:
             local.append((*apply(frame, capsule.start), *apply(frame, capsule.end)))
         self._local = np.array(local).reshape(len(local), 6)
         self._ends = np.zeros((len(local), 6))
-        levers = [_lever(joint, at_zero, self._capsules) for joint in range(1, count + 1)]
-        self._levers = np.array(levers)
+        reaches = [[_reach(k, at_zero, capsule) for k in range(1, count + 1)] for capsule in self._capsules]
+        self._reaches = np.array(reaches).reshape(len(reaches), count)
+        self._levers = np.max(self._reaches, axis=0, initial=0.0)
         self._nx = self._ny = self._nz = 0.0
         self._px = self._py = self._pz = 0.0
         self._shape_count = 0
-
-    @property
-    def levers_m(self) -> tuple[float, ...]:
-        """No point of the arm is farther (m) from the axis of a joint, base first."""
-        return tuple(self._levers[k] for k in range(self._count))
 
     def stand(self, surfaces: Sequence[Surface]) -> None:
         """These are the shapes, by their numbers."""
@@ -263,18 +259,16 @@ class Capsules:
         return lines - radius - self._radius[b]
 
 
-def _lever(joint: int, frames: Sequence[Transform], capsules: Sequence[Capsule]) -> float:
-    """No point of a capsule that a joint moves is farther (m) from its axis, wherever the robot is."""
-    longest = 0.0
-    for capsule in capsules:
-        if capsule.joints < joint:
-            continue
-        ways = [frames[k].translation for k in range(joint, capsule.joints + 1)]
-        chain = sum(_distance_between(a, b) for a, b in pairwise(ways))
-        last = frames[capsule.joints].translation
-        ends = max(_distance_between(last, end) for end in (capsule.start, capsule.end))
-        longest = max(longest, chain + ends + capsule.radius_m)
-    return longest
+def _reach(joint: int, frames: Sequence[Transform], capsule: Capsule) -> float:
+    """No point of a capsule is farther (m) from the axis of a joint that moves it, wherever the robot is; 0
+    of any other joint."""
+    if capsule.joints < joint:
+        return 0.0
+    ways = [frames[k].translation for k in range(joint, capsule.joints + 1)]
+    chain = sum(_distance_between(a, b) for a, b in pairwise(ways))
+    last = frames[capsule.joints].translation
+    ends = max(_distance_between(last, end) for end in (capsule.start, capsule.end))
+    return chain + ends + capsule.radius_m
 
 
 def _distance_between(a: Vector, b: Vector) -> float:

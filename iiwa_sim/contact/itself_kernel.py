@@ -5,7 +5,8 @@ straight out, with a stiffness times the depth beyond that, without friction. Th
 joint between them, and on no other.
 
 Looked at are links with at least two others between them, that are apart where the arm is at home: all others
-overlap, or cannot meet. `free_m` says how far the arm may move before two of them could.
+overlap, or cannot meet. How far two links are apart changes only as joints between them turn, by no more than
+that moves points of the outer one: so most looks need no distance, and few need all of them.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -17,6 +18,7 @@ from typing import Any
 
 import cython
 import numpy as np
+from cython.cimports.libc.math import fabs
 from numpy.typing import NDArray
 
 from iiwa_sim.robot.capsules import Capsule
@@ -46,9 +48,18 @@ class Itself(Capsules):
     colliding: Any = cython.declare(object, visibility="readonly")
     """The names of two links that are in each other, the deepest; None where none are."""
     free_m: float = cython.declare(cython.double, visibility="readonly")
-    """How far two links that are looked at are apart (m), at least."""
+    """How far (m) links may go towards each other, at least, before two of them push each other."""
     _pair_count: cython.Py_ssize_t
     _pairs: cython.Py_ssize_t[:, ::1]
+    # Pairs of the same two joints that move them last are a group.
+    _group_count: cython.Py_ssize_t
+    _group: cython.Py_ssize_t[::1]  # of each pair
+    _reach: cython.double[:, ::1]  # no point of the outer one is farther (m) from the axis of a joint between
+    _fastest: cython.double[::1]  # they go towards each other by no more (m/s)
+    _known: cython.double[::1]  # how far its pairs were apart (m), at least, when that was found
+    _free: cython.double[::1]  # what is left of that
+    _asked: cython.char[::1]  # whether this look measures its pairs
+    _before: cython.double[::1]  # joint positions (rad) of the last look
 
     def __init__(
         self,
@@ -56,34 +67,87 @@ class Itself(Capsules):
         capsules: Sequence[Capsule],
         worn: Sequence[Capsule],
         home: Sequence[float],
+        velocity: Sequence[float],
     ) -> None:
-        """As `Capsules`; `home` is where no links are in each other (rad)."""
+        """As `Capsules`; `home` is where no links are in each other (rad), and no joint is faster than its
+        `velocity` (rad/s) by more than 1 %."""
         Capsules.__init__(self, fixed, capsules, worn)
         self.go_to(home)
+        moved_by: Any = np.asarray(self._moved_by).tolist()
         pairs = [
             (a, b)
             for a in range(self._capsule_count)
             for b in range(a + 1, self._capsule_count)
-            if self._moved_by[b] - self._moved_by[a] >= LEAST_LINKS_BETWEEN and self.apart(a, b) > 0.0
+            if moved_by[b] - moved_by[a] >= LEAST_LINKS_BETWEEN and self.apart(a, b) > 0.0
         ]
         self._pair_count = len(pairs)
         self._pairs = np.array(pairs, dtype=np.intp).reshape(len(pairs), 2)
+        between = [(moved_by[a], moved_by[b]) for a, b in pairs]
+        groups = sorted(set(between))
+        self._group_count = len(groups)
+        self._group = np.array([groups.index(each) for each in between], dtype=np.intp)
+        reach: Any = np.zeros((len(groups), self._count))
+        for group, (first, last) in enumerate(groups):
+            of_outer: Any = np.asarray(self._reaches)[[n for n, by in enumerate(moved_by) if by == last]]
+            reach[group, first:last] = of_outer[:, first:last].max(axis=0)
+        self._reach = reach
+        self._fastest = 1.01 * reach @ np.array(velocity)
+        self._known, self._free = np.zeros((2, len(groups)))
+        self._asked = np.zeros(len(groups), dtype=np.int8)
+        self._before = np.zeros(self._count)
         self.torques: Any = None
         self.colliding: Any = None
         self.free_m = 0.0
+        self.forget()
 
-    def look(self, joints: Sequence[float]) -> None:
-        """The arm is at joint positions (rad)."""
+    def forget(self) -> None:
+        """Know nothing of how far links are apart: the arm is put elsewhere."""
+        self._known[:] = 0.0
+        self._free[:] = -1.0
+
+    def watch(self, joints: Sequence[float], tick_s: float) -> int:
+        """The arm is at joint positions (rad) in this tick. Tells in how many ticks to look again."""
+        q: cython.double
+        near: cython.bint = False
+        known, free, reach = self._known, self._free, self._reach
+        for k in range(self._count):
+            q = joints[k]
+            gone = fabs(q - self._before[k])
+            self._before[k] = q
+            for group in range(self._group_count):
+                free[group] -= reach[group, k] * gone
+        for group in range(self._group_count):
+            self._asked[group] = free[group] < 0.5 * known[group]
+            near = near or self._asked[group]
+        if near:
+            self._measure(joints)
+        ticks: cython.double = 1e9
+        self.free_m = 1e9
+        for group in range(self._group_count):
+            self.free_m = min(self.free_m, free[group])
+            ticks = min(ticks, free[group] / (self._fastest[group] * tick_s))
+        return int(max(ticks, 1.0))
+
+    @cython.cfunc
+    def _measure(self, joints: Any) -> object:
+        """Find how far apart the pairs are that this is asked of, and what those do that are in each other.
+        All pairs that may be are asked."""
         self.go_to(joints)
-        least: cython.double = 1e9
+        known, free = self._known, self._free
+        for group in range(self._group_count):
+            if self._asked[group]:
+                free[group] = 1e9
         deepest: cython.double = 0.0
         torques: Any = None
         self.colliding = None
         ax, p = self._axes, self._points
         for number in range(self._pair_count):
+            group = self._group[number]
+            if not self._asked[group]:
+                continue
             a, b = self._pairs[number, 0], self._pairs[number, 1]
             apart = self.apart(a, b) + _ALLOWED_M
-            least = min(least, apart)
+            free[group] = min(free[group], apart)
             if apart >= 0.0:
                 continue
             if torques is None:
@@ -102,5 +166,8 @@ class Itself(Capsules):
                     + self._ny * (ax[k, 2] * dx - ax[k, 0] * dz)
                     + self._nz * (ax[k, 0] * dy - ax[k, 1] * dx)
                 )
-        self.free_m = least
+        for group in range(self._group_count):
+            if self._asked[group]:
+                known[group] = free[group]
         self.torques = None if torques is None else tuple(torques)
+        return None

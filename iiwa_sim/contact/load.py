@@ -102,7 +102,7 @@ class ExternalLoad(Acting):
         if self._itself is None:
             description, tool = self._model.description, [each.capsule for each in self._tool]
             fixed, capsules = self._model.tcp_of_flange.fixed, capsules_of(description)
-            self._itself = Itself(fixed, capsules, tool, description.home)
+            self._itself = Itself(fixed, capsules, tool, description.home, description.velocity)
         return self._itself
 
     def jaws_are(self, jaws: Sequence[Worn]) -> None:
@@ -140,11 +140,9 @@ class ExternalLoad(Acting):
     def look_at_itself(self, joints: Sequence[float], tick: int, tick_s: float) -> None:
         """In this tick links may be in each other, with the robot at `joints` (rad): find what that does, and
         in which tick it may be so again."""
-        itself, velocity = self.itself, self._model.description.velocity
-        itself.look(joints)
+        itself = self.itself
+        self.looks_at_itself = tick + itself.watch(joints, tick_s)
         self._folded = itself.torques
-        fastest = 1.01 * sum(lever * most for lever, most in zip(itself.levers_m, velocity, strict=True))
-        self.looks_at_itself = tick + max(1, int(itself.free_m / (fastest * tick_s)))
 
     @property
     def link_contacts(self) -> tuple[LinkContact, ...]:
@@ -236,6 +234,8 @@ class ExternalLoad(Acting):
         self.world.forget()
         self._part_links()
         self._folded, self.looks_at_itself = None, 0
+        if self._itself is not None:
+            self._itself.forget()
         self._place, self._settled = None, NEVER
         self._feel(self._tcp.pose(joints), 0.0)
         if self._motion is not None:
