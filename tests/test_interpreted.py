@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.contact import world_kernel
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import transform_from_euler

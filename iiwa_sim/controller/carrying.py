@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import hypot, isfinite
 from typing import NamedTuple
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.moments import NO_MOMENTS, Moments, added, body, difference
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector

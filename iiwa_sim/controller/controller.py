@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from math import dist
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Carrying, Tool, ToolLoad

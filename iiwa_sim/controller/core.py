@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.assembly import motions_of
 from iiwa_sim.controller.carrying import Carrying
 from iiwa_sim.controller.endings import Endings

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform

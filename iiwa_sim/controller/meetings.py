@@ -5,7 +5,7 @@ from collections.abc import Callable
 import msgspec
 
 from iiwa_sim.contact.link_forces_kernel import LinkContact
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.frames import Vector
 from iiwa_sim.wording import harmless
 

@@ -4,11 +4,11 @@ A model of what such a robot does, and no safety device.
 """
 
 from collections.abc import Sequence
-from math import dist, hypot
+from math import dist, hypot, inf
 from operator import truediv
 from typing import NamedTuple
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Vector
 
@@ -68,6 +68,7 @@ class Protection:
         self._least_limit = min(torque_limits)
         self._levers_m: tuple[float, ...] = ()
         self._part_per_n = 0.0  # the greatest part of a joint's limit that a force at the TCP can make, per N
+        self._exceeded = False  # after a reset something is allowed beyond its limit
         self.safety = safety
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
         """Whether the speed or the place of the TCP is watched."""
@@ -93,27 +94,24 @@ class Protection:
 
     def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
         """Why the load at joint positions (rad) stops the robot; None if it does not."""
-        self._judged = load.applied
-        x, y, z, a, b, c = load.acting
-        force_n, torque_nm = hypot(x, y, z), hypot(a, b, c)
+        self._judged, safety = load.applied, self.safety
         if load.levers_m is not self._levers_m:
             self._levers_m = load.levers_m
             self._part_per_n = max(map(truediv, load.levers_m, self._torque_limits))
-        most = force_n * self._part_per_n + (torque_nm + load.greatest_joint_push) / self._least_limit
-        if most > 1.0 or self._torque.allowed:  # else no joint can be beyond its limit: most ticks
-            why = self._overloaded_joint(load.exact_torques(joints), standing)
-            if why is not None:
-                return why
-        safety = self.safety
-        if safety.force_n is None and safety.torque_nm is None:
-            return None
-        return _collision(self._force, "force", force_n, "N", safety.force_n, standing) or _collision(
-            self._moment, "torque", torque_nm, "Nm", safety.torque_nm, standing
-        )
+        if not self._exceeded and load.surely_within(
+            self._part_per_n, self._least_limit, safety.force_n or inf, safety.torque_nm or inf
+        ):
+            return None  # most ticks, also of a robot in contact
+        x, y, z, a, b, c = load.acting
+        why = self._overloaded_joint(load.exact_torques(joints), standing)
+        if why is None:
+            why = _collision(self._force, "force", hypot(x, y, z), "N", safety.force_n, standing)
+        if why is None:
+            why = _collision(self._moment, "torque", hypot(a, b, c), "Nm", safety.torque_nm, standing)
+        self._exceeded = any(watch.allowed for watch in (self._torque, self._force, self._moment))
+        return why
 
     def _overloaded_joint(self, torques: Sequence[float], standing: bool) -> str | None:
-        if max(map(abs, torques)) <= self._least_limit and not self._torque.allowed:
-            return None  # most ticks, also of a robot in contact
         parts = list(map(truediv, map(abs, torques), self._torque_limits))
         part = max(parts)
         if not self._torque.stops(part if part > 1.0 else 0.0, standing):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import dist, hypot, inf
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.pushed_kernel import Balance
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector

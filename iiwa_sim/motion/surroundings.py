@@ -17,7 +17,7 @@ swings at 141 rad/s, which makes 0.14 rad in such a part."""
 
 
 class Pushes(Protocol):
-    """What pushes the robot: `pushes` of `iiwa_sim.contact.acting.Acting` is one."""
+    """What pushes the robot: `pushes` of `iiwa_sim.contact.acting_kernel.Acting` is one."""
 
     @property
     def tcp_push(self) -> Wrench:

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.load import ExternalLoad
+from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.frames import multiply, rotate, rotation_vector, transpose
 from iiwa_sim.motion.compliance_kernel import (
     ROTATIONAL_STIFFNESS_NM_PER_RAD,

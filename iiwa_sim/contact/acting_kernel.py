@@ -1,19 +1,33 @@
 """What acts on the arm at a moment, and how it is read: forces at the TCP, torques on the joints."""
 
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
 from collections.abc import Sequence
 from math import isfinite
 from operator import add as add_numbers
+from typing import Any
+
+import cython
+from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact import moments
-from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.moments import NO_MOMENTS, Moments
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
 from iiwa_sim.frames import inverse
-from iiwa_sim.robot.tcp_kernel import Tcp
-from iiwa_sim.wrench import NO_WRENCH, Wrench, add
+from iiwa_sim.wrench import NO_WRENCH, Wrench
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp
+else:
+    from iiwa_sim.robot.tcp_kernel import Tcp
+
+_NEARLY = cython.declare(cython.double, 0.999)
 
 
+@cython.cclass
 class Acting:
     """What acts on the arm, kind by kind, and their sum as it is read, with noise if there is any.
 
@@ -22,27 +36,26 @@ class Acting:
     """
 
     def __init__(self, tcp: Tcp, joint_count: int, noise: Noise | None) -> None:
-        """Nothing acts yet."""
+        """Nothing acts yet; what the attributes are is said in the .pxd."""
         self._tcp = tcp
         self._noise = noise
         self._wrench: Wrench = NO_WRENCH
         self._joint_push: tuple[float, ...] = (0.0,) * joint_count
-        self._pushed = False  # by one of these two
+        self._pushed = False
         self._joints_pushed = False
-        self._touch: Wrench = NO_WRENCH  # of surfaces at the TCP
-        self._carried: Wrench = NO_WRENCH  # of what the controller does not know of
-        self._handed: Wrench = NO_WRENCH  # of a part in the jaws
+        self._touch: Wrench = NO_WRENCH
+        self._carried: Wrench = NO_WRENCH
+        self._handed: Wrench = NO_WRENCH
         self._handed_weight: Wrench = NO_WRENCH
-        self._met: Wrench = NO_WRENCH  # of surfaces and parts on tool and jaws
-        self._link_torques: tuple[float, ...] | None = None  # of surfaces on links, if there are any
-        self._folded: tuple[float, ...] | None = None  # torques of links on links, if there are any
-        self._unknown: Moments | None = None  # in the flange
-        self._at_tcp = NO_MOMENTS  # the same, in the frame of the TCP
-        self._motion: TcpMotion | None = None  # while there is any of that
-        self._carried_at: Sequence[float] = ()  # joints at which it was evaluated last
-        self._links: Links | None = None  # once there has been a surface
+        self._met: Wrench = NO_WRENCH
+        self._link_torques: tuple[float, ...] | None = None
+        self._folded: tuple[float, ...] | None = None
+        self._unknown: Moments | None = None
+        self._at_tcp = NO_MOMENTS
+        self._motion: TcpMotion | None = None
+        self._carried_at: Any = ()
+        self._links: Any = None
         self.pushes = _Pushes(self)
-        """What a robot that yields gives way to, besides surfaces at the TCP."""
 
     @property
     def wrench(self) -> Wrench:
@@ -93,8 +106,8 @@ class Acting:
     def tcp_push(self) -> Wrench:
         """What a robot that yields gives way to at the TCP, along its axes, besides surfaces: the applied
         wrench, and the weight of what the controller does not know of."""
-        push = self._wrench if self._handed is NO_WRENCH else add(self._wrench, self._handed_weight)
-        return push if self._motion is None else add(push, self._motion.weight(self._at_tcp))
+        push = self._wrench if self._handed is NO_WRENCH else _sum_of(self._wrench, self._handed_weight)
+        return push if self._motion is None else _sum_of(push, self._motion.weight(self._at_tcp))
 
     @property
     def applied(self) -> tuple[object, ...]:
@@ -125,7 +138,7 @@ class Acting:
     def cartesian_force(self) -> Wrench:
         """The reading of the wrench at the TCP, along its axes."""
         wrench = self.acting
-        return wrench if self._noise is None else add(wrench, self._noise.wrench)
+        return wrench if self._noise is None else _sum_of(wrench, self._noise.wrench)
 
     def joint_torques(self, joints: Sequence[float]) -> tuple[float, ...]:
         """The reading of the external torque (Nm) on each joint, with the robot at `joints` (rad)."""
@@ -165,23 +178,55 @@ class Acting:
         return tuple(map(add_numbers, pushed, self._tcp.torques(joints, wrench))) if any(wrench) else pushed
 
     @property
-    def greatest_joint_push(self) -> float:
-        """No torque (Nm) that is applied to a joint, or made by surfaces or links on links, is greater, in
-        either direction."""
-        greatest, made = max(map(abs, self._joint_push)) if self._joints_pushed else 0.0, self._made_by_links
-        return greatest if made is None else greatest + max(map(abs, made))
+    def acts(self) -> bool:
+        """Whether anything pushes the robot: exactly nothing does in free space."""
+        return (
+            self._pushed
+            or self._touch is not NO_WRENCH
+            or self._carried is not NO_WRENCH
+            or self._link_torques is not None
+            or self._folded is not None
+            or self._met is not NO_WRENCH
+            or self._handed is not NO_WRENCH
+        )
+
+    def surely_within(self, part_per_n: float, least_nm: float, most_n: float, most_nm: float) -> bool:
+        """Whether it is sure that no joint feels more than its limit, and the TCP neither more force (N) nor
+        more torque (Nm) than so.
+
+        A force at the TCP makes no more than `part_per_n` of a joint's limit (1/N), no limit is less than
+        `least_nm`. What is near a limit is not sure: that takes the torques themselves.
+        """
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        a: cython.double
+        b: cython.double
+        c: cython.double
+        x, y, z, a, b, c = self.acting
+        force: cython.double = sqrt(x * x + y * y + z * z)
+        torque: cython.double = sqrt(a * a + b * b + c * c)
+        if not (force < _NEARLY * most_n and torque < _NEARLY * most_nm):
+            return False
+        pushed: cython.double = _greatest(self._joint_push) if self._joints_pushed else 0.0
+        if self._link_torques is not None:
+            pushed += _greatest(self._link_torques)
+        if self._folded is not None:
+            pushed += _greatest(self._folded)
+        within: bool = force * part_per_n + (torque + pushed) / least_nm < _NEARLY
+        return within
 
     @property
     def acting(self) -> Wrench:
         """The wrench at the TCP, along its axes, without noise."""
         wrench = self._wrench
         if self._touch is not NO_WRENCH:
-            wrench = self._touch if wrench is NO_WRENCH else add(self._touch, wrench)
+            wrench = self._touch if wrench is NO_WRENCH else _sum_of(self._touch, wrench)
         if self._handed is not NO_WRENCH:
-            wrench = add(wrench, self._handed)
+            wrench = _sum_of(wrench, self._handed)
         if self._met is not NO_WRENCH:
-            wrench = add(wrench, self._met)
-        return wrench if self._carried is NO_WRENCH else add(wrench, self._carried)
+            wrench = _sum_of(wrench, self._met)
+        return wrench if self._carried is NO_WRENCH else _sum_of(wrench, self._carried)
 
     @property
     def _made_by_links(self) -> tuple[float, ...] | None:
@@ -191,8 +236,11 @@ class Acting:
         return tuple(map(add_numbers, self._link_torques, self._folded))
 
 
+@cython.cclass
 class _Pushes:
     """What pushes a robot that yields, in the form of `iiwa_sim.motion.surroundings.Pushes`."""
+
+    _load: Acting
 
     def __init__(self, load: Acting) -> None:
         self._load = load
@@ -215,3 +263,19 @@ class _Pushes:
 def _check(name: str, values: Sequence[float], count: int) -> None:
     if len(values) != count or not all(map(isfinite, values)):
         raise ValueError(f"{name} is {values}, expected {count} finite numbers")
+
+
+@cython.cfunc
+def _sum_of(a: Wrench, b: Wrench) -> object:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
+
+
+@cython.cfunc
+@cython.exceptval(-1.0, check=True)
+def _greatest(torques: Sequence[float]) -> cython.double:
+    """No torque (Nm) is greater, in either direction."""
+    greatest: cython.double = 0.0
+    torque: cython.double
+    for torque in torques:
+        greatest = max(greatest, fabs(torque))
+    return greatest

@@ -1,10 +1,15 @@
-"""The external load on the arm, tick by tick: contacts, and what is carried; `acting` says how it is read."""
+"""The external load on the arm, tick by tick: contacts, and what is carried; `acting_kernel` reads it."""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import hypot
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from iiwa_sim.contact.acting import Acting
+import cython
+
 from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
 from iiwa_sim.contact.itself_kernel import Itself
 from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES, LinkContact
@@ -12,11 +17,17 @@ from iiwa_sim.contact.links_kernel import Links, Worn
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import AT_REST, World
-from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.frames import Transform
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.tcp_kernel import Tcp
 from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench
+
+if not cython.compiled:
+    from iiwa_sim.contact.acting_kernel import Acting
+    from iiwa_sim.robot.tcp_kernel import Tcp
+else:
+    from cython.cimports.iiwa_sim.contact.acting_kernel import Acting  # type: ignore[no-redef]
+    from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp  # type: ignore[no-redef]
 
 
 class Felt(NamedTuple):
@@ -35,6 +46,7 @@ NEVER = -1
 """Stands for a number of changes of the world that no world has."""
 
 
+@cython.cclass
 class ExternalLoad(Acting):
     """The external load, found tick by tick; exactly 0 in free space.
 
@@ -42,6 +54,23 @@ class ExternalLoad(Acting):
     are evaluated once per tick, at the TCP and at the links, and so is what is carried without that the
     controller knows. The readings are the sum, with noise if there is any.
     """
+
+    world: World = cython.declare(object, visibility="readonly")
+    """The surfaces; changes are felt from the next tick on."""
+    looks_at_itself: int = cython.declare(object, visibility="readonly")
+    """The tick in which links could meet each other at the earliest."""
+    levers_m: tuple[float, ...] = cython.declare(object, visibility="readonly")
+    """No joint's axis is farther from the TCP (m), wherever the robot is; base first."""
+    _model: Any
+    _coming_tcp: Tcp  # each remembers one pose
+    _tool: Any  # what is worn
+    _jaws: Any
+    _parts: Any  # that lie near, by name
+    _itself: Any
+    _surrounded: Any  # the number of changes of the world that the links know of
+    _settled: Any  # and when a tick left all contacts unchanged
+    _place: Any  # position of the TCP at the last evaluation of the surfaces
+    _joints: Any  # at the last tick
 
     def __init__(
         self,
@@ -54,23 +83,19 @@ class ExternalLoad(Acting):
     ) -> None:
         """The robot is at rest at `joints` (rad), and `tool_in_flange` is the pose of the TCP; the `tool` is
         capsules as in the flange."""
-        super().__init__(model.tcp(tool_in_flange), model.joint_count, noise)
+        Acting.__init__(self, model.tcp(tool_in_flange), model.joint_count, noise)
         self._model = model
-        self._coming_tcp = model.tcp(tool_in_flange)  # each remembers one pose
+        self._coming_tcp = Tcp(model.fixed_poses, tool_in_flange)
         self.world = World((), 0.0) if world is None else world
-        """The surfaces; changes are felt from the next tick on."""
         self._tool = tuple(Worn(capsule, SURFACES + PARTS) for capsule in tool)
-        self._jaws: tuple[Worn, ...] = ()
-        self._parts: dict[str, Surface] = {}  # that lie near
-        self._itself: Itself | None = None
+        self._jaws = ()
+        self._parts = {}
+        self._itself = None
         self.looks_at_itself = 0
-        """The tick in which links could meet each other at the earliest."""
-        self._surrounded = NEVER  # the number of changes of the world that the links know of
-        self._place: Vector | None = None  # position of the TCP at the last evaluation of the surfaces
-        self._joints: Sequence[float] = ()  # at the last tick
-        self._settled = NEVER  # the number of changes of the world when a tick left all contacts unchanged
+        self._surrounded = self._settled = NEVER
+        self._place = None
+        self._joints = ()
         self.levers_m = _longest_levers(self._tcp)
-        """No joint's axis is farther from the TCP (m), wherever the robot is; base first."""
         self._feel(self._tcp.pose(joints), 0.0)
 
     @property
@@ -81,11 +106,13 @@ class ExternalLoad(Acting):
 
     def tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base, at joint positions (rad)."""
-        return self._tcp.pose(joints)
+        pose: Transform = self._tcp.pose(joints)
+        return pose
 
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base in the next tick, at joint positions (rad)."""
-        return self._coming_tcp.pose(joints)
+        pose: Transform = self._coming_tcp.pose(joints)
+        return pose
 
     @property
     def links(self) -> Links:
@@ -94,7 +121,8 @@ class ExternalLoad(Acting):
             description = self._model.description
             self._links = Links(self._model.tcp_of_flange.fixed, capsules_of(description))
             self._links.wear([*self._tool, *self._jaws])
-        return self._links
+        links: Links = self._links
+        return links
 
     @property
     def itself(self) -> Itself:
@@ -103,7 +131,8 @@ class ExternalLoad(Acting):
             description, tool = self._model.description, [each.capsule for each in self._tool]
             fixed, capsules = self._model.tcp_of_flange.fixed, capsules_of(description)
             self._itself = Itself(fixed, capsules, tool, description.home, description.velocity)
-        return self._itself
+        itself: Itself = self._itself
+        return itself
 
     def jaws_are(self, jaws: Sequence[Worn]) -> None:
         """The jaws of a gripper, as in the flange, are there now."""
@@ -156,36 +185,18 @@ class ExternalLoad(Acting):
         return self._motion is not None
 
     @property
-    def acts(self) -> bool:
-        """Whether anything pushes the robot: exactly nothing does in free space."""
-        return (
-            self._pushed
-            or self._touch is not NO_WRENCH
-            or self._carried is not NO_WRENCH
-            or self._link_torques is not None
-            or self._folded is not None
-            or self._met is not NO_WRENCH
-            or self._handed is not NO_WRENCH
-        )
-
-    @property
     def changes(self) -> bool:
         """Whether a tick may change a reading: it cannot without noise far from surfaces."""
-        return (
-            self._noise is not None
-            or self._place is not None
-            or self._motion is not None
-            or not self.world.empty
-        )
+        touches: bool = self._place is not None or not self.world.empty
+        return touches or self._noise is not None or self._motion is not None
 
     @property
     def settled(self) -> bool:
         """Whether ticks change only the noise as long as the robot stays where it is."""
         if self._motion is not None and not self._motion.still:
             return False
-        if self.world.empty:
-            return self._place is None
-        return self._settled == self.world.changes
+        settled: bool = self._place is None if self.world.empty else self._settled == self.world.changes
+        return settled
 
     def step(
         self,
@@ -229,7 +240,8 @@ class ExternalLoad(Acting):
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
-        self._tcp, self._coming_tcp = self._model.tcp(tool_in_flange), self._model.tcp(tool_in_flange)
+        self._tcp = self._model.tcp(tool_in_flange)
+        self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
         self.levers_m = _longest_levers(self._tcp)
         self.world.forget()
         self._part_links()
@@ -265,6 +277,7 @@ class ExternalLoad(Acting):
         self._link_torques, self._folded = felt.torques
         self._settled = NEVER
 
+    @cython.cfunc
     def _touch_links(self, joints: Sequence[float], tick_s: float) -> None:
         """A tick has moved the robot to `joints` (rad): find what surfaces and parts do to its links, and to
         what it wears."""
@@ -277,12 +290,14 @@ class ExternalLoad(Acting):
             torque = (tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx))
             self._met = seen_from(rotation, ((fx, fy, fz), torque))
 
+    @cython.cfunc
     def _part_links(self) -> None:
         """No link touches anything, and what is in a surface now has to come out of it to feel it."""
         self._link_torques, self._met, self._surrounded = None, NO_WRENCH, NEVER
         if self._links is not None:
             self._links.forget()
 
+    @cython.cfunc
     def _feel(self, tcp: Transform, tick_s: float) -> None:
         rotation, place = tcp
         velocity = AT_REST if self._place is None else velocity_between(self._place, place, tick_s)
