@@ -161,7 +161,8 @@ def _folder(name_or_folder: str | Path) -> Traversable:
             return folder
     except OSError as fault:  # a name that is too long, or a parent folder without permission
         why = f" ({fault.strerror})"
-    raise RobotFault("robot", "folder", name_or_folder, f"a folder, or one of {', '.join(_names())}{why}")
+    given = str(name_or_folder) or "''"
+    raise RobotFault("robot", "folder", given, f"a folder, or one of {', '.join(_names())}{why}")
 
 
 def _text(folder: Traversable, file: str, name_or_folder: str | Path) -> str:

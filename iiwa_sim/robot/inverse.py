@@ -5,8 +5,8 @@ from __future__ import annotations
 from iiwa_sim.robot.fault import RobotFault
 from iiwa_sim.robot.inverse_kernel import Inverse
 from iiwa_sim.robot.model import Model
-from iiwa_sim.robot.opw import Opw
-from iiwa_sim.robot.srs import Srs
+from iiwa_sim.robot.opw import opw
+from iiwa_sim.robot.srs import srs
 
 
 def inverse_of(model: Model) -> Inverse:
@@ -16,7 +16,7 @@ def inverse_of(model: Model) -> Inverse:
     """
     description = model.description
     if description.kinematics == "srs":
-        return Srs(model)
+        return Inverse(model, srs(model))
     if description.kinematics == "opw":
-        return Opw(model)
+        return Inverse(model, opw(model))
     raise RobotFault(description.settings_path, "kinematics", repr(description.kinematics), "'srs' or 'opw'")

@@ -11,7 +11,8 @@ cdef class Inverse:
     cdef readonly object statuses
     cdef readonly object redundancy_range
     cdef double[::1] _numbers
-    cdef object _sideways
+    cdef object _form
+    cdef object _redundant               # index of a joint, or None
     cdef Py_ssize_t _count               # of joints
     cdef double[::1] _lowest             # joint limits (rad)
     cdef double[::1] _highest

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from iiwa_sim.frames import Transform
+from iiwa_sim.robot.closed_form import ClosedForm
+from iiwa_sim.robot.follow import follow_seed
 from iiwa_sim.robot.model import Model
 
 if cython.compiled:
@@ -72,19 +74,20 @@ class Inverse:
     angles are in (-pi, pi], see `iiwa_sim.robot.turns_kernel`. An arm without redundancy ignores it.
     """
 
-    def __init__(self, model: Model, kind: int, numbers: Sequence[float], sideways: str) -> None:
-        """`kind` is the closed form, SRS or OPW, `numbers` are the dimensions of the arm for it; `sideways`
-        says where the wrist is when the branches of bit 0 of the status meet."""
+    def __init__(self, model: Model, form: ClosedForm) -> None:
         d = model.description
         self.model = model
-        self.kind = kind
-        self.numbers: NDArray[np.float64] = np.array(numbers)
+        self.kind = form.kind
+        self.numbers: NDArray[np.float64] = np.array(form.numbers)
         self._numbers = self.numbers
         self.statuses = range(8)
         """All there are."""
-        self.redundancy_range = None if kind == OPW else (d.position_min[2], d.position_max[2])
+        redundant = self._redundant = form.redundant
+        self.redundancy_range = (
+            None if redundant is None else (d.position_min[redundant], d.position_max[redundant])
+        )
         """Least and greatest redundancy within the joint limits; None for a robot without redundancy."""
-        self._sideways = sideways
+        self._form = form
         self._count = len(d.joints)
         self._lowest, self._highest = np.array(d.position_min), np.array(d.position_max)
         self._pose, self._found = np.empty((1, 12)), np.empty((1, self._count))
@@ -114,15 +117,22 @@ class Inverse:
         self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
     ) -> tuple[float, ...] | None:
         """The joint positions on that branch next to the seed, if it is next to the pose."""
-        raise NotImplementedError
+        start = list(seed)
+        if self._redundant is not None:
+            start[self._redundant] = redundancy
+        q = follow_seed(self.model, flange, start, self._form.sides[status], self._redundant)
+        if q is None:
+            return None
+        self._branch(q)
+        x: cython.double = self._distances[0]
+        if (x > 1e-9 and status & 1) or (x < -1e-9 and not status & 1):
+            return None
+        return q
 
     def beyond_reach(self, flange: Transform) -> float:
-        """How far (m) the wrist point is beyond where upper arm and forearm bring it.
-
-        Above 0 where it is too far away, below 0 where it is too near; 0 within reach, whether or not joint
-        limits and the redundancy leave a way.
-        """
-        raise NotImplementedError
+        """How far (m) the wrist point is beyond reach, see `iiwa_sim.robot.closed_form.Reach.beyond`."""
+        far: float = self._form.reach.beyond(flange)
+        return far
 
     def branches(
         self, flange: Transform, redundancy: float, seed: Sequence[float]
@@ -238,13 +248,13 @@ class Inverse:
         if -_STRETCHED_RAD < self._distances[1] < _STRETCHED_RAD:
             return "the arm is stretched"
         if -_SIDEWAYS_M < self._distances[0] < _SIDEWAYS_M:
-            sideways: str = self._sideways
+            sideways: str = self._form.sideways
             return sideways
         return None
 
     def redundancy(self, q: Sequence[float]) -> float:
         """The redundancy of joint positions; 0 for a robot without redundancy."""
-        return 0.0 if self.redundancy_range is None else q[2]
+        return 0.0 if self._redundant is None else q[self._redundant]
 
     @cython.cfunc
     @cython.exceptval(-1)

@@ -14,56 +14,30 @@ brings SciPy.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import sqrt
-
-from iiwa_sim.frames import Transform, multiply
-from iiwa_sim.robot.follow import Side, follow_seed
-from iiwa_sim.robot.inverse_kernel import OPW, Inverse
+from iiwa_sim.robot.closed_form import ClosedForm, Reach
+from iiwa_sim.robot.follow import Side
+from iiwa_sim.robot.inverse_kernel import OPW
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.opw_geometry import geometry_of
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 
-class Opw(Inverse):
-    """The closed form. There is no redundancy."""
+def opw(model: Model) -> ClosedForm:
+    """The closed form of this arm, which has no redundancy.
 
-    def __init__(self, model: Model) -> None:
-        """Raises `RobotFault` where the model is no such arm."""
-        self.geometry = geometry_of(model)
-        upper, fore = self.geometry.lengths
-        stretched = self.geometry.stretched
-        (sx, sz), (ux, uz), forearm, hand, signs, unturned = self.geometry
-        self._stretched = signs[2] * stretched  # A3 where the arm is (rad)
-        lengths = (fore / upper, (upper + fore) ** 2, 0.25 / (upper * fore))
-        turned = (sine(stretched), cosine(stretched))
-        numbers = (sx, sz, ux, uz, hand, *lengths, *turned, *signs, *unturned, *forearm, self._stretched)
-        super().__init__(model, OPW, numbers, "the wrist is on the axis of A1")
-
-    def beyond_reach(self, flange: Transform) -> float:
-        upper, fore = self.geometry.lengths
-        shoulder_x, shoulder_z = self.geometry.shoulder
-        hand, along = self.geometry.hand, multiply(flange.rotation, self.geometry.unturned)[::3]
-        x, y, z = (at - hand * axis for at, axis in zip(flange.translation, along, strict=True))
-        out = sqrt(x * x + y * y)
-        ways = []
-        for side in (out, -out):  # before the shoulder, or in the overhead area behind it
-            away = sqrt((side - shoulder_x) ** 2 + (z - shoulder_z) ** 2)
-            ways.append(max(away - upper - fore, 0.0) + min(away - abs(upper - fore), 0.0))
-        return min(ways, key=abs)
-
-    def followed(
-        self,
-        flange: Transform,
-        redundancy: float,  # noqa: ARG002  other arms have one
-        status: int,
-        seed: Sequence[float],
-    ) -> tuple[float, ...] | None:
-        sides = (Side(2, self._stretched, not status & 2), Side(4, 0.0, not status & 4))
-        q = follow_seed(self.model, flange, seed, sides)
-        if q is None:
-            return None
-        x = self.distances(q)[0]
-        if abs(x) > 1e-9 and (x < 0.0) != bool(status & 1):
-            return None
-        return q
+    Raises `RobotFault` where the model is no such arm.
+    """
+    geometry = geometry_of(model)
+    upper, fore = geometry.lengths
+    stretched = geometry.stretched
+    shoulder, (ux, uz), forearm, hand, signs, unturned = geometry
+    a3_stretched = signs[2] * stretched  # A3 where the arm is (rad)
+    lengths = (fore / upper, (upper + fore) ** 2, 0.25 / (upper * fore))
+    turned = (sine(stretched), cosine(stretched))
+    numbers = (*shoulder, ux, uz, hand, *lengths, *turned, *signs, *unturned, *forearm, a3_stretched)
+    sides = tuple(
+        (Side(2, a3_stretched, not status & 2), Side(4, 0.0, not status & 4)) for status in range(8)
+    )
+    x, y, z = (-hand * each for each in unturned[::3])
+    reach = Reach(shoulder, upper, fore, (x, y, z))
+    return ClosedForm(OPW, numbers, None, sides, "the wrist is on the axis of A1", reach)

@@ -42,9 +42,9 @@ def solve(
 ) -> cython.int:
     """Joint positions (rad, above -pi, up to pi) on a branch, into that row of `joints`.
 
-    `numbers` are those of `Opw.numbers`. A row of `poses` is a pose of the flange in the base: nine numbers
-    of its rotation, row by row, and its place (m). With a sine of A5 of at most `aligned` A4 is
-    that of the seed.
+    `numbers` are those of `iiwa_sim.robot.opw.opw`. A row of `poses` is a pose of the flange in the base:
+    nine numbers of its rotation, row by row, and its place (m). With a sine of A5 of at most `aligned` A4
+    is that of the seed.
     Returns whether that is regular, near a singular pose, where rounding shows, or out of reach.
     """
     sx: cython.double = numbers[0]

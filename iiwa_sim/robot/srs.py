@@ -9,32 +9,21 @@ that A1 turns, bit 1 where A4 is negative, bit 2 where A6 is zero or negative.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import sqrt
-
-from iiwa_sim.frames import Transform
-from iiwa_sim.robot.inverse_kernel import SRS, Inverse
+from iiwa_sim.robot.closed_form import ClosedForm, Reach
+from iiwa_sim.robot.follow import Side
+from iiwa_sim.robot.inverse_kernel import SRS
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.srs_geometry import lengths_of
-from iiwa_sim.robot.srs_singular import follow_on_branch
+
+_SIDES = tuple((Side(3, 0.0, bool(status & 2)), Side(5, 0.0, bool(status & 4))) for status in range(8))
 
 
-class Srs(Inverse):
-    """Closed form with A3 as the redundancy."""
+def srs(model: Model) -> ClosedForm:
+    """The closed form of this arm, with A3 as the redundancy.
 
-    def __init__(self, model: Model) -> None:
-        """Raises `RobotFault` where the model is no S-R-S arm."""
-        self.lengths = lengths_of(model)
-        sideways = "the wrist is on the axis of A1, or beside it as far as A3 allows"
-        super().__init__(model, SRS, self.lengths, sideways)
-
-    def followed(
-        self, flange: Transform, redundancy: float, status: int, seed: Sequence[float]
-    ) -> tuple[float, ...] | None:
-        return follow_on_branch(self, flange, redundancy, status, seed)
-
-    def beyond_reach(self, flange: Transform) -> float:
-        base_shoulder, upper, fore, hand = self.lengths
-        (_, _, r02, _, _, r12, _, _, r22), (x, y, z) = flange
-        away = sqrt((x - hand * r02) ** 2 + (y - hand * r12) ** 2 + (z - hand * r22 - base_shoulder) ** 2)
-        return max(away - upper - fore, 0.0) + min(away - abs(upper - fore), 0.0)
+    Raises `RobotFault` where the model is no S-R-S arm.
+    """
+    lengths = base_shoulder, upper, fore, hand = lengths_of(model)
+    sideways = "the wrist is on the axis of A1, or beside it as far as A3 allows"
+    reach = Reach((0.0, base_shoulder), upper, fore, (0.0, 0.0, -hand))
+    return ClosedForm(SRS, lengths, 2, _SIDES, sideways, reach)

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from iiwa_sim.robot import opw_kernel, srs_kernel
 from iiwa_sim.robot.inverse_kernel import NEAR, OUT_OF_REACH, REGULAR
+from iiwa_sim.robot.opw import opw
+from iiwa_sim.robot.srs import srs
 from tests.interpreted import interpreted
 from tests.robot.arms import BUILT_IN, SIX_AXES, arm_named
 
@@ -49,8 +51,7 @@ def test_compiled_and_interpreted_are_the_same(
 def test_branches_and_the_nearest_of_them(name: str, seed: int, zeros: set[int]) -> None:
     arm = arm_named(name)
     compiled = arm.inverse
-    plain = PLAIN.Inverse(arm.model, compiled.kind, compiled.numbers, "sideways")
-    plain.followed = compiled.followed
+    plain = PLAIN.Inverse(arm.model, (opw if name == SIX_AXES else srs)(arm.model))
     (present, there) = arm.anywhere(np.random.default_rng(seed), 2).tolist()
     for zero in zeros:
         there[zero] = 0.0

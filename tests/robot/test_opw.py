@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotFault
-from iiwa_sim.robot.opw import Opw
+from iiwa_sim.robot.opw_geometry import geometry_of
 from tests.robot.arms import SIX_AXES, Arm, arm_named, copy_of_robot, distance, edit, use
 from tests.samples import some
 
@@ -303,8 +303,7 @@ def test_seven_joints_are_no_such_arm(tmp_path: Path) -> None:
 
 
 def test_the_geometry_is_that_of_the_data_sheet(arm: Arm) -> None:
-    assert isinstance(arm.inverse, Opw)
-    geometry = arm.inverse.geometry
+    geometry = geometry_of(arm.model)
     assert geometry.shoulder == pytest.approx((0.025, 0.400))
     assert geometry.lengths == pytest.approx((UPPER_ARM, FOREARM))
     assert geometry.hand == pytest.approx(0.080)

@@ -7,7 +7,7 @@ import pytest
 
 from iiwa_sim.frames import Transform, multiply
 from iiwa_sim.robot.nearest import OUT_OF_REACH, Nearest, Unreachable, how_far
-from iiwa_sim.robot.opw import Opw
+from iiwa_sim.robot.opw_geometry import geometry_of
 from tests.robot.arms import Arm, arm_named
 
 POSES = 25
@@ -68,13 +68,12 @@ def test_a_pose_beyond_reach_is_reached_where_it_is_nearer_by_so_much(arm: Arm, 
 def test_a_wrist_that_the_arm_does_not_fold_to_is_below_zero() -> None:
     """On the axis of A1 at the height of A2: by as much as upper arm and forearm differ, less A2's offset."""
     arm = arm_named("kr_6_r900_sixx")
-    inverse = arm.inverse
-    assert isinstance(inverse, Opw)
-    upper, fore = inverse.geometry.lengths
-    shoulder_x, shoulder_z = inverse.geometry.shoulder
+    inverse, geometry = arm.inverse, geometry_of(arm.model)
+    upper, fore = geometry.lengths
+    shoulder_x, shoulder_z = geometry.shoulder
     flange = arm.model.flange(arm.description.home)
-    hand = np.reshape(multiply(flange.rotation, inverse.geometry.unturned), (3, 3))[:, 0]
-    x, y, z = (inverse.geometry.hand * hand + (0.0, 0.0, shoulder_z)).tolist()
+    hand = np.reshape(multiply(flange.rotation, geometry.unturned), (3, 3))[:, 0]
+    x, y, z = (geometry.hand * hand + (0.0, 0.0, shoulder_z)).tolist()
     near = Transform(flange.rotation, (x, y, z))
     assert inverse.beyond_reach(near) == pytest.approx(shoulder_x - abs(upper - fore))
     assert inverse.beyond_reach(near) < 0.0
