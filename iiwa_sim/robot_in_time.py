@@ -6,7 +6,6 @@ from iiwa_sim.cell.cell import Cell
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import Pace, pace
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.snapshot import Snapshot, snapshot
 from iiwa_sim.loop_or_thread import LoopOrThread
 from iiwa_sim.motion.joints import Joints
@@ -31,17 +30,8 @@ class RobotInTime(LoopOrThread):
         """What is said in all dialects; `dialogue.listeners.append(listener)` hears it, and from
         `dialogue.remember()` on it can be asked for."""
         self._events = RobotEvents(self.dialogue)
-        self._controller = Controller(
-            cell.description,
+        self._controller = cell.controller(
             self.clock.tick_s,
-            start=cell.start,
-            tool_in_flange=cell.tool_in_flange,
-            world=cell.world(),
-            noise=cell.noise(),
-            io=Io(cell.input_names, cell.output_names),
-            safety=cell.safety,
-            tool=cell.tool,
-            handled=cell.handled,
             servo_timeout_s=servo_timeout_s,
             on_fault=self._events.fault,
             on_contact=self._events.contact,

@@ -58,6 +58,8 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
         (["a.toml", "foo\nbar\x1b[2J"], r"unrecognized arguments: foo\nbar\x1b[2J"),
         (["a.toml", "x" * 5000], "unrecognized arguments: xxx"),
         (["a.toml", "--robot", "lbr_iiwa_7_r800"], "argument --robot: expected no cell with it"),
+        (["shwo"], "argument CELL.toml: 'shwo' is no file and no command; did you mean show?"),
+        (["--transcript", ""], "argument --transcript: expected a name, not an empty text"),
     ],
 )
 def test_wrong_arguments_end_with_one_line(
@@ -85,6 +87,22 @@ def test_a_cell_that_is_not_there(
     assert re.fullmatch(r"iiwa-sim: [^\n]+: expected a[^\n]+file[^\n]*\n", err)
     assert err[:-1].isprintable()
     assert len(err) < 300
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([""], "cell: file = '': expected an existing file"),
+        (["--robot", ""], "robot: folder = '': expected a folder, or one of "),
+    ],
+)
+def test_no_name_is_said_to_be_none(
+    arguments: list[str], told: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert re.fullmatch(f"iiwa-sim: {re.escape(told)}[^\n]*\n", err)
 
 
 def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) -> None:

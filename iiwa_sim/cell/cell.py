@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import degrees, radians
 from pathlib import Path
@@ -13,8 +14,10 @@ from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Tool
+from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.handling import Handled
-from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS
+from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.protection import NOTHING_MORE, Safety
 from iiwa_sim.frames import Transform, compose
 from iiwa_sim.robot.description import DEFAULT_ROBOT, RobotDescription, built_in_robots, load_robot
@@ -52,6 +55,33 @@ class Cell:
         """A new world with the surfaces, none of them touched yet."""
         return World(self.surfaces, self.contact_radius_m)
 
+    def controller(
+        self,
+        tick_s: float,
+        *,
+        servo_timeout_s: float | None = None,
+        on_fault: Callable[[int, str], None] | None = None,
+        on_contact: Callable[[Contact], None] | None = None,
+        on_touch: Callable[[str], None] | None = None,
+    ) -> Controller:
+        """A new controller of the robot in this cell, with the other arguments as `Controller` takes them."""
+        return Controller(
+            self.description,
+            tick_s,
+            start=self.start,
+            tool_in_flange=self.tool_in_flange,
+            world=self.world(),
+            noise=self.noise(),
+            io=Io(self.input_names, self.output_names),
+            safety=self.safety,
+            tool=self.tool,
+            handled=self.handled,
+            servo_timeout_s=servo_timeout_s,
+            on_fault=on_fault,
+            on_contact=on_contact,
+            on_touch=on_touch,
+        )
+
     def noise(self) -> Noise | None:
         """A new noise generator from the seed; None without noise."""
         return None if self.noise_levels is None else Noise(self.noise_levels, len(self.start))
@@ -85,7 +115,7 @@ def load_cell(path: str | Path) -> Cell:
     """
     file = Path(path)
     try:
-        is_there, why = file.exists(), ""
+        is_there, why = str(path) != "" and file.exists(), ""
     except (OSError, ValueError) as fault:  # too long a name, a NUL in it, or no permission
         is_there, why = False, f" ({getattr(fault, 'strerror', fault)})"
     if not is_there:

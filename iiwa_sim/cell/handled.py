@@ -7,7 +7,7 @@ from math import dist
 
 import msgspec
 
-from iiwa_sim.cell.placed import POSE_RANGES, Placed, box, check_ranges, cylinder, sphere
+from iiwa_sim.cell.placed import Placed, body_ranges, box, check_ranges, cylinder, sphere
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.handling import NOTHING, SENSORS, Wiring
@@ -23,17 +23,8 @@ GRIPPER_RANGES: dict[str, Range] = {
     "gripper.speed_mm_per_s": (0.1, 10_000.0, " mm/s"),
     "gripper.grip_force_n": (0.1, 100_000.0, " N"),
 }
-_PAD: Range = (0.1, 1000.0, " mm")
 _SIZE: Range = (0.1, 1000.0, " mm")
-PART_RANGES: dict[str, Range] = {
-    **POSE_RANGES,
-    "mass_kg": (0.001, 1000.0, " kg"),
-    "friction": (0.0, 10.0, ""),
-    "stiffness_n_per_m": (1.0, 1e7, " N/m"),
-    "size_mm": _SIZE,
-    "radius_mm": _SIZE,
-    "length_mm": _SIZE,
-}
+PART_RANGES = body_ranges(_SIZE, mass_kg=(0.001, 1000.0, " kg"))
 """Least and greatest value, and the unit."""
 MOST_PARTS = 256
 
@@ -122,9 +113,9 @@ def check_gripper(reader: Reader, gripper: GripperSettings | None, inputs: int, 
     if gripper is None:
         return
     for place, value in enumerate(gripper.pad_mm):
-        reader.check_range(f"gripper.pad_mm[{place}]", value, _PAD)
+        reader.check_range(f"gripper.pad_mm[{place}]", value, _SIZE)
     for place, value in enumerate(gripper.jaw_mm):
-        reader.check_range(f"gripper.jaw_mm[{place}]", value, _PAD)
+        reader.check_range(f"gripper.jaw_mm[{place}]", value, _SIZE)
     for kind, count, names in (
         ("output", outputs, ("close", "open")),
         ("input", inputs, SENSORS),

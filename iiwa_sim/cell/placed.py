@@ -22,6 +22,18 @@ POSE_RANGES: dict[str, Range] = {
 """Least and greatest value, and the unit, of each key of a pose."""
 
 
+def body_ranges(size: Range, **others: Range) -> dict[str, Range]:
+    """The ranges of the keys of a body: of its pose and its material, `size` for each length of its shape,
+    and others."""
+    return {
+        **POSE_RANGES,
+        "stiffness_n_per_m": (1.0, 1e7, " N/m"),
+        "friction": (0.0, 10.0, ""),
+        **others,
+        **dict.fromkeys(("size_mm", "radius_mm", "length_mm"), size),
+    }
+
+
 class Placed(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A name and a pose in the base: mm, and rad about z, y and x."""
 

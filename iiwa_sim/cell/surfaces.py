@@ -4,20 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from iiwa_sim.cell.placed import POSE_RANGES, Placed, box, check_ranges, cylinder, sphere
+from iiwa_sim.cell.placed import Placed, body_ranges, box, check_ranges, cylinder, sphere
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
-from iiwa_sim.settings import Range, Reader
+from iiwa_sim.settings import Reader
 
-_SIZE: Range = (0.01, 10_000.0, " mm")
-SURFACE_RANGES: dict[str, Range] = {
-    **POSE_RANGES,
-    "stiffness_n_per_m": (1.0, 1e7, " N/m"),
-    "damping_s_per_m": (0.0, 100.0, " s/m"),
-    "friction": (0.0, 10.0, ""),
-    "size_mm": _SIZE,
-    "radius_mm": _SIZE,
-    "length_mm": _SIZE,
-}
+SURFACE_RANGES = body_ranges((0.01, 10_000.0, " mm"), damping_s_per_m=(0.0, 100.0, " s/m"))
 """Range and unit of the keys of any surface, or of each value in them."""
 
 

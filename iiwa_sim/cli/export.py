@@ -1,11 +1,10 @@
 """`iiwa-sim export`: writes a recording as tables."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from iiwa_sim.cli.names import EXPORT
 from iiwa_sim.cli.output import say
-from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.parsing import Parser, path
 from iiwa_sim.cli.recordings import opened, tell_cut
 from iiwa_sim.wording import harmless
 
@@ -16,8 +15,8 @@ def run(given: Sequence[str]) -> int:
     from iiwa_sim.recordings.tables import write_tables
 
     folder = options.recording.parent if options.output is None else options.output
-    for path in write_tables(recorded, folder):
-        say(harmless(str(path)) + "\n")
+    for file in write_tables(recorded, folder):
+        say(harmless(str(file)) + "\n")
     tell_cut(recorded)
     return 0
 
@@ -29,12 +28,12 @@ def _parser() -> Parser:
         "FILE.state.csv and so on. Columns of states carry their units.",
         examples={"run.mcap --csv": "its states, dialogue and events beside it"},
     )
-    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="a recording of --record")
+    parser.add_argument("recording", type=path, metavar="FILE.mcap", help="a recording of --record")
     parser.add_argument("--csv", action="store_true", required=True, help="as CSV, in UTF-8")
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=path,
         metavar="FOLDER",
         help="folder to write into (default: that of the recording)",
     )

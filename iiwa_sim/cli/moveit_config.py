@@ -6,7 +6,7 @@ from pathlib import Path
 from iiwa_sim.cli.names import MOVEIT_CONFIG
 from iiwa_sim.cli.options import add_robot
 from iiwa_sim.cli.output import say
-from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.parsing import Parser, path
 from iiwa_sim.robot.description import DEFAULT_ROBOT
 from iiwa_sim.wording import Unusable
 
@@ -43,6 +43,6 @@ def _parser() -> Parser:
         "samples.",
         examples={"config": "those of the LBR iiwa 7", "config --robot kr_6_r900_sixx": "those of another"},
     )
-    parser.add_argument("folder", type=Path, metavar="FOLDER", help="folder to write them into")
+    parser.add_argument("folder", type=path, metavar="FOLDER", help="folder to write them into")
     add_robot(parser)
     return parser

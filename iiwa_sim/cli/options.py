@@ -7,7 +7,7 @@ from pathlib import Path
 from iiwa_sim import log
 from iiwa_sim.cli.addresses import ROSBRIDGE_PORT
 from iiwa_sim.cli.names import ROS2_ENV, ROS_PACKAGE_PATH
-from iiwa_sim.cli.parsing import Error, Parser, whole
+from iiwa_sim.cli.parsing import Error, Parser, path, whole
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
@@ -150,7 +150,7 @@ def add_ros2(parser: Parser) -> None:
     )
     parser.add_argument(
         "--ros2-python",
-        type=Path,
+        type=path,
         metavar="PATH",
         help=f"the interpreter of that process, which has rclpy (default: that of iiwa-sim {ROS2_ENV}, or a "
         "sourced distribution's)",

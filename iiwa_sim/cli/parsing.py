@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 from iiwa_sim.wording import harmless, shortened
@@ -103,3 +104,10 @@ def whole(low: int, high: int) -> Callable[[str], int]:
         return int(text)
 
     return whole_number
+
+
+def path(text: str) -> Path:
+    """A file or a folder; an empty text, which a shell makes of an unset variable, would be this folder."""
+    if not text:
+        raise argparse.ArgumentTypeError("expected a name, not an empty text")
+    return Path(text)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from iiwa_sim.cli.names import REPLAY
 from iiwa_sim.cli.options import add_servers
 from iiwa_sim.cli.output import say
-from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.parsing import Parser, path
 from iiwa_sim.cli.recordings import is_recording, opened, tell_cut
 from iiwa_sim.wording import harmless
 
@@ -54,7 +54,7 @@ def _parser() -> Parser:
     )
     parser.add_argument(
         "transcript",
-        type=Path,
+        type=path,
         metavar="FILE",
         help="a transcript of --transcript, or a recording of --record",
     )

@@ -2,11 +2,10 @@
 
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from iiwa_sim.cli.names import ROS2_ENV
 from iiwa_sim.cli.output import say
-from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.parsing import Parser, path
 
 
 def run(given: Sequence[str]) -> int:
@@ -34,7 +33,7 @@ def _parser() -> Parser:
     parser.add_argument(
         "folder",
         nargs="?",
-        type=Path,
+        type=path,
         metavar="FOLDER",
         help="folder to make it in (default: iiwa-sim/ros2 in $XDG_CACHE_HOME, or in ~/.cache)",
     )

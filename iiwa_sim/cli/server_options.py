@@ -8,7 +8,7 @@ from iiwa_sim.backdoor.token import LOOPBACK
 from iiwa_sim.cli.addresses import add_addresses
 from iiwa_sim.cli.consistency import check
 from iiwa_sim.cli.environment import RULE, read_environment
-from iiwa_sim.cli.names import REPLAY, summaries
+from iiwa_sim.cli.names import REPLAY, SUBCOMMANDS, summaries
 from iiwa_sim.cli.options import (
     add_log,
     add_rate,
@@ -21,12 +21,13 @@ from iiwa_sim.cli.options import (
     add_rosbridge,
     secret_in,
 )
-from iiwa_sim.cli.parsing import Parser, whole
+from iiwa_sim.cli.parsing import Parser, path, whole
 from iiwa_sim.clock.clock import MAX_RATE_HZ
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.dialect.wire.decimals import parse_decimal
+from iiwa_sim.dialect.wire.names import Names
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.admission import LONGEST_PAUSE_S
 from iiwa_sim.wording import shortened
@@ -81,6 +82,7 @@ def server_parser() -> Parser:
     parser.add_argument(
         "cell",
         nargs="?",
+        type=_cell,
         metavar="CELL.toml",
         help="robot, start pose, tool, surfaces and parts (default: a robot alone)",
     )
@@ -200,13 +202,13 @@ def server_parser() -> Parser:
     )
     parser.add_argument(
         "--transcript",
-        type=Path,
+        type=path,
         metavar="FILE",
         help=f"write the dialogue in all dialects into this file; iiwa-sim {REPLAY} plays it",
     )
     parser.add_argument(
         "--record",
-        type=Path,
+        type=path,
         metavar="FILE.mcap",
         help="record the whole run into this file, for Foxglove, PlotJuggler and iiwa-sim plot, export, "
         "replay; needs the extra record",
@@ -221,6 +223,14 @@ def server_parser() -> Parser:
     add_log(parser)
     parser.add_argument("--version", action="store_true", help="print the version and exit")
     return parser
+
+
+def _cell(text: str) -> str:
+    """Raises ArgumentTypeError for what is no file, but nearly a subcommand."""
+    meant = Names(SUBCOMMANDS).nearest(text.encode()) if text else None
+    if meant is not None and not Path(text).exists():
+        raise argparse.ArgumentTypeError(f"{text!r} is no file and no command; did you mean {meant}?")
+    return text
 
 
 def _pace(text: str) -> Pace:

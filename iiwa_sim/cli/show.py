@@ -5,14 +5,13 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from pathlib import Path
 
 from iiwa_sim import log
 from iiwa_sim.cli.names import SHOW
 from iiwa_sim.cli.options import add_log
 from iiwa_sim.cli.output import say
 from iiwa_sim.cli.page import add_page, check_library, page_token, page_url
-from iiwa_sim.cli.parsing import Parser
+from iiwa_sim.cli.parsing import Parser, path
 from iiwa_sim.cli.recordings import opened, tell_cut
 from iiwa_sim.serve.listening import open_listener
 
@@ -48,7 +47,7 @@ def _parser() -> Parser:
         epilog="It needs the extras record and view. Exit code 0 after SIGTERM or SIGINT.",
         examples={"run.mcap": "what was recorded with --record, on http://127.0.0.1:8080/"},
     )
-    parser.add_argument("recording", type=Path, metavar="FILE.mcap", help="a recording of --record")
+    parser.add_argument("recording", type=path, metavar="FILE.mcap", help="a recording of --record")
     add_page(parser)
     add_log(parser)
     return parser

@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact, Thresholds
-from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.meetings import touches_of
 from iiwa_sim.frames import Frame, Vector
 from iiwa_sim.plot.clients import CLIENTS, SERVO_MODES, Asked, Client
@@ -141,19 +139,7 @@ class _Recorder:
         self._script = script
         self._cell = cell
         self._rate_hz = rate_hz
-        self._controller = Controller(
-            cell.description,
-            1.0 / rate_hz,
-            start=cell.start,
-            tool_in_flange=cell.tool_in_flange,
-            world=cell.world(),
-            noise=cell.noise(),
-            io=Io(cell.input_names, cell.output_names),
-            safety=cell.safety,
-            tool=cell.tool,
-            handled=cell.handled,
-            on_contact=self._met,
-        )
+        self._controller = cell.controller(1.0 / rate_hz, on_contact=self._met)
         self._client: Client = CLIENTS[script.dialect](self._controller, cell, script.path)
         self._joints = array("d")
         self._tcp = array("d")
