@@ -1,9 +1,10 @@
 """The modes of the robot, and what each kind of command does in each of them.
 
-Of the text (Appendix B of the requirements): "Robot has four different modes", normal, impedance, smart and
-direct, each with its own commands, and "changing between modes will stop the robot for about 100 ms". Our
-decisions: before its first command, and after a stop, the robot is in none of them, which is called unknown;
-a stop is no mode of its own. A servo mode ends, as if by a stop, when its commands stay away for too long.
+Of the text (Appendix B of drag&bot's requirements): "Robot has four different modes", normal, impedance,
+smart and direct, each with its own commands, and "changing between modes will stop the robot for about
+100 ms". Our decisions: before its first command, and after a stop, the robot is in none of them, which is
+called unknown; a stop is no mode of its own. A servo mode ends, as if by a stop, when its commands stay away
+for too long.
 Joint trajectories, which come by ROS 2 and rosbridge and which the text does not know, have a fifth.
 """
 

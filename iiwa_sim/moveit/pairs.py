@@ -96,7 +96,8 @@ class _Touching:
     def _meeting(
         self, data: pin.GeometryData, q: NDArray[np.float64], known: set[frozenset[str]]
     ) -> set[frozenset[str]]:
-        """Those that meet, but for those that are known and not asked for any more."""
+        """The pairs of links that meet at these joint positions, but for the `known` ones, which `data` does
+        not compare any more."""
         if len(known) == len(set(self._links)):
             return set()
         pin.computeCollisions(self._model, self._data, self._shapes, data, q, False)

@@ -70,11 +70,11 @@ SERVICES: Mapping[str, str] = {
     "/reset_error": "std_srvs/srv/Trigger",
     "/emergency_stop": "std_srvs/srv/SetBool",
 }
-"""Those that every robot has; each output has one, too."""
+"""Type of each service that every robot has; each output of a robot has one of its own, too."""
 
 
 class JointLevel:
-    """The joint level of one robot."""
+    """The topics and services by which ROS 2 users see and move the joints of one robot."""
 
     def __init__(
         self,
@@ -94,7 +94,7 @@ class JointLevel:
         self._twist = TwistServo(arm, links.base, TOOL)
         unknown = {"/clock": arm.time_s, "/wrench": arm.wrench}
         self.published = {topic: of for topic, of in PUBLISHED.items() if unknown.get(topic, ()) is not None}
-        """What of `PUBLISHED` this robot tells."""
+        """Type and rate of each topic of `PUBLISHED` that this robot publishes."""
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
         self._contents = Contents(arm, links, now_ns)
         usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}

@@ -1,1 +1,1 @@
-"""Appendix A: the topics and services of drag&bot's drivers, as plain messages without a transport."""
+"""The topics and services of drag&bot's drivers (Appendix A of its requirements): messages, no transport."""
