@@ -22,6 +22,13 @@ cdef class Capsules:
     cdef double _px                    # and where, after `apart`
     cdef double _py
     cdef double _pz
+    cdef double _mx                    # by which way what is looked at has come in, in the frame of the shape
+    cdef double _my
+    cdef double _mz
+    cdef double _around                # and the radius of its capsule (m)
+    cdef double _ox                    # what is to be remembered, after `distance`
+    cdef double _oy
+    cdef double _oz
     cdef object go_to(self, object joints)
     cdef (double, double) gap(self, Py_ssize_t c, Py_ssize_t s, double enough)
     cdef double middle(self, Py_ssize_t c, Py_ssize_t s, double part)

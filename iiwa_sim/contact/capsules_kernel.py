@@ -11,24 +11,21 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+from cython.cimports.libc.math import sqrt
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.ways_in_kernel import KINDS
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse
 from iiwa_sim.robot.capsules import Capsule
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.ways_in_kernel import come_in
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
+    from iiwa_sim.contact.ways_in_kernel import come_in
     from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
-_PLANE = cython.declare(cython.int, 0)
-_BOX = cython.declare(cython.int, 1)
-_SPHERE = cython.declare(cython.int, 2)
-_CYLINDER = cython.declare(cython.int, 3)
-_KINDS = {Plane: 0, Box: 1, Sphere: 2, Cylinder: 3}
 _GOLDEN = cython.declare(cython.double, 0.6180339887498949)
 _CUTS = cython.declare(cython.Py_ssize_t, 30)  # of a line by the golden section: to 5e-7 of its length
 
@@ -75,6 +72,8 @@ class Capsules:
         self._levers = np.max(self._reaches, axis=0, initial=0.0)
         self._nx = self._ny = self._nz = 0.0
         self._px = self._py = self._pz = 0.0
+        self._mx = self._my = self._mz = self._around = 0.0
+        self._ox = self._oy = self._oz = 0.0
         self._shape_count = 0
 
     def stand(self, surfaces: Sequence[Surface]) -> None:
@@ -82,7 +81,7 @@ class Capsules:
         rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in surfaces]
         self._shape_count = len(rows)
         self._shapes = np.array(rows).reshape(len(rows), 15)
-        self._kind = np.array([_KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
+        self._kind = np.array([KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
 
     @cython.cfunc
     def go_to(self, joints: Any) -> object:
@@ -144,7 +143,12 @@ class Capsules:
                 right = low + _GOLDEN * (high - low)
                 at_right = self.distance(s, ax + right * dx, ay + right * dy, az + right * dz)
         part = 0.5 * (low + high)
-        return self.distance(s, ax + part * dx, ay + part * dy, az + part * dz) - radius, part
+        least = self.distance(s, ax + part * dx, ay + part * dy, az + part * dz)
+        # It jumps where a line that has come in through a face is beside that.
+        if min(at_left, at_right) < least - _FLAT_M:
+            part = left if at_left <= at_right else right
+            least = min(at_left, at_right)
+        return least - radius, part
 
     @cython.cfunc
     def middle(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t, part: cython.double) -> cython.double:
@@ -173,52 +177,27 @@ class Capsules:
     def distance(
         self, s: cython.Py_ssize_t, px: cython.double, py: cython.double, pz: cython.double
     ) -> cython.double:
-        """Signed distance (m) of a point from a surface, as in `shapes`; the way out is then in n."""
+        """Signed distance (m) of a point from a surface, by the way in that m has; the way out is then in n,
+        and in o, which is what is to be remembered."""
         r = self._shapes
-        kind: cython.int = self._kind[s]
         px, py, pz = px - r[s, 9], py - r[s, 10], pz - r[s, 11]
         x: cython.double = r[s, 0] * px + r[s, 3] * py + r[s, 6] * pz
         y: cython.double = r[s, 1] * px + r[s, 4] * py + r[s, 7] * pz
         z: cython.double = r[s, 2] * px + r[s, 5] * py + r[s, 8] * pz
-        nx: cython.double = 0.0
-        ny: cython.double = 0.0
-        nz: cython.double = 0.0
-        if kind == _PLANE:
-            distance, nz = z, 1.0
-        elif kind == _SPHERE:
-            c = sqrt(x * x + y * y + z * z)
-            distance = c - r[s, 12]
-            if c == 0.0:
-                nz = 1.0
-            else:
-                nx, ny, nz = x / c, y / c, z / c
-        elif kind == _BOX:
-            a, b, c = fabs(x) - r[s, 12], fabs(y) - r[s, 13], fabs(z) - r[s, 14]
-            if a <= 0.0 and b <= 0.0 and c <= 0.0:
-                distance = max(a, b, c)
-                if distance == a:
-                    nx = 1.0 if x >= 0.0 else -1.0
-                elif distance == b:
-                    ny = 1.0 if y >= 0.0 else -1.0
-                else:
-                    nz = 1.0 if z >= 0.0 else -1.0
-            else:
-                a, b, c = max(a, 0.0), max(b, 0.0), max(c, 0.0)
-                distance = sqrt(a * a + b * b + c * c)
-                nx, ny, nz = a / distance, b / distance, c / distance
-                nx, ny, nz = -nx if x < 0.0 else nx, -ny if y < 0.0 else ny, -nz if z < 0.0 else nz
-        else:
-            c = sqrt(x * x + y * y)
-            a, b = c - r[s, 12], fabs(z) - r[s, 13]
-            nx, ny = (x / c, y / c) if c > 0.0 else (1.0, 0.0)
-            nz = -1.0 if z < 0.0 else 1.0
-            if b <= 0.0 and b <= a:
-                distance, nz = a, 0.0
-            elif a <= 0.0:
-                distance, nx, ny = b, 0.0, 0.0
-            else:
-                distance = sqrt(a * a + b * b)
-                nx, ny, nz = nx * a / distance, ny * a / distance, nz * b / distance
+        distance, nx, ny, nz = come_in(
+            self._kind[s],
+            r[s, 12],
+            r[s, 13],
+            r[s, 14],
+            self._around,
+            x,
+            y,
+            z,
+            self._mx,
+            self._my,
+            self._mz,
+        )
+        self._ox, self._oy, self._oz = nx, ny, nz
         self._nx = r[s, 0] * nx + r[s, 1] * ny + r[s, 2] * nz
         self._ny = r[s, 3] * nx + r[s, 4] * ny + r[s, 5] * nz
         self._nz = r[s, 6] * nx + r[s, 7] * ny + r[s, 8] * nz

@@ -17,19 +17,22 @@ cdef class LinkForces(Capsules):
     cdef double[:, :, ::1] _dragging   # friction (N) on a link of a robot that yields, on the average
     # Of each part: how it has been moved since links have felt it: a way (m), an angle about z (rad).
     cdef double[:, ::1] _shifted
+    # Of each capsule and surface: which way is out in the frame of that; zeros where they are apart.
+    cdef double[:, :, ::1] _came
     cdef bint _is_part(self, Py_ssize_t s) noexcept
     cdef bint _can_feel(self, Py_ssize_t c, Py_ssize_t s) noexcept
+    cdef void _recall(self, Py_ssize_t c, Py_ssize_t s) noexcept
+    cdef void _remember(self, Py_ssize_t c, Py_ssize_t s, double gap, double part) noexcept
     cdef object _press(
         self, Py_ssize_t c, Py_ssize_t s, double part, double depth, object speeds, double tick_s,
         object torques, object pushing, object worn
     )
     cdef object _rub(
-        self, Py_ssize_t c, Py_ssize_t s, double x, double y, double z, object speeds, double tick_s,
-        double normal_n
+        self, Py_ssize_t c, Py_ssize_t s, double wx, double wy, double wz, double normal_n
     )
     cdef (double, double, double) _drag(
-        self, Py_ssize_t c, Py_ssize_t s, double x, double y, double z, object speeds, double tick_s,
-        double push_n
+        self, Py_ssize_t c, Py_ssize_t s, (double, double, double) place, (double, double, double) gone,
+        double tick_s, double push_n
     )
     cdef (double, double, double) _gone(
         self, Py_ssize_t c, Py_ssize_t s, double x, double y, double z, object speeds, double tick_s

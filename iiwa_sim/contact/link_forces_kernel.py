@@ -1,9 +1,12 @@
 """What a surface, or a part that lies, does to one link that touches it, or to one tool or jaw.
 
 **What a link feels.** A surface pushes the point of a link that is deepest in it with its stiffness times the
-depth, damped as at the TCP, straight out to its nearest point; that makes torques on the joints that move
-the link. It is not remembered by which way a link has come in. What tools and jaws feel makes a wrench at the
-TCP.
+depth, damped as at the TCP; that makes torques on the joints that move the link. What tools and jaws feel
+makes a wrench at the TCP.
+
+**Ways in.** It is pushed out the way it has come in, however deep it is pressed, until it is out again, or
+beside what it has come in by: more is said in `ways_in_kernel`. A part that lies is pushed by it along the
+same line.
 
 **Friction.** What a link has gone along the surface winds a spring, whose force is at most the friction times
 the normal force; what is beyond that is lost. It is unwound by going back, and gone where the link leaves the
@@ -73,6 +76,7 @@ class LinkForces(Capsules):
         self._rubbed: Any = np.zeros((link_count, least, 3))
         self._dragging: Any = np.zeros((link_count, least, 3))
         self._shifted: Any = np.zeros((least, 4))
+        self._came: Any = np.zeros((self._capsule_count, least, 3))
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -88,6 +92,34 @@ class LinkForces(Capsules):
         if self._is_part(s):
             return self._moved_by[c] > 0 and feels >= _PARTS
         return self._moved_by[c] > 0 and feels % _PARTS == 1
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _recall(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.void:
+        """From now on `gap`, `middle` and `distance` are those of a capsule that has come into a surface by
+        the way that is remembered."""
+        m = self._came
+        self._mx, self._my, self._mz = m[c, s, 0], m[c, s, 1], m[c, s, 2]
+        self._around = self._radius[c]
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _remember(
+        self, c: cython.Py_ssize_t, s: cython.Py_ssize_t, gap: cython.double, part: cython.double
+    ) -> cython.void:
+        """Note by which way a capsule is in a surface, so far from it (m) at a part of its line; none where
+        it is out of it."""
+        m, e = self._came, self._ends
+        if gap >= 0.0:
+            m[c, s, 0] = m[c, s, 1] = m[c, s, 2] = 0.0
+            return
+        self.distance(
+            s,
+            e[c, 0] + part * (e[c, 3] - e[c, 0]),
+            e[c, 1] + part * (e[c, 4] - e[c, 1]),
+            e[c, 2] + part * (e[c, 5] - e[c, 2]),
+        )
+        m[c, s, 0], m[c, s, 1], m[c, s, 2] = self._ox, self._oy, self._oz
 
     @cython.cfunc
     def _press(
@@ -110,6 +142,7 @@ class LinkForces(Capsules):
         x = e[c, 0] + part * (e[c, 3] - e[c, 0])
         y = e[c, 1] + part * (e[c, 4] - e[c, 1])
         z = e[c, 2] + part * (e[c, 5] - e[c, 2])
+        self._recall(c, s)
         self.distance(s, x, y, z)
         nx, ny, nz = self._nx, self._ny, self._nz
         radius = self._radius[c]
@@ -150,7 +183,8 @@ class LinkForces(Capsules):
         gx, gy, gz = push * nx, push * ny, push * nz
         rubs: cython.bint = self._law[s, 2] > 0.0 and force > 0.0
         if rubs:
-            self._rub(c, s, x, y, z, speeds, tick_s, force)
+            wx, wy, wz = self._gone(c, s, x, y, z, speeds, tick_s)
+            self._rub(c, s, wx, wy, wz, force)
             r = self._rubbed
             along: cython.double = min(stiffness, self._share[c] * _STIFFEST)
             rx: cython.double = -along * r[link, s, 0]
@@ -158,7 +192,7 @@ class LinkForces(Capsules):
             rz: cython.double = -along * r[link, s, 2]
             fx, fy, fz = fx + rx, fy + ry, fz + rz
             if moves:
-                rx, ry, rz = self._drag(c, s, x, y, z, speeds, tick_s, push)
+                rx, ry, rz = self._drag(c, s, (x, y, z), (wx, wy, wz), tick_s, push)
             else:
                 self._dragging[link, s, 0] = rx
                 self._dragging[link, s, 1] = ry
@@ -191,15 +225,13 @@ class LinkForces(Capsules):
         self,
         c: cython.Py_ssize_t,
         s: cython.Py_ssize_t,
-        x: cython.double,
-        y: cython.double,
-        z: cython.double,
-        speeds: Any,
-        tick_s: cython.double,
+        wx: cython.double,
+        wy: cython.double,
+        wz: cython.double,
         normal_n: cython.double,
     ) -> object:
-        """Wind the spring of friction of a capsule that touches a surface at that place; which way is out is
-        in n."""
+        """Wind the spring of friction of a capsule that touches a surface, and has gone so far (m); which way
+        is out is in n."""
         r = self._rubbed
         link = self._link[c]
         if not self._touches[link, s]:
@@ -208,7 +240,6 @@ class LinkForces(Capsules):
             d = self._dragging
             d[link, s, 0] = d[link, s, 1] = d[link, s, 2] = 0.0
             return None
-        wx, wy, wz = self._gone(c, s, x, y, z, speeds, tick_s)
         nx, ny, nz = self._nx, self._ny, self._nz
         ex, ey, ez = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
         out = ex * nx + ey * ny + ez * nz
@@ -227,14 +258,15 @@ class LinkForces(Capsules):
         self,
         c: cython.Py_ssize_t,
         s: cython.Py_ssize_t,
-        x: cython.double,
-        y: cython.double,
-        z: cython.double,
-        speeds: Any,
+        place: tuple[cython.double, cython.double, cython.double],
+        gone: tuple[cython.double, cython.double, cython.double],
         tick_s: cython.double,
         push_n: cython.double,
     ) -> tuple[cython.double, cython.double, cython.double]:
-        """Friction (N) as a robot that yields gives way to it, found as its normal force is."""
+        """Friction (N) as a robot that yields gives way to it at a place (m), as far as that has gone (m);
+        found as its normal force is."""
+        x, y, z = place
+        wx, wy, wz = gone
         a, p, r, d = self._axes, self._points, self._rubbed, self._dragging
         link = self._link[c]
         stiffness: cython.double = self._share[c] * min(self._law[s, 0], _STIFFEST)
@@ -248,7 +280,6 @@ class LinkForces(Capsules):
         stiff: cython.double = (
             stiffness * tick_s * tick_s * max(1, len(self.contacts)) * square / _LEAST_INERTIA
         )
-        wx, wy, wz = self._gone(c, s, x, y, z, speeds, tick_s)
         nx, ny, nz = self._nx, self._ny, self._nz
         out = wx * nx + wy * ny + wz * nz
         share: cython.double = 1.0 / (1.0 + stiff)

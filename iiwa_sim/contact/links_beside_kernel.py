@@ -11,6 +11,7 @@ import cython
 from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.contact.link_forces_kernel import PARTS
+from iiwa_sim.contact.ways_in_kernel import NOT_IN
 from iiwa_sim.frames import Vector
 
 if cython.compiled:
@@ -35,6 +36,8 @@ class Ball(NamedTuple):
     """How far (m, in the base) it has gone along the part, as far as friction holds that."""
     share: float
     """What it feels of the part's stiffness."""
+    came: Vector
+    """By which way it has come into the part, as `ways_in_kernel` remembers it."""
 
 
 @cython.cclass
@@ -63,6 +66,7 @@ class LinksBeside(LinkForces):
         e, r = self._ends, self._rubbed
         for c in range(self._capsule_count):
             if self._can_feel(c, s):
+                self._recall(c, s)
                 gap, part = self.gap(c, s, min(nearest, near_m))
                 if gap < near_m:
                     part = self.middle(c, s, part)
@@ -73,6 +77,7 @@ class LinksBeside(LinkForces):
                     x = e[which, 0] + where * (e[which, 3] - e[which, 0])
                     y = e[which, 1] + where * (e[which, 4] - e[which, 1])
                     z = e[which, 2] + where * (e[which, 5] - e[which, 2])
+                    self._recall(which, s)
                     self.distance(s, x, y, z)
                     nx, ny, nz = self._nx, self._ny, self._nz
                     radius = self._radius[which]
@@ -85,7 +90,8 @@ class LinksBeside(LinkForces):
                         wx, wy, wz = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
                         out = wx * nx + wy * ny + wz * nz
                         rubbed = (wx - out * nx, wy - out * ny, wz - out * nz)
-                    found.append(Ball((x, y, z), radius, rubbed, self._share[which]))
+                    came = (self._ox, self._oy, self._oz) if nearest < 0.0 else NOT_IN
+                    found.append(Ball((x, y, z), radius, rubbed, self._share[which], came))
                 nearest = 1e9
         return found
 
@@ -112,6 +118,7 @@ class LinksBeside(LinkForces):
             return float(least)
         for c in range(self._capsule_count):
             if self._can_feel(c, s):
+                self._recall(c, s)
                 gap, _part = self.gap(c, s, min(least, _NEAR_M))
                 least = min(least, gap)
         return float(least)

@@ -24,7 +24,6 @@ from cython.cimports.libc.math import fabs
 from numpy.typing import NDArray
 
 from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES
-from iiwa_sim.contact.link_forces_kernel import STIFFEST_N_PER_M as STIFFEST_N_PER_M  # noqa: PLC0414
 from iiwa_sim.contact.links_beside_kernel import NEAR_M
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.robot.capsules import Capsule
@@ -137,6 +136,7 @@ class Links(LinksBeside):
         touches: Any = self._touches if before else None
         rubbed: Any = self._rubbed if before else None
         dragging: Any = self._dragging if before else None
+        came: Any = self._came if before else None
         lying: Any = {} if parts is None else parts
         everything = [*surfaces.values(), *lying.values()]
         self._names = (*surfaces, *lying)
@@ -153,6 +153,9 @@ class Links(LinksBeside):
                 self._muted[s] = not self._is_out(s, _STANDS_M)
                 continue
             self._muted[s] = muted[old]
+            for c in range(min(self._capsule_count, len(came))):
+                for i in range(3):
+                    self._came[c, s, i] = came[c, old, i]
             for c in range(min(self._link_count, len(pushing))):
                 self._pushing[c, s], self._touches[c, s] = pushing[c, old], touches[c, old]
                 for i in range(3):
@@ -182,22 +185,24 @@ class Links(LinksBeside):
         if not self._names:
             return None
         forces = np.array(self._pushing), np.array(self._rubbed), np.array(self._dragging)
-        return self._names, np.array(self._muted), np.array(self._touches), forces
+        return self._names, np.array(self._muted), np.array(self._touches), np.array(self._came), forces
 
     def restore(self, kept: Any, joints: Sequence[float]) -> None:
         """Remember that again, of surfaces that are there, with the robot at rest at `joints` (rad)."""
         for k in range(self._count):
             self._before[k] = joints[k]
-        names, muted, touches, forces = kept
+        names, muted, touches, came, forces = kept
         pushing, rubbed, dragging = forces
         were: Any = np.asarray(self._muted)
         touch: Any = np.asarray(self._touches)
+        ways: Any = np.asarray(self._came)
         now: Any = (np.asarray(self._pushing), np.asarray(self._rubbed), np.asarray(self._dragging))
         for number, name in enumerate(self._names):
             if name in names:
                 old = names.index(name)
                 were[number] = muted[old]
                 touch[:, number] = touches[:, old]
+                ways[:, number] = came[:, old]
                 for array, before in zip(now, (pushing, rubbed, dragging), strict=True):
                     array[:, number] = before[:, old]
         self._free = 0.0
@@ -244,9 +249,11 @@ class Links(LinksBeside):
             which: cython.Py_ssize_t = 0
             for c in range(self._capsule_count):
                 if self._can_feel(c, s):
-                    gap, part = self.gap(c, s, min(nearest, _NEAR_M))
+                    self._recall(c, s)
+                    gap, part = self.gap(c, s, max(0.0, min(nearest, _NEAR_M)))
                     if gap < 0.0 and self._is_part(s):
                         part = self.middle(c, s, part)
+                    self._remember(c, s, gap, part)
                     if gap < nearest:
                         nearest, where, which = gap, part, c
                 if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:
@@ -281,6 +288,7 @@ class Links(LinksBeside):
         for c in range(self._capsule_count):
             if self._moved_by[c] > 0 and not self._can_feel(c, s):
                 continue
+            self._recall(c, s)
             if self.gap(c, s, _NEAR_M)[0] < (-base_m if self._moved_by[c] == 0 else 0.0):
                 return False
         return True

@@ -18,9 +18,8 @@ from iiwa_sim.handling.beside import beside, between, in_the_way
 from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
 from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.held import Held
-from iiwa_sim.handling.meeting import STEP_M, Way, turned
+from iiwa_sim.handling.meeting import NOWHERE, STEP_M, CameIn, Way, turned
 from iiwa_sim.handling.pressing import (
-    NOWHERE,
     SEEN_M,
     by_the_arm,
     by_what_is_held,
@@ -28,7 +27,7 @@ from iiwa_sim.handling.pressing import (
     solid_held,
     solid_of,
 )
-from iiwa_sim.handling.pushed import SLOW_M_PER_S, Presser, Stack, gone_by, pushed, turning
+from iiwa_sim.handling.pushed import SLOW_M_PER_S, Key, Presser, Stack, gone_by, pushed, turning
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
@@ -198,8 +197,14 @@ class Aside:
             sum(_about(each, body.pose.translation) for each in riders),
         )
         after, way = pushed(body, face, stack, [*pushers, *others], self._balance, self._tick_s)
-        pressed = any(each.meets.touch(solid_of(after), way).depth > 0.0 for each in (*pushers, *others))
-        after = self._ends(after, face, pressed)
+        pressed, there = False, solid_of(after)
+        came: dict[Key, CameIn] = {}
+        for each in (*pushers, *others):
+            touch = each.meets.touch(there, way)
+            pressed = pressed or touch.depth > 0.0
+            if each.key is not None:
+                came[each.key] = each.after(each.meets.touch(solid, NOWHERE), touch, way)
+        after = self._ends(after._replace(came=came), face, pressed)
         if after == body:
             return False
         self._put(after, body, riders, way)

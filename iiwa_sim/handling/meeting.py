@@ -9,17 +9,20 @@ is below a part, or less than `STEP_M` above the face on which it lies, it does 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import hypot, inf
+from math import dist, hypot, inf
 from typing import NamedTuple
 
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.ways_in_kernel import NOT_IN, way_out
 from iiwa_sim.frames import Transform, Vector, apply, rotate
 from iiwa_sim.handling.part import Part, Z
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
 STEP_M = 1e-3
 """A part goes over what is no higher than this."""
+FORGETS_M = 5e-3
+"""Of a place that has gone farther since it was seen last it is not known by which way it has come in."""
 TALL_M = 10.0
 _UPWARDS = 0.9  # of a direction: what pushes like that is below
 _ROUND = (
@@ -32,6 +35,21 @@ _UPRIGHT = 1.0 - 1e-6
 
 Way = tuple[float, float, float, float]
 """dx dy dz (m), and an angle about z (rad)."""
+NOWHERE: Way = (0.0, 0.0, 0.0, 0.0)
+
+
+class CameIn(NamedTuple):
+    """By which way a place has come into a body."""
+
+    way: Vector
+    """As `ways_in_kernel` remembers it."""
+    seen: Vector
+    """Where the place was then, from the middle of the body (m, along the base)."""
+    rubbed: Vector = (0.0, 0.0, 0.0)
+    """How far friction's spring was wound (m, along the base)."""
+
+
+NEVER_MET = CameIn(NOT_IN, (0.0, 0.0, 0.0))
 
 
 class Touch(NamedTuple):
@@ -43,6 +61,8 @@ class Touch(NamedTuple):
     """Unit vector out of the part."""
     lever: Vector
     """From its middle (m)."""
+    came: CameIn = NEVER_MET
+    """What is to be remembered of it."""
 
 
 class Ball(NamedTuple):
@@ -52,12 +72,15 @@ class Ball(NamedTuple):
     radius: float
     beside: bool = False
     """Whether it is beside the part, and no way out is up or down."""
+    came: Vector = NOT_IN
+    """By which way it has come into the part."""
 
     def touch(self, part: Surface, _way: Way) -> Touch:
         """Of the part where it is."""
-        distance, *out = (tall(part) if self.beside else part).nearest(*self.middle)
-        lever = tuple(a - b for a, b in zip(self.middle, part.pose.translation, strict=True))
-        return Touch(self.radius - distance, (out[0], out[1], out[2]), (lever[0], lever[1], lever[2]))
+        solid = tall(part) if self.beside else part
+        (distance, *out), came = way_out(solid, self.radius, self.middle, self.came)
+        lever = less(self.middle, part.pose.translation)
+        return Touch(self.radius - distance, (out[0], out[1], out[2]), lever, CameIn(came, lever))
 
 
 class Corner(NamedTuple):
@@ -65,14 +88,16 @@ class Corner(NamedTuple):
 
     place: Vector
     surface: Surface
+    came: Vector = NOT_IN
+    """By which way it has come into that."""
 
     def touch(self, part: Surface, way: Way) -> Touch:
         """Of the part where it is, after that way."""
-        lever = turned(self.place, way[3])
-        distance, x, y, z = self.surface.nearest(
-            *(a + b for a, b in zip(part.pose.translation, lever, strict=True))
-        )
-        return Touch(-distance, (-x, -y, -z), lever)
+        lever, (px, py, pz) = turned(self.place, way[3]), part.pose.translation
+        here = (px + lever[0], py + lever[1], pz + lever[2])
+        (distance, x, y, z), came = way_out(self.surface, 0.0, here, self.came)
+        seen = less(here, self.surface.pose.translation)
+        return Touch(-distance, (-x, -y, -z), lever, CameIn(came, seen))
 
 
 class Rim(NamedTuple):
@@ -81,18 +106,28 @@ class Rim(NamedTuple):
     height: float
     radius: float
     surface: Surface
+    came: Vector = NOT_IN
+    """By which way it has come into that."""
 
     def touch(self, part: Surface, _way: Way) -> Touch:
         """Of the part where it is."""
         x, y, z = part.pose.translation
-        distance, nx, ny, nz = self.surface.nearest(x, y, z + self.height)
+        here, r = (x, y, z + self.height), self.radius
+        (distance, nx, ny, nz), came = way_out(self.surface, r, here, self.came)
         level = hypot(nx, ny)
-        r = self.radius
         lever = (-r * nx / level, -r * ny / level, self.height) if level > 0.0 else (0.0, 0.0, self.height)
-        return Touch(r * level - distance, (-nx, -ny, -nz), lever)
+        seen = less(here, self.surface.pose.translation)
+        return Touch(r * level - distance, (-nx, -ny, -nz), lever, CameIn(came, seen))
 
 
 Meets = Ball | Corner | Rim
+
+
+def remembering(each: Meets, part: Surface, came: CameIn | None) -> tuple[Meets, Vector]:
+    """The same, that has come in like that, if it is still there; and how far friction's spring is wound."""
+    if came is None or dist(each.touch(part, NOWHERE).came.seen, came.seen) > FORGETS_M:
+        return each, NEVER_MET.rubbed
+    return each._replace(came=came.way), came.rubbed
 
 
 def tall(solid: Surface) -> Surface:
@@ -118,6 +153,11 @@ def span(solid: Surface) -> tuple[float, float]:
         if abs(up[axis]) > _UPRIGHT:
             return z - half, z + half
     return -inf, inf
+
+
+def less(place: Vector, middle: Vector) -> Vector:
+    """From a middle to a place."""
+    return (place[0] - middle[0], place[1] - middle[1], place[2] - middle[2])
 
 
 def turned(place: Vector, angle: float) -> Vector:

@@ -5,27 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist
 
-from iiwa_sim.contact.links_kernel import STIFFEST_N_PER_M, Links
+from iiwa_sim.contact.link_forces_kernel import STIFFEST_N_PER_M
+from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, apply, compose
 from iiwa_sim.handling.falling import STILL, Body
 from iiwa_sim.handling.held import Held
-from iiwa_sim.handling.meeting import Ball, Way, outline
+from iiwa_sim.handling.meeting import NOWHERE, Ball, Meets, outline, remembering
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.pushed import Presser
+from iiwa_sim.handling.pushed import Key, Presser
 from iiwa_sim.handling.touching import points_of
 from iiwa_sim.motion.joints import Joints
 
 SEEN_M = 0.05
 """So far from a part near the arm its distance is found exactly."""
-NOWHERE: Way = (0.0, 0.0, 0.0, 0.0)
 
 
 def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> Iterator[Presser]:
     """What of the arm, at joint positions (rad), may press on a part that its `links` know."""
-    for middle, radius, rubbed, share in links.balls(part.name, joints, tick_s, SEEN_M):
+    for middle, radius, rubbed, share, came in links.balls(part.name, joints, tick_s, SEEN_M):
         holding = share * min(part.stiffness, STIFFEST_N_PER_M)
-        yield Presser(Ball(middle, radius), share * part.stiffness, part.friction, holding, rubbed)
+        yield Presser(Ball(middle, radius, came=came), share * part.stiffness, part.friction, holding, rubbed)
 
 
 def by_what_is_held(held: Held, solid: Surface, body: Body) -> Iterator[Presser]:
@@ -35,11 +35,20 @@ def by_what_is_held(held: Held, solid: Surface, body: Body) -> Iterator[Presser]
     if dist(solid.pose.translation, body.pose.translation) > far:
         return
     both = in_a_row(part.stiffness, body.part.stiffness)
-    points = points_of(part, upright=held.upright)
-    for place in points.places:
-        yield Presser(Ball(apply(solid.pose, place), points.radius_m), both / points.at_once)
-    for each in outline(body.part, body.pose, 0.0, solid):
-        yield Presser(each, both)
+    points, own = points_of(part, upright=held.upright), solid_of(body)
+    for number, place in enumerate(points.places):
+        ball, key = Ball(apply(solid.pose, place), points.radius_m), (part.name, number)
+        yield Presser(remembering(ball, own, body.came.get(key))[0], both / points.at_once, key=key)
+    for key, each in _corners(held, solid, body):
+        yield Presser(each, both, key=key)
+
+
+def _corners(held: Held, solid: Surface, body: Body) -> Iterator[tuple[Key, Meets]]:
+    """What of a part may press on the held one, which is `solid` there."""
+    name, own = held.part.name, solid_of(body)
+    for number, each in enumerate(outline(body.part, body.pose, 0.0, solid)):
+        key = name, -1 - number
+        yield key, remembering(each, own, body.came.get(key))[0]
 
 
 def react(held: Held, solid: Surface, body: Body) -> None:
@@ -49,8 +58,8 @@ def react(held: Held, solid: Surface, body: Body) -> None:
         return
     force, torque = held.touching.besides or (STILL, STILL)
     own, stiffness = solid_of(body), in_a_row(part.stiffness, body.part.stiffness)
-    for each in outline(body.part, body.pose, 0.0, solid):
-        depth, out, lever = each.touch(own, NOWHERE)
+    for _key, each in _corners(held, solid, body):
+        depth, out, lever, _came = each.touch(own, NOWHERE)
         if depth <= 0.0:
             continue
         f = [stiffness * depth * component for component in out]

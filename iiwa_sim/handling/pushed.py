@@ -20,7 +20,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Rotation, Transform, Vector, multiply
 from iiwa_sim.handling.falling import STILL, Body
 from iiwa_sim.handling.ground import Ground
-from iiwa_sim.handling.meeting import Meets, Touch, Way, is_beside
+from iiwa_sim.handling.meeting import NOWHERE, CameIn, Meets, Touch, Way, is_beside
 from iiwa_sim.handling.part import Part, X, Y
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
@@ -31,7 +31,9 @@ SLOW_M_PER_S = 1e-3
 """What nothing pushes, and is slower than this, rests."""
 _SHARE = sqrt(1.0 / 3.0)  # of half an edge: four points there have the moments of a face
 _HALVINGS = 12
-_NOWHERE: Way = (0.0, 0.0, 0.0, 0.0)
+
+Key = tuple[str, int]
+"""Name of what is met, and the number of a place of either."""
 
 
 class Presser(NamedTuple):
@@ -45,8 +47,19 @@ class Presser(NamedTuple):
     """Stiffness (N/m) of friction's spring."""
     rubbed: Vector = (0.0, 0.0, 0.0)
     """How far it has gone along the part (m), as friction holds that."""
-    pushes: bool = True
-    """Whether it moves the part; else it is in its way only."""
+    key: Key | None = None
+    """Under which the part remembers by which way it has come in, if it is not remembered elsewhere."""
+
+
+    def after(self, before: Touch, touch: Touch, way: Way) -> CameIn:
+        """What the part remembers of it after a way, on which the touch has become another."""
+        if touch.depth <= 0.0 or self.friction == 0.0 or not is_beside(before):
+            return touch.came
+        left = _left(self.rubbed, before, way)
+        length = sqrt(sum(each * each for each in left))
+        longest = self.friction * self.stiffness * touch.depth / self.holding
+        share = 1.0 if length <= longest else longest / length
+        return touch.came._replace(rubbed=(share * left[0], share * left[1], share * left[2]))
 
 
 class Stack(NamedTuple):
@@ -63,7 +76,7 @@ def pushed(
     """The part after a tick on a face, and the way that it has gone."""
     part, pose = body.part, body.pose
     solid = Surface(part.name, part.shape, pose, part.stiffness, 0.0, part.friction)
-    touches = [each.meets.touch(solid, _NOWHERE) for each in pressers]
+    touches = [each.meets.touch(solid, NOWHERE) for each in pressers]
     pressing = [
         _pressing(each, touch) for each, touch in zip(pressers, touches, strict=True) if is_beside(touch)
     ]
@@ -81,7 +94,7 @@ def pushed(
     velocity = (*body.velocity, body.spin)
     way, wound = balance.way(mass, inertia, velocity, below, pressing, tick_s)
     if max(map(abs, way[:3])) < STILL_M and abs(way[3]) * part.shape.extent < STILL_M:
-        return body._replace(velocity=STILL, spin=0.0), _NOWHERE
+        return body._replace(velocity=STILL, spin=0.0), NOWHERE
     share, moving = 1.0, _energy(mass, inertia, velocity)
     for _ in range(_HALVINGS):
         gone: Way = (share * way[0], share * way[1], share * way[2], share * way[3])
@@ -95,7 +108,7 @@ def pushed(
             there = gone_by(pose, gone)
             return body._replace(pose=there, velocity=(x, y, z), spin=spin, wound=after), gone
         share *= 0.5
-    return body._replace(velocity=STILL, spin=0.0), _NOWHERE
+    return body._replace(velocity=STILL, spin=0.0), NOWHERE
 
 
 def gone_by(pose: Transform, way: Way) -> Transform:
@@ -156,19 +169,25 @@ def _gained(
     holding = 0.125 * below.stiffness
     total += holding * (sum(each * each for each in wound) - sum(each * each for each in below.wound))
     for each in pressers:
-        before, after = each.meets.touch(solid, _NOWHERE), each.meets.touch(there, way)
+        before, after = each.meets.touch(solid, NOWHERE), each.meets.touch(there, way)
         if is_beside(before):
             total -= _spring(each.stiffness, before.depth)
         if is_beside(after):
             total += _spring(each.stiffness, after.depth)
         if is_beside(before) and each.friction > 0.0 and after.depth > 0.0:
             limit = each.friction * each.stiffness * after.depth
-            x, y, _ = before.lever
-            moved = (way[0] - way[3] * y, way[1] + way[3] * x, way[2])
-            out = sum(a * b for a, b in zip(moved, before.out, strict=True))
-            left = (e - (u - out * n) for e, u, n in zip(each.rubbed, moved, before.out, strict=True))
+            left = _left(each.rubbed, before, way)
             total += _held(each.holding, limit, left) - _held(each.holding, limit, each.rubbed)
     return total
+
+
+def _left(rubbed: Vector, before: Touch, way: Way) -> Vector:
+    """How far (m) what rubs at a touch has gone along a part that goes a way, if friction holds all that."""
+    x, y, _ = before.lever
+    nx, ny, nz = before.out
+    u, v, w = way[0] - way[3] * y, way[1] + way[3] * x, way[2]
+    out = u * nx + v * ny + w * nz
+    return (rubbed[0] - (u - out * nx), rubbed[1] - (v - out * ny), rubbed[2] - (w - out * nz))
 
 
 def _spring(stiffness: float, depth: float) -> float:
