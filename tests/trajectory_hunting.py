@@ -13,7 +13,6 @@ import numpy as np
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import SHORTEST_S, Tolerance, TrajectoryPoint, TrajectoryRequest
-from iiwa_sim.motion.path import polynomial_kernel
 from iiwa_sim.motion.trajectory.tracker import Way
 from tests.hunting import STEP_S
 from tests.stepped import ROUNDING, Array
@@ -235,9 +234,7 @@ class TrajectoryHunt(WideHunt):
         r = way.reference
         found = np.zeros((4, len(times), len(r.start)))
         inside = (times >= r.times[0]) & (times < r.end_s)
-        values = np.empty((4, int(inside.sum()), len(r.start)))
-        polynomial_kernel.derivatives(r.times, r.offsets, r.coefficients, times[inside], values)
-        found[:, inside] = values
+        found[:, inside] = r.curve.derivatives(times[inside])
         found[0, times < r.times[0]] = r.start
         found[0, times >= r.end_s] = r.end
         return found

@@ -295,7 +295,7 @@ class WideHunt(Hunt):
             zone = course.moves[k - 1].zone
             assert zone is not None
             if inside.any():
-                farthest = float(zone.distances(q[inside]).max())
+                farthest = max(map(zone.distance, q[inside].tolist()))
                 assert farthest <= zone.radius * (1.0 + OUT_OF_SPHERE) + 1e-9, f"{farthest} of {zone.radius}"
         for k, move in enumerate(course.moves):
             on = on_path & (x >= course.targets[k]) & (x <= course.targets[k + 1])

@@ -7,6 +7,7 @@ import numpy as np
 from iiwa_sim.controller.errors import CROSSING_SINGULARITY, Refused
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.path.extremes_kernel import first_outside
 from iiwa_sim.motion.path.line_kernel import LineJoints, LineOutOfReach, SingularLine
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.singular import Stretches
@@ -113,7 +114,7 @@ class LinPlanner:
             raise Refused(CROSSING_SINGULARITY, reason)
 
     def _check_limits(self, line: Polynomial) -> None:
-        found = line.first_outside(self._lowest, self._highest)
+        found = first_outside(line, self._lowest, self._highest)
         if found is not None:
             d = self._description
             limit = (d.position_max if found.upwards else d.position_min)[found.joint]

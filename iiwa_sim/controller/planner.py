@@ -13,9 +13,10 @@ from iiwa_sim.controller.requests import Kind, MoveRequest, Shift
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
+from iiwa_sim.motion.path.extremes_kernel import least_time_per_s, least_time_s, travel
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
-from iiwa_sim.motion.path.zone import JointBall, Sphere, Zone
+from iiwa_sim.motion.path.zone_kernel import Zone, joint_ball, sphere
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, Nearest, Unreachable, how_far
@@ -91,7 +92,7 @@ class Planner:
         end = self.joint_target(target, request.speeds)
         if not 0.0 <= request.blending <= 1.0:
             raise Refused(EXECUTION, f"blending over {request.blending:g} of the way: expected 0 to 1")
-        zone = JointBall(request.blending, start, end) if request.blending else None
+        zone = joint_ball(request.blending, start, end) if request.blending else None
         return self._plan(ptp(start, end), request.speeds, zone)
 
     def _lin_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float], tcp: Tcp) -> Plan:
@@ -105,10 +106,10 @@ class Planner:
         """The relative speed at which the TCP is nowhere faster on a line than a speed (m/s)."""
         length_m = line.tcp_length_m or 0.0
         if length_m < SAME_M:
-            if float(line.travel().max()) > SAME_TURN_RAD:
+            if float(travel(line).max()) > SAME_TURN_RAD:
                 raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
             return 1.0
-        fastest_m_s = length_m / line.least_time_per_s(self._limits.velocity)
+        fastest_m_s = length_m / least_time_per_s(line, self._limits.velocity)
         speed_rel = min(1.0, tcp_speed_m_s / fastest_m_s)
         if speed_rel < LEAST_SPEED_REL:
             slowest = LEAST_SPEED_REL * fastest_m_s
@@ -134,7 +135,7 @@ class Planner:
 
     def _plan(self, path: Polynomial, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
         limits = self._limits._replace(velocity=np.multiply(self._limits.velocity, speed_rel))
-        length_s, farthest = path.least_time_s(limits.velocity)
+        length_s, farthest = least_time_s(path, limits.velocity)
         if not length_s <= LONGEST_MOVE_S:
             raise Refused(
                 EXECUTION,
@@ -176,7 +177,7 @@ def _sphere(target: Joints, blending_mm: float, tcp: Tcp) -> Zone | None:
         return None
     if not (isfinite(blending_mm) and blending_mm > 0.0):
         raise Refused(EXECUTION, f"blending {blending_mm:g} mm: expected 0 or more")
-    return Sphere(blending_mm / 1000.0, target, tcp)
+    return sphere(blending_mm / 1000.0, target, tcp)
 
 
 def _checked_pose(target: Frame, speed_rel: float, redundancy: float | None) -> Transform:

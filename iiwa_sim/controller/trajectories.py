@@ -21,7 +21,8 @@ from iiwa_sim.controller.trajectory_request import (
 )
 from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.trajectory.reference import Beyond, Knot, Reference
+from iiwa_sim.motion.path.extremes_kernel import Outside
+from iiwa_sim.motion.trajectory.reference import Knot, Reference
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 
 ROUNDING = 1e-6
@@ -157,7 +158,7 @@ class Trajectories:
         elsewhere."""
         beyond = reference.first_beyond(0, self._lowest, self._highest)
         if beyond is not None:
-            position = reference.at(beyond.time_s)[0][beyond.joint]
+            position = reference.at(beyond.s)[0][beyond.joint]
             low, high = self._lowest[beyond.joint], self._highest[beyond.joint]
             where = f"{self._at(beyond)} at {position:.7g} rad is outside {low:.7g} to {high:.7g} rad"
             raise Refused(JOINT_LIMIT, f"{where} ({degrees(low):g} to {degrees(high):g} deg)")
@@ -172,8 +173,8 @@ class Trajectories:
             where = f"{self._names[farthest]} is {away[farthest]:.7g} rad from where the trajectory begins"
             raise Refused(EXECUTION, f"{where}: expected {START_RAD:g} rad at most")
 
-    def _at(self, beyond: Beyond) -> str:
-        return f"after {beyond.time_s:.3f} s {self._names[beyond.joint]}"
+    def _at(self, beyond: Outside) -> str:
+        return f"after {beyond.s:.3f} s {self._names[beyond.joint]}"
 
     def _watch(self) -> None:
         """After a tick: whether the robot is where the trajectory asks for, as far as it says how near."""

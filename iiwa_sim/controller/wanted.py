@@ -5,7 +5,6 @@ from typing import NamedTuple
 from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
-from iiwa_sim.motion.path.zone import Sphere
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.trajectory.tracker import Way
 
@@ -65,5 +64,5 @@ class Tracked(NamedTuple):
 
 def planned_of(move: Move) -> Planned:
     """Where a move is to go."""
-    blending_m = move.zone.radius if isinstance(move.zone, Sphere) else 0.0
+    blending_m = move.zone.radius if move.zone is not None and move.zone.of_tcp else 0.0
     return Planned(move.number, move.path.end, blending_m)

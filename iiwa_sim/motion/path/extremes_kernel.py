@@ -2,68 +2,86 @@
 
 # mypy: allow-untyped-decorators
 
+from __future__ import annotations
+
+from typing import NamedTuple
+
 import cython
+import numpy as np
 from cython.cimports.libc.math import fabs
 
+from iiwa_sim.motion.limits import Array
+
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.path.polynomial_kernel import evaluate
+    from cython.cimports.iiwa_sim.motion.path.piecewise_kernel import Polynomial
 else:
-    from iiwa_sim.motion.path.polynomial_kernel import evaluate
+    from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 
 _HALVINGS = cython.declare(cython.int, 50)
-_GOLDEN = cython.declare(cython.double, 0.6180339887498949)
+_CLOSE = 1e-9  # in s: nearer together places are the same
+_PARTS = 20  # in which what lies beside the fastest place is looked into
+
+
+class Outside(NamedTuple):
+    """The place at which a joint leaves its limits."""
+
+    s: float
+    joint: int
+    """Index of the joint."""
+    upwards: bool
+    """Whether it leaves through the upper limit."""
 
 
 def first_outside(
-    borders: cython.double[::1],
-    offsets: cython.Py_ssize_t[::1],
-    coefficients: cython.double[:, ::1],
-    lowest: cython.double[::1],
-    highest: cython.double[::1],
-) -> tuple[float, int]:
-    """The s at which a joint first leaves its limits (rad, (n,)), and which joint; 2.0 and -1 for none."""
-    first: cython.double = 2.0
+    path: Polynomial, lowest: cython.double[::1], highest: cython.double[::1]
+) -> Outside | None:
+    """The first place at which a joint leaves its limits (rad, (n,)); None where none does.
+
+    Where a joint turns back is found, so that it cannot swing out and back between two samples.
+    """
+    first: cython.double = 0.0
     joint: cython.Py_ssize_t = -1
-    for piece in range(borders.shape[0] - 1):
-        low = borders[piece]
-        high = borders[piece + 1]
-        for j in range(coefficients.shape[1]):
+    upwards: cython.bint = False
+    for piece in range(path.piece_count):
+        low = path._borders[piece]
+        high = path._borders[piece + 1]
+        for j in range(path.joint_count):
             # No polynomial goes farther than the sum of its coefficients.
             reach = 0.0
-            for k in range(offsets[piece] + 1, offsets[piece + 1]):
-                reach += fabs(coefficients[k, j])
-            x = coefficients[offsets[piece], j]
+            for k in range(path._offsets[piece] + 1, path._offsets[piece + 1]):
+                reach += fabs(path._coefficients[k, j])
+            x = path._coefficients[path._offsets[piece], j]
             if x - reach >= lowest[j] and x + reach <= highest[j]:
                 continue
-            x = _leaves(coefficients, offsets[piece], offsets[piece + 1], j, lowest[j], highest[j])
-            if x <= 1.0 and low + 0.5 * (high - low) * (1.0 + x) < first:
+            x = _leaves(path, piece, j, lowest[j], highest[j])
+            if x <= 1.0 and (joint < 0 or low + 0.5 * (high - low) * (1.0 + x) < first):
                 first = low + 0.5 * (high - low) * (1.0 + x)
                 joint = j
+                upwards = _value(path, piece, j, x) > 0.5 * (lowest[j] + highest[j])
         if joint >= 0:
-            break
-    return first, joint
+            return Outside(first, joint, bool(upwards))
+    return None
 
 
 @cython.cfunc
 @cython.exceptval(check=False)
 def _leaves(
-    coefficients: cython.double[:, ::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
+    path: Polynomial,
+    piece: cython.Py_ssize_t,
     joint: cython.Py_ssize_t,
     lowest: cython.double,
     highest: cython.double,
 ) -> cython.double:
-    """Where in -1..1 a joint leaves its limits on a piece of rows first to last; 2.0 where it does not."""
-    count: cython.Py_ssize_t = 2 * (last - first) + 2
+    """Where in -1..1 a joint leaves its limits on a piece; 2.0 where it does not."""
+    count: cython.Py_ssize_t = 2 * (path._offsets[piece + 1] - path._offsets[piece]) + 2
     x: cython.double = -1.0
-    slope: cython.double = _slope(coefficients, first, last, joint, x)
-    q: cython.double = _value(coefficients, first, last, joint, x)
+    slope: cython.double = _slope(path, piece, joint, x)
+    q: cython.double = _value(path, piece, joint, x)
     if q < lowest or q > highest:
         return x
     for k in range(1, count + 1):
         there = -1.0 + 2.0 * k / count
-        next_slope = _slope(coefficients, first, last, joint, there)
+        next_slope = _slope(path, piece, joint, there)
         high = there
         if slope * next_slope < 0.0:  # it turns back between
             low = x
@@ -71,21 +89,21 @@ def _leaves(
             while i < _HALVINGS:
                 i += 1
                 middle = 0.5 * (low + high)
-                if _slope(coefficients, first, last, joint, middle) * slope > 0.0:
+                if _slope(path, piece, joint, middle) * slope > 0.0:
                     low = middle
                 else:
                     high = middle
-        q = _value(coefficients, first, last, joint, high)
+        q = _value(path, piece, joint, high)
         if lowest <= q <= highest:
             high = there
-            q = _value(coefficients, first, last, joint, high)
+            q = _value(path, piece, joint, high)
         if q < lowest or q > highest:
             low = x
             i = 0
             while i < _HALVINGS:
                 i += 1
                 middle = 0.5 * (low + high)
-                q = _value(coefficients, first, last, joint, middle)
+                q = _value(path, piece, joint, middle)
                 if lowest <= q <= highest:
                     low = middle
                 else:
@@ -99,17 +117,14 @@ def _leaves(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _value(
-    coefficients: cython.double[:, ::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
-    joint: cython.Py_ssize_t,
-    x: cython.double,
+    path: Polynomial, piece: cython.Py_ssize_t, joint: cython.Py_ssize_t, x: cython.double
 ) -> cython.double:
+    first: cython.Py_ssize_t = path._offsets[piece]
     before: cython.double = 1.0
     here: cython.double = x
-    total: cython.double = coefficients[first, joint]
-    for k in range(first + 1, last):
-        total += coefficients[k, joint] * here
+    total: cython.double = path._coefficients[first, joint]
+    for k in range(first + 1, path._offsets[piece + 1]):
+        total += path._coefficients[k, joint] * here
         after = 2.0 * x * here - before
         before = here
         here = after
@@ -119,113 +134,66 @@ def _value(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _slope(
-    coefficients: cython.double[:, ::1],
-    first: cython.Py_ssize_t,
-    last: cython.Py_ssize_t,
-    joint: cython.Py_ssize_t,
-    x: cython.double,
+    path: Polynomial, piece: cython.Py_ssize_t, joint: cython.Py_ssize_t, x: cython.double
 ) -> cython.double:
     """The derivative: that of T(k) is k U(k - 1)."""
+    first: cython.Py_ssize_t = path._offsets[piece]
     before: cython.double = 0.0
     here: cython.double = 1.0
     total: cython.double = 0.0
-    for k in range(first + 1, last):
-        total += coefficients[k, joint] * (k - first) * here
+    for k in range(first + 1, path._offsets[piece + 1]):
+        total += path._coefficients[k, joint] * (k - first) * here
         after = 2.0 * x * here - before
         before = here
         here = after
     return total
 
 
-def travel(
-    offsets: cython.Py_ssize_t[::1], coefficients: cython.double[:, ::1], ways: cython.double[::1]
-) -> None:
-    """How far each joint goes, there and back (rad, (n,)); turns between places looked at are cut short."""
-    for j in range(coefficients.shape[1]):
-        ways[j] = 0.0
-        for piece in range(offsets.shape[0] - 1):
-            count = offsets[piece + 1] - offsets[piece]
+def travel(path: Polynomial) -> Array:
+    """How far each joint goes, there and back (rad, (n,)), but for what is missed where it turns between
+    places that are looked at."""
+    found: Array = np.zeros(path.joint_count)
+    ways: cython.double[::1] = found
+    for j in range(path.joint_count):
+        for piece in range(path.piece_count):
+            count = path._offsets[piece + 1] - path._offsets[piece]
             count = 4 * count if count > 2 else 1
-            before = _value(coefficients, offsets[piece], offsets[piece + 1], j, -1.0)
+            before = _value(path, piece, j, -1.0)
             for k in range(1, count + 1):
-                q = _value(coefficients, offsets[piece], offsets[piece + 1], j, -1.0 + 2.0 * k / count)
+                q = _value(path, piece, j, -1.0 + 2.0 * k / count)
                 ways[j] += fabs(q - before)
                 before = q
+    return found
 
 
-def least_time_per_s(
-    borders: cython.double[::1],
-    offsets: cython.Py_ssize_t[::1],
-    coefficients: cython.double[:, ::1],
-    velocity: cython.double[::1],
-    room: cython.double[:, :, ::1],
-) -> cython.double:
-    """How long a unit of s takes at the least where it takes least, by velocity limits (rad/s, (n,)).
+def least_time_s(path: Polynomial, velocity: cython.double[::1]) -> tuple[float, float]:
+    """How long (s) a path takes with one joint at its velocity limit (rad/s, (n,)) all the way; and the way
+    (rad) of the joint that goes farthest. NaN where the path is."""
+    ways: cython.double[::1] = travel(path)
+    longest_s: cython.double = 0.0
+    farthest: cython.double = 0.0
+    for j in range(ways.shape[0]):
+        time_s: cython.double = ways[j] / velocity[j]
+        if time_s > longest_s or time_s != time_s:
+            longest_s = time_s
+        farthest = max(farthest, ways[j])
+    return longest_s, farthest
 
-    `room` (2, 1, n) is for its own use.
+
+def least_time_per_s(path: Polynomial, velocity: Array) -> float:
+    """How long (s) a unit of s takes where it takes least.
+
+    There the TCP of a line is fastest, with its fastest joint at the velocity limit (rad/s, (n,)).
     """
-    least: cython.double = _time_per_s(borders, offsets, coefficients, velocity, 0, 0.0, room)
-    for piece in range(borders.shape[0] - 1):
-        low = borders[piece]
-        count = 4 * (offsets[piece + 1] - offsets[piece])
-        width = (borders[piece + 1] - low) / count
-        before = time = _time_per_s(borders, offsets, coefficients, velocity, piece, low, room)
-        for k in range(1, count + 1):
-            after = _time_per_s(borders, offsets, coefficients, velocity, piece, low + k * width, room)
-            if time <= before and time <= after:
-                # The least is next to the place before.
-                first = low + max(k - 2, 0) * width
-                last = low + k * width
-                least = min(
-                    least,
-                    _least_between(borders, offsets, coefficients, velocity, piece, first, last, room),
-                )
-            least = min(least, after)
-            before = time
-            time = after
-    return least
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _least_between(
-    borders: cython.double[::1],
-    offsets: cython.Py_ssize_t[::1],
-    coefficients: cython.double[:, ::1],
-    velocity: cython.double[::1],
-    piece: cython.Py_ssize_t,
-    low: cython.double,
-    high: cython.double,
-    room: cython.double[:, :, ::1],
-) -> cython.double:
-    """By the golden section."""
-    k: cython.int = 0
-    while k < _HALVINGS:
-        k += 1
-        one = high - _GOLDEN * (high - low)
-        other = low + _GOLDEN * (high - low)
-        if _time_per_s(borders, offsets, coefficients, velocity, piece, one, room) < _time_per_s(
-            borders, offsets, coefficients, velocity, piece, other, room
-        ):
-            high = other
-        else:
-            low = one
-    return _time_per_s(borders, offsets, coefficients, velocity, piece, 0.5 * (low + high), room)
-
-
-@cython.cfunc
-@cython.exceptval(check=False)
-def _time_per_s(
-    borders: cython.double[::1],
-    offsets: cython.Py_ssize_t[::1],
-    coefficients: cython.double[:, ::1],
-    velocity: cython.double[::1],
-    piece: cython.Py_ssize_t,
-    s: cython.double,
-    room: cython.double[:, :, ::1],
-) -> cython.double:
-    evaluate(borders, offsets, coefficients, piece, s, 1, room, 0)
-    longest: cython.double = 0.0
-    for j in range(velocity.shape[0]):
-        longest = max(longest, fabs(room[1, 0, j]) / velocity[j])
-    return longest
+    borders, rows = path.borders.tolist(), np.diff(path.offsets).tolist()
+    parts = [
+        np.linspace(low, high, 4 * count, endpoint=False)
+        for low, high, count in zip(borders, borders[1:], rows, strict=False)
+    ]
+    s = np.append(np.concatenate(parts), borders[len(rows)])
+    while True:
+        times_s = (np.abs(path.derivatives(s)[1]) / velocity).max(axis=1)
+        k = int(times_s.argmin())
+        if np.ptp(s) < _CLOSE:
+            return float(times_s[k])
+        s = np.linspace(s[max(k - 1, 0)], s[min(k + 1, len(s) - 1)], _PARTS + 1)

@@ -1,6 +1,8 @@
 """Joint positions over s from 0 to 1 as pieces of Chebyshev polynomials: what every move's path is.
 
 A polynomial is evaluated in a fixed number of steps, and so are its derivatives: no samples, no differences.
+They come from the same recurrence as the polynomials themselves, T(k + 1) = 2 x T(k) - T(k - 1), and what
+that is when it is differentiated.
 """
 
 # mypy: allow-untyped-decorators
@@ -8,7 +10,6 @@ A polynomial is evaluated in a fixed number of steps, and so are its derivatives
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import cython
 import numpy as np
@@ -16,23 +17,6 @@ from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path import extremes_kernel
-from iiwa_sim.motion.path.polynomial_kernel import derivatives
-
-if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
-else:
-    from iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
-
-
-class Outside(NamedTuple):
-    """The place at which a joint leaves its position limits."""
-
-    s: float
-    joint: int
-    """Index of the joint."""
-    upwards: bool
-    """Whether it leaves through the upper limit."""
 
 
 @cython.cclass
@@ -41,12 +25,13 @@ class Polynomial:
 
     Piece k lies between `borders[k]` and `borders[k + 1]`. With x going from -1 to 1 along it, joint j is the
     sum over i of `coefficients[offsets[k] + i, j]` times the Chebyshev polynomial T_i(x). Consecutive pieces
-    agree in positions and in their first three derivatives, but for rounding and for what the fit leaves.
+    of a move agree in positions and in their first three derivatives, but for rounding and for what the fit
+    leaves.
     """
 
     def __init__(
         self,
-        borders: Sequence[float],
+        borders: Sequence[float] | Array,
         pieces: Sequence[Array],
         start: Joints,
         end: Joints,
@@ -57,7 +42,7 @@ class Polynomial:
         `tcp_length_m` is how far the TCP goes, where it goes straight and evenly with s.
         """
         self.borders: Array = np.array(borders, dtype=np.float64)
-        """(pieces + 1,), rising from 0 to 1"""
+        """(pieces + 1,), rising: from 0 to 1 where this is the path of a move"""
         self.offsets: NDArray[np.intp] = np.zeros(len(pieces) + 1, dtype=np.intp)
         """(pieces + 1,): the first row of each piece's coefficients, and the count of all rows"""
         self.coefficients: Array = np.array(
@@ -69,75 +54,142 @@ class Polynomial:
         self.end = end
         """Joint positions (rad) at s = 1."""
         self.tcp_length_m = tcp_length_m
+        self.joint_count = self.coefficients.shape[1]
+        self.piece_count = len(pieces)
+        self.straight = len(self.coefficients) == 2
+        """Whether the joints go straight and evenly with s."""
         self._borders, self._offsets = self.borders, self.offsets
         self._coefficients = self.coefficients
-        self._room = np.empty((1, 1, len(start)))
+        self._room = np.empty((1, 1, self.joint_count))
         for k in range(len(pieces)):
             self._offsets[k + 1] = self._offsets[k] + len(pieces[k])
 
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _piece_at(self, s: cython.double) -> cython.Py_ssize_t:
+        """The piece in which s lies; the first or last one where s is outside of all."""
+        low: cython.Py_ssize_t = 0
+        high: cython.Py_ssize_t = self.piece_count
+        while high - low > 1:
+            middle = (low + high) // 2
+            if s < self._borders[middle]:
+                high = middle
+            else:
+                low = middle
+        return low
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def inside(self, piece: cython.Py_ssize_t, part: cython.double) -> cython.double:
+        """The s at a part (0..1) of a piece."""
+        return self._borders[piece] + (self._borders[piece + 1] - self._borders[piece]) * part
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def evaluate(
+        self, s: cython.double, orders: cython.int, values: cython.double[:, :, ::1], row: cython.Py_ssize_t
+    ) -> cython.void:
+        """Joint positions at s into `values[0, row]`, and their derivatives up to the order `orders`, 3 at
+        most, into `values[1, row]` and so on: `values` is (orders + 1 or more, rows, joints).
+
+        Outside of all pieces they are those of the first or last one, continued.
+        """
+        piece: cython.Py_ssize_t = self._piece_at(s)
+        coefficients = self._coefficients
+        count: cython.Py_ssize_t = self.joint_count
+        first: cython.Py_ssize_t = self._offsets[piece]
+        last: cython.Py_ssize_t = self._offsets[piece + 1]
+        scale: cython.double = 2.0 / (self._borders[piece + 1] - self._borders[piece])
+        x: cython.double = (s - self._borders[piece]) * scale - 1.0
+        if self.straight:  # the same in short
+            for j in range(count):
+                values[0, row, j] = coefficients[0, j] + coefficients[1, j] * x
+                if orders > 0:
+                    values[1, row, j] = coefficients[1, j] * scale
+                for k in range(2, orders + 1):
+                    values[k, row, j] = 0.0
+            return
+        double_x: cython.double = 2.0 * x
+        # T(k) and its derivatives d, e, f; those of k - 1 (before) and their next.
+        t0: cython.double = 1.0
+        t1: cython.double = x
+        d0: cython.double = 0.0
+        d1: cython.double = 1.0
+        e0: cython.double = 0.0
+        e1: cython.double = 0.0
+        f0: cython.double = 0.0
+        f1: cython.double = 0.0
+        for j in range(count):
+            values[0, row, j] = coefficients[first, j]
+        for k in range(1, orders + 1):
+            for j in range(count):
+                values[k, row, j] = 0.0
+        if orders == 0:
+            for k in range(first + 1, last):
+                for j in range(count):
+                    values[0, row, j] += coefficients[k, j] * t1
+                t = double_x * t1 - t0
+                t0 = t1
+                t1 = t
+            return
+        for k in range(first + 1, last):
+            for j in range(count):
+                c = coefficients[k, j]
+                values[0, row, j] += c * t1
+                values[1, row, j] += c * d1
+            if orders > 1:
+                for j in range(count):
+                    values[2, row, j] += coefficients[k, j] * e1
+            if orders > 2:
+                for j in range(count):
+                    values[3, row, j] += coefficients[k, j] * f1
+            t = double_x * f1 - f0 + 6.0 * e1
+            f0 = f1
+            f1 = t
+            t = double_x * e1 - e0 + 4.0 * d1
+            e0 = e1
+            e1 = t
+            t = double_x * d1 - d0 + 2.0 * t1
+            d0 = d1
+            d1 = t
+            t = double_x * t1 - t0
+            t0 = t1
+            t1 = t
+        t = scale
+        for k in range(1, orders + 1):
+            for j in range(count):
+                values[k, row, j] *= t
+            t *= scale
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def place(
+        self, s: cython.double, values: cython.double[:, :, ::1], row: cython.Py_ssize_t
+    ) -> cython.void:
+        """Joint positions at s into `values[0, row]`."""
+        self.evaluate(s, 0, values, row)
+
     def joints(self, s: cython.double) -> Joints:
-        """Joint positions (rad) at s; before 0 those of the start, beyond 1 those of the end."""
+        """Joint positions (rad) at s; before 0 that is the start, beyond 1 the end."""
         place: Joints
-        if s <= 0.0:
+        if s <= self._borders[0]:
             place = self.start
-        elif s >= 1.0:
+        elif s >= self._borders[self.piece_count]:
             place = self.end
         else:
-            piece = piece_at(self._borders, s)
-            evaluate(self._borders, self._offsets, self._coefficients, piece, s, 0, self._room, 0)
-            place = tuple([self._room[0, 0, j] for j in range(self._room.shape[2])])
+            self.place(s, self._room, 0)
+            place = tuple([self._room[0, 0, j] for j in range(self.joint_count)])
         return place
 
-    def derivatives(self, s: Array) -> tuple[Array, Array, Array, Array]:
-        """Positions (rad) and their first three derivatives (rad per unit of s ...), each (m, n), at s (m,).
+    def derivatives(self, s: Array) -> Array:
+        """Positions (rad) and their first three derivatives (rad per unit of s ...), (4, m, n), at s (m,).
 
-        Outside 0..1 they are those of the first or last piece, continued.
+        Outside of all pieces they are those of the first or last one, continued.
         """
-        values = np.empty((4, len(s), self.coefficients.shape[1]))
-        places = np.ascontiguousarray(s, dtype=np.float64)
-        derivatives(self.borders, self.offsets, self.coefficients, places, values)
-        return values[0], values[1], values[2], values[3]
-
-    def first_outside(self, lowest: Array, highest: Array) -> Outside | None:
-        """The first place at which a joint leaves its limits (rad, (n,)); None where none does.
-
-        Where a joint turns back is found, so that it cannot swing out and back between two samples.
-        """
-        s, joint = extremes_kernel.first_outside(
-            self.borders, self.offsets, self.coefficients, lowest, highest
-        )
-        if joint < 0:
-            return None
-        return Outside(s, joint, bool(self.joints(s)[joint] > 0.5 * (lowest[joint] + highest[joint])))
-
-    def travel(self) -> Array:
-        """How far each joint goes, there and back (rad, (n,)), but for what is missed where it turns between
-        places that are looked at."""
-        ways = np.empty(self.coefficients.shape[1])
-        extremes_kernel.travel(self.offsets, self.coefficients, ways)
-        return ways
-
-    def least_time_s(self, velocity: Array) -> tuple[float, float]:
-        """How long (s) it takes with one joint at its velocity limit (rad/s, (n,)) all the way; and the way
-        (rad) of the joint that goes farthest. NaN where the curve is."""
-        ways: cython.double[::1] = self.travel()
-        limits: cython.double[::1] = velocity
-        longest_s: cython.double = 0.0
-        farthest: cython.double = 0.0
-        for j in range(ways.shape[0]):
-            time_s: cython.double = ways[j] / limits[j]
-            if time_s > longest_s or time_s != time_s:
-                longest_s = time_s
-            farthest = max(farthest, ways[j])
-        return longest_s, farthest
-
-    def least_time_per_s(self, velocity: Array) -> float:
-        """How long (s) a unit of s takes where it takes least.
-
-        There the TCP of a line is fastest, with its fastest joint at the velocity limit (rad/s, (n,)).
-        """
-        room = np.empty((2, 1, self.coefficients.shape[1]))
-        time_s: float = extremes_kernel.least_time_per_s(
-            self.borders, self.offsets, self.coefficients, velocity, room
-        )
-        return time_s
+        found: Array = np.empty((4, len(s), self.joint_count))
+        values: cython.double[:, :, ::1] = found
+        places: cython.double[::1] = np.ascontiguousarray(s, dtype=np.float64)
+        row: cython.Py_ssize_t
+        for row in range(places.shape[0]):
+            self.evaluate(places[row], 3, values, row)
+        return found

@@ -15,7 +15,7 @@ def alone_s(move: Move) -> float:
     """How long (s) a move takes from rest to rest at the least; about so, where joints do not go straight."""
     if move.length_s == 0.0:
         return 0.0
-    part = 1.0 if len(move.path.coefficients) == 2 else ABOUT
+    part = 1.0 if move.path.straight else ABOUT
     halves_s: float = side(move, at_end=False).time_s(0.5) + side(move, at_end=True).time_s(0.5)
     return part * halves_s
 

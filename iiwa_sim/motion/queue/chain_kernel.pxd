@@ -7,10 +7,7 @@ cdef class Way:
     cdef double[::1] rho
     cdef double[::1] heights
     cdef double[:, ::1] starts         # where moves begin, by their polynomials
-    cdef Py_ssize_t[::1] pieces
-    cdef double[::1] borders
-    cdef Py_ssize_t[::1] offsets
-    cdef double[:, ::1] coefficients
+    cdef list paths                    # a Polynomial of each move
     cdef double[:, :, ::1] limits
     cdef double[:, :, ::1] here        # q, dq/dx, d2q/dx2, d3q/dx3 (4, 1, n), after `at`
     cdef double[:, :, ::1] other
@@ -22,5 +19,4 @@ cdef class Way:
     cdef bint is_straight(self, Py_ssize_t k) noexcept
     cdef Py_ssize_t at(self, double x, Py_ssize_t k, int order) noexcept
     cdef double _place(self, Py_ssize_t c, double v) noexcept
-    cdef void _polynomial(self, Py_ssize_t k, double s, int order, double[:, :, ::1] out) noexcept
     cdef double limit(self, Py_ssize_t k, Py_ssize_t c, int order, Py_ssize_t joint) noexcept

@@ -17,10 +17,10 @@ import cython
 import numpy as np
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.path.polynomial_kernel import evaluate
+    from cython.cimports.iiwa_sim.motion.path.piecewise_kernel import Polynomial
     from cython.cimports.iiwa_sim.motion.queue.shapes_kernel import corner_part, shape
 else:
-    from iiwa_sim.motion.path.polynomial_kernel import evaluate
+    from iiwa_sim.motion.path.piecewise_kernel import Polynomial
     from iiwa_sim.motion.queue.shapes_kernel import corner_part, shape
 
 # Distance of samples in x outside of corners: some milliseconds at full speed.
@@ -50,20 +50,15 @@ class Way:
         before: cython.double[::1],
         after: cython.double[::1],
         rho: cython.double[::1],
-        pieces: cython.Py_ssize_t[::1],
-        borders: cython.double[::1],
-        offsets: cython.Py_ssize_t[::1],
-        coefficients: cython.double[:, ::1],
+        paths: list[Polynomial],
         limits: cython.double[:, :, ::1],
     ) -> None:
         """`targets` (K + 1,); `before`, `after` and `rho` (K + 1,) of the corners, 0 where there is none;
-        their polynomials put together as `borders`, `offsets` and `coefficients`, where `pieces` (K + 1,) is
-        the index of each move's first border; `limits` (K, 3, n) of velocity, acceleration and jerk."""
-        n: cython.Py_ssize_t = coefficients.shape[1]
+        the path of each move; `limits` (K, 3, n) of velocity, acceleration and jerk."""
+        n: cython.Py_ssize_t = limits.shape[2]
         count: cython.Py_ssize_t = targets.shape[0] - 1
         self.targets, self.before, self.after, self.rho = targets, before, after, rho
-        self.pieces, self.borders, self.offsets = pieces, borders, offsets
-        self.coefficients, self.limits = coefficients, limits
+        self.paths, self.limits = paths, limits
         self.joint_count = n
         self.first_x, self.end_x = targets[0], targets[count]
         self.here, self.other = np.empty((4, 1, n)), np.empty((4, 1, n))
@@ -73,7 +68,8 @@ class Way:
         marks: list[float]
         found: list[float]
         for k in range(count):
-            self._polynomial(k, 0.0, 0, self.here)
+            path: Polynomial = paths[k]
+            path.place(0.0, self.here, 0)
             for i in range(n):
                 self.starts[k, i] = self.here[0, 0, i]
             y = rho[k]
@@ -91,13 +87,13 @@ class Way:
                     # There third derivatives jump.
                     found += [self._place(k, v) - length, self._place(k, v) + length]
                 edges += found
-            if pieces[k + 1] - pieces[k] > 2:
+            if path.piece_count > 1:
                 # Where a path is made of pieces it may bend much within little; third derivatives may jump.
                 length = targets[k + 1] - targets[k]
-                for p in range(pieces[k], pieces[k + 1] - 1):
+                for p in range(path.piece_count):
                     for i in range(IN_PIECE + 1):
                         v = min(max(float(i) / IN_PIECE, BORDER), 1.0 - BORDER)
-                        edges.append(targets[k] + length * (borders[p] + (borders[p + 1] - borders[p]) * v))
+                        edges.append(targets[k] + length * path.inside(p, v))
         edges.sort()
         self.edges = np.array(edges)
 
@@ -110,30 +106,6 @@ class Way:
         height: cython.double = self.heights[c]
         done: cython.double = second_x * shape(v, self.rho[c], height, 0)
         return self.targets[c] + done - first_x * shape(1.0 - v, self.rho[c], height, 0)
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _polynomial(
-        self, k: cython.Py_ssize_t, s: cython.double, order: cython.int, out: cython.double[:, :, ::1]
-    ) -> cython.void:
-        """q, q', q'', q''' of the move k over its s, to the order 0 or 3."""
-        piece: cython.Py_ssize_t = self.pieces[k]
-        # A move of p pieces has p + 1 borders and p + 1 offsets.
-        last: cython.Py_ssize_t = self.pieces[k + 1] - 2
-        while piece < last and self.borders[piece + 1] <= s:
-            piece += 1
-        if not self.is_straight(k):
-            evaluate(self.borders, self.offsets, self.coefficients, piece, s, order, out, 0)
-            return
-        # The same in short.
-        first: cython.Py_ssize_t = self.offsets[piece]
-        scale: cython.double = 2.0 / (self.borders[piece + 1] - self.borders[piece])
-        x: cython.double = (s - self.borders[piece]) * scale - 1.0
-        for i in range(self.joint_count):
-            out[0, 0, i] = self.coefficients[first, i] + self.coefficients[first + 1, i] * x
-            if order > 0:
-                out[1, 0, i] = self.coefficients[first + 1, i] * scale
-                out[2, 0, i] = out[3, 0, i] = 0.0
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -160,8 +132,8 @@ class Way:
     @cython.exceptval(check=False)
     def is_straight(self, k: cython.Py_ssize_t) -> cython.bint:
         """Whether the joints go straight on the move k."""
-        first: cython.Py_ssize_t = self.pieces[k]
-        return self.pieces[k + 1] - first == 2 and self.offsets[first + 1] - self.offsets[first] == 2
+        path: Polynomial = self.paths[k]
+        return path.straight
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -186,7 +158,8 @@ class Way:
         other: cython.double[:, :, ::1] = self.other
         if c < 0:
             length = self.targets[k + 1] - self.targets[k]
-            self._polynomial(k, (x - self.targets[k]) / length, order, one)
+            path: Polynomial = self.paths[k]
+            path.evaluate((x - self.targets[k]) / length, order, one, 0)
             if order > 0:
                 v = 1.0 / length
                 for i in range(n):
@@ -199,8 +172,10 @@ class Way:
         rho = self.rho[c]
         height = self.heights[c]
         v = corner_part(x - self.targets[c], first_x, second_x, rho, height)
-        self._polynomial(c - 1, 1.0 - self.before[c] * shape(1.0 - v, rho, height, 0), order, one)
-        self._polynomial(c, self.after[c] * shape(v, rho, height, 0), order, other)
+        first: Polynomial = self.paths[c - 1]
+        second: Polynomial = self.paths[c]
+        first.evaluate(1.0 - self.before[c] * shape(1.0 - v, rho, height, 0), order, one, 0)
+        second.evaluate(self.after[c] * shape(v, rho, height, 0), order, other, 0)
         for i in range(n):
             # The second begins where the first ends, at the values of their polynomials.
             one[0, 0, i] += other[0, 0, i] - self.starts[c, i]
@@ -252,11 +227,11 @@ class Way:
             if last > start:
                 count = min(max(int((last - first) / OWN), LEAST_OWN), MOST_OWN)
                 own = [first + (last - first) * p / count for p in range(count)]
-                if self.pieces[k + 1] - self.pieces[k] > 2:
-                    for p in range(self.pieces[k], self.pieces[k + 1] - 1):
+                path: Polynomial = self.paths[k]
+                if path.piece_count > 1:
+                    for p in range(path.piece_count):
                         for i in range(IN_PIECE):
-                            s = self.borders[p] + (self.borders[p + 1] - self.borders[p]) * i / IN_PIECE
-                            s = self.targets[k] + length * s
+                            s = self.targets[k] + length * path.inside(p, float(i) / IN_PIECE)
                             if first < s < last:
                                 own.append(s)
                     own.sort()

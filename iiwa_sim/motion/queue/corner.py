@@ -36,17 +36,13 @@ def corner(first: Move, second: Move, lowest: Array, highest: Array) -> Corner |
     zone = first.zone.clipped(first.path, second.path)
     before = zone.part_inside(first.path, at_end=True)
     after = zone.part_inside(second.path, at_end=False)
-    found = fitted(
-        side(first, at_end=True), side(second, at_end=False), before, after,
-        zone.fixed, zone.centre, zone.radius, lowest, highest,
-    )  # fmt: skip
+    found = fitted(side(first, at_end=True), side(second, at_end=False), before, after, zone, lowest, highest)
     return Corner(*found) if found else None
 
 
 def side(move: Move, *, at_end: bool) -> Side:
     """One side of a corner: a move that comes to rest at its end, or sets out."""
-    path = move.path
-    return Side(path.borders, path.offsets, path.coefficients, *move.limits, at_end)
+    return Side(move.path, *move.limits, at_end)
 
 
 def may_blend(first: Move, second: Move) -> bool:

@@ -7,13 +7,13 @@ import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
-    from cython.cimports.iiwa_sim.motion.path.zone_kernel import distance
+    from cython.cimports.iiwa_sim.motion.path.piecewise_kernel import Polynomial
+    from cython.cimports.iiwa_sim.motion.path.zone_kernel import Zone
     from cython.cimports.iiwa_sim.motion.queue.shapes_kernel import shape
     from cython.cimports.iiwa_sim.motion.timing.run_kernel import root
 else:
-    from iiwa_sim.motion.path.polynomial_kernel import evaluate, piece_at
-    from iiwa_sim.motion.path.zone_kernel import distance
+    from iiwa_sim.motion.path.piecewise_kernel import Polynomial
+    from iiwa_sim.motion.path.zone_kernel import Zone
     from iiwa_sim.motion.queue.shapes_kernel import shape
     from iiwa_sim.motion.timing.run_kernel import root
 
@@ -40,9 +40,7 @@ SHARP = cython.declare(cython.double, 0.5)
 class Side:
     """How a move sets out from a target, or comes to rest at it, as fast as its limits there allow."""
 
-    borders: cython.double[::1]
-    offsets: cython.Py_ssize_t[::1]
-    coefficients: cython.double[:, ::1]
+    path: Polynomial
     slope: cython.double[:, :, ::1]  # q, dq/ds (2, 1, n) at the target
     limit: cython.double[::1]  # of accelerations
     way: cython.double  # of the joint that goes farthest, rad per unit of s
@@ -52,29 +50,22 @@ class Side:
 
     def __init__(
         self,
-        borders: cython.double[::1],
-        offsets: cython.Py_ssize_t[::1],
-        coefficients: cython.double[:, ::1],
+        path: Polynomial,
         velocity: cython.double[::1],
         acceleration: cython.double[::1],
         jerk: cython.double[::1],
         at_end: cython.bint,
     ) -> None:
-        """Of a path (`Polynomial`), at its end or its beginning, and the limits (n,) of the move."""
-        n: cython.Py_ssize_t = coefficients.shape[1]
+        """Of a path, at its end or its beginning, and the limits (n,) of the move."""
+        n: cython.Py_ssize_t = path.joint_count
         speed: cython.double = 0.0  # 1 over them
         building: cython.double = 0.0
         slowest: cython.double = 0.0
-        self.borders, self.offsets, self.coefficients, self.limit = (
-            borders,
-            offsets,
-            coefficients,
-            acceleration,
-        )
+        self.path, self.limit = path, acceleration
         self.slope = np.empty((2, 1, n))
         self.way = 0.0
         rate = 1.0 if at_end else 0.0
-        evaluate(borders, offsets, coefficients, piece_at(borders, rate), rate, 1, self.slope, 0)
+        path.evaluate(rate, 1, self.slope, 0)
         for i in range(n):
             rate = fabs(self.slope[1, 0, i])
             self.way = max(self.way, rate)
@@ -100,11 +91,6 @@ class Side:
         if part <= gone:
             return 0.5 * building_s + sqrt(2.0 * part / self.acceleration - building_s * building_s / 12.0)
         return full_s + 0.5 * building_s + (part - gone) / self.speed
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _joints(self, s: cython.double, q: cython.double[:, :, ::1], row: cython.Py_ssize_t) -> cython.void:
-        evaluate(self.borders, self.offsets, self.coefficients, piece_at(self.borders, s), s, 0, q, row)
 
 
 @cython.cfunc
@@ -146,16 +132,14 @@ def fitted(
     leaving: Side,
     before: cython.double,
     after: cython.double,
-    fixed: cython.double[:, ::1],
-    centre: cython.double[::1],
-    radius: cython.double,
+    zone: Zone,
     lowest: cython.double[::1],
     highest: cython.double[::1],
 ) -> tuple[float, float, float] | None:
     """`before`, `after` and rho of a corner; None where the robot has to stop.
 
-    `before` and `after` are the parts of both moves that are in the zone: `fixed`, `centre` and `radius`, as
-    `zone_kernel` wants it. `lowest` and `highest` are the position limits (rad, (n,)).
+    `before` and `after` are the parts of both moves that are in the zone. `lowest` and `highest` are the
+    position limits (rad, (n,)).
     """
     n: cython.Py_ssize_t = lowest.shape[0]
     cosine: cython.double = _cosine(ending, leaving)
@@ -169,13 +153,13 @@ def fitted(
         inside = True
         for p in range(1, PARTS):
             v = p / (1.0 * PARTS)
-            ending._joints(1.0 - share * before * shape(1.0 - v, rho, height, 0), q, 0)
-            leaving._joints(share * after * shape(v, rho, height, 0), q, 1)
+            ending.path.place(1.0 - share * before * shape(1.0 - v, rho, height, 0), q, 0)
+            leaving.path.place(share * after * shape(v, rho, height, 0), q, 1)
             for i in range(n):
                 q[0, 0, i] += q[0, 1, i] - leaving.slope[0, 0, i]
                 if q[0, 0, i] < lowest[i] or q[0, 0, i] > highest[i]:
                     inside = False
-            if distance(fixed, centre, q[0], 0) > radius * ROUNDING:
+            if zone.distance_of(q[0], 0) > zone.radius * ROUNDING:
                 inside = False
             if not inside:
                 break

@@ -28,25 +28,13 @@ class Course:
         self.moves = list(moves)
         self.corners = [NO_CORNER, *corners, NO_CORNER]
         self.first_x = first_x
-        paths = [move.path for move in moves]
         # `accumulate` takes a tenth of what `cumsum` does, which matters for a move alone.
         self.targets = np.array([first_x + x for x in accumulate((m.length_s for m in moves), initial=0.0)])
         before, after, rho = (np.array(each) for each in zip(*self.corners, strict=True))
-        rows = accumulate((len(path.coefficients) for path in paths), initial=0)
         limits = np.array([move.limits for move in moves])
         self.before, self.after = before, after
         self.joint_count = limits.shape[2]
-        self.way = Way(
-            self.targets,
-            before,
-            after,
-            rho,
-            np.array([*accumulate((len(path.borders) for path in paths), initial=0)], dtype=np.intp),
-            np.concatenate([path.borders for path in paths]),
-            np.concatenate([path.offsets + row for path, row in zip(paths, rows, strict=False)]),
-            np.concatenate([path.coefficients for path in paths]),
-            limits,
-        )
+        self.way = Way(self.targets, before, after, rho, [move.path for move in moves], limits)
         self.window_s = float((limits[:, 1] / limits[:, 2]).max()) if window_s is None else window_s
         """Time (s) in which full jerk builds up full acceleration; x is a mean over so long."""
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.zone import Zone
+from iiwa_sim.motion.path.zone_kernel import Zone
 
 
 class Move(NamedTuple):

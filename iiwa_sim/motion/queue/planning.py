@@ -6,6 +6,7 @@ from math import isfinite
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.queue.chain import Chain, Front
 from iiwa_sim.motion.queue.chain_kernel import Way
 from iiwa_sim.motion.queue.controls_kernel import through
@@ -61,7 +62,7 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
 def begun(move: Move) -> Chain:
     """A chain of one move, planned quickly: to set out with, and to be planned on."""
     course, front = Course([move], []), Front.at_start()
-    if len(move.path.coefficients) == 2:
+    if move.path.straight:
         return _straight(course)
     controls, cells_s = _checked(at_once(_nominal(course, front)))
     rows = at_once(rows_along(course.way, controls, None))
@@ -191,19 +192,9 @@ def _straight(course: Course) -> Chain:
 
 def _as_one_joint(end_x: float, limits: Array) -> Way:
     """The way of a joint that goes from 0 to `end_x` as x does, with its limits (3,)."""
-    ends, none = np.array([0.0, end_x]), np.zeros(2)
-    pieces, coefficients = np.array([0, 2], dtype=np.intp), np.array([[0.5 * end_x], [0.5 * end_x]])
-    return Way(
-        ends,
-        none,
-        none,
-        np.ones(2),
-        pieces,
-        np.array([0.0, 1.0]),
-        pieces,
-        coefficients,
-        limits.reshape(1, 3, 1),
-    )
+    none = np.zeros(2)
+    path = ptp((0.0,), (end_x,))
+    return Way(np.array([0.0, end_x]), none, none, np.ones(2), [path], limits.reshape(1, 3, 1))
 
 
 def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:

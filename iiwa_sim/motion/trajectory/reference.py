@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.path import extremes_kernel, polynomial_kernel
+from iiwa_sim.motion.path.extremes_kernel import Outside, first_outside
+from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 
 ROWS = 6
 """Of the coefficients of a piece: it is a quintic at most."""
@@ -30,14 +31,6 @@ class Knot(NamedTuple):
     """rad/s"""
     accelerations: Joints | None = None
     """rad/s^2"""
-
-
-class Beyond(NamedTuple):
-    """Where a joint passes a limit."""
-
-    time_s: float
-    joint: int
-    """Its index."""
 
 
 class Range(NamedTuple):
@@ -68,12 +61,11 @@ class Reference:
         """Of two knots at least, whose times rise; the last of them lies behind 0."""
         self.times = np.array([knot.time_s for knot in knots])
         """(pieces + 1,)"""
-        self.offsets: NDArray[np.intp] = ROWS * np.arange(len(knots), dtype=np.intp)
-        """(pieces + 1,): the first row of each piece's coefficients, and the count of all rows"""
-        self.coefficients = _chebyshev(self.times, knots)
-        """(ROWS pieces, joints), rad: piece k is as in `iiwa_sim.motion.path.piecewise_kernel`"""
         self.start = knots[0].positions
         self.end = knots[-1].positions
+        self._pieces = _chebyshev(self.times, knots)  # (pieces, ROWS, joints)
+        self.curve = Polynomial(self.times, list(self._pieces), self.start, self.end)
+        """From the first knot to the last, over time."""
         self.end_s = knots[-1].time_s
 
     def at(self, time_s: float) -> tuple[Joints, Joints, Joints]:
@@ -83,24 +75,19 @@ class Reference:
             return self.end, still, still
         if time_s < self.times[0]:
             return self.start, still, still
-        values = np.empty((4, 1, len(self.start)))
-        polynomial_kernel.derivatives(self.times, self.offsets, self.coefficients, np.array([time_s]), values)
-        position, velocity, acceleration = (tuple(row) for row in values[:3, 0].tolist())
+        values = self.curve.derivatives(np.array([time_s]))[:3, 0].tolist()
+        position, velocity, acceleration = map(tuple, values)
         return position, velocity, acceleration
 
-    def first_beyond(self, order: int, lowest: Array, highest: Array) -> Beyond | None:
+    def first_beyond(self, order: int, lowest: Array, highest: Array) -> Outside | None:
         """Where positions (order 0), velocities (1) or accelerations (2) first leave bounds (n,); None if
-        nowhere.
+        nowhere. Its s is the time (s).
 
         All of the curve is looked at, not samples of it.
         """
-        rows = ROWS - order
-        coefficients = np.ascontiguousarray(self._derivative(order).reshape(-1, len(self.start)))
-        offsets = rows * np.arange(len(self.times), dtype=np.intp)
-        first_s, whole_s = float(self.times[0]), float(self.times[-1] - self.times[0])
-        borders = (self.times - first_s) / whole_s
-        s, joint = extremes_kernel.first_outside(borders, offsets, coefficients, lowest, highest)
-        return None if joint < 0 else Beyond(max(first_s + s * whole_s, 0.0), joint)
+        pieces = list(self._derivative(order))
+        found = first_outside(Polynomial(self.times, pieces, self.start, self.end), lowest, highest)
+        return found and found._replace(s=max(found.s, 0.0))
 
     def range(self, order: int) -> Range:
         """Bounds of velocities (order 1), accelerations (2) or jerks (3), which for curves are a little
@@ -128,7 +115,7 @@ class Reference:
 
     def _derivative(self, order: int) -> Array:
         """Chebyshev coefficients (pieces, ROWS - order, n) of a derivative by time."""
-        pieces = self.coefficients.reshape(len(self.times) - 1, ROWS, -1)
+        pieces = self._pieces
         scale = (2.0 / np.diff(self.times))[:, None, None]
         for _ in range(order):
             pieces = scale * np.polynomial.chebyshev.chebder(pieces, axis=1)
@@ -136,7 +123,7 @@ class Reference:
 
 
 def _chebyshev(times: Array, knots: Sequence[Knot]) -> Array:
-    """Coefficients (ROWS pieces, joints) of the pieces between knots."""
+    """Coefficients (pieces, ROWS, joints) of the pieces between knots."""
     count, joints = len(knots) - 1, len(knots[0].positions)
     h = np.diff(times)[:, None]
     p = np.array([knot.positions for knot in knots])
@@ -163,7 +150,7 @@ def _chebyshev(times: Array, knots: Sequence[Knot]) -> Array:
     )
     power[quintic] = rows[quintic]
     coefficients: Array = np.einsum("ik,pkj->pij", _FROM_POWERS, power)
-    return np.ascontiguousarray(coefficients.reshape(ROWS * count, joints))
+    return coefficients
 
 
 def _given(values: Sequence[Joints | None], joints: int) -> tuple[Array, NDArray[np.bool_]]:

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import chebyshev
 
+from iiwa_sim.motion.path.extremes_kernel import first_outside, least_time_per_s, least_time_s, travel
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.path.ptp import ptp
 
@@ -36,7 +37,7 @@ def test_the_first_place_outside_is_found(path: Polynomial, part: float, seed: i
     reach = 0.5 * np.ptp(q, axis=0) * np.random.default_rng(seed).uniform(part, 1.2, 3)
     lowest, highest = middle - reach, middle + reach
     outside = ((q < lowest) | (q > highest)).any(axis=1)
-    found = path.first_outside(lowest, highest)
+    found = first_outside(path, lowest, highest)
     if found is None:
         assert not outside.any()
         return
@@ -54,8 +55,8 @@ def test_a_joint_that_turns_back_between_samples_is_found() -> None:
     rows = np.zeros((17, 1))
     rows[16] = 1.0  # sixteen turns, to -1 and 1
     path = Polynomial([0.0, 1.0], [rows], (1.0,), (1.0,))
-    assert path.first_outside(np.array([-1.0 - 1e-12]), np.array([1.0 + 1e-12])) is None
-    found = path.first_outside(np.array([-1.0 + 1e-9]), np.array([1.0 + 1e-12]))
+    assert first_outside(path, np.array([-1.0 - 1e-12]), np.array([1.0 + 1e-12])) is None
+    found = first_outside(path, np.array([-1.0 + 1e-9]), np.array([1.0 + 1e-12]))
     assert found is not None
     assert not found.upwards
     assert found.s == pytest.approx(0.5 - 0.5 * np.cos(np.pi / 16), abs=1e-5)
@@ -64,14 +65,14 @@ def test_a_joint_that_turns_back_between_samples_is_found() -> None:
 @given(path=paths())
 def test_travel_is_there_and_back(path: Polynomial) -> None:
     expected = np.abs(np.diff(path.derivatives(S)[0], axis=0)).sum(axis=0)
-    ways = path.travel()
+    ways = travel(path)
     assert (ways <= 1.001 * expected).all()
     assert (ways >= 0.9 * expected).all()
 
 
 def test_travel_of_ptp_is_its_way() -> None:
-    np.testing.assert_allclose(ptp((0.1, -2.0), (0.4, 1.0)).travel(), [0.3, 3.0])
-    longest_s, farthest = ptp((0.1, -2.0), (0.4, 1.0)).least_time_s(np.array([0.01, 2.0]))
+    np.testing.assert_allclose(travel(ptp((0.1, -2.0), (0.4, 1.0))), [0.3, 3.0])
+    longest_s, farthest = least_time_s(ptp((0.1, -2.0), (0.4, 1.0)), np.array([0.01, 2.0]))
     assert (longest_s, farthest) == pytest.approx((30.0, 3.0))
 
 
@@ -79,7 +80,7 @@ def test_travel_of_ptp_is_its_way() -> None:
 def test_the_fastest_place_is_found(path: Polynomial, velocity: tuple[float, ...]) -> None:
     limits = np.array(velocity)
     times = (np.abs(path.derivatives(S)[1]) / limits).max(axis=1)
-    found = path.least_time_per_s(limits)
+    found = least_time_per_s(path, limits)
     # Of several places that lie close together the second-best may be taken.
     assert found <= times.min() + 0.02 * times.max()
     steepest = float((np.abs(path.derivatives(S)[2]) / limits).max())
@@ -90,8 +91,8 @@ def test_the_fastest_place_of_a_regular_path_is_found_exactly() -> None:
     rows = np.array([[0.0, 0.0], [1.0, 0.2], [0.0, 0.1], [-0.05, 0.0]])
     path = Polynomial([0.0, 1.0], [rows], (0.0, 0.0), (0.0, 0.0))
     # Twice 1 - 0.05 (12 x^2 - 3), least at the ends.
-    assert path.least_time_per_s(np.array([2.0, 2.0])) == pytest.approx(1.0 - 0.05 * 9.0)
-    assert path.least_time_per_s(np.array([2.0, 0.1])) == pytest.approx(times_where_both_cross())
+    assert least_time_per_s(path, np.array([2.0, 2.0])) == pytest.approx(1.0 - 0.05 * 9.0)
+    assert least_time_per_s(path, np.array([2.0, 0.1])) == pytest.approx(times_where_both_cross())
 
 
 def times_where_both_cross() -> float:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from iiwa_sim.frames import IDENTITY, Transform, multiply, rotation_about
 from iiwa_sim.motion.path import (
+    extremes_kernel,
     line_kernel,
     piecewise_kernel,
-    polynomial_kernel,
     tcp_line_kernel,
     zone_kernel,
 )
@@ -19,25 +19,12 @@ from tests.interpreted import interpreted
 from tests.robot.arms import BUILT_IN, arm_named
 from tests.samples import some
 
-PLAIN_POLYNOMIAL = interpreted("iiwa_sim.motion.path.polynomial_kernel")
+PLAIN_EXTREMES = interpreted("iiwa_sim.motion.path.extremes_kernel")
 PLAIN_LINE = interpreted("iiwa_sim.motion.path.line_kernel")
 PLAIN_TCP_LINE = interpreted("iiwa_sim.motion.path.tcp_line_kernel")
 PLAIN_PIECEWISE = interpreted("iiwa_sim.motion.path.piecewise_kernel")
 PLAIN_ZONE = interpreted("iiwa_sim.motion.path.zone_kernel")
 SEEDS = st.integers(0, 2**32 - 1)
-
-
-@settings(max_examples=some(30), deadline=None)
-@given(seed=SEEDS, rows=st.lists(st.integers(1, 20), min_size=1, max_size=3), orders=st.integers(0, 3))
-def test_polynomials(seed: int, rows: list[int], orders: int) -> None:
-    rng = np.random.default_rng(seed)
-    borders = np.linspace(0.0, 1.0, len(rows) + 1)
-    offsets = np.cumsum([0, *rows])
-    coefficients, s = rng.normal(size=(sum(rows), 3)), rng.uniform(0.0, 1.0, 4)
-    found = np.empty((2, orders + 1, 4, 3))
-    polynomial_kernel.derivatives(borders, offsets, coefficients, s, found[0])
-    PLAIN_POLYNOMIAL.derivatives(borders, offsets, coefficients, s, found[1])
-    assert (found[0] == found[1]).all()
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -69,12 +56,21 @@ def test_curves_of_pieces(seed: int, rows: list[int], s: float) -> None:
     pieces = [rng.normal(size=(count, 3)) for count in rows]
     borders = np.linspace(0.0, 1.0, len(rows) + 1).tolist()
     found = []
-    for kernel in (piecewise_kernel, PLAIN_PIECEWISE):
-        path = kernel.Polynomial(borders, pieces, (0.0, 0.0, 0.0), (1.0, 2.0, 3.0))
+    both = (piecewise_kernel, extremes_kernel), (PLAIN_PIECEWISE, PLAIN_EXTREMES)
+    for piecewise, extremes in both:
+        path = piecewise.Polynomial(borders, pieces, (0.0, 0.0, 0.0), (1.0, 2.0, 3.0))
         limits = np.full(3, -2.0), np.full(3, 2.0)
-        outside = path.first_outside(*limits)
-        least = path.least_time_s(np.array([1.0, 0.5, 2.0]))
-        found.append((path.joints(s), path.travel().tolist(), least, outside and tuple(outside)))
+        outside = extremes.first_outside(path, *limits)
+        least = extremes.least_time_s(path, np.array([1.0, 0.5, 2.0]))
+        found.append(
+            (
+                path.joints(s),
+                path.derivatives(np.array([s, 0.5])).tolist(),
+                extremes.travel(path).tolist(),
+                least,
+                outside and tuple(outside),
+            )
+        )
     assert found[0] == found[1]
 
 
@@ -84,13 +80,15 @@ def test_curves_of_pieces(seed: int, rows: list[int], s: float) -> None:
 def test_zones(of_tcp: bool, seed: int, radius: float, at_end: bool) -> None:
     arm = arm_named(BUILT_IN[0])
     start, way = arm.anywhere(np.random.default_rng(seed), 2)
-    path = np.array([0.0, 1.0]), np.array([0, 2]), np.array([start, 0.3 * way])
-    ends = start + 0.3 * way if at_end else start - 0.3 * way
-    tcp = arm.model.tcp(IDENTITY)
-    fixed = tcp.fixed if of_tcp else np.empty((0, 12))
-    centre = np.array(tcp.pose(ends.tolist()).translation) if of_tcp else ends
-    parts = [
-        kernel.part_inside(fixed, centre, radius, *path, at_end, 0.49, np.empty((1, 1, len(start))))
-        for kernel in (zone_kernel, PLAIN_ZONE)
-    ]
+    other = tuple((start - 0.3 * way).tolist()), tuple((start + 0.3 * way).tolist())
+    target = other[1] if at_end else other[0]
+    parts = []
+    for zones, paths in ((zone_kernel, piecewise_kernel), (PLAIN_ZONE, PLAIN_PIECEWISE)):
+        path = paths.Polynomial([0.0, 1.0], [np.array([start, 0.3 * way])], *other)
+        zone = (
+            zones.sphere(radius, target, arm.model.tcp(IDENTITY))
+            if of_tcp
+            else zones.joint_ball(radius, *other)
+        )
+        parts.append((zone.part_inside(path, at_end=at_end), zone.clipped(path, path).radius))
     assert parts[0] == parts[1]

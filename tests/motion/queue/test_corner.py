@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from iiwa_sim.frames import IDENTITY
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
-from iiwa_sim.motion.path.zone import HALF, JointBall, Sphere, Zone
+from iiwa_sim.motion.path.zone_kernel import HALF, Zone, joint_ball
+from iiwa_sim.motion.path.zone_kernel import sphere as tcp_sphere
 from iiwa_sim.motion.queue.corner import Corner, corner
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.shapes_kernel import shape as shape_at
@@ -53,8 +54,8 @@ def _move(
     return Move(0, path, limits, length_s, zone, lambda _: None)
 
 
-def sphere(radius_m: float, target: Array = TARGET) -> Sphere:
-    return Sphere(radius_m, tuple(target.tolist()), MODEL.tcp(IDENTITY))
+def sphere(radius_m: float, target: Array = TARGET) -> Zone:
+    return tcp_sphere(radius_m, tuple(target.tolist()), MODEL.tcp(IDENTITY))
 
 
 def shape(v: Array, rho: float) -> Array:
@@ -106,7 +107,7 @@ def test_the_robot_stays_in_the_sphere_and_leaves_half_of_each_path(
 def test_joint_zones_hold_joints(way: Array, other: Array, part: float) -> None:
     assume(min(np.abs(way).max(), np.abs(other).max()) > 0.05)
     straight = np.zeros(7)
-    zone = JointBall(part, tuple((TARGET - way).tolist()), tuple(TARGET.tolist()))
+    zone = joint_ball(part, tuple((TARGET - way).tolist()), tuple(TARGET.tolist()))
     first, second = to_target(way, straight, zone), from_target(other, straight)
     found = corner(first, second, LOWEST, HIGHEST)
     assume(found is not None)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from iiwa_sim.frames import IDENTITY
 from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path.ptp import ptp
-from iiwa_sim.motion.path.zone import Sphere
+from iiwa_sim.motion.path.zone_kernel import sphere
 from iiwa_sim.motion.queue.chain import Chain, Front
 from iiwa_sim.motion.queue.corner import Corner, corner
 from iiwa_sim.motion.queue.course import Course
@@ -43,7 +43,7 @@ def short_moves(
         one, other = tuple(at.tolist()), tuple((at + way).tolist())
         tcp = MODEL.tcp(IDENTITY)
         length_m = float(np.linalg.norm(np.subtract(tcp.pose(other).translation, tcp.pose(one).translation)))
-        zone = Sphere(radius_part * length_m, other, tcp)
+        zone = sphere(radius_part * length_m, other, tcp)
         length_s = float((np.abs(way) / limits.velocity).max())
         moves.append(Move(k + 1, ptp(one, other), limits, length_s, zone, lambda _: None))
         at = at + way

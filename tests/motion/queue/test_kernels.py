@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.limits import Array
+from iiwa_sim.motion.path import piecewise_kernel, zone_kernel
 from iiwa_sim.motion.queue import chain_kernel, corner_kernel, front_kernel, motion_kernel, rows_kernel
 from iiwa_sim.motion.timing import (
     bounds_kernel,
@@ -24,6 +25,8 @@ from tests.interpreted import interpreted
 from tests.samples import some
 
 COMPILED = SimpleNamespace(
+    piecewise=piecewise_kernel,
+    zone=zone_kernel,
     chain=chain_kernel,
     corner=corner_kernel,
     front=front_kernel,
@@ -38,6 +41,8 @@ COMPILED = SimpleNamespace(
     widths=widths_kernel,
 )
 PLAIN = SimpleNamespace(
+    piecewise=interpreted("iiwa_sim.motion.path.piecewise_kernel"),
+    zone=interpreted("iiwa_sim.motion.path.zone_kernel"),
     chain=interpreted("iiwa_sim.motion.queue.chain_kernel"),
     corner=interpreted("iiwa_sim.motion.queue.corner_kernel"),
     front=interpreted("iiwa_sim.motion.queue.front_kernel"),
@@ -65,15 +70,19 @@ def way_of(kernels: SimpleNamespace, seed: int) -> Any:
         rng.normal(size=(sum(rows), JOINTS)) * 0.3 ** np.concatenate([np.arange(n) for n in rows])[:, None]
     )
     limits = rng.uniform(1.0, 2.0, (3, 3, JOINTS)) * np.array([2.0, 10.0, 250.0])[:, None]
+    start, end = (0.0,) * JOINTS, (1.0,) * JOINTS
+    pieces = np.split(coefficients, np.cumsum(rows)[:-1])
+    path = kernels.piecewise.Polynomial
     return kernels.chain.Way(
         np.array([0.1, 0.4, 0.9, 1.2]),
         np.array([0.0, *rng.uniform(0.05, 0.49, 2), 0.0]),
         np.array([0.0, *rng.uniform(0.05, 0.49, 2), 0.0]),
         np.array([1.0, *rng.uniform(0.1, 1.0, 2), 1.0]),
-        np.array([0, 2, 4, 7]),
-        np.array([0.0, 1.0, 0.0, 1.0, 0.0, 0.4, 1.0]),
-        np.array([0, 2, 2, 11, 11, 17, 23]),
-        coefficients,
+        [
+            path([0.0, 1.0], pieces[:1], start, end),
+            path([0.0, 1.0], pieces[1:2], start, end),
+            path([0.0, 0.4, 1.0], pieces[2:], start, end),
+        ],
         limits,
     )
 
@@ -240,12 +249,13 @@ def test_what_fits_at_a_target(seed: int, radius: float) -> None:
     found = []
     for kernels in (COMPILED, PLAIN):
         sides = [
-            kernels.corner.Side(np.array([0.0, 1.0]), np.array([0, 4]), bend, *limits, at_end)
+            kernels.corner.Side(kernels.piecewise.Polynomial([0.0, 1.0], [bend], (), ()), *limits, at_end)
             for bend, at_end in zip(bends, (True, False), strict=True)
         ]
         times_s = [side.time_s(part) for side in sides for part in (1e-6, 0.003, 0.1, 0.9)]
         lowest, highest = target - 2.0, target + 2.0
-        fitted = kernels.corner.fitted(*sides, 0.4, 0.3, np.empty((0, 12)), target, radius, lowest, highest)
+        zone = kernels.zone.Zone(radius, target, np.empty((0, 12)))
+        fitted = kernels.corner.fitted(*sides, 0.4, 0.3, zone, lowest, highest)
         found.append((times_s, fitted))
     assert found[0] == found[1]
 

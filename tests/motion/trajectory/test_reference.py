@@ -76,7 +76,7 @@ def test_what_leaves_its_bounds_is_found_where_it_first_does(seed: int, order: i
     beyond = reference.first_beyond(order, lowest - 20.0 * slack, shrunk)
     if outside.any():
         assert beyond is not None
-        assert beyond.time_s <= max(times[outside.argmax()], 0.0) + 1e-6
+        assert beyond.s <= max(times[outside.argmax()], 0.0) + 1e-6
 
 
 def test_jumps_are_found_where_pieces_meet_and_at_the_ends() -> None:

@@ -1,4 +1,4 @@
-"""A smoothed reference: an average of it, exactly, and the same bits however its kernel is run."""
+"""A smoothed reference: an average of it, exactly."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.motion.trajectory import smoothed_kernel
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
 from iiwa_sim.motion.trajectory.smoothed import Smoothed
 from iiwa_sim.motion.trajectory.windows import Windows
-from tests.interpreted import interpreted
 from tests.samples import some
 
-PLAIN = interpreted("iiwa_sim.motion.trajectory.smoothed_kernel")
 SEEDS = st.integers(0, 2**32 - 1)
 widths = st.sampled_from([0.0, 0.01, 0.2, 1.5])
 
@@ -55,22 +52,6 @@ def test_its_derivatives_are_derivatives(seed: int, first: float, second: float,
     if first and second:  # else there are corners
         assert np.abs((after[0] - before[0]) / (2 * step) - here[1]).max() < 20.0 * step / min(first, second)
         assert np.abs((after[1] - before[1]) / (2 * step) - here[2]).max() < 20.0 * step / (first * second)
-
-
-@settings(max_examples=some(40), deadline=None)
-@given(seed=SEEDS, first=widths, second=widths, time=st.floats(-1.0, 5.0), order=st.integers(0, 1))
-def test_the_kernel_compiled_and_as_plain_python(
-    seed: int, first: float, second: float, time: float, order: int
-) -> None:
-    reference = random_reference(seed, 5)
-    narrow, wide = sorted((first, max(second, 0.01)))
-    found = []
-    for kernel in (smoothed_kernel, PLAIN):
-        sums, room = np.empty(2), np.empty((2, 1, 2))
-        rows = reference.times, reference.offsets, reference.coefficients
-        kernel.averaged(*rows, order, time, narrow, wide, room, sums)
-        found.append(sums.tolist())
-    assert found[0] == found[1]
 
 
 def test_it_begins_and_ends_with_the_reference() -> None:
