@@ -22,10 +22,10 @@ lint: .venv/kernels
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/python -m tests.requirements --check
+	$(BIN)/python -m tools.requirements --check
 
 requirements: .venv/kernels
-	$(BIN)/python -m tests.requirements $(ARGS)
+	$(BIN)/python -m tools.requirements $(ARGS)
 
 docs: .venv/kernels
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict $(ARGS)

@@ -9,7 +9,7 @@ import pytest
 
 from iiwa_sim.dialect.wire.table_file import load_table
 from tests.last_results import last_results
-from tests.requirements import REQUIREMENTS, commands_of, failures, gaps, ids_of, not_run, page, unknown
+from tools.requirements import REQUIREMENTS, commands_of, failures, gaps, ids_of, not_run, page, unknown
 
 TESTS = {name: [f"tests/test_{name}.py::test"] for name, each in REQUIREMENTS.items() if not each.later}
 

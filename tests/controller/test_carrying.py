@@ -8,8 +8,6 @@ from math import inf, nan
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
 
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.shapes import Plane
@@ -21,7 +19,6 @@ from iiwa_sim.controller.errors import STOP_TRIGGERED, Refused
 from iiwa_sim.controller.protection import Safety
 from iiwa_sim.frames import IDENTITY, Frame
 from tests.asked import gravity_hold, joint_move, lin_stiff_move
-from tests.free_hunting import FreeScene
 from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot, strong
 
@@ -127,16 +124,6 @@ def test_a_load_that_is_right_is_not_felt_and_stops_no_motion(name: str) -> None
     assert robot.faults == []
     assert robot.joints == bare.joints
     assert not robot.controller.load.changes  # so a tick does not even look
-
-
-@settings(max_examples=some(120), deadline=None)
-@given(st.integers(0, 10**6))
-@example(22)  # a part of 4 kg, 0.3 m from the centre of a tool
-def test_no_free_motion_stops_itself(seed: int) -> None:
-    """Whatever the arm carries that the controller was told of: `tests/free_hunting.py` hunts on."""
-    scene = FreeScene(seed).run()
-    assert scene.motions
-    assert scene.stops == []
 
 
 def test_the_controller_believes_what_the_cell_says_until_it_is_told_otherwise() -> None:

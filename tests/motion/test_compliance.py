@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
-from iiwa_sim.frames import multiply, rotate, rotation_vector, transpose
+from iiwa_sim.frames import Vector, multiply, rotate, rotation_vector, transpose
 from iiwa_sim.motion.compliance_kernel import (
     ROTATIONAL_STIFFNESS_NM_PER_RAD,
     CartesianImpedance,
@@ -23,8 +23,33 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
-from tests.plane import Plane
 from tests.samples import some, spread
+
+
+class Plane:
+    """Half a space: stiffness k (N/m) and, as b k d d', damping b (s/m), without friction. It never pulls."""
+
+    def __init__(
+        self, stiffness: float, point: Vector, normal: Vector = (0.0, 0.0, 1.0), damping: float = 0.0
+    ) -> None:
+        self.stiffness = stiffness
+        self.damping = damping
+        self._point = np.array(point)
+        self._normal = np.array(normal) / np.linalg.norm(normal)
+        self.deepest_m = 0.0
+
+    def depth(self, position: Vector) -> float:
+        return max(float((self._point - np.array(position)) @ self._normal), 0.0)
+
+    def feel(self, position: Vector, velocity: Vector, dt_s: float) -> tuple[Vector, Vector]:
+        depth = self.depth(position)
+        if depth == 0.0:
+            return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        if dt_s > 0.0:
+            self.deepest_m = max(self.deepest_m, depth)
+        damped = max(1.0 - self.damping * float(np.array(velocity) @ self._normal), 0.0)
+        x, y, z = (self.stiffness * depth * damped * self._normal).tolist()
+        return ((x, y, z), (0.0, 0.0, 0.0))
 
 
 class Arm:

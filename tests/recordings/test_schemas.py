@@ -13,8 +13,7 @@ from jsonschema import Draft7Validator
 from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.recordings.schemas import BASE_TYPES, channels, state_schema
-from tests.recordings.foxglove import published
-from tests.recordings.recorded import FAR, Robot, found_in
+from tests.recordings.recorded import FAR, PUBLISHED, Robot, found_in
 
 ROOT = Path(__file__).parents[2]
 
@@ -42,16 +41,14 @@ def differences(ours: dict[str, Any], theirs: dict[str, Any], place: str) -> Ite
 
 
 def test_schemas_with_foxgloves_names_are_foxgloves() -> None:
-    theirs = published()
     compared = [each for each in channels() if each.schema_name.startswith("foxglove.")]
     assert len(compared) == 5
     for channel in compared:
-        found = list(differences(channel.schema, theirs[channel.schema_name], channel.schema_name))
+        found = list(differences(channel.schema, PUBLISHED[channel.schema_name], channel.schema_name))
         assert not found
 
 
 def test_messages_with_foxgloves_names_fit_the_published_schemas(tmp_path: Path) -> None:
-    schemas = published()
     path = tmp_path / "a.mcap"
     robot = Robot(path, load_cell(ROOT / "examples" / "table.toml"))
     robot.goes_to(*FAR)
@@ -63,7 +60,7 @@ def test_messages_with_foxgloves_names_fit_the_published_schemas(tmp_path: Path)
     for found in found_in(path):
         if found.schema_name.startswith("foxglove."):
             seen.add(found.schema_name)
-            Draft7Validator(schemas[found.schema_name]).validate(found.content)
+            Draft7Validator(PUBLISHED[found.schema_name]).validate(found.content)
     names = ("FrameTransforms", "JointStates", "Log", "SceneUpdate")
     assert seen == {f"foxglove.{name}" for name in names}
 

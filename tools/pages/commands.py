@@ -14,10 +14,10 @@ from iiwa_sim.dialect.wire.command import Command, Quantity
 from iiwa_sim.dialect.wire.error_codes import load_error_codes
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.transcript.lines import read
-from tests.requirements import REQUIREMENTS
 from tools.pages import dialogues, refusals
 from tools.pages.dialogues import Turn
 from tools.pages.refusals import Refusal
+from tools.requirements import REQUIREMENTS
 
 JOINTS = 7
 """Of the robot with which the page of the backdoor counts joints."""

@@ -63,7 +63,7 @@ def on_post_build(config: MkDocsConfig) -> None:
 
 
 def _requirements() -> str:
-    command = [sys.executable, "-m", "tests.requirements", "--page"]
+    command = [sys.executable, "-m", "tools.requirements", "--page"]
     done = subprocess.run(command, cwd=links.ROOT, capture_output=True, text=True, check=False)
     if done.returncode:
         raise PluginError(f"{' '.join(command)}: {done.stdout}{done.stderr}")

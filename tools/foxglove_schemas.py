@@ -1,8 +1,8 @@
-"""The JSON schemas that Foxglove publishes, of what recordings hold: `foxglove_schemas.json`, without texts.
+"""Writes `tests/recordings/foxglove_schemas.json` anew, by `python -m tools.foxglove_schemas`.
 
-`python -m tests.recordings.foxglove` writes that file anew, from npm's @foxglove/schemas (MIT licence, by
-Foxglove: github.com/foxglove/foxglove-sdk). What is kept says which properties there are, of which types,
-within which limits, and which are required.
+That are the JSON schemas that Foxglove publishes, of what recordings hold, from npm's @foxglove/schemas (MIT
+licence, by Foxglove: github.com/foxglove/foxglove-sdk), without texts. What is kept says which properties
+there are, of which types, within which limits, and which are required.
 """
 
 from __future__ import annotations
@@ -15,19 +15,13 @@ from pathlib import Path
 from typing import Any
 
 PACKAGE = "@foxglove/schemas@2.1.0"
-FILE = Path(__file__).with_name("foxglove_schemas.json")
+FILE = Path(__file__).parents[1] / "tests" / "recordings" / "foxglove_schemas.json"
 WANTED = ("FrameTransforms", "JointStates", "Log", "SceneUpdate")
 TEXTS = ("description", "$comment")
 PRINT = """
 const schemas = require("@foxglove/schemas/jsonschema");
 process.stdout.write(JSON.stringify(schemas));
 """
-
-
-def published() -> dict[str, Any]:
-    """By their names, as `foxglove.Log`."""
-    found: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
-    return found
 
 
 def main() -> None:

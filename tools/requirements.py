@@ -26,7 +26,7 @@ from iiwa_sim.dialect.krc4.table import load_krc4_table
 from iiwa_sim.dialect.wire.table_file import load_table
 from tests.last_results import FAILED, PASSED, SKIPPED, last_results
 
-LIST = Path(__file__).with_name("requirements.toml")
+LIST = Path(__file__).parents[1] / "tests" / "requirements.toml"
 NOT_YET = "not there yet"
 NOT_RUN = "not run"
 HEAD = """# Requirements
