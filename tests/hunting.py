@@ -13,7 +13,7 @@ import numpy as np
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.queue.chain import Chain
 from tests.chains import KINDS, PLACES, SPEEDS, UNTIL_STOPPED, ChainMove, send
-from tests.stepped import ROBOTS, SteppedRobot, worst_loads
+from tests.stepped import ROBOTS, SteppedRobot, assert_loads_are_within, worst_loads
 
 TICKS_S = (0.001, 0.001, 0.002, 0.002, 0.004, 0.01)
 HOW = ("once", "bits", "stops", "overrides", "all")
@@ -49,8 +49,15 @@ class Hunt:
         self._wait(UNTIL_STOPPED)
         self._step(3)
 
+    def check(self) -> dict[str, float]:
+        """Runs; gives the loads, which are within the limits."""
+        self.run()
+        loads = self.loads()
+        assert_loads_are_within(loads)
+        return loads
+
     def loads(self) -> dict[str, float]:
-        """The largest of velocity, acceleration and jerk over their limits, by ticks and in plans."""
+        """The largest of velocity, acceleration and jerk over their limits, at ticks and in plans."""
         found = worst_loads(self.robot)
         return {each: max(found[each], float(plan)) for each, plan in zip(found, self.plans, strict=True)}
 

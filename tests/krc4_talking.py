@@ -7,9 +7,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, Self
 
-from iiwa_sim.controller.controller import Controller
-from iiwa_sim.dialect.krc4.session import Krc4Session
-from tests.journal import Journal
 from tests.talking import DEADLINE_S
 
 IDS = {
@@ -66,32 +63,6 @@ def replies(wire: bytes) -> list[Reply]:
         integers, reals = tuple(map(int, texts[:10])), tuple(map(float, texts[10:]))
         found.append(Reply(integers[0], integers[1], integers, reals))
     return found
-
-
-class Talk:
-    """A conversation without sockets."""
-
-    def __init__(self, controller: Controller) -> None:
-        self.journal = Journal(commands=True)
-        self.session = Krc4Session(controller, self.journal, "a test")
-
-    def says(self, wire: bytes) -> list[Reply]:
-        """The replies to bytes."""
-        self.session.receive(wire)
-        return self.hears()
-
-    def hears(self) -> list[Reply]:
-        answered = b""
-        while self.session.waiting:
-            answered += self.session.answer()
-        assert all((line + reason).isprintable() for _, line, _, reason in self.journal.refusals)
-        return replies(answered)
-
-    def ask(self, tag: str, *reals: float, **integers: int) -> Reply:
-        (reply,) = self.says(request(7, tag, *reals, **integers))
-        assert reply.id == 7
-        assert abs(reply.command) == IDS[tag]
-        return reply
 
 
 class Krc4Client:

@@ -14,9 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
-from xmlrpc.server import SimpleXMLRPCServer
 
-from iiwa_sim.ros.rmi.definitions import message_md5, service_md5
 from iiwa_sim.ros.side import SYSTEM_PACKAGES
 from tests.needed import lacks
 from tests.processes import IIWA_SIM, killed_unless_done
@@ -136,55 +134,8 @@ def see_system_packages() -> None:
         sys.path.append(str(SYSTEM_PACKAGES))
 
 
-def deaf_subscriber(terminal: Terminal, topic: str, kind: str) -> socket.socket:
-    """A subscriber that nobody reads from, with a buffer that is soon full."""
-    with xmlrpc.client.ServerProxy("http://{}:{}".format(*terminal.node_at())) as proxy:
-        offered: Any = proxy.requestTopic("/deaf", topic, [["TCPROS"]])
-    _, host, port = offered[2]
-    connection = socket.socket()
-    connection.settimeout(DEADLINE_S)
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)  # before it connects
-    connection.connect((host, port))
-    connection.sendall(_header(callerid="/deaf", topic=topic, type=kind, md5sum=message_md5(kind)))
-    return connection
-
-
-def caller(terminal: Terminal, name: str, kind: str) -> socket.socket:
-    """One who may call a service over and over, in bytes: each request with its length before it."""
-    connection = socket.create_connection(terminal.service_at(name), DEADLINE_S)
-    connection.sendall(_header(callerid="/caller", service=name, md5sum=service_md5(kind), persistent="1"))
-    length = int.from_bytes(connection.recv(4, socket.MSG_WAITALL), "little")
-    connection.recv(length, socket.MSG_WAITALL)  # the header that answers
-    return connection
-
-
 def _place(uri: str) -> tuple[str, int]:
     parts = urlsplit(uri)
     assert parts.hostname is not None
     assert parts.port is not None
     return parts.hostname, parts.port
-
-
-def _header(**fields: str) -> bytes:
-    packed = [f"{name}={value}".encode() for name, value in fields.items()]
-    header = b"".join(len(each).to_bytes(4, "little") + each for each in packed)
-    return len(header).to_bytes(4, "little") + header
-
-
-def asked_of_a_publisher(terminal: Terminal, topic: str, kind: str) -> tuple[Any, ...]:
-    """What one that the master knows of is asked by the first subscriber."""
-    asked: list[tuple[Any, ...]] = []
-
-    def request_topic(*parameters: Any) -> list[Any]:
-        asked.append(parameters)
-        return [0, "nothing to be had", []]
-
-    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
-        server.timeout = DEADLINE_S
-        server.register_function(request_topic, "requestTopic")
-        uri = f"http://127.0.0.1:{server.server_address[1]}/"
-        with xmlrpc.client.ServerProxy(terminal.master_uri) as proxy:
-            proxy.registerPublisher("/early", topic, kind, uri)
-            server.handle_request()
-            proxy.unregisterPublisher("/early", topic, uri)
-    return asked[0]

@@ -197,12 +197,21 @@ def worst_loads(robot: SteppedRobot) -> dict[str, float]:
     return worst
 
 
+def assert_within_positions(limits: RobotDescription, joints: Sequence[Sequence[float]] | Array) -> None:
+    """No joint is beyond a position limit."""
+    q = np.array(joints)
+    assert (q >= np.array(limits.position_min) - ROUNDING).all(), "beyond a position limit"
+    assert (q <= np.array(limits.position_max) + ROUNDING).all(), "beyond a position limit"
+
+
 def assert_within_limits(robot: SteppedRobot) -> None:
     """At no tick is any joint beyond a limit of position, velocity, acceleration or jerk."""
-    q = np.array(robot.joints)
-    assert (q >= np.array(robot.description.position_min) - ROUNDING).all()
-    assert (q <= np.array(robot.description.position_max) + ROUNDING).all()
-    worst = worst_loads(robot)
+    assert_within_positions(robot.description, robot.joints)
+    assert_loads_are_within(worst_loads(robot))
+
+
+def assert_loads_are_within(worst: dict[str, float]) -> None:
+    """Velocity, acceleration and jerk over their limits."""
     assert worst["velocity"] <= VELOCITY_TOLERANCE, worst
     assert worst["acceleration"] <= TOLERANCE, worst
     assert worst["jerk"] <= TOLERANCE, worst

@@ -6,9 +6,12 @@ import re
 import signal
 import socket
 import sys
+import xmlrpc.client
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
@@ -18,15 +21,7 @@ from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message,
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
 from tests.processes import IIWA_SIM, Process, ended, fails, killed_unless_done, next_line, running, started
-from tests.ros1_tools import (
-    SYSTEM_PYTHON,
-    Terminal,
-    asked_of_a_publisher,
-    caller,
-    deaf_subscriber,
-    master,
-    needs_ros,
-)
+from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
 from tests.talking import DEADLINE_S
 
 SERVICES = {
@@ -41,6 +36,53 @@ FEW = 60
 """Descriptors, of which the node itself needs some twenty."""
 LIST = "robot_movement_interface/CommandList"
 PTP = "command_type: PTP, pose_type: JOINTS, velocity_type: '%', velocity: [0.5]"
+
+
+def header(**fields: str) -> bytes:
+    packed = [f"{name}={value}".encode() for name, value in fields.items()]
+    header = b"".join(len(each).to_bytes(4, "little") + each for each in packed)
+    return len(header).to_bytes(4, "little") + header
+
+
+def deaf_subscriber(terminal: Terminal, topic: str, kind: str) -> socket.socket:
+    """A subscriber that nobody reads from, with a buffer that is soon full."""
+    with xmlrpc.client.ServerProxy("http://{}:{}".format(*terminal.node_at())) as proxy:
+        offered: Any = proxy.requestTopic("/deaf", topic, [["TCPROS"]])
+    _, host, port = offered[2]
+    connection = socket.socket()
+    connection.settimeout(DEADLINE_S)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)  # before it connects
+    connection.connect((host, port))
+    connection.sendall(header(callerid="/deaf", topic=topic, type=kind, md5sum=message_md5(kind)))
+    return connection
+
+
+def caller(terminal: Terminal, name: str, kind: str) -> socket.socket:
+    """One who may call a service over and over, in bytes: each request with its length before it."""
+    connection = socket.create_connection(terminal.service_at(name), DEADLINE_S)
+    connection.sendall(header(callerid="/caller", service=name, md5sum=service_md5(kind), persistent="1"))
+    length = int.from_bytes(connection.recv(4, socket.MSG_WAITALL), "little")
+    connection.recv(length, socket.MSG_WAITALL)  # the header that answers
+    return connection
+
+
+def asked_of_a_publisher(terminal: Terminal, topic: str, kind: str) -> tuple[Any, ...]:
+    """What one that the master knows of is asked by the first subscriber."""
+    asked: list[tuple[Any, ...]] = []
+
+    def request_topic(*parameters: Any) -> list[Any]:
+        asked.append(parameters)
+        return [0, "nothing to be had", []]
+
+    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
+        server.timeout = DEADLINE_S
+        server.register_function(request_topic, "requestTopic")
+        uri = f"http://127.0.0.1:{server.server_address[1]}/"
+        with xmlrpc.client.ServerProxy(terminal.master_uri) as proxy:
+            proxy.registerPublisher("/early", topic, kind, uri)
+            server.handle_request()
+            proxy.unregisterPublisher("/early", topic, uri)
+    return asked[0]
 
 
 @pytest.fixture(scope="module")

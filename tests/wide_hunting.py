@@ -9,8 +9,8 @@ told once.
 
 from __future__ import annotations
 
-from math import radians
-from time import thread_time
+from collections.abc import Callable
+from math import dist, radians
 
 import numpy as np
 
@@ -19,28 +19,14 @@ from iiwa_sim.controller.endings import Ending
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.controller.requests import Kind, MoveRequest
-from iiwa_sim.frames import Frame, multiply, rotation_vector, transpose
+from iiwa_sim.frames import Frame, turn_between
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 from iiwa_sim.motion.queue.chain import Chain
-from tests.asked import (
-    direct_joint_move,
-    gravity_hold,
-    joint_move,
-    lin_force_move,
-    lin_joint_move,
-    lin_move,
-    lin_move_at,
-    lin_relative_move,
-    lin_stiff_move,
-    ptp_force_move,
-    ptp_move,
-    ptp_stiff_move,
-    smart_joint_move,
-)
+from tests import asked
 from tests.chains import UNTIL_STOPPED, ChainMove, aimed
 from tests.hunting import STEP_S, Hunt
-from tests.stepped import ROUNDING, Array, rotation_exp
+from tests.stepped import ROUNDING, Array, assert_within_positions, line_errors
 
 USUAL = 0.5  # part of what is said that `Hunt` says, too
 OFF_PATH_RAD = 1e-8  # of a joint in a plan: far below a micrometre at the TCP
@@ -64,8 +50,6 @@ class WideHunt(Hunt):
         self._accepted: list[int] = []
         self._ended: list[Ending] = []
         self.robot.controller.endings.listeners.append(self._ended.append)
-        self.slowest_tick_s = self.slowest_command_s = 0.0
-        """Thread time."""
 
     def run(self) -> None:
         """Says all of it, waits for the end, and looks whether each move has been told to have ended."""
@@ -73,9 +57,7 @@ class WideHunt(Hunt):
         accepted = self.robot.controller.accepted
         numbers = [each.move for each in self._ended]
         assert sorted(numbers) == list(range(1, accepted + 1)), "the end of each move is told, once"
-        joints, d = np.array(self.robot.joints), self.robot.description
-        assert (joints >= np.array(d.position_min) - ROUNDING).all()
-        assert (joints <= np.array(d.position_max) + ROUNDING).all()
+        assert_within_positions(self.robot.description, self.robot.joints)
 
     def _say(self, what: float) -> None:
         if self._rng.random() < USUAL:
@@ -93,13 +75,11 @@ class WideHunt(Hunt):
         robot, controller = self.robot, self.robot.controller
         robot.notice_mode()
         end = controller.end_of_queue
-        begins_s = thread_time()
         try:
             controller.move(request)
         except Refused:
             return False
         finally:
-            self.slowest_command_s = max(self.slowest_command_s, thread_time() - begins_s)
             robot.notice_mode()
         self._starts.append(end)
         waiting = controller._core.motions.drive._waiting
@@ -109,8 +89,7 @@ class WideHunt(Hunt):
 
     def _says_one(self) -> None:
         """A move that `Hunt` does not send."""
-        rng, controller, d = self._rng, self.robot.controller, self.robot.description
-        end = np.array(controller.end_of_queue)
+        rng, end = self._rng, np.array(self.robot.controller.end_of_queue)
         kind = self._one_of(("joint", "ptp", "lin", "lin joint", "lin at", "relative", "capped"))
         parts = rng.uniform(-1.0, 1.0, len(end))
         place = self._one_of((*SINGULAR, "near", "shift", "small", "tiny", "turn", "on"))
@@ -121,26 +100,28 @@ class WideHunt(Hunt):
             joints, frame = self._aimed(place, parts)
         speed = self._one_of((1.0, 1.0, 0.5, 0.1))
         radius_mm = self._one_of((0.0, float(rng.uniform(0, 5)), float(rng.uniform(0, 80)), 500.0))
-        if kind == "joint":
-            request = joint_move(joints, [speed] * len(end), self._one_of((0.0, 0.1, 0.5, 1.0)))
-        elif kind == "ptp":
-            request = ptp_move(frame, speed, radius_mm)
-        elif kind == "lin":
-            request = lin_move(frame, speed, radius_mm)
-        elif kind == "lin joint":
-            request = lin_joint_move(joints, speed, radius_mm)
-        elif kind == "lin at":
-            request = lin_move_at(frame, float(10.0 ** rng.uniform(-1.3, 0.5)), radius_mm)
-        elif kind == "relative":
+        speeds = [speed] * len(end)
+
+        def relative() -> MoveRequest:
             way = Frame(*(150.0 * parts[:3]).tolist(), *(0.3 * parts[3:6]).tolist())
-            request = lin_relative_move(way, speed, radius_mm, in_tool=bool(rng.random() < 0.5))
-        else:
+            return asked.lin_relative_move(way, speed, radius_mm, in_tool=bool(rng.random() < 0.5))
+
+        def capped() -> MoveRequest:
             cap = AccelerationCap((float(rng.uniform(0.05, 1.0)),), AccelerationUnit.RELATIVE)
-            request = lin_move(frame, speed, radius_mm)._replace(acceleration=cap)
-            if rng.random() < 0.5:
-                request = joint_move(joints, [speed] * len(end))._replace(acceleration=cap)
-        assert len(d.joints) == len(end)
-        self._tell(request)
+            joint = rng.random() < 0.5
+            request = asked.joint_move(joints, speeds) if joint else asked.lin_move(frame, speed, radius_mm)
+            return request._replace(acceleration=cap)
+
+        made: dict[str, Callable[[], MoveRequest]] = {
+            "joint": lambda: asked.joint_move(joints, speeds, self._one_of((0.0, 0.1, 0.5, 1.0))),
+            "ptp": lambda: asked.ptp_move(frame, speed, radius_mm),
+            "lin": lambda: asked.lin_move(frame, speed, radius_mm),
+            "lin joint": lambda: asked.lin_joint_move(joints, speed, radius_mm),
+            "lin at": lambda: asked.lin_move_at(frame, float(10.0 ** rng.uniform(-1.3, 0.5)), radius_mm),
+            "relative": relative,
+            "capped": capped,
+        }
+        self._tell(made[kind]())
 
     def _aimed(self, place: str, parts: Array) -> tuple[Joints, Frame]:
         """Joints and frame of a target, seen from where the queue ends."""
@@ -183,7 +164,7 @@ class WideHunt(Hunt):
         for turn in turns:
             place[list(axes)] += line_mm * np.array([np.cos(way), np.sin(way)])
             way += turn * angle
-            if not self._tell(lin_move(Frame(*place.tolist()), speed, radius_mm)):
+            if not self._tell(asked.lin_move(Frame(*place.tolist()), speed, radius_mm)):
                 return
             if self._how != "once":
                 self._step(int(rng.integers(0, waits + 1)))
@@ -197,9 +178,9 @@ class WideHunt(Hunt):
             parts = rng.uniform(-1.0, 1.0, len(here))
             speeds = [float(rng.uniform(0.1, 1.0))] * len(here)
             if direct:
-                self._tell(direct_joint_move((here + 0.08 * parts).tolist(), speeds))
+                self._tell(asked.direct_joint_move((here + 0.08 * parts).tolist(), speeds))
             else:
-                self._tell(smart_joint_move((here + 0.4 * parts).tolist(), speeds))
+                self._tell(asked.smart_joint_move((here + 0.4 * parts).tolist(), speeds))
             self._step(int(rng.integers(0, 60)))
 
     def _says_yielding(self) -> None:
@@ -208,14 +189,14 @@ class WideHunt(Hunt):
         if rng.random() < 0.3:
             robot.notice_mode()
             robot.may_stop()
-            self._tell(gravity_hold(1000.0))
+            self._tell(asked.gravity_hold(1000.0))
             robot.may_stop()
             self._step(int(rng.integers(0, 100)))
             robot.stop()
             return
         parts = rng.uniform(-1.0, 1.0, len(controller.joints))
         _, frame = self._aimed(self._one_of(("near", "shift")), parts)
-        move = self._one_of((lin_stiff_move, ptp_stiff_move))
+        move = self._one_of((asked.lin_stiff_move, asked.ptp_stiff_move))
         self._tell(move(frame, self._one_of((1.0, 0.3)), 2000.0, [0.0] * 6))
 
     def _says_force_move(self) -> None:
@@ -223,7 +204,7 @@ class WideHunt(Hunt):
         rng, controller = self._rng, self.robot.controller
         parts = rng.uniform(-1.0, 1.0, len(controller.joints))
         _, frame = self._aimed(self._one_of(("near", "shift")), parts)
-        move = self._one_of((lin_force_move, ptp_force_move))
+        move = self._one_of((asked.lin_force_move, asked.ptp_force_move))
         radius_mm = self._one_of((0.0, 30.0, 500.0))
         if not self._tell(move(frame, self._one_of((1.0, 0.3)), radius_mm, (10.0, None, 10.0))):
             return
@@ -249,17 +230,10 @@ class WideHunt(Hunt):
         super()._wait(ticks)
 
     def _step(self, ticks: int) -> None:
-        for _ in range(ticks):
-            begins_s, looked_s = thread_time(), self._looked_s
-            super()._step(1)
-            took_s = thread_time() - begins_s - (self._looked_s - looked_s)
-            self.slowest_tick_s = max(self.slowest_tick_s, took_s)
-            assert len(self.robot.joints) * self.robot.tick_s < LONGEST_S, "still moving"
-
-    _looked_s = 0.0  # thread time that looking at plans took
+        super()._step(ticks)
+        assert len(self.robot.joints) * self.robot.tick_s < LONGEST_S, "still moving"
 
     def _look_at(self, plan: Chain) -> None:
-        begins_s = thread_time()
         super()._look_at(plan)
         before, self._plan = self._plan, plan
         now_s = self.robot.controller._core.motions.drive._time.time_s
@@ -272,14 +246,12 @@ class WideHunt(Hunt):
         times = np.arange(plan.front_s, plan.rest_s, EACH * STEP_S)
         if len(times):
             self._look_at_places(plan, times)
-        self._looked_s += thread_time() - begins_s
 
     def _look_at_places(self, plan: Chain, times: Array) -> None:
         """Whether each is on the path of its move, or in the sphere of its corner, and no joint too far."""
-        course, d = plan.course, self.robot.description
+        course = plan.course
         q, x = plan.joints_along(times), np.array([plan.x(time_s) for time_s in times])
-        assert (q >= np.array(d.position_min) - ROUNDING).all(), "beyond a position limit"
-        assert (q <= np.array(d.position_max) + ROUNDING).all(), "beyond a position limit"
+        assert_within_positions(self.robot.description, q)
         assert (np.diff(x) >= -1e-12).all(), "the robot goes back"
         lengths, on_path = np.diff(course.targets), np.ones(len(x), bool)
         for k in range(1, len(course.moves)):
@@ -306,16 +278,12 @@ class WideHunt(Hunt):
 
     def _look_at_line(self, path: Polynomial) -> None:
         """Whether the TCP goes straight, and turns evenly."""
-        poses = [self.robot.tcp(path.joints(s)) for s in np.linspace(0.0, 1.0, PLACES).tolist()]
-        p = np.array([pose.translation for pose in poses])
-        r = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
-        way = p[-1] - p[0]
-        length = float(np.linalg.norm(way))
-        axis, angle = rotation_vector(multiply(poses[-1].rotation, transpose(poses[0].rotation)))
-        s = (p - p[0]) @ way / length**2 if length > OFF_LINE else np.linspace(0.0, 1.0, PLACES)
-        off_m = float(np.linalg.norm(p - p[0] - s[:, None] * way, axis=1).max())
+        joints = [path.joints(s) for s in np.linspace(0.0, 1.0, PLACES).tolist()]
+        start, end = self.robot.tcp(joints[0]), self.robot.tcp(joints[-1])
+        _, angle = turn_between(start.rotation, end.rotation)
+        if dist(start.translation, end.translation) > OFF_LINE:
+            off_m, off_rad = line_errors(self.robot, joints, Frame.from_transform(end))
+            assert off_rad <= OFF_LINE or angle >= 3.0, f"{off_rad} rad off the arc"  # else there are two
+        else:
+            off_m = max(dist(start.translation, self.robot.tcp(q).translation) for q in joints)
         assert off_m <= OFF_LINE, f"{off_m} m off the line"
-        if length > OFF_LINE and angle < 3.0:  # else there is no one shortest arc
-            expected = rotation_exp(s[:, None] * (angle * np.array(axis))) @ r[0]
-            off_rad = float(np.linalg.norm(expected - r, axis=(1, 2)).max()) / np.sqrt(2.0)
-            assert off_rad <= OFF_LINE, f"{off_rad} rad off the arc"

@@ -9,6 +9,8 @@ import threading
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
+from socketserver import BaseRequestHandler, TCPServer, ThreadingMixIn
+from typing import Any
 
 from tests.talking import DEADLINE_S
 
@@ -22,9 +24,10 @@ NUMBERS = {
 REPLIES = {"hello": "hello", "bye": "bye", "stop": "done", "get status": "stopped", **NUMBERS}
 
 
-class Original:
+class Original(TCPServer):
     """Serves one client after the other, with a robot that stands still. It has no extensions."""
 
+    request_queue_size = 100
     answers_a_rest = True
     """What stands behind the last line end when the stream ends."""
 
@@ -33,42 +36,30 @@ class Original:
         """Every line of every client."""
         self.taken: Counter[int] = Counter()
         """Bytes that have been read and answered, or not answered for good, by the client's port."""
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port: int = self._listener.getsockname()[1]
-        self._ended = False
-        self._thread = threading.Thread(target=self._serve)
+        super().__init__(("127.0.0.1", 0), BaseRequestHandler)
+        self.port: int = self.socket.getsockname()[1]
+        self._thread = threading.Thread(target=self.serve_forever, args=[0.01])
         self._thread.start()
 
     def close(self) -> None:
         """Listens no more."""
-        self._ended = True
-        with socket.socket() as last:  # wakes it
-            last.connect_ex(("127.0.0.1", self.port))
+        self.shutdown()
         self._thread.join(DEADLINE_S)
-        assert not self._thread.is_alive()
-        self._listener.close()
+        self.server_close()
 
-    def _serve(self) -> None:
-        while not self._ended:
-            connection, _ = self._listener.accept()
-            self._serve_one(connection)
-
-    def _serve_one(self, connection: socket.socket) -> None:
-        with connection, contextlib.suppress(OSError):
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self.serve(connection)
-
-    def serve(self, connection: socket.socket) -> None:
+    def finish_request(self, request: Any, client_address: Any) -> None:
         """One client, until it goes or has said bye."""
         rest = b""
-        while data := connection.recv(65536):
-            *lines, rest = self.split(rest + data)
-            for line in lines:
-                if not self.answer(connection, line):
+        request.settimeout(DEADLINE_S)
+        request.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        with contextlib.suppress(OSError):
+            while data := request.recv(65536):
+                *lines, rest = self.split(rest + data)
+                if not all(self.answer(request, line) for line in lines):
                     return
-            self.taken[connection.getpeername()[1]] += len(data)
-        if rest and self.answers_a_rest:
-            self.answer(connection, rest)
+                self.taken[client_address[1]] += len(data)
+            if rest and self.answers_a_rest:
+                self.answer(request, rest)
 
     def split(self, data: bytes) -> list[bytes]:
         r"""Lines, and a rest. A `\n` behind the `\r` that ended the packet before belongs to it."""
@@ -95,24 +86,8 @@ class Original:
         connection.sendall(reply.encode() + b"\r\n")
 
 
-class Deviating(Original):
+class Deviating(ThreadingMixIn, Original):
     """Serves all clients at once."""
-
-    def __init__(self) -> None:
-        self._clients: list[threading.Thread] = []
-        super().__init__()
-
-    def close(self) -> None:
-        super().close()
-        for client in self._clients:
-            client.join(DEADLINE_S)
-            assert not client.is_alive()
-
-    def _serve(self) -> None:
-        while not self._ended:
-            connection, _ = self._listener.accept()
-            self._clients.append(threading.Thread(target=self._serve_one, args=[connection]))
-            self._clients[-1].start()
 
 
 class Bare(Deviating):
@@ -211,16 +186,11 @@ class StopsNothing(Deviating):
 class Mortal(Deviating):
     """Dies of a capital letter."""
 
-    def _serve(self) -> None:
-        with contextlib.suppress(OSError):
-            super()._serve()
-
     def answer(self, connection: socket.socket, line: bytes) -> bool:
         if line == b"HELLO":
-            self._ended = True
-            self._listener.shutdown(socket.SHUT_RDWR)  # nobody is accepted any more
-            return False
-        return super().answer(connection, line)
+            self.shutdown()
+            self.socket.close()
+        return line != b"HELLO" and super().answer(connection, line)
 
 
 class Moving(Deviating):

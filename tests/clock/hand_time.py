@@ -1,4 +1,4 @@
-"""Time that passes only when a test says so, and a robot that counts its ticks."""
+"""Time that passes only when a test says so."""
 
 from __future__ import annotations
 
@@ -41,49 +41,3 @@ class HandTime:
         while self.asked_ns is not None and max(self.now_ns, self.asked_ns) <= instant_ns:
             self.pass_until_woken()
         self.now_ns = instant_ns
-
-
-class CountedRobot:
-    """Moves for a number of ticks that a test sets."""
-
-    def __init__(self, time: HandTime, tick_takes_ns: int = 0) -> None:
-        self.at_ns: list[int] = []
-        """When the ticks were made."""
-        self.left = 0
-        """Ticks until it has stopped."""
-        self.accepted = 0
-        """Moves that it was given."""
-        self.waits = False
-        """Whether only a command can end its motion."""
-        self.rests = False
-        """Whether ticks may be left out."""
-        self.skipped = 0
-        """Ticks that were."""
-        self._time = time
-        self._tick_takes_ns = tick_takes_ns
-
-    def step(self) -> None:
-        self.at_ns.append(self._time.now_ns)
-        self._time.now_ns += self._tick_takes_ns
-        if self.left and not self.waits:
-            self.left -= 1
-
-    @property
-    def ticks(self) -> int:
-        return len(self.at_ns)
-
-    @property
-    def moving(self) -> bool:
-        return self.left > 0
-
-    @property
-    def under_way(self) -> bool:
-        return self.moving and not self.waits
-
-    @property
-    def resting(self) -> bool:
-        return self.rests and not self.moving
-
-    def skip(self, ticks: int) -> None:
-        assert self.resting
-        self.skipped += ticks

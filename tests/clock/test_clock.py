@@ -21,7 +21,53 @@ from iiwa_sim.clock.clock import (
 )
 from iiwa_sim.clock.errands import StillMoving
 from iiwa_sim.clock.pace import FAST, REAL, STEPPED, Pace, multiple
-from tests.clock.hand_time import MS_NS, SECOND_NS, CountedRobot, HandTime
+from tests.clock.hand_time import MS_NS, SECOND_NS, HandTime
+
+
+class CountedRobot:
+    """Moves for a number of ticks that a test sets."""
+
+    def __init__(self, time: HandTime, tick_takes_ns: int = 0) -> None:
+        self.at_ns: list[int] = []
+        """When the ticks were made."""
+        self.left = 0
+        """Ticks until it has stopped."""
+        self.accepted = 0
+        """Moves that it was given."""
+        self.waits = False
+        """Whether only a command can end its motion."""
+        self.rests = False
+        """Whether ticks may be left out."""
+        self.skipped = 0
+        """Ticks that were."""
+        self._time = time
+        self._tick_takes_ns = tick_takes_ns
+
+    def step(self) -> None:
+        self.at_ns.append(self._time.now_ns)
+        self._time.now_ns += self._tick_takes_ns
+        if self.left and not self.waits:
+            self.left -= 1
+
+    @property
+    def ticks(self) -> int:
+        return len(self.at_ns)
+
+    @property
+    def moving(self) -> bool:
+        return self.left > 0
+
+    @property
+    def under_way(self) -> bool:
+        return self.moving and not self.waits
+
+    @property
+    def resting(self) -> bool:
+        return self.rests and not self.moving
+
+    def skip(self, ticks: int) -> None:
+        assert self.resting
+        self.skipped += ticks
 
 
 def started(robot: CountedRobot, time: HandTime, rate_hz: int = 500, pace: Pace = REAL) -> Clock:

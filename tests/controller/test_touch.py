@@ -1,31 +1,40 @@
 """Force moves against real surfaces: where the robot stops, and what it feels there.
 
-What should come of each is worked out in `tests.touching` from the path in free space, the time law of the
-stop and the stiffness of the surface.
+What should come of each is found without the code under test. A move is run in free space first: that is its
+path over time, which no contact changes. Where on it the stop ends follows from the time law of the stop, in
+closed form; what is felt there from stiffness times depth.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import pi
-from typing import Any
+from math import pi, sqrt
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.shapes import Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import IDENTITY, Frame, Transform
+from iiwa_sim.robot.description import RobotDescription, load_robot
 from tests import asked
 from tests.asked import lin_force_move, lin_move
 from tests.samples import some
-from tests.stepped import ARMS, SteppedRobot, assert_same_frame, assert_within_limits, strong
-from tests.touching import START_MM, Array, Law, Way, assert_touched, ball, beside, flat, probe
+from tests.stepped import ARMS, Array, SteppedRobot, assert_same_frame, assert_within_limits, strong
 
+Law = Callable[[Array, Array], Array]
+"""Forces (n, 3) in the base on a probe that has been at positions (n, 3), m, with velocities (n, 3), m/s."""
+
+RADIUS = 0.003
+START_MM = {ARMS[0]: (600.0, 0.0, 410.410161514), ARMS[1]: (445.0, 0.0, 660.0)}
+"""Where home is for a tool of 150 mm, which then points down: its x and z are against those of the base."""
+CLOSE = 0.01
 DEPTH_MM = 150.0
 UP = np.array([0.0, 0.0, 1.0])
 KINDS = ["lin", "ptp"]
@@ -34,6 +43,144 @@ names = st.sampled_from(ARMS)
 speeds = st.floats(0.02, 1.0)
 stiffnesses = st.sampled_from([1e3, 5e3, 2e4, 1e5])
 thresholds = st.floats(0.5, 60.0)
+
+
+def probe(robot: str | RobotDescription, *surfaces: Surface) -> SteppedRobot:
+    """A robot with a probe that points down at START_MM, among surfaces."""
+    tool = Frame(0.0, 0.0, 150.0, 0.0, 0.0, 0.0).to_transform()
+    description = load_robot(robot) if isinstance(robot, str) else robot
+    return SteppedRobot(cell=Cell(description, description.home, tool, RADIUS, surfaces))
+
+
+def beside(robot: SteppedRobot, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> Frame:
+    """A frame turned as the TCP is, so far from it in the axes of the base."""
+    here = robot.controller.tool_frame()
+    return here._replace(x_mm=here.x_mm + x_mm, y_mm=here.y_mm + y_mm, z_mm=here.z_mm + z_mm)
+
+
+def flat(
+    point: Array, normal: Array, stiffness: float, *, damping: float = 0.0, friction: float = 0.0
+) -> Law:
+    """Of a flat surface, for a way straight into it; with friction for one that slips all the way."""
+
+    def law(positions: Array, velocities: Array) -> Array:
+        depth = np.maximum(RADIUS - (positions - point) @ normal, 0.0)
+        pressed = stiffness * depth * np.maximum(1.0 - damping * (velocities @ normal), 0.0)
+        forces = pressed[:, None] * normal
+        if friction and depth.any():
+            gone = positions - positions[np.flatnonzero(depth)[0]]
+            gone -= (gone @ normal)[:, None] * normal
+            length = np.linalg.norm(gone, axis=1)
+            held = np.minimum(stiffness * length, friction * pressed)
+            forces -= gone * (held / np.where(length > 0.0, length, 1.0))[:, None]
+        return forces
+
+    return law
+
+
+def ball(centre: Array, radius: float, stiffness: float) -> Law:
+    """Of a sphere without friction and damping."""
+
+    def law(positions: Array, _velocities: Array) -> Array:
+        out = positions - centre
+        length = np.linalg.norm(out, axis=1)
+        depth = np.maximum(RADIUS + radius - length, 0.0)
+        forces: Array = (stiffness * depth / length)[:, None] * out
+        return forces
+
+    return law
+
+
+class Touched(NamedTuple):
+    """What should come of a force move."""
+
+    tick: int
+    """In which the force has left its threshold."""
+    force_n: float
+    """Then, along the axis that is watched."""
+    place: Array
+    """Of the TCP then (m)."""
+    rest: Array
+    """Of the TCP when it has stopped (m)."""
+    rest_force: Array
+    """(3,) N, along the axes of the TCP, when it has stopped."""
+
+
+class Way:
+    """What a robot does in free space, at all times."""
+
+    def __init__(self, name: str, moves: Callable[[SteppedRobot], object], override: float = 1.0) -> None:
+        self._robot = probe(name)
+        self._robot.controller.set_override(override)
+        self._override = override
+        moves(self._robot)
+        self._robot.runs_until_stopped()
+        self.joints = self._robot.joints
+
+    def tcp(self, tick: float) -> Transform:
+        """Between ticks by the cubic through the four around it."""
+        if tick >= len(self.joints) - 1:
+            return self._robot.tcp(self.joints[-1])
+        first = min(max(int(tick) - 1, 0), len(self.joints) - 4)
+        nodes = np.arange(first, first + 4)
+        weights = [
+            np.prod([(tick - other) / (node - other) for other in nodes if other != node]) for node in nodes
+        ]
+        return self._robot.tcp((np.array(weights) @ np.array(self.joints[first : first + 4])).tolist())
+
+    def touch(self, law: Law, axis: int, threshold: float, offset_n: float = 0.0) -> Touched:
+        """What comes of a force move that watches one axis of the TCP, from tick 0."""
+        tick_s = self._robot.tick_s
+        poses = [self._robot.tcp(joints) for joints in self._robot.joints]
+        positions = np.array([pose.translation for pose in poses])
+        velocities = np.diff(positions, axis=0, prepend=positions[:1]) / tick_s
+        felt = in_tcp(law(positions, velocities), poses)
+        tick = int(np.flatnonzero(np.abs(felt[:, axis] - offset_n) > threshold)[0])
+        after_s = self.stop_s / 2.0  # the rate of time falls evenly: the mean of it is a half
+        end = self.tcp(tick + after_s / tick_s)
+        way = np.vstack([positions[: tick + 1], end.translation])
+        still = np.vstack([velocities[: tick + 1], np.zeros(3)])
+        return Touched(
+            tick=tick,
+            force_n=float(felt[tick, axis]),
+            place=positions[tick],
+            rest=np.array(end.translation),
+            rest_force=in_tcp(law(way, still), [*poses[: tick + 1], end])[-1],
+        )
+
+    @property
+    def stop_s(self) -> float:
+        """How long the rate of time takes to fall to 0 with a bounded slope that has a bounded slope."""
+        robot = self._robot.description
+        slope, bend = robot.stop_rate_per_s, robot.stop_rate_change_per_s2
+        if self._override > slope**2 / bend:
+            return self._override / slope + slope / bend
+        return 2.0 * sqrt(self._override / bend)
+
+
+def in_tcp(forces: Array, poses: list[Transform]) -> Array:
+    """Forces (n, 3) in the base along the axes of the TCP."""
+    turns = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
+    turned: Array = np.einsum("nij,ni->nj", turns, forces)
+    return turned
+
+
+def assert_touched(robot: SteppedRobot, way: Way, expected: Touched) -> None:
+    """The one contact there was, and the stop that began in the tick after it, are what they should be."""
+    robot.runs_until_stopped()
+    tick = expected.tick
+    (contact,) = robot.contacts
+    assert contact.force_n == pytest.approx(expected.force_n, rel=1e-6)
+    assert np.multiply(contact.tcp[:3], 1e-3) == pytest.approx(expected.place, abs=1e-12)
+    assert robot.joints[: tick + 1] == way.joints[: tick + 1]
+    assert robot.joints[tick + 1] != way.joints[tick + 1]
+    assert (len(robot.joints) - 1 - tick) * robot.tick_s == pytest.approx(way.stop_s, abs=robot.tick_s)
+    rest = np.array(robot.tcp(robot.controller.joints).translation)
+    overshoot = np.linalg.norm(expected.rest - expected.place)
+    assert np.linalg.norm(rest - expected.rest) <= CLOSE * overshoot
+    force = np.array(robot.controller.cartesian_force()[:3])
+    assert np.linalg.norm(force - expected.rest_force) <= CLOSE * np.linalg.norm(expected.rest_force)
+    assert_within_limits(robot)
 
 
 def force_move(kind: str, target: Frame, speed: float, each: Thresholds) -> Callable[[SteppedRobot], int]:

@@ -11,10 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.dialect.krc4.session import Krc4Session
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
-from tests.krc4_talking import IDS, Reply, Talk, in_attributes, request
+from tests.journal import Journal
+from tests.krc4_talking import IDS, Reply, in_attributes, replies, request
 from tests.samples import some
 from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
 
@@ -22,6 +24,32 @@ SIX_AXES = "kr_6_r900_sixx"
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 90.0, 0.0)
 AWAY_DEG = (20.0, -80.0, 80.0, 10.0, 60.0, -200.0)
 ABOVE = (445.0, 100.0, 700.0, 180.0, 0.0, 180.0)  # X Y Z mm, A B C deg: the flange points down
+
+
+class Talk:
+    """A conversation without sockets."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.journal = Journal(commands=True)
+        self.session = Krc4Session(controller, self.journal, "a test")
+
+    def says(self, wire: bytes) -> list[Reply]:
+        """The replies to bytes."""
+        self.session.receive(wire)
+        return self.hears()
+
+    def hears(self) -> list[Reply]:
+        answered = b""
+        while self.session.waiting:
+            answered += self.session.answer()
+        assert all((line + reason).isprintable() for _, line, _, reason in self.journal.refusals)
+        return replies(answered)
+
+    def ask(self, tag: str, *reals: float, **integers: int) -> Reply:
+        (reply,) = self.says(request(7, tag, *reals, **integers))
+        assert reply.id == 7
+        assert abs(reply.command) == IDS[tag]
+        return reply
 
 
 def at_home(robot: str = SIX_AXES) -> tuple[SteppedRobot, Talk]:

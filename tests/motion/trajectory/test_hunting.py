@@ -9,13 +9,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import SHORTEST_S, Tolerance, TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.motion.trajectory.tracker import Way
 from tests.hunting import STEP_S
-from tests.stepped import ROUNDING, Array
+from tests.samples import some
+from tests.stepped import ROUNDING, Array, assert_within_positions
 from tests.wide_hunting import WideHunt
 
 OTHERS = 0.5  # part of what is said that `WideHunt` says, too
@@ -197,9 +201,7 @@ class TrajectoryHunt(WideHunt):
         assert way.join is not None
         position, velocity, acceleration = way.join.at_time(time_s)
         jerks = [_jerk(profile, time_s) for profile in way.join.profiles[0]]
-        d = self.robot.description
-        assert (np.array(position) >= np.array(d.position_min) - ROUNDING).all(), "beyond a position limit"
-        assert (np.array(position) <= np.array(d.position_max) + ROUNDING).all(), "beyond a position limit"
+        assert_within_positions(self.robot.description, [position])
         return np.array([velocity, acceleration, jerks])
 
     def _keep(self, derivatives: Array) -> None:
@@ -256,3 +258,15 @@ def _jerk(profile: Any, time_s: float) -> float:
                 return float(jerk)
             time_s -= duration
     return 0.0
+
+
+def trajectories(seed: int) -> dict[str, float]:
+    """What `tools/hunt.py` tries at more seeds."""
+    return TrajectoryHunt(seed).check()
+
+
+@pytest.mark.requirement("FRC003", "FRC005", "FRC013", "FRC016", "FRC025")
+@settings(max_examples=some(25), deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_whatever_trajectories_are_sent_and_when_all_limits_are_kept(seed: int) -> None:
+    trajectories(seed)
