@@ -16,7 +16,7 @@ from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES, LinkContact
 from iiwa_sim.contact.links_kernel import Links, Worn
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import AT_REST, World
+from iiwa_sim.contact.world_kernel import AT_REST
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
@@ -24,9 +24,11 @@ from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench
 
 if not cython.compiled:
     from iiwa_sim.contact.acting_kernel import Acting
+    from iiwa_sim.contact.world_kernel import World
     from iiwa_sim.robot.tcp_kernel import Tcp
 else:
     from cython.cimports.iiwa_sim.contact.acting_kernel import Acting  # type: ignore[no-redef]
+    from cython.cimports.iiwa_sim.contact.world_kernel import World  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp  # type: ignore[no-redef]
 
 
@@ -55,9 +57,9 @@ class ExternalLoad(Acting):
     controller knows. The readings are the sum, with noise if there is any.
     """
 
-    world: World = cython.declare(object, visibility="readonly")
+    world: World = cython.declare(World, visibility="readonly")
     """The surfaces; changes are felt from the next tick on."""
-    looks_at_itself: int = cython.declare(object, visibility="readonly")
+    looks_at_itself: int = cython.declare(cython.long, visibility="readonly")
     """The tick in which links could meet each other at the earliest."""
     levers_m: tuple[float, ...] = cython.declare(object, visibility="readonly")
     """No joint's axis is farther from the TCP (m), wherever the robot is; base first."""
@@ -189,6 +191,10 @@ class ExternalLoad(Acting):
         """Whether a tick may change a reading: it cannot without noise far from surfaces."""
         touches: bool = self._place is not None or not self.world.empty
         return touches or self._noise is not None or self._motion is not None
+
+    def is_idle(self, tick: cython.long) -> bool:
+        """Whether nothing acts in the tick of this number, and nothing can begin to."""
+        return tick < self.looks_at_itself and not self.acts and not self.changes
 
     @property
     def settled(self) -> bool:

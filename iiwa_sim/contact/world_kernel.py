@@ -29,23 +29,17 @@ _new = tuple.__new__  # calling the class costs twice as much
 class World:
     """Surfaces, and a sphere round the TCP that touches them, and rolls on them.
 
-    Each surface acts for itself: where two overlap, or meet flush, their forces add up.
+    Each surface acts for itself: where two overlap, or meet flush, their forces add up. The attributes are
+    declared in the .pxd.
     """
-
-    radius_m: float = cython.declare(cython.double, visibility="readonly")
-    changes: int = cython.declare(cython.int, visibility="readonly")
-    """How many times a surface has been put or taken away."""
-    _contacts: dict[str, Contact]
-    _all: list[Contact]
-    _turned: Any  # how the TCP is turned, if it is known
 
     def __init__(self, surfaces: Iterable[Surface], radius_m: float) -> None:
         """`radius_m` is that of the sphere; 0 makes it a point. Each surface has a name of its own."""
         self.radius_m = radius_m
         self.changes = 0
-        self._contacts = {}
-        self._all = []
-        self._turned = None
+        self._contacts: dict[str, Contact] = {}
+        self._all: list[Contact] = []
+        self._turned: Any = None
         for surface in surfaces:
             self.put(surface)
 

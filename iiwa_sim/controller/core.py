@@ -108,11 +108,23 @@ class Core:
             raise
         if motions.tracking and motions.tracked is not None and self.watch_trajectory is not None:
             self.watch_trajectory()
-        # Of what most ticks have nothing of only that is asked: they cost 1.5 us together.
-        endings = self.endings
+        # Of what most ticks have nothing of only that is asked.
+        endings, acts = self.endings, False
         if endings.pending and endings.pending[0].number != motions.under_way:
             endings.after_tick()
-        handling, coming = self.handling, None
+        if self.handling is not None or not load.is_idle(self.tick):
+            self._feel()
+            acts = load.acts
+        if endings.pending and (guard := endings.pending[0].guard) is not None:
+            self._watch_forces(guard)
+        if acts or self.protection.watches_tcp:
+            self._protect()
+        if self._meetings is not None and (acts or self.tick % self._meetings.every == 0):
+            self._meetings.after_tick(self.tick, motions.joints != self.joints_before)
+
+    def _feel(self) -> None:
+        """Find what pushes the robot where a tick has brought it."""
+        motions, load, handling, coming = self.motions, self.load, self.handling, None
         if load.carries or (handling is not None and handling.holds):
             next_joints = motions.coming
             coming = None if next_joints is None else load.coming_tcp(next_joints)
@@ -122,12 +134,6 @@ class Core:
             load.look_at_itself(motions.joints, self.tick, self.tick_s)
         if load.changes:
             load.step(motions.joints, self.tick_s, motions.tcp_contact, coming)
-        if endings.pending and (guard := endings.pending[0].guard) is not None:
-            self._watch_forces(guard)
-        if load.acts or self.protection.watches_tcp:
-            self._protect()
-        if self._meetings is not None and (load.acts or self.tick % self._meetings.every == 0):
-            self._meetings.after_tick(self.tick, motions.joints != self.joints_before)
 
     @property
     def resting(self) -> bool:

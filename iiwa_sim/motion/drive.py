@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from iiwa_sim.motion.even_kernel import EvenTicks
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.queue.chain import Ahead, Chain
@@ -18,7 +19,7 @@ AHEAD = 128
 """Ticks for which joint positions are computed at once: for a line at a sixth of the cost of single ones."""
 
 
-class Drive:
+class Drive(EvenTicks):
     """Joint positions (rad) over ticks.
 
     A move starts in the tick after it is appended, or when the moves before it have ended, also within a
@@ -32,18 +33,13 @@ class Drive:
         self.joints = joints
         self.rest = joints
         """Where the robot comes to rest after all moves, or after the stop in progress (rad)."""
-        self._time = time
+        self._time: PlannedTime = time
         self._look_ahead = LookAhead(time, lowest, highest)
         self._chain: Chain | None = None
         self._version = 0  # planned joint positions of the chain
         self._waiting = Waiting()
-        self._ahead: list[Joints] = []  # of the coming ticks, the last one first
-        self._quiet_until_s = 0.0  # of planned time: until then there is nothing to look ahead for
-
-    @property
-    def moving(self) -> bool:
-        """Whether a move runs, is being stopped, or waits."""
-        return self._chain is not None or bool(self._waiting.planned) or bool(self._waiting.again)
+        self._planned, self._again = self._waiting.planned, self._waiting.again
+        self._ahead, self._quiet_until_s, self._last = [], 0.0, 0
 
     @property
     def stopping(self) -> bool:
@@ -63,13 +59,6 @@ class Drive:
         """Number of moves behind the one that runs, or begins in the next tick."""
         waiting = self.waiting
         return waiting - 1 if waiting and self._chain is None else waiting
-
-    @property
-    def under_way(self) -> int:
-        """The number of the move that runs and is not being stopped, 0 where there is none."""
-        if self._chain is None or self._time.stopping:
-            return 0
-        return self._chain.move_at(self._time.time_s).number
 
     @property
     def coming(self) -> Joints:
@@ -194,18 +183,9 @@ class Drive:
         self.joints = joints
         self._plan_again()
 
-    def step(self) -> None:
+    def advance(self) -> None:
         """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
         the path's exception is raised."""
-        time = self._time
-        if (
-            self._ahead
-            and time.time_s < self._quiet_until_s
-            and not self._waiting.again
-            and time.step_evenly()
-        ):
-            self.joints = self._ahead.pop()
-            return
         try:
             self._advance()
         except Exception:
@@ -270,10 +250,10 @@ class Drive:
     def _go_along(self, chain: Chain) -> None:
         self._version += 1
         self._chain, chain.version = chain, self._version
-        self._quiet_until_s = 0.0
+        self._quiet_until_s, self._last = 0.0, 0
 
     def _end_chain(self) -> None:
-        self._chain = None
+        self._chain, self._last = None, 0
         self._ahead.clear()
 
     def _take(self, chain: Chain, ahead: Ahead | None) -> Chain:

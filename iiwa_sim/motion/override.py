@@ -18,6 +18,7 @@ from typing import Protocol
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Trajectory
 
 from iiwa_sim.motion.courses import JERK_SHARES, SPEED_KEPT
+from iiwa_sim.motion.even_kernel import Pace
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.rate_change import RateChange, Running
 
@@ -33,7 +34,7 @@ class Runs(Protocol):
         """The running motion; None if there is none, or if it cannot be looked at."""
 
 
-class Override:
+class Override(Pace):
     """The rate of planned time over ticks; 1 at first."""
 
     def __init__(self, tick_s: float, limits: JointLimits) -> None:
@@ -42,15 +43,8 @@ class Override:
         self.tick_s = tick_s
         self.value = 1.0
         """The requested value, which the rate has or approaches."""
-        self.rate = 1.0
-        """Rate at the end of the last tick."""
-        self.slope_per_s = 0.0
-        """Derivative of the rate at the end of the last tick."""
-        self.advance_s = tick_s
-        """Planned time that has passed in the last tick."""
-        self.even = True
-        """Whether the rate was constant throughout the last tick, and no other value has been requested
-        since."""
+        self.rate, self.slope_per_s, self.advance_s = 1.0, 0.0, tick_s
+        self.even = self.level = True
         f = float((limits.acceleration / limits.velocity).min())
         g = float((limits.jerk / limits.acceleration).min())
         fastest = f * g / 4.0 * (sqrt(9.0 / g**2 + 8.0 / (f * g)) - 3.0 / g)  # here K is 1
@@ -59,8 +53,6 @@ class Override:
         self._task.max_velocity = [min(f, fastest)]
         self._task.max_acceleration = [f * g / 2.0]
         self._task.max_jerk = [f * g / 2.0 * g]
-        self.level = True
-        """Whether a tick changes nothing of this: so until another value is requested."""
         self._begins = False  # another value has been requested since the last tick
         self._on_plan: RateChange | None = None
         self._change: Trajectory | None = None

@@ -8,15 +8,17 @@ and r'' are stop limits of the joints that hold on any path, and the path is nev
 import numpy as np
 from ruckig import ControlInterface, InputParameter, Result, Ruckig, Trajectory
 
+from iiwa_sim.motion.even_kernel import EvenTime
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate_change import PlanAhead, Running
 
 
-class PlannedTime:
+class PlannedTime(EvenTime):
     """Planned time of one motion, tick by tick. The owner of the override steps it before this."""
 
     def __init__(self, override: Override, largest_slope_per_s: float, largest_bend_per_s2: float) -> None:
+        super().__init__(override)
         self.tick_s = override.tick_s
         self.override = override
         """What the rate follows but for a stop; shared with other motions."""
@@ -31,7 +33,7 @@ class PlannedTime:
     def start(self, time_s: float) -> None:
         """Run from this planned time."""
         self.time_s = time_s
-        self._slowing: Trajectory | None = None
+        self._slowing = None
         self._slowing_s = 0.0
 
     def begin(self, since_s: float = 0.0) -> None:
@@ -48,19 +50,9 @@ class PlannedTime:
         return Running(plan, self.time_s, *self._stop_limits)
 
     @property
-    def even(self) -> bool:
-        """Whether the rate is constant throughout this tick, and stays so without another request."""
-        return self._slowing is None and self.override.even
-
-    @property
     def standing(self) -> bool:
         """Whether no planned time has passed in the last tick, because of a pause."""
         return self._slowing is None and self.override.advance_s == 0.0
-
-    @property
-    def stopping(self) -> bool:
-        """Whether the rate is decreasing to 0 for a stop, or has reached it."""
-        return self._slowing is not None
 
     @property
     def stopped(self) -> bool:
@@ -109,14 +101,6 @@ class PlannedTime:
         override = self.override
         advance_s = override.tick_s * override.rate if override.even else override.advance_s
         return self.time_s + advance_s + override.slope_per_s * self.tick_s * self.tick_s
-
-    def step_evenly(self) -> bool:
-        """Make one tick if the rate is constant and not 0 throughout it; otherwise returns False."""
-        override = self.override
-        if self._slowing is not None or not override.even or override.advance_s == 0.0:
-            return False
-        self.time_s += override.advance_s
-        return True
 
     def step(self) -> None:
         """Make one tick."""

@@ -12,7 +12,6 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EMERGENCY_STOP, EXECUTION, Refused
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.motion.drive import Drive
-from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.robot.nearest import JOINT_LIMIT
 from tests.asked import (
     direct_cartesian_move,
@@ -57,7 +56,7 @@ def breaks(robot: SteppedRobot, patch: pytest.MonkeyPatch) -> int:
     robot.controller.move(joint_move([0.0] * 7, FULL))
     robot.step(50)
     with patch.context() as broken_for_a_tick:
-        broken_for_a_tick.setattr(PlannedTime, "step_evenly", lambda _: False)
+        robot.controller._core.motions.drive._ahead.clear()
         broken_for_a_tick.setattr(Drive, "_advance", broken)
         with pytest.raises(ZeroDivisionError):
             robot.controller.step()

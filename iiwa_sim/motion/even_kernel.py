@@ -1,0 +1,116 @@
+"""Ticks in which planned time goes on evenly, to joint positions that are known: nearly all there are.
+
+What begins, changes and ends such ticks is up to heirs in Python: the override, planned time, the drive.
+"""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import cython
+
+from iiwa_sim.motion.joints import Joints
+
+
+@cython.cclass
+class Pace:
+    """The rate of planned time, and how much of that passes in a tick."""
+
+    tick_s: float = cython.declare(cython.double, visibility="public")
+    rate: float = cython.declare(cython.double, visibility="public")
+    """At the end of the last tick."""
+    slope_per_s: float = cython.declare(cython.double, visibility="public")
+    """Derivative of the rate at the end of the last tick."""
+    advance_s: float = cython.declare(cython.double, visibility="public")
+    """Planned time that has passed in the last tick."""
+    even: bool = cython.declare(cython.bint, visibility="public")
+    """Whether the rate was constant throughout the last tick, and no other value has been requested since."""
+    level: bool = cython.declare(cython.bint, visibility="public")
+    """Whether a tick changes nothing of this: so until another value is requested."""
+
+
+@cython.cclass
+class EvenTime:
+    """Planned time of one motion, which goes on at a pace until a stop slows it down."""
+
+    time_s: float = cython.declare(cython.double, visibility="public")
+    _pace: Pace
+    _slowing: Any = cython.declare(object, visibility="public")  # how it does so for a stop
+
+    def __init__(self, pace: Pace) -> None:
+        """At 0; the owner of the pace steps that before this."""
+        self._pace = pace
+        self.time_s = 0.0
+        self._slowing = None
+
+    @property
+    def even(self) -> bool:
+        """Whether the rate is constant throughout this tick, and stays so without another request."""
+        return self._slowing is None and self._pace.even
+
+    @property
+    def stopping(self) -> bool:
+        """Whether the rate is decreasing to 0 for a stop, or has reached it."""
+        return self._slowing is not None
+
+    def step_evenly(self) -> bool:
+        """Make one tick if the rate is constant and not 0 throughout it; otherwise returns False."""
+        if self._slowing is not None or not self._pace.even or self._pace.advance_s == 0.0:
+            return False
+        self.time_s += self._pace.advance_s
+        return True
+
+
+@cython.cclass
+class EvenTicks:
+    """Joint positions over ticks, some of which are known ahead; an heir has the method `advance` for a tick
+    that takes more than to go on to the next of them."""
+
+    joints: Joints = cython.declare(object, visibility="public")
+    """Where the robot is (rad)."""
+    _time: EvenTime = cython.declare(EvenTime, visibility="public")
+    _ahead: list[Joints] = cython.declare(list, visibility="public")  # of coming ticks, the last one first
+    _quiet_until_s: float = cython.declare(cython.double, visibility="public")
+    # of planned time: until then there is nothing to look ahead for
+    _chain: Any = cython.declare(object, visibility="public")  # under way; None at rest
+    _last: int = cython.declare(cython.int, visibility="public")
+    # number of the move under way, once it is the last one of the chain; 0 before
+    _planned: deque[Any] = cython.declare(object, visibility="public")  # moves that wait
+    _again: deque[Any] = cython.declare(object, visibility="public")  # those to be planned again before
+
+    @property
+    def moving(self) -> bool:
+        """Whether a move runs, is being stopped, or waits."""
+        return self._chain is not None or bool(self._planned) or bool(self._again)
+
+    @property
+    def under_way(self) -> int:
+        """The number of the move that runs and is not being stopped, 0 where there is none."""
+        if self._chain is None or self._time._slowing is not None:
+            return 0
+        if self._last == 0:
+            move, moves = self._chain.move_at(self._time.time_s), self._chain.moves
+            if move is not moves[len(moves) - 1]:
+                number: int = move.number
+                return number
+            self._last = move.number
+        return self._last
+
+    def step(self) -> None:
+        """Make one tick. What `advance` raises is raised."""
+        if (
+            len(self._ahead) > 0
+            and self._time.time_s < self._quiet_until_s
+            and not self._again
+            and self._time.step_evenly()
+        ):
+            self.joints = self._ahead.pop()
+        else:
+            self.advance()
+
+    def advance(self) -> None:
+        """Make one tick in any other way."""
+        raise NotImplementedError
