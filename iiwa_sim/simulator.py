@@ -7,7 +7,6 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.outside import Entrances
 from iiwa_sim.backdoor.ports import BackdoorPorts
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import LOOPBACK, Token
@@ -156,9 +155,9 @@ class Simulator(OpenPorts, RobotInTime):
         self._transcript = None if transcript is None else Path(transcript)
         self._recorder: Recorder | None = None
         self._record = None if record is None else (Path(record), record_rate_hz)
-        entrances = Entrances(list(self._servers.values()))
         recent = RecentDialogue(self.dialogue, self.clock.tick_s)
-        self.backdoor = Backdoor(self._controller, faults, entrances, self.clock, recent, self.call)
+        ports = list(self._servers.values())
+        self.backdoor = Backdoor(self._controller, faults, ports, self.clock, recent, self.call)
         self._recordings = Recordings(
             self._controller,
             self.cell,

@@ -1,6 +1,6 @@
 """The base of the backdoor: the robot and its surroundings, and calls in the simulator's event loop."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
@@ -66,17 +66,18 @@ class Base:
         self,
         controller: Controller,
         wire: WireFaults,
-        entrance: Entrance,
+        entrances: Sequence[Entrance],
         clock: Clock,
         recent: RecentDialogue,
         call: Call = _at_once,
     ) -> None:
+        """`entrances` are the ports of all dialects."""
         self.call = call
         self.listeners: list[Callable[[str], None]] = []
         """Told of each call that has changed something, as text."""
         self._controller = controller
         self._wire = wire
-        self._entrance = entrance
+        self._entrances = entrances
         self._clock = clock
         self._recent = recent
         self._states = States(controller)

@@ -126,31 +126,36 @@ class Faults(Base):
         """Close one connection, or all."""
         self._wire.end(Close(), connection)
         if connection == EVERY:
-            self._entrance.drop_arriving(reset=False)
+            for each in self._entrances:
+                each.drop_arriving(reset=False)
 
     @acts
     def reset_connections(self, connection: int = EVERY) -> None:
         """Reset one connection, or all."""
         self._wire.end(Reset(), connection)
         if connection == EVERY:
-            self._entrance.drop_arriving(reset=True)
+            for each in self._entrances:
+                each.drop_arriving(reset=True)
 
     @acts
     def refuse_connections(self) -> None:
         """Refuse new connections on the ports of all dialects. Present connections are served."""
-        self._entrance.refuse()
+        for each in self._entrances:
+            each.refuse()
 
     @acts
     def accept_connections(self) -> None:
         """Accept new connections again."""
-        self._entrance.accept()
+        for each in self._entrances:
+            each.accept()
 
     @acts
     def clear_faults(self) -> None:
         """Remove all faults of the wire and of the next move, and canned replies; accept connections."""
         self._controller.injected.refuse_next_move(None)
         self._wire.clear()
-        self._entrance.accept()
+        for each in self._entrances:
+            each.accept()
 
 
 def _checked(code: int) -> int:

@@ -10,10 +10,12 @@ import json
 from collections.abc import Coroutine
 from http import HTTPStatus
 
+import msgspec
+
 from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.backdoor.json_lines import line_of, reply_in_json
 from iiwa_sim.backdoor.line_calls import BYE, HELP, RELEASE_WHEN_GONE, InternalError, LineCalls, NotUnderstood
-from iiwa_sim.backdoor.openapi import description
+from iiwa_sim.backdoor.openapi import COMMANDS, description
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.controller.errors import EXECUTION, Refused
@@ -22,12 +24,10 @@ from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.serve.http import HttpAnswer, HttpRequest
 from iiwa_sim.serve.web_access import LOCALHOST, WebAccess
 
-COMMANDS = "/backdoor/"
 HEALTH, STATE, DIALOGUE, OPENAPI = "/healthz", "/state", "/dialogue", "/openapi.json"
 OF_A_CONNECTION = (HELP, BYE, RELEASE_WHEN_GONE)
 """Commands that belong to a connection of lines and have no path."""
 _BEARER = "bearer "
-_GET_STATE = "get state"
 
 
 class BackdoorHttp:
@@ -115,10 +115,7 @@ class BackdoorHttp:
         return {"ok": True}
 
     def _state(self) -> object:
-        calls = LineCalls(self._backdoor, self._log, "")
-        state = calls.start(calls.parse(_GET_STATE.encode()))
-        assert isinstance(state, str)
-        return json.loads(state)
+        return msgspec.to_builtins(self._backdoor.state(), str_keys=True)
 
     def _openapi(self) -> object:
         table = LineCalls(self._backdoor, self._log, "").table
@@ -138,11 +135,6 @@ async def _awaited(
     except Refused as refused:
         return _refused(refused)
     return _replied(calls, command, line, answered)
-
-
-def path_of(command: Command) -> str:
-    """The path of a command."""
-    return f"{COMMANDS}{command.name.replace(' ', '-')}"
 
 
 def _replied(calls: LineCalls, command: Command, line: bytes, reply: str) -> HttpAnswer:

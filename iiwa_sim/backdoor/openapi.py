@@ -8,6 +8,8 @@ from importlib.resources import files
 from iiwa_sim.backdoor.json_lines import Field, fields
 from iiwa_sim.dialect.wire.command import Command, Quantity
 
+COMMANDS = "/backdoor/"
+"""What the path of each command begins with."""
 _STATE = "#/components/schemas/State"
 _ERRORS = {
     "400": "the body is not what the command takes; nothing has changed",
@@ -18,9 +20,7 @@ _ERRORS = {
 
 def description(commands: Sequence[Command], *, with_token: bool) -> dict[str, object]:
     """The description of the commands that have a path; with or without a token."""
-    paths = {
-        f"/backdoor/{each.name.replace(' ', '-')}": {"post": _post(each, with_token)} for each in commands
-    }
+    paths = {path_of(each): {"post": _post(each, with_token)} for each in commands}
     schema = files("iiwa_sim.protocol").joinpath("status.schema.json").read_text()
     state = json.loads(schema.replace("#/$defs/", f"{_STATE}/$defs/"))
     return {
@@ -45,6 +45,11 @@ def description(commands: Sequence[Command], *, with_token: bool) -> dict[str, o
             "securitySchemes": {"token": {"type": "http", "scheme": "bearer"}},
         },
     }
+
+
+def path_of(command: Command) -> str:
+    """The path of a command."""
+    return f"{COMMANDS}{command.name.replace(' ', '-')}"
 
 
 def _post(command: Command, with_token: bool) -> dict[str, object]:

@@ -57,20 +57,21 @@ class BackdoorPorts:
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault, and then nothing is left open."""
-        if self._lines is not None:
-            await self._lines.start()
-        if self._http is not None:
-            try:
-                await self._http.start()
-            except BaseException:
-                await self.close()
-                raise
+        try:
+            for server in self._servers:
+                await server.start()
+        except BaseException:
+            await self.close()
+            raise
 
     async def close(self) -> None:
         """Stop listening and close every connection."""
-        for server in (self._http, self._lines):
-            if server is not None:
-                await server.close()
+        for server in reversed(self._servers):
+            await server.close()
+
+    @property
+    def _servers(self) -> "list[TcpServer | HttpServer]":
+        return [server for server in (self._lines, self._http) if server is not None]
 
     @property
     def port(self) -> int | None:

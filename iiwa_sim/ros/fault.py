@@ -4,4 +4,5 @@ from iiwa_sim.wording import Unusable
 
 
 class RosFault(Unusable):
-    """A library or service that the ROS side needs is missing. The message is one line."""
+    """A library or service that the ROS side needs is missing, or there can be no node. The message is one
+    line."""

@@ -102,33 +102,21 @@ class RosSide:
 
     async def start(self) -> None:
         """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
-        if self._rosbridge is not None:
-            await self._rosbridge.start()
-        if self._ros1 is not None:
-            from iiwa_sim.ros.ros1.node import NodeFault
-
-            try:
-                await self._ros1.start()
-            except BaseException as fault:
-                await self.close()
-                if isinstance(fault, NodeFault):
-                    raise RosFault(str(fault)) from None
-                raise
-        if self._ros2 is not None:
-            try:
-                await self._ros2.start()
-            except BaseException:
-                await self.close()
-                raise
+        try:
+            for transport in self._transports:
+                await transport.start()
+        except BaseException:
+            await self.close()
+            raise
 
     async def close(self) -> None:
         """Stop serving."""
-        if self._ros2 is not None:
-            await self._ros2.close()
-        if self._ros1 is not None:
-            await self._ros1.close()
-        if self._rosbridge is not None:
-            await self._rosbridge.close()
+        for transport in reversed(self._transports):
+            await transport.close()
+
+    @property
+    def _transports(self) -> "list[RosbridgeServer | Ros1Node | Ros2Node]":
+        return [each for each in (self._rosbridge, self._ros1, self._ros2) if each is not None]
 
     @property
     def watching(self) -> bool:

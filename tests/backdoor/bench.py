@@ -55,7 +55,7 @@ class Bench:
         self.wire, self.door, self.clock = WireFaults(), OpenDoor(), Clock(500, STEPPED)
         self.dialogue = Dialogue(lambda: self.controller.tick)
         self.recent = RecentDialogue(self.dialogue, self.controller.tick_s)
-        self.backdoor = Backdoor(self.controller, self.wire, self.door, self.clock, self.recent)
+        self.backdoor = Backdoor(self.controller, self.wire, [self.door], self.clock, self.recent)
         self.journal = Journal()
         self.session = BackdoorSession(self.backdoor, self.journal, "bench")
 

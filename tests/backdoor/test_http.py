@@ -10,8 +10,9 @@ import jsonschema
 import pytest
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
-from iiwa_sim.backdoor.http import COMMANDS, OF_A_CONNECTION, BackdoorHttp, path_of
+from iiwa_sim.backdoor.http import OF_A_CONNECTION, BackdoorHttp
 from iiwa_sim.backdoor.json_lines import fields, reply_in_json
+from iiwa_sim.backdoor.openapi import COMMANDS, path_of
 from iiwa_sim.backdoor.recent_dialogue import MOST
 from iiwa_sim.backdoor.token import Token
 from iiwa_sim.dialect.wire.table import ERROR, Request

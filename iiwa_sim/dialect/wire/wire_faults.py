@@ -131,7 +131,7 @@ FAULTS: dict[type, tuple[str, ...]] = {
     kind: kind._fields
     for kind in (Pass, Delay, Split, Drop, Garble, CloseBefore, CloseAfter, ResetBefore, Silence)
 }
-"""All faults by name, with the function that makes each."""
+"""The kinds of faults, with the names of their numbers."""
 
 
 class Peer(Protocol):

@@ -16,6 +16,7 @@ import rospy
 
 from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.dialect.wire.log import DialectLog
+from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.rmi.definitions import Definition, service
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized
@@ -44,10 +45,6 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 
-class NodeFault(Exception):
-    """There can be no node. The message is one line."""
-
-
 class Ros1Node:
     """The topics and services of a `Node` at the ROS master of the environment, from `start` to `close`.
 
@@ -73,16 +70,16 @@ class Ros1Node:
         return str(rosgraph.get_master_uri(argv=[])).rstrip("/")
 
     async def start(self) -> None:
-        """Register the node. Raises NodeFault."""
+        """Register the node. Raises RosFault."""
         self._requests.begin(asyncio.get_running_loop())
         if rospy.is_shutdown():
-            raise NodeFault("the ROS node of this process has ended, and rospy starts no second one")
+            raise RosFault("the ROS node of this process has ended, and rospy starts no second one")
         try:
             online = await _beside(lambda: rosgraph.is_master_online(self.master), MASTER_S)
         except (TimeoutError, OSError, ValueError):
             online = False
         if not online:
-            raise NodeFault(
+            raise RosFault(
                 f"no ROS master at {shortened(harmless(self.master), 80)}: start one (roscore, or rosmaster "
                 "--core), or set ROS_MASTER_URI"
             )
@@ -94,7 +91,7 @@ class Ros1Node:
             self._listeners = {}
             await self.close()
             said = shortened(harmless(str(fault) or "it does not answer"), 200)
-            raise NodeFault(f"no ROS node with the master at {self.master}: {said}") from None
+            raise RosFault(f"no ROS node with the master at {self.master}: {said}") from None
         for topic, listener in self._listeners.items():
             self._node.listen(topic, listener)
         self._watch = MasterWatch(self._handles)
