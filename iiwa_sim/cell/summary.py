@@ -48,7 +48,7 @@ def summary(cell: Cell) -> str:
 
 
 def _watched(safety: Safety) -> str:
-    """What stops the robot, as the cell asks for it."""
+    """A line on what makes the robot stop by itself: torques, forces, a speed, a box."""
     parts = ["torques of the joints"]
     if safety.force_n is not None:
         parts.append(f"{_numbers(safety.force_n)} N")

@@ -70,7 +70,7 @@ def _all_refused(link: Link, parameters: list[str]) -> Finding:
 
 
 def _with(link: Link, word: str) -> str:
-    """Parameters with this number where it can do the least harm."""
+    """The parameters of a move, with this text in place of the number that can do the least harm."""
     return f"{{frame}} 0.05 {word}" if not link.knows(_WAY) else f"{word} 0 500 0 0 0"
 
 

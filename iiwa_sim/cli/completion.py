@@ -11,7 +11,7 @@ from iiwa_sim.wording import Unusable
 
 SHELLS = ("bash", "zsh")
 FILES = ("file", "folder", "toml", "mcap", "picture", "commands")
-"""What stands in the name of a value that is a file."""
+"""An option takes a file where one of these is in the name of its value, such as CELL.toml."""
 
 
 class CompletionFault(Unusable):

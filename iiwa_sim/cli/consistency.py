@@ -36,7 +36,7 @@ def check(error: Error, options: argparse.Namespace) -> None:
 
 
 def check_ros2(error: Error, options: argparse.Namespace) -> None:
-    """Interpreter and namespace are those of a node."""
+    """Ends the program where an interpreter or a namespace is given, but no node of ROS 2."""
     if options.ros2_python is not None and not options.ros2:
         error("argument --ros2-python: expected --ros2 with it")
     if options.ros_namespace and not options.ros2:
@@ -44,7 +44,8 @@ def check_ros2(error: Error, options: argparse.Namespace) -> None:
 
 
 def _check_backdoor(error: Error, options: argparse.Namespace) -> None:
-    """Host and token need a port; a port that other machines reach needs a token."""
+    """Ends the program where the backdoor has a host or a token but no port, or a port that other machines
+    reach but no token."""
     has_port = options.backdoor_port is not None or options.backdoor_http_port is not None
     tokens = (options.backdoor_token, options.backdoor_token_file)
     for name, given in zip(("host", "token", "token-file"), (options.backdoor_host, *tokens), strict=True):

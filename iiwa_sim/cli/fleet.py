@@ -48,10 +48,10 @@ class FleetFault(SettingsFault):
 
 
 class Robot(NamedTuple):
-    """A robot of the process."""
+    """One of the robots that a process simulates, with its options."""
 
     name: str
-    """Empty for a single robot without a name."""
+    """Its name in log and announcements; empty for a single robot without one."""
     options: argparse.Namespace
 
 

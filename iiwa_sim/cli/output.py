@@ -16,7 +16,7 @@ class StdoutFault(Unusable):
 
 
 def say(text: str, stream: TextIO | None = None) -> None:
-    """Write to stdout at once, by whatever name it is known. Raises `StdoutFault`."""
+    """Write to stdout at once, or to `stream`, which was stdout before. Raises `StdoutFault`."""
     stdout = stream or sys.stdout
     if stdout is None:
         return

@@ -67,7 +67,7 @@ def add_page(parser: Parser) -> None:
 
 
 def page_token(parser: Parser, options: argparse.Namespace) -> Token | None:
-    """What browsers have to tell; wrong options end the program."""
+    """The token that browsers have to send, None for none; wrong options end the program."""
     if options.token is not None and options.token_file is not None:
         parser.error("argument --token-file: expected no --token with it")
     text = options.token if options.token is not None else options.token_file

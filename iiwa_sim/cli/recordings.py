@@ -27,7 +27,7 @@ def opened(path: Path) -> "Recorded":
 
 
 def tell_cut(recorded: "Recorded | Timeline") -> None:
-    """Say so, and from when on, where a recording that has been read has lost its end."""
+    """Tell on stderr that a recording is cut off, and at what time; nothing for one that is whole."""
     if recorded.cut:
         at_s = recorded.cut_at_s
         where = "" if at_s is None else f" at {round(at_s, 3):g} s"

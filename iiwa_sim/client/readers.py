@@ -59,7 +59,7 @@ def integer(reply: str) -> int:
 
 
 def state(reply: str) -> bool:
-    """Reads 1 or 0 as on or off."""
+    """Reads the state of an input or an output: 1 is True, 0 is False."""
     if reply not in ("0", "1"):
         raise ValueError(reply)
     return reply == "1"

@@ -264,7 +264,7 @@ class Clock:
         self._sleep()
 
     def _hasten(self, now_ns: int) -> None:
-        """A slice of ticks in haste."""
+        """Make ticks faster than real time for `SLICE_NS`, or until there is nothing to do."""
         step, robot = self._step, self._robot
         end_ns = now_ns + SLICE_NS
         while robot.under_way and self._now_ns() < end_ns:

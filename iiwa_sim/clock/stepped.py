@@ -11,11 +11,11 @@ class Stepped(Protocol):
 
     @property
     def accepted(self) -> int:
-        """How many moves it has been given since its start."""
+        """How many moves the robot has accepted since its start."""
 
     @property
     def moving(self) -> bool:
-        """Whether it has not stopped."""
+        """Whether the robot moves, or a move waits."""
 
     @property
     def under_way(self) -> bool:

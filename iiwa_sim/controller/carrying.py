@@ -48,7 +48,7 @@ class Tool(NamedTuple):
     load: ToolLoad
     inertia: Inertia
     capsules: tuple[Capsule, ...] = ()
-    """What of it can touch, as in the flange."""
+    """The shape of the tool, in the flange: what of it touches surfaces."""
 
     def moments(self) -> Moments:
         """In the flange."""

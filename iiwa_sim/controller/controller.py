@@ -27,7 +27,7 @@ from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 
 LEAST_OVERRIDE = 1e-6
-"""Other than 0: less is no motion that anybody could see, and no number to divide by."""
+"""The least override other than 0: less is no motion that anybody could see, and no number to divide by."""
 
 
 class Controller:

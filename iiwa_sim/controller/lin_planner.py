@@ -17,7 +17,7 @@ from iiwa_sim.robot.model import Model
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION, Nearest, Unreachable
 
 _REMEDY = "PTP gets there"
-"""What a line cannot reach on its way, where its end can be reached."""
+"""What a refusal of a line advises where only its end can be reached."""
 ROUNDING_RAD = 1e-9
 """So far beyond a limit a joint may seem to be that stands on it."""
 SAME_RAD = 1e-6

@@ -61,7 +61,7 @@ def _srdf(robot: RobotDescription, pairs: Sequence[Pair]) -> Iterator[str]:
 
 
 def _name(robot: RobotDescription) -> str:
-    """As the URDF has it: MoveIt wants the same in both."""
+    """The robot's name in its URDF: MoveIt wants the same in the SRDF."""
     return ET.fromstring(robot.urdf).get("name", "")
 
 

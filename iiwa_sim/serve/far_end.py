@@ -62,7 +62,7 @@ class FarEnds:
         self._asked = 0
 
     def open(self) -> None:
-        """Be ready to ask, where the system answers."""
+        """Open the socket by which Linux is asked; elsewhere, and where it fails, nothing will be known."""
         if sys.platform == "linux":
             with contextlib.suppress(OSError):  # a system that does not let us, or has no descriptor left
                 self._asking = socket.socket(socket.AF_NETLINK, socket.SOCK_DGRAM, _NETLINK_SOCK_DIAG)

@@ -40,7 +40,7 @@ class HttpRequest(NamedTuple):
     path: str
     """Path without the query."""
     headers: tuple[tuple[str, str], ...]
-    """Names (in lower case) and values."""
+    """Name (in lower case) and value of each header."""
     body: bytes
     client: str
     """HOST:PORT, for the log."""

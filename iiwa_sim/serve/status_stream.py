@@ -102,7 +102,7 @@ class StatusStream(Server["Reader"]):
 
     @property
     def has_commands(self) -> bool:
-        """Nothing that is sent here makes the robot move."""
+        """Always False: nothing that a reader sends makes the robot move."""
         return False
 
     async def close(self) -> None:

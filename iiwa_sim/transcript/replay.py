@@ -32,7 +32,7 @@ class Deviation(NamedTuple):
 
 
 class Time(Protocol):
-    """The robot's time, in s."""
+    """Lets time pass for the robot that a transcript is played against."""
 
     def now_s(self) -> float: ...
     def wait(self, seconds: float) -> None: ...

@@ -107,4 +107,4 @@ COMMANDS: dict[str, Handler] = {
     "GOP": _asks(_goal_pose),
     "GOA": _asks(lambda robot: Answer((), tuple(map(degrees, robot.goal_joints)))),
 }
-"""By tag."""
+"""What carries out each message, by the name in its tag."""

@@ -19,7 +19,7 @@ class DialectLog(Protocol):
         """A session sent `beyond` more values than a command takes, for the first time: they are ignored."""
 
     def odd(self, session: str, command: str, remark: str) -> None:
-        """What a session asks for, for the first time, is carried out, and perhaps is not what it means."""
+        """A command was carried out, but may not be what the client means; told once for each session."""
 
     def stopped(self, session: str, vanished: bool) -> None:
         """The moving robot stops because its client has vanished, or has said bye."""

@@ -175,7 +175,7 @@ def _in_metres(request: Request) -> str:
 
 
 def with_hint(reason: str, request: Request) -> str:
-    """Why a request is refused, and what to say of its angles and its place."""
+    """The reason of a refusal, with a hint where angles may be in degrees or places in metres."""
     return "; ".join(each for each in (reason, request.in_degrees, _in_metres(request)) if each)
 
 

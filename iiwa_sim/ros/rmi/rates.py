@@ -39,6 +39,6 @@ class Rates:
         return told
 
     def skip(self, ticks: int) -> None:
-        """Notice ticks of which nobody is told anything."""
+        """Count ticks in which nothing is published."""
         for name, rate_hz in self._rates_hz.items():
             self._parts[name] = (self._parts[name] + ticks * rate_hz) % self._tick_rate_hz

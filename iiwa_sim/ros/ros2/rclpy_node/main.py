@@ -145,7 +145,7 @@ class Graph:
         return self._without
 
     def take(self, said: dict[str, Any]) -> None:
-        """Do what a line says."""
+        """Carry out a line of iiwa-sim: a message to publish, the answer to a call, or news of a goal."""
         if "topic" in said:
             if said["topic"] in self._publishers:
                 kind, publisher = self._publishers[said["topic"]]
