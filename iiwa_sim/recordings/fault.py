@@ -1,5 +1,6 @@
 """Why a recording cannot be written, read or used."""
 
+import importlib.util
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -8,6 +9,7 @@ from iiwa_sim.wording import Unusable, harmless, shortened
 LONGEST_MESSAGE = 400
 """Characters of a message, which may cite paths."""
 
+_LIBRARIES = ("mcap", "zstandard", "lz4")
 EXTRA = "a recording needs the library mcap: pip install 'iiwa-sim[record]'"
 
 
@@ -24,6 +26,12 @@ def needs_mcap() -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as fault:
-        if (fault.name or "").partition(".")[0] not in ("mcap", "zstandard", "lz4"):
+        if (fault.name or "").partition(".")[0] not in _LIBRARIES:
             raise
         raise RecordingFault(EXTRA) from None
+
+
+def check_library() -> None:
+    """Raises RecordingFault where what another process will need to write recordings is not installed."""
+    if any(importlib.util.find_spec(library) is None for library in _LIBRARIES):
+        raise RecordingFault(EXTRA)

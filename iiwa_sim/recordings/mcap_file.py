@@ -3,9 +3,7 @@
 import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import msgspec
 from mcap.data_stream import RecordBuilder
@@ -25,10 +23,9 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from mcap.writer import MCAP0_MAGIC
 
 from iiwa_sim.recordings.chunk import ChunkBuilder
-from iiwa_sim.recordings.fault import RecordingFault
+from iiwa_sim.recordings.opening import MAGIC
 from iiwa_sim.recordings.schemas import channels
 
 CHUNK_BYTES = 64 * 1024
@@ -53,8 +50,8 @@ class Head(NamedTuple):
 class McapFile:
     """A recording that is open for writing. Whatever writes may raise OSError."""
 
-    def __init__(self, path: Path, head: Head) -> None:
-        """Overwrites a file that is there. Raises RecordingFault where it cannot be written."""
+    def __init__(self, stream: BinaryIO, head: Head) -> None:
+        """`stream` is that of a file that `opening.opened` has begun; it is this one's from now on."""
         self._chunk = ChunkBuilder()
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
@@ -62,22 +59,9 @@ class McapFile:
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: Counter[int] = Counter()  # of messages, by their channels
-        try:
-            if path.exists() and not path.is_file() and not path.is_char_device():
-                raise RecordingFault(f"{path}: expected the name of a file, to write a recording there")
-            self._stream = path.open("wb")
-        except (OSError, ValueError) as fault:  # ValueError for a name with a NUL
-            raise _unwritable(path, fault) from None
-        try:
-            if self._stream.isatty() or not self._stream.seekable():
-                raise RecordingFault(f"{path}: expected the name of a file, to write a recording there")
-            self._begin(head)
-        except OSError as fault:
-            self.abandon()
-            raise _unwritable(path, fault) from None
-        except RecordingFault:
-            self.abandon()
-            raise
+        self._stream = stream
+        self._position = len(MAGIC)
+        self._begin(head)
         self._ids = {channel.topic: channel.id for channel in self._channels}
 
     def add(self, topic: str, data: bytes, log_ns: int, publish_ns: int, number: int) -> None:
@@ -91,28 +75,16 @@ class McapFile:
         self._end_chunk()
         self._stream.flush()
 
-    def finish(self, lost: int) -> None:
-        """Write how many messages were lost, the index, and close."""
-        try:
-            self._end_chunk()
-            self._tell(f"{METADATA}_end", {"lost_messages": str(lost)})
-            self._write(_bytes_of([DataEnd(0)]))
-            self._summarize()
-            self._stream.write(MCAP0_MAGIC)
-            self._stream.flush()
-        except OSError:
-            self.abandon()
-            raise
+    def finish(self, said_of_its_end: dict[str, str]) -> None:
+        """Write what is to be said of the end, the index, and close."""
+        self._end_chunk()
+        self._tell(f"{METADATA}_end", said_of_its_end)
+        self._write(_bytes_of([DataEnd(0)]))
+        self._summarize()
+        self._stream.write(MAGIC)
         self._stream.close()
 
-    def abandon(self) -> None:
-        """Close as it is."""
-        with suppress(OSError):  # what is in its buffer finds no room either; the descriptor is closed
-            self._stream.close()
-
     def _begin(self, head: Head) -> None:
-        self._position = 0
-        self._write(MCAP0_MAGIC)
         self._write(_bytes_of([Header("", f"iiwa-sim {head.metadata['version']}")]))
         self._tell(METADATA, dict(head.metadata))
         for name, (media_type, content) in head.attachments.items():
@@ -188,7 +160,3 @@ def _bytes_of(records: Sequence[McapRecord]) -> bytes:
     for record in records:
         record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
-
-
-def _unwritable(path: Path, fault: Exception) -> RecordingFault:
-    return RecordingFault(f"{path}: cannot be written: {getattr(fault, 'strerror', None) or fault}")

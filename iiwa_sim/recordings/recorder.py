@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from msgspec import structs
 
 from iiwa_sim.backdoor.described import DescribedMoves, MovesDescriber, described_cell, parts_of
 from iiwa_sim.cell.cell import Cell
@@ -18,21 +19,19 @@ from iiwa_sim.controller.reading import Reading
 from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 from iiwa_sim.handling.part import Part
 from iiwa_sim.recordings import watch
-from iiwa_sim.recordings.contents import SECOND_NS, Block, Contents, Told
 from iiwa_sim.recordings.foxglove import stamp
-from iiwa_sim.recordings.mcap_file import Head, McapFile
+from iiwa_sim.recordings.handed import Beginning, Handed, Ready, Said, States
 from iiwa_sim.recordings.scene import Arm
-from iiwa_sim.recordings.schemas import CELL, DIALOGUE, EVENTS, LOG, MOVES, SCENE, STATE
-from iiwa_sim.recordings.state import StateLines
-from iiwa_sim.recordings.views import Views
+from iiwa_sim.recordings.schemas import CELL, EVENTS, LOG, MOVES, SCENE
+from iiwa_sim.recordings.times import SECOND_NS, Times
 from iiwa_sim.recordings.watch import Event, Watch
 from iiwa_sim.recordings.writer import Writer
 
 _INFO, _WARNING, _ERROR = 2, 3, 4  # levels of foxglove.Log
 _LEVELS = {watch.FAULT: _ERROR, watch.LOST: _ERROR, watch.REFUSED: _WARNING, watch.CONTACT: _WARNING}
 _OF_MOVES = (watch.ACCEPTED, watch.BEGINS, watch.ENDS)
-BLOCKS_HZ = 5
-"""So often in a simulated second states are put, those of 100 ticks at 500 Hz; and when anything is said."""
+BLOCKS_HZ = 20
+"""So often in a simulated second all is put, that of 25 ticks at 500 Hz: in 30 us, since it is little."""
 MOST_MOVES = 10
 """Moves that are recorded at most, of those that run and wait."""
 MOVES_HZ = 10
@@ -83,7 +82,8 @@ class Recorder:
         self._parts: list[Part] = []
         self._watch: Watch | None = None
         self._last_state = -1  # its tick
-        self._block = Block([], [])  # states that have not been put yet
+        self._states = States([], [])  # since what was said last
+        self._waiting: list[Handed] = []  # what was before them
         self._block_due = 0  # a tick
         self._describer = MovesDescriber(controller, MOST_MOVES)
         self._moves = DescribedMoves(0, ())
@@ -92,7 +92,8 @@ class Recorder:
         self._encode = msgspec.json.Encoder().encode
         description = cell.description
         self._arm = Arm(description.urdf, description.joints)
-        head = Head(
+        self._beginning = Beginning(
+            description,
             {
                 "version": metadata.version("iiwa-sim"),
                 "robot": description.name,
@@ -107,21 +108,17 @@ class Recorder:
                 **(said_of_it or {}),
             },
             _attachments(cell),
-            self._began_ns,
-        )
-        file = McapFile(path, head)
-        self._contents = Contents(
-            StateLines(description, 1.0 / tick_rate_hz),
-            Views(self._arm, description.joints),
             tick_rate_hz,
             self._began_ns,
+            self._began_ns,
         )
-        self._out = Writer(path, file, self._contents.made)
+        self._times = Times(tick_rate_hz, self._began_ns, self._began_ns)
+        self._out = Writer(path)
 
     def start(self, there: Sequence[tuple[str, str]] = ()) -> None:
         """Record from the present tick on; `there` are sessions that are connected, with their dialects."""
-        contents = self._contents
-        contents.epoch_ns += self._began_ns - contents.log_ns(self._controller.tick)
+        self._times.epoch_ns += self._began_ns - self._times.log_ns(self._controller.tick)
+        self._out.begin(structs.replace(self._beginning, epoch_ns=self._times.epoch_ns))
         self._watch = Watch(self._controller, self._clock, self.event)
         self._dialogue.listeners.append(self._hear)
         self._show_scene()
@@ -139,14 +136,19 @@ class Recorder:
             self._add_state(self._read())
         if self._moves_changed:
             self._put_moves()
-        self._put_block()
+        self._hand_over()
         self._watch.close()
         self._watch = None
         self._dialogue.listeners.remove(self._hear)
 
     def finish(self) -> bool:
-        """Write what waits and the end of the file; whether that was done, for a file that takes nothing."""
+        """Have what waits and the end of the file written; whether the file is whole then."""
         return self._out.close()
+
+    @property
+    def writing_process(self) -> int:
+        """The number of the process that writes."""
+        return self._out.process
 
     @property
     def lost(self) -> int:
@@ -167,7 +169,7 @@ class Recorder:
             self._due -= self._tick_rate_hz
             self._add_state(reading)
         if reading.tick >= self._block_due:
-            self._put_block()
+            self._hand_over()
             watch.look()  # the clock may have changed
 
     def skip(self, ticks: int) -> None:
@@ -186,23 +188,18 @@ class Recorder:
     def event(self, event: Event) -> None:
         """Something has happened."""
         self._moves_changed = self._moves_changed or event.kind in _OF_MOVES
-        real_ns = time.time_ns()
-        self._put(
-            EVENTS,
-            self._encode(
-                {
-                    **self._contents.when(self._controller.tick, real_ns),
-                    "kind": event.kind,
-                    "move": event.move,
-                    "code": event.code,
-                    "text": event.text,
-                    "goal_frame": event.goal,
-                }
-            ),
-            self._controller.tick,
-            real_ns,
-        )
-        self._put(LOG, self._encode(self._logged(event)), self._controller.tick, real_ns)
+        tick, real_ns = self._controller.tick, time.time_ns()
+        told = {
+            **self._times.when(tick, real_ns),
+            "kind": event.kind,
+            "move": event.move,
+            "code": event.code,
+            "text": event.text,
+            "goal_frame": event.goal,
+        }
+        self._put(Ready(EVENTS, self._encode(told), tick, real_ns))
+        self._put(Ready(LOG, self._encode(self._logged(event)), tick, real_ns))
+        self._hasten()
 
     def fault(self, code: int, reason: str) -> None:
         """The robot has met with something between commands."""
@@ -231,55 +228,66 @@ class Recorder:
             self._show_scene()
 
     def _hear(self, said: DialogueLine) -> None:
-        if said.direction is not Direction.FROM_CLIENT and self._watch is not None:
-            self._watch.look()  # a command has been carried out
-        self._put(DIALOGUE, said, said.tick, said.instant_ns + self._clocks_apart_ns)
+        carried_out = said.direction is not Direction.FROM_CLIENT
+        if carried_out and self._watch is not None:
+            self._watch.look()
+        self._put(Said(said, said.instant_ns + self._clocks_apart_ns))
+        if carried_out:
+            self._hasten()
 
     def _add_state(self, reading: Reading) -> None:
         self._last_state = reading.tick
-        self._block.readings.append(reading)
-        self._block.real_ns.append(time.time_ns())
+        self._states.readings.append(reading)
+        self._states.real_ns.append(time.time_ns())
 
-    def _put_block(self) -> None:
-        block = self._block
+    def _put(self, handed: Handed) -> None:
+        """Have something handed over, behind the states before it."""
+        if self._states.readings:
+            self._waiting.append(self._states)
+            self._states = States([], [])
+        self._waiting.append(handed)
+
+    def _hasten(self) -> None:
+        """Where ticks do not follow real time, the next one may never come: hand over what there is."""
+        if self._in_haste():
+            self._hand_over()
+
+    def _hand_over(self) -> None:
         self._block_due = self._controller.tick + max(self._tick_rate_hz // BLOCKS_HZ, 1)
-        if block.readings:
-            self._block = Block([], [])
-            told = Told(STATE, block, block.readings[0].tick, block.real_ns[0])
-            self._out.put(told, can_wait=self._in_haste())
+        waiting, self._waiting = self._waiting, []
+        if self._states.readings:
+            waiting.append(self._states)
+            self._states = States([], [])
+        self._out.put(waiting, can_wait=self._in_haste())
 
     def _put_moves(self) -> None:
         moves, tick = self._describer.describe(), self._controller.tick
         self._moves_changed = False
         if moves != self._moves:
             self._moves, self._moves_due = moves, tick + self._tick_rate_hz // MOVES_HZ
-            self._put(MOVES, self._encode(moves), tick, time.time_ns())
+            self._put(Ready(MOVES, self._encode(moves), tick, time.time_ns()))
 
     def _show_scene(self) -> None:
         world, tick = self._controller.load.world, self._controller.tick
         self._surfaces, self._parts = list(world.surfaces.values()), parts_of(self._controller)
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
         jaws = self._controller.handling is not None
-        scene = self._arm.scene(self._contents.log_ns(tick), self._surfaces, radius_m, jaws, self._parts)
+        scene = self._arm.scene(self._times.log_ns(tick), self._surfaces, radius_m, jaws, self._parts)
         real_ns = time.time_ns()
-        self._put(SCENE, self._encode(scene), tick, real_ns)
-        self._put(CELL, self._encode(described_cell(self._controller)), tick, real_ns)
+        self._put(Ready(SCENE, self._encode(scene), tick, real_ns))
+        self._put(Ready(CELL, self._encode(described_cell(self._controller)), tick, real_ns))
 
     def _logged(self, event: Event) -> dict[str, Any]:
         words = [event.kind, f"{event.move}" if event.move else "", f"({event.code})" if event.code else ""]
         head = " ".join(word for word in words if word)
         return {
-            "timestamp": stamp(self._contents.log_ns(self._controller.tick)),
+            "timestamp": stamp(self._times.log_ns(self._controller.tick)),
             "level": _LEVELS.get(event.kind, _INFO),
             "message": f"{head}: {event.text}" if event.text else head,
             "name": "iiwa-sim",
             "file": "",
             "line": 0,
         }
-
-    def _put(self, topic: str, content: bytes | DialogueLine, tick: int, real_ns: int) -> None:
-        self._put_block()  # which was before
-        self._out.put(Told(topic, content, tick, real_ns), can_wait=self._in_haste())
 
 
 def _attachments(cell: Cell) -> dict[str, tuple[str, bytes]]:

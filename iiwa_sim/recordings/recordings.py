@@ -11,7 +11,7 @@ from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog
-from iiwa_sim.recordings.fault import needs_mcap
+from iiwa_sim.recordings.fault import check_library
 from iiwa_sim.robot_events import RobotEvents
 
 if TYPE_CHECKING:
@@ -67,8 +67,9 @@ class Recordings:
         Raises RecordingFault where the file cannot be written or the library mcap is not installed, and
         ValueError for a rate outside 1 to that of the ticks.
         """
-        with needs_mcap():
-            from iiwa_sim.recordings import recorder
+        from iiwa_sim.recordings import recorder
+
+        check_library()
 
         return recorder.Recorder(
             path,
@@ -78,7 +79,7 @@ class Recordings:
             tick_rate_hz=self._clock.rate_hz,
             rate_hz=rate_hz,
             clock=lambda: self._clock.told,
-            in_haste=lambda: self._clock.in_haste,
+            in_haste=lambda: self._clock.in_haste or self._clock.paused,
             said_of_it={"dialects": " ".join(self._dialects)},
         )
 

@@ -9,9 +9,9 @@ from iiwa_sim.backdoor.described import DescribedMoves
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.frames import Frame
 from iiwa_sim.recordings.foxglove import stamp
+from iiwa_sim.recordings.message import Message
 from iiwa_sim.recordings.scene import TCP, Arm
 from iiwa_sim.recordings.schemas import FRAMES, JOINTS, MOVES, STATE, TARGETS, WRENCH
-from iiwa_sim.recordings.writer import Message
 
 VIEW_RATE_HZ = 25
 """Of these, in simulated time: as often as a film has pictures, a twentieth of what every tick would cost."""

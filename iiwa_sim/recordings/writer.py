@@ -1,193 +1,212 @@
-"""A recording written in a thread of its own: whoever puts a message into it waits for nothing."""
+"""A recording, as the robot's process has it: what is put is on its way to the process that writes the file.
 
-import contextlib
+Who puts waits for nothing and makes nothing: the bytes go into a socket, 10 to 30 us for 25 states.
+"""
+
 import contextvars
 import logging
+import select
+import socket
 import threading
-import time
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Generic, NamedTuple, Protocol, TypeVar
 
-from iiwa_sim.recordings.mcap_file import McapFile
+from iiwa_sim.recordings.handed import Beginning, Closed, Handed, Lost, frame_of, messages_in
+from iiwa_sim.recordings.opening import opened
+from iiwa_sim.recordings.process import given_to_write
+from iiwa_sim.recordings.signs import ALIVE, FAULT, LONGEST_SIGN, WHOLE
 
 MOST_BYTES = 8 * 1024 * 1024
-"""Messages that wait to be written, some 15 s of a robot at 500 Hz; beyond, messages are lost."""
-PERIOD_S = 0.4
-"""Between two looks for what was put: much at a time costs a third of what little by little would. What was
-put before is in the file then, so whatever ends the process costs less than a second."""
-FLUSH_S = 0.3
-"""A chunk is ended no sooner than so long after the one before, however much is put."""
-PATIENCE_S = 1.0
-"""So long a file may take nothing, before who can wait, and the end of the recording, wait no longer."""
-THREAD_NAME = "iiwa-sim-recording"
-_TAKEN_BYTES = 512 * 1024  # so that who waits for room gets some soon
-_AT_ONCE = 16  # messages, some 0.15 ms: then the other threads get their turn
-_TURN_S = 5e-5
+"""That wait for the process, some 30 s of a robot at 500 Hz; beyond, messages are lost."""
+SOCKET_BYTES = 1024 * 1024
+"""Asked for, to be on the way; systems grant less."""
+PATIENCE_S = 5.0
+"""So long the file may take nothing, before who can wait, and the end of the recording, wait no longer."""
+STARTS_S = 60.0
+"""So long instead while the process has given no sign of life: it takes its time to start."""
+_LOOK_S = 0.25
+"""Between two looks at what found no room before, where nobody puts any more."""
+_NO_SIGNAL = getattr(socket, "MSG_NOSIGNAL", 0)
+"""A program may have set SIGPIPE to kill it."""
 
 logger = logging.getLogger(__name__)
 
 
-class Message(NamedTuple):
-    """What waits to be written."""
-
-    topic: str
-    data: bytes
-    log_ns: int
-    publish_ns: int
-
-    @property
-    def size(self) -> int:
-        """Bytes that it takes."""
-        return len(self.data)
-
-
-class Sized(Protocol):
-    """What waits until it is made messages."""
-
-    @property
-    def size(self) -> int:
-        """Bytes that it takes, about."""
-
-
-T = TypeVar("T", bound=Sized)
-
-
-def as_they_are(messages: Sequence[Message]) -> Sequence[Message]:
-    """What messages become that are some already."""
-    return messages
-
-
-class Writer(Generic[T]):
-    """Writes messages into a file, which it owns; the thread is a daemon. They are made there, too.
+class Writer:
+    """Has messages written into a file by another process.
 
     Messages that find no room are lost and counted, which the log tells once, and the end of the file. A file
-    that takes no more, such as on a full disk, ends the recording with one line in the log.
+    that takes no more, such as on a full disk, ends the recording with one line in the log; so does a process
+    that is killed.
     """
 
-    def __init__(self, path: Path, file: McapFile, make: Callable[[Sequence[T]], Iterable[Message]]) -> None:
-        """`make` makes messages of what was put, in the thread; `path` names the file in the log."""
+    def __init__(self, path: Path) -> None:
+        """Raises RecordingFault for a file that cannot be written, or where no process can be started."""
         self.lost = 0
         """Messages, so far."""
+        self._lost_told = 0
         self._path = path
-        self._file = file
-        self._make = make
-        self._changed = threading.Condition()
-        self._waiting: deque[T] = deque()
-        self._put_bytes = 0  # so far, as who puts counts them
-        self._taken_bytes = 0  # of these, so far, as the thread counts them when they are written
-        self._closed = False
-        self._broken = False
-        self._number = 0
-        self._stuck = False  # the file has taken nothing for PATIENCE_S
+        with opened(path) as stream:
+            self._process, self._socket = given_to_write(path, stream)
+        self._socket.setblocking(False)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SOCKET_BYTES)
+        self._lock = threading.Lock()  # of what waits
+        self._waiting: deque[memoryview] = deque()
+        self._waiting_bytes = 0
+        self._over = False  # nothing is written any more
+        self._whole = False
+        self._given_up = False
+        self._stuck = False  # nothing was taken for so long that nobody waits any more
+        self._sent = 0  # pieces
+        self._signs = 0  # of life
         context = contextvars.copy_context()  # in which the log knows whose recording it is
-        self._thread = threading.Thread(target=context.run, args=(self._run,), name=THREAD_NAME, daemon=True)
-        self._thread.start()
+        self._listener = threading.Thread(
+            target=context.run, args=(self._listen,), name="iiwa-sim-recording", daemon=True
+        )
+        self._listener.start()
 
-    def put(self, message: T, *, can_wait: bool = False) -> None:
+    def begin(self, beginning: Beginning) -> None:
+        """Say what is to be known before the first message."""
+        with self._lock:
+            self._append(frame_of(beginning))
+
+    @property
+    def process(self) -> int:
+        """The number of the process that writes."""
+        return self._process.number
+
+    def put(self, handed: Sequence[Handed], *, can_wait: bool = False) -> None:
         """Have something written. Where there is no room it waits, if it `can_wait`, or is lost."""
-        size = message.size
-        if self._waiting_bytes + size > MOST_BYTES and can_wait:
-            self._wait_for_room(size)
-        if self._broken or self._closed:
+        if self._over or not handed:
             return
-        waiting_bytes = self._waiting_bytes
-        if waiting_bytes and waiting_bytes + size > MOST_BYTES:
-            self.lost += 1
-            if self.lost == 1:
+        if self.lost != self._lost_told:
+            self._lost_told = self.lost
+            handed = [*handed, Lost(self.lost)]
+        frame = frame_of(handed)
+        with self._lock:
+            self._send()
+            if can_wait:
+                self._wait_for_room(len(frame))
+            if self._waiting_bytes + len(frame) <= MOST_BYTES or not self._waiting:
+                self._append(frame)
+                return
+        if not self._over:
+            lost_none = not self.lost
+            self.lost += messages_in(handed)
+            if lost_none:
                 logger.warning("%s: the recording loses messages: the file takes them too slowly", self._path)
-            return
-        # Without the lock: one thread puts, one takes, and each has a count of its own.
-        self._put_bytes += size
-        self._waiting.append(message)
-        if waiting_bytes + size > MOST_BYTES // 4:
-            with self._changed:
-                self._changed.notify_all()
 
     def close(self) -> bool:
-        """Write what waits, and the end of the file; whether that was done, for a file that takes nothing."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
-        while self._thread.is_alive():
+        """Have the rest written, and the end of the file; whether it is whole."""
+        with self._lock:
+            self._append(frame_of([Lost(self.lost), Closed()]))
+        while self._listener.is_alive():
             before = self._progress()
-            self._thread.join(PATIENCE_S)
-            if self._thread.is_alive() and self._progress() == before:
-                logger.error("%s: the recording is cut off: the file takes nothing", self._path)
+            if self._waiting:
+                with self._lock:
+                    self._wait_and_send()
+            else:
+                with self._lock, suppress(OSError):  # it is over, and the thread about to end
+                    self._socket.shutdown(socket.SHUT_WR)
+                self._listener.join(self._patience_s)
+            if self._listener.is_alive() and self._progress() == before:
+                self._give_up()
                 return False
         if self.lost:
             logger.warning("%s: the recording has lost %d messages", self._path, self.lost)
-        return True
+        return self._whole
 
     @property
-    def _waiting_bytes(self) -> int:
-        """In what waits, and in what is being written."""
-        return self._put_bytes - self._taken_bytes
+    def _patience_s(self) -> float:
+        return PATIENCE_S if self._signs else STARTS_S
 
     def _progress(self) -> tuple[int, int]:
-        return self._number, self._taken_bytes
+        return self._sent, self._signs
+
+    def _append(self, frame: bytes) -> None:
+        self._waiting.append(memoryview(frame))
+        self._waiting_bytes += len(frame)
+        self._send()
+
+    def _send(self) -> None:
+        """Hand on what finds room, of what waits."""
+        while self._waiting and not self._over:
+            piece = self._waiting[0]
+            try:
+                sent = self._socket.send(piece, _NO_SIGNAL)
+            except BlockingIOError:
+                return
+            except OSError:  # nobody reads any more: why, the listener finds out
+                self._drop()
+                return
+            self._sent += 1
+            self._stuck = False
+            self._waiting_bytes -= sent
+            if sent < len(piece):
+                self._waiting[0] = piece[sent:]
+            else:
+                self._waiting.popleft()
+
+    def _drop(self) -> None:
+        self._over = True
+        self._waiting.clear()
+        self._waiting_bytes = 0
 
     def _wait_for_room(self, size: int) -> None:
-        with self._changed:
-            while not self._stuck and not self._broken and self._waiting_bytes + size > MOST_BYTES:
-                before = self._progress()
-                self._changed.notify_all()
-                self._changed.wait(PATIENCE_S)
-                self._stuck = self._progress() == before
+        while self._waiting and not self._stuck and self._waiting_bytes + size > MOST_BYTES:
+            before = self._progress()
+            self._wait_and_send()
+            self._stuck = self._progress() == before
 
-    def _run(self) -> None:
-        try:
-            self._write()
-            self._file.finish(self.lost)
-        except OSError as fault:
-            logger.error("%s: the recording ends here: %s", self._path, fault.strerror)
-            self._break()
-        except Exception:  # a fault of ours must not leave who waits without an end
-            logger.exception("%s: the recording ends here: internal error", self._path)
-            self._break()
+    def _wait_and_send(self) -> None:
+        if not self._over:
+            poll = select.poll()
+            poll.register(self._socket, select.POLLOUT)
+            poll.poll(1e3 * self._patience_s)
+            self._send()
 
-    def _write(self) -> None:
-        flushed_s, dirty = time.monotonic(), False
+    def _give_up(self) -> None:
+        logger.error("%s: the recording is cut off: the file takes nothing", self._path)
+        self._given_up = True
+        with self._lock:
+            self._drop()
+            with suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
+
+    def _listen(self) -> None:
+        """Hear what the process says, until the file is whole or nothing more comes of it."""
+        last = self._last_sign()
+        with self._lock:
+            self._drop()
+            self._socket.close()
+        if last == WHOLE:
+            self._whole = True
+        elif not self._given_up:
+            why = last.removeprefix(FAULT).decode() if last else self._process.why_it_ended()
+            logger.error("%s: the recording ends here: %s", self._path, why)
+
+    def _last_sign(self) -> bytes:
+        """What the process says last; b"" if it ends without."""
+        poll = select.poll()
+        poll.register(self._socket, select.POLLIN)
+        heard = b""
         while True:
-            with self._changed:
-                if not self._closed and self._waiting_bytes <= MOST_BYTES // 4:
-                    self._changed.wait(PERIOD_S)
-                taken, size = self._next()
-                closed = self._closed
-            for message in self._make(taken):
-                self._number += 1
-                self._file.add(message.topic, message.data, message.log_ns, message.publish_ns, self._number)
-                if self._number % _AT_ONCE == 0 and not closed:
-                    time.sleep(_TURN_S)
-            self._taken(size)
-            dirty = dirty or bool(taken)
-            if dirty and time.monotonic() - flushed_s > FLUSH_S:
-                self._file.flush()
-                flushed_s, dirty = time.monotonic(), False
-            if closed and not taken:
-                return
+            if poll.poll(1e3 * _LOOK_S):
+                said = self._received()
+                *signs, heard = (heard + said).split(b"\n")
+                self._signs += len(signs)
+                last = next((sign for sign in signs if sign != ALIVE), None)
+                if last is not None or not said:
+                    return last or b""
+            if self._waiting:
+                with self._lock:
+                    self._send()
 
-    def _next(self) -> tuple[list[T], int]:
-        """Of what waits, in its order, as much as is made and written at a time; and its bytes."""
-        taken: list[T] = []
-        size = 0
-        while self._waiting and size < _TAKEN_BYTES:
-            taken.append(self._waiting.popleft())
-            size += taken[-1].size
-        return taken, size
-
-    def _taken(self, size: int) -> None:
-        with self._changed:
-            self._taken_bytes += size
-            self._stuck = False
-            self._changed.notify_all()
-
-    def _break(self) -> None:
-        with self._changed:
-            self._broken = True
-            self._waiting.clear()
-            self._taken_bytes = self._put_bytes
-            self._changed.notify_all()
-        with contextlib.suppress(Exception):
-            self._file.abandon()
+    def _received(self) -> bytes:
+        """b"" at the end."""
+        try:
+            return self._socket.recv(LONGEST_SIGN)
+        except OSError:
+            return b""

@@ -11,7 +11,10 @@ from mcap.reader import make_reader
 from iiwa_sim.cell.cell import Cell, robot_alone
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind, MoveRequest
+from iiwa_sim.controller.snapshot import Snapshot
 from iiwa_sim.dialect.wire.dialogue import Dialogue
+from iiwa_sim.recordings.fault import RecordingFault
+from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.recordings.recorder import Recorder
 
 PUBLISHED = json.loads(Path(__file__).with_name("foxglove_schemas.json").read_text(encoding="utf-8"))
@@ -41,6 +44,23 @@ def found_in(path: Path, *topics: str) -> list[Found]:
 
 def contents(path: Path, topic: str) -> list[dict[str, Any]]:
     return [found.content for found in found_in(path, topic)]
+
+
+def states_by_now(path: Path) -> list[Snapshot]:
+    """States of a file that is being written, which may have nothing in it yet."""
+    try:
+        return list(Recorded(path).states())
+    except RecordingFault:
+        return []
+
+
+def is_whole(path: Path) -> bool:
+    """Whether a file that is being written has its end."""
+    try:
+        recorded = Recorded(path)
+        return bool(list(recorded.states())) and not recorded.cut
+    except RecordingFault:
+        return False
 
 
 class Robot:

@@ -16,6 +16,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, Writer
 
 from iiwa_sim.recordings.mcap_file import CHUNK_BYTES, METADATA, Head, McapFile
+from iiwa_sim.recordings.opening import opened
 from iiwa_sim.recordings.schemas import channels
 
 URDF = b"<robot/>"
@@ -47,7 +48,8 @@ def test_a_file_has_the_records_the_library_would_have_written(said: Said) -> No
 
 
 def _write_ours(path: Path, said: Said) -> None:
-    file = McapFile(path, HEAD)
+    opened(path).close()
+    file = McapFile(path.open("ab"), HEAD)
     number = 0
     for each in said:
         if each is not None:
@@ -55,7 +57,7 @@ def _write_ours(path: Path, said: Said) -> None:
             number += 1
         else:
             file.flush()
-    file.finish(3)
+    file.finish({"lost_messages": "3"})
 
 
 def _write_theirs(path: Path, said: Said) -> None:

@@ -305,7 +305,7 @@ def test_a_state_is_handed_over_soon_also_where_there_are_few(tmp_path: Path, ra
     robot = Robot(tmp_path / "a.mcap", rate_hz=rate_hz)
     for _ in range(400):
         robot.step()
-        kept = robot.recorder._block.readings
+        kept = robot.recorder._states.readings
         assert not kept or robot.controller.tick - kept[0].tick < RATE_HZ // BLOCKS_HZ
     robot.end()
 

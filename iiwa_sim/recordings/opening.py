@@ -1,0 +1,42 @@
+"""The file of a recording, opened: what is wrong with it is told at once."""
+
+from contextlib import suppress
+from io import FileIO
+from pathlib import Path
+
+from iiwa_sim.recordings.fault import RecordingFault
+
+MAGIC = b"\x89MCAP0\r\n"
+"""What an MCAP file begins and ends with: https://mcap.dev/spec#magic"""
+
+
+def opened(path: Path) -> FileIO:
+    """A file with the first bytes of a recording in it, and nothing else; one that was there is overwritten.
+
+    Raises RecordingFault where it cannot be written.
+    """
+    try:
+        if path.exists() and not path.is_file() and not path.is_char_device():
+            raise _no_file(path)
+        stream = path.open("wb", buffering=0)
+    except (OSError, ValueError) as fault:  # ValueError for a name with a NUL
+        raise _unwritable(path, fault) from None
+    try:
+        if stream.isatty() or not stream.seekable():
+            raise _no_file(path)
+        stream.write(MAGIC)
+    except (OSError, RecordingFault) as fault:
+        with suppress(OSError):
+            stream.close()
+        if isinstance(fault, RecordingFault):
+            raise
+        raise _unwritable(path, fault) from None
+    return stream
+
+
+def _no_file(path: Path) -> RecordingFault:
+    return RecordingFault(f"{path}: expected the name of a file, to write a recording there")
+
+
+def _unwritable(path: Path, fault: Exception) -> RecordingFault:
+    return RecordingFault(f"{path}: cannot be written: {getattr(fault, 'strerror', None) or fault}")
