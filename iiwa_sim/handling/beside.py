@@ -59,9 +59,7 @@ def between(one: Part, place: Transform, other: Part, there: Transform) -> float
     )
 
 
-def _of(
-    body: Body, lift_m: float, other: Surface, reach_m: float, friction: float
-) -> Iterator[Presser]:
+def _of(body: Body, lift_m: float, other: Surface, reach_m: float, friction: float) -> Iterator[Presser]:
     both, solid = in_a_row(other.stiffness, body.part.stiffness), solid_of(body)
     for number, each in enumerate(meets(body.part, body.pose, lift_m, other, reach_m)):
         key = other.name, number

@@ -50,7 +50,6 @@ class Presser(NamedTuple):
     key: Key | None = None
     """Under which the part remembers by which way it has come in, if it is not remembered elsewhere."""
 
-
     def after(self, before: Touch, touch: Touch, way: Way) -> CameIn:
         """What the part remembers of it after a way, on which the touch has become another."""
         if touch.depth <= 0.0 or self.friction == 0.0 or not is_beside(before):
