@@ -20,7 +20,7 @@ HORIZON_S = 1.5
 """A chain is planned on into moves that wait once less than this lies ahead."""
 MOST_AT_ONCE = 30
 """The most moves it is planned on into at once."""
-BATCH_S = 2.0
+BATCH_S = 4.0
 """Fewer are taken where these take about so long."""
 ENOUGH_S = 0.3
 """Short moves are planned together until they take this long, or are `MOST_AT_FIRST`."""

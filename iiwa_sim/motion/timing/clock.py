@@ -16,10 +16,14 @@ from iiwa_sim.motion.timing.cuts_kernel import cut
 from iiwa_sim.motion.timing.guess_kernel import going_on, knot_loads, steady_loads
 from iiwa_sim.motion.timing.loads_kernel import beyond, inner_loads
 
-CELL_STEPS = 2400
+CELL_STEPS = 2000
 """Newton steps times cells in a slice: some 0.4 ms."""
-FEW_CELLS = 150
-"""Of fewer, a look into cells and the first steps behind it are one slice."""
+FEW_CELLS, LOOK_STEPS = 20, 3
+"""So many cells at the least are looked into at once: as long as so many steps, as to make their rows."""
+IDLE = 0.15
+"""Rows at less than this part of their limit are left out when a clock is gone on with."""
+BESIDE = 16
+"""So many cells on either side of one that gets a row are changed for it."""
 MOST_STEPS, MOST_AGAIN = 40, 15
 """Newton steps of a clock, and of one that is gone on with for another row."""
 REPAIRS = 8
@@ -32,9 +36,9 @@ ACCEPTED = 0.3
 ROOM = 0.9998
 """Of limits: what is kept of an old clock has so much room to all."""
 KEPT_VELOCITY = 1.0009
-MU, MU_NEAR, LEAST = 0.3, 0.1, 0.2
-"""With which a clock begins (see `Steps.begin`), at an even pace or from a guess: others take more steps."""
-ENOUGH = 0.02
+MU, LEAST = 0.1, 0.2
+"""With which a clock begins (see `Steps.begin`)."""
+ENOUGH = 0.03
 """Part of the time that may be left to gain by what the multipliers say: a tenth of it is."""
 
 
@@ -53,9 +57,9 @@ def quick(rows: Rows, c: Array, most_steps: int = 0, enough: float = ENOUGH) -> 
     loads = np.empty((rows.cells, 3))
     c *= QUICK_START
     steps = Steps(rows, 0)
-    steps.begin(c, MU_NEAR, LEAST)
+    steps.begin(c, MU, LEAST)
     _, over = steps.go(c, most_steps or max(CELL_STEPS // rows.cells, 1), enough)
-    inner_loads(rows, c, rows.cells, loads)
+    inner_loads(rows, c, 0, rows.cells, loads)
     largest = _too_fast(loads)
     if largest > 1.0:
         c /= largest
@@ -80,50 +84,74 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
     """
     cells = rows.cells
     loads = np.empty((cells, 3))
-    chunk = max(CELL_STEPS // cells, 1)
     best: tuple[float, Array, Array] | None = None
     allowed = np.empty((cells, 3))
     allowed[:] = KEPT_VELOCITY, KEPT, KEPT
     if kept:
         # There may be no better way than the one that is kept: there no more is asked for.
-        inner_loads(rows, c, kept, loads)
+        inner_loads(rows, c, 0, kept, loads)
         np.maximum(allowed[:kept], loads[:kept], out=allowed[:kept])
         ends = np.empty((cells + 1, 4))
         knot_loads(rows.bounds, c, ends)
         tight = np.asarray(rows.tight)[:kept]
         np.minimum(tight, np.maximum(ROOM / np.maximum(ends[:kept], 1e-9), 1.0), out=tight)
-    steps, cuts = None, np.asarray(rows.cuts)
+    steps, spans, spent, over = None, [(0, cells)], LOOK_STEPS * (kept + cells), False
     for _ in range(REPAIRS + 1):
         anew = steps is None
-        if anew or cells > FEW_CELLS:
-            yield
         if steps is None:
+            spans = [(0, cells)]
             steps = Steps(rows, fixed)
             steps.begin(c, MU, LEAST)
-        else:
-            steps.add(cuts, c)
-        spent, over, most = 0, False, MOST_STEPS if anew else MOST_AGAIN
-        while not over:
-            # What comes before the first of them takes its time, too.
-            done, over = steps.go(c, min(chunk if spent else (chunk + 1) // 2, most - spent), ENOUGH)
-            spent += done
-            if not over and (not done or spent == most):
+        for begins, ends_at in spans:
+            if not anew:
+                steps.go_on(c, begins, ends_at)
+            over, left = False, MOST_STEPS if anew else MOST_AGAIN
+            while not over and left:
+                if spent >= CELL_STEPS:
+                    yield
+                    spent = 0
+                most = max((CELL_STEPS - spent) // (ends_at - begins), 1)
+                done, over = steps.go(c, min(most, left), ENOUGH)
+                left = left - done if done else 0
+                spent += max(done, 1) * (ends_at - begins)
+            if not over:
                 break
-            yield
         if not over and anew:
             return _best(best, c, fixed)
         if not over or lifted(c, fixed):
             steps = None
             continue
-        inner_loads(rows, c, cells, loads)
+        for begins, ends_at in spans:
+            while begins < ends_at:
+                if spent >= CELL_STEPS:
+                    yield
+                    spent = 0
+                until = min(begins + max((CELL_STEPS - spent) // LOOK_STEPS, FEW_CELLS), ends_at)
+                inner_loads(rows, c, begins, until, loads)
+                spent += LOOK_STEPS * (until - begins)
+                begins = until
         excess = beyond(loads, allowed)
         if excess <= 0.0:
             return True
         if best is None or excess < best[0]:
             best = excess, c.copy(), loads.copy()
         cuts = cut(rows, c, loads, allowed)
+        steps.add(cuts, c, IDLE if anew else 0.0)
+        spent += cells
+        spans = _spans(cuts[:, 0], cells)
         rows.cuts = np.concatenate([rows.cuts, cuts])
     return _best(best, c, fixed)
+
+
+def _spans(at: Array, cells: int) -> list[tuple[int, int]]:
+    """The cells so near to some that they are changed together with them, as ranges that do not meet."""
+    found: list[tuple[int, int]] = []
+    for k in at.astype(int).tolist():
+        begins, ends = max(k - BESIDE, 0), min(k + BESIDE + 1, cells)
+        if found and begins <= found[-1][1] + 2:
+            begins = found.pop()[0]
+        found.append((begins, ends))
+    return found
 
 
 def _best(best: tuple[float, Array, Array] | None, c: Array, fixed: int) -> bool:

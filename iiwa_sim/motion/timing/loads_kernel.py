@@ -30,15 +30,16 @@ BETWEEN = cython.declare(cython.int, 8)
 def inner_loads(
     rows: Rows,
     c: cython.double[::1],
-    until: cython.Py_ssize_t,
+    begins: cython.Py_ssize_t,
+    ends: cython.Py_ssize_t,
     loads: cython.double[:, ::1],
 ) -> None:
-    """Write the largest velocity, acceleration and jerk over their limits in the first cells (N, 3); 0 where
-    they are small."""
+    """Write the largest velocity, acceleration and jerk over their limits in cells begins..ends - 1, of (N,
+    3); 0 where they are small."""
     y: cython.double
     found: cython.double[:, :, ::1] = room(rows)
     at: cython.double[:, ::1] = np.empty((3, found.shape[2]))
-    for k in range(until):
+    for k in range(begins, ends):
         dd = c[k] - 2.0 * c[k + 1] + c[k + 2]
         places(rows, c, k, at)
         # Between coefficients lies b, and its derivative between their differences.

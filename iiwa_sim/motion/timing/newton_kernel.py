@@ -31,6 +31,10 @@ def assemble(
     rows: cython.double[:, ::1],
     c: cython.double[::1],
     mu: cython.double,
+    begins: cython.Py_ssize_t,
+    ends: cython.Py_ssize_t,
+    group: cython.Py_ssize_t,
+    last_group: cython.Py_ssize_t,
     fixed: cython.Py_ssize_t,
     a: cython.double,
     b: cython.double,
@@ -47,30 +51,28 @@ def assemble(
     t: cython.double
     o: cython.double
     v: cython.double
-    d0: cython.double
-    d1: cython.double
-    d2: cython.double
-    h00: cython.double
-    h01: cython.double
-    h02: cython.double
-    h11: cython.double
-    h12: cython.double
-    h22: cython.double
-    r0: cython.double
-    r1: cython.double
-    r2: cython.double
+    s: cython.double
+    up: cython.double
+    p0: cython.double
+    p1: cython.double
+    p2: cython.double
+    u0: cython.double
+    u1: cython.double
+    u2: cython.double
     time: cython.double = 0.0
-    for k in range(m):
+    for k in range(begins, ends + 2):
         band[k, 0] = band[k, 1] = band[k, 2] = right[k] = 0.0
-    for e in range(1 if fixed > 0 else 0, 2):
+    for e in range(2):
         k = (m - 2) * e
+        if (begins > 0 or fixed > 0) if e == 0 else ends < m - 2:
+            continue
         y = 2.0 * TIE * (c[k + 1] - c[k])
         right[k] += y
         right[k + 1] -= y
         band[k, 0] += 2.0 * TIE
         band[k, 1] -= 2.0 * TIE
         band[k + 1, 0] += 2.0 * TIE
-    for k in range(m - 2):
+    for k in range(begins, ends):
         c0, c1, c2 = c[k], c[k + 1], c[k + 2]
         y = 1.0 / ((c0 + 6.0 * c1 + c2) * 0.125)
         s = sqrt(y)
@@ -86,70 +88,66 @@ def assemble(
         band[k + 1, 0] += 0.5625 * y
         band[k + 1, 1] += 0.09375 * y
         band[k + 2, 0] += 0.015625 * y
-    for g in range(of.shape[0]):
+    for g in range(group, last_group):
         k = of[g]
         c0, c1, c2 = c[k], c[k + 1], c[k + 2]
         w = limit(weights, g, c, k)
         weights[g, 3] = w
-        s = up = d0 = d1 = d2 = 0.0
-        r0 = r1 = r2 = h00 = h01 = h02 = h11 = h12 = h22 = 0.0
-        for r in range(first[g], first[g + 1]):
-            p0, p1, p2 = rows[r, 0], rows[r, 1], rows[r, 2]
-            y = p0 * c0 + p1 * c1 + p2 * c2
-            rows[r, 3] = n = rows[r, 3] + b * rows[r, 7]
-            rows[r, 4] = o = rows[r, 4] + b * rows[r, 8]
-            rows[r, 5] = t = max(rows[r, 5] + a * rows[r, 9], w - y)
-            rows[r, 6] = v = max(rows[r, 6] + a * rows[r, 10], w + y)
-            q = 1.0 / (t * v)
-            rows[r, 11] = x = v * q
-            rows[r, 12] = z = t * q
-            rows[r, 9] = t = w - y - t
-            rows[r, 10] = v = w + y - v
-            n *= x
-            o *= z
-            t = mu * x - n * t
-            v = mu * z - o * v
-            up += t + v
-            v -= t
-            r0 += v * p0
-            r1 += v * p1
-            r2 += v * p2
-            t = o - n
-            o += n
-            s += o
-            d0 += t * p0
-            d1 += t * p1
-            d2 += t * p2
-            t = o * p0
-            h00 += t * p0
-            h01 += t * p1
-            h02 += t * p2
-            t = o * p1
-            h11 += t * p1
-            h12 += t * p2
-            h22 += o * p2 * p2
+        u0 = u1 = u2 = s = up = 0.0
         if weights[g, 1] > 0.0:
             # w goes with b, and b with these parts of c.
             y = -0.5 * w * w * w
-            p0, p1, p2 = y * weights[g, 0], y * weights[g, 1], y * weights[g, 2]
-            r0 += up * p0
-            r1 += up * p1
-            r2 += up * p2
-            h00 += p0 * (s * p0 + 2.0 * d0)
-            h01 += p0 * (s * p1 + d1) + p1 * d0
-            h02 += p0 * (s * p2 + d2) + p2 * d0
-            h11 += p1 * (s * p1 + 2.0 * d1)
-            h12 += p1 * (s * p2 + d2) + p2 * d1
-            h22 += p2 * (s * p2 + 2.0 * d2)
-        right[k] += r0
-        right[k + 1] += r1
-        right[k + 2] += r2
-        band[k, 0] += h00
-        band[k, 1] += h01
-        band[k, 2] += h02
-        band[k + 1, 0] += h11
-        band[k + 1, 1] += h12
-        band[k + 2, 0] += h22
+            u0, u1, u2 = y * weights[g, 0], y * weights[g, 1], y * weights[g, 2]
+        for r in range(first[g], first[g + 1]):
+            y = rows[r, 0] * c0 + rows[r, 1] * c1 + rows[r, 2] * c2
+            n = rows[r, 3] + b * rows[r, 7]
+            o = rows[r, 4] + b * rows[r, 8]
+            rows[r, 3], rows[r, 4] = n, o
+            p0, p1 = w - y, w + y
+            t = max(rows[r, 5] + a * rows[r, 9], p0)
+            v = max(rows[r, 6] + a * rows[r, 10], p1)
+            rows[r, 5], rows[r, 6] = t, v
+            p0 -= t
+            p1 -= v
+            rows[r, 9], rows[r, 10] = p0, p1
+            t, v = 1.0 / t, 1.0 / v
+            rows[r, 11], rows[r, 12] = t, v
+            n *= t
+            o *= v
+            t = mu * t - n * p0
+            v = mu * v - o * p1
+            up += t + v
+            v -= t
+            t = o - n
+            o += n
+            # n g g' + o h h', with g = u - p and h = u + p, is (o + n) (p + e u) (p + e u)' + s u u'.
+            n = t / o
+            s += o - n * t
+            p0, p1, p2 = rows[r, 0], rows[r, 1], rows[r, 2]
+            right[k] += v * p0
+            right[k + 1] += v * p1
+            right[k + 2] += v * p2
+            p0 += n * u0
+            p1 += n * u1
+            p2 += n * u2
+            t = o * p0
+            band[k, 0] += t * p0
+            band[k, 1] += t * p1
+            band[k, 2] += t * p2
+            t = o * p1
+            band[k + 1, 0] += t * p1
+            band[k + 1, 1] += t * p2
+            band[k + 2, 0] += o * p2 * p2
+        if weights[g, 1] > 0.0:
+            right[k] += up * u0
+            right[k + 1] += up * u1
+            right[k + 2] += up * u2
+            band[k, 0] += s * u0 * u0
+            band[k, 1] += s * u0 * u1
+            band[k, 2] += s * u0 * u2
+            band[k + 1, 0] += s * u1 * u1
+            band[k + 1, 1] += s * u1 * u2
+            band[k + 2, 0] += s * u2 * u2
     return time
 
 
@@ -159,35 +157,40 @@ def solve(
     right: cython.double[::1],
     band: cython.double[:, ::1],
     step: cython.double[::1],
-    fixed: cython.Py_ssize_t,
+    begins: cython.Py_ssize_t,
+    ends: cython.Py_ssize_t,
+    least: cython.Py_ssize_t,
+    most: cython.Py_ssize_t,
 ) -> cython.bint:
-    """Newton's step from row `fixed` on, by L D L' of the band, in place; False where it is not positive."""
-    m: cython.Py_ssize_t = right.shape[0]
+    """Newton's step in the rows least..most - 1, by L D L' of the band, in place; none in the others from
+    begins to ends - 1. False where it is not positive."""
     d: cython.double
-    for i in range(fixed):
+    for i in range(begins, least):
         step[i] = 0.0
-    for i in range(fixed, m):
+    for i in range(most, ends):
+        step[i] = 0.0
+    for i in range(least, most):
         if not band[i, 0] > 0.0:
             return False
         d = 1.0 / band[i, 0]
         e, f = band[i, 1] * d, band[i, 2] * d
-        if i + 1 < m:
+        if i + 1 < most:
             band[i + 1, 0] -= e * band[i, 1]
             band[i + 1, 1] -= e * band[i, 2]
-        if i + 2 < m:
+        if i + 2 < most:
             band[i + 2, 0] -= f * band[i, 2]
         band[i, 0], band[i, 1], band[i, 2] = d, e, f
         d = right[i]
-        if i - 1 >= fixed:
+        if i - 1 >= least:
             d -= band[i - 1, 1] * step[i - 1]
-        if i - 2 >= fixed:
+        if i - 2 >= least:
             d -= band[i - 2, 2] * step[i - 2]
         step[i] = d
-    for i in range(m - 1, fixed - 1, -1):
+    for i in range(most - 1, least - 1, -1):
         d = step[i] * band[i, 0]
-        if i + 1 < m:
+        if i + 1 < most:
             d -= band[i, 1] * step[i + 1]
-        if i + 2 < m:
+        if i + 2 < most:
             d -= band[i, 2] * step[i + 2]
         step[i] = d
     return True

@@ -15,6 +15,7 @@ else:
     from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
 
 COLUMNS = cython.declare(cython.Py_ssize_t, 13)
+NOT_MET = cython.declare(cython.double, -1.0)  # the multiplier of a row that steps have not met yet
 
 
 def packed(
@@ -54,16 +55,44 @@ def packed(
     return cells_array[:g], first_array[: g + 1], weights_array[:g], rows_array[:r]
 
 
-def packed_cuts(
+def merged(
+    of: cython.Py_ssize_t[::1],
+    first: cython.Py_ssize_t[::1],
+    weights: cython.double[:, ::1],
+    rows: cython.double[:, ::1],
     cuts: NDArray[np.float64],
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-    """The same of cuts (M, 7): see `Rows`."""
-    m: cython.Py_ssize_t = cuts.shape[0]
-    rows = np.empty((m, COLUMNS))
-    rows[:, :3] = cuts[:, 1:4]
-    weights = np.zeros((m, 4))
-    weights[:, :3] = cuts[:, 4:]
-    return cuts[:, 0].astype(np.intp), np.arange(m + 1), weights, rows
+    """The same with cuts (M, 7), see `Rows`, as groups of their own behind those of their cells."""
+    g: cython.Py_ssize_t = 0
+    r: cython.Py_ssize_t = 0
+    m: cython.Py_ssize_t = 0
+    groups: cython.Py_ssize_t = of.shape[0] + cuts.shape[0]
+    of_array, first_array = np.empty(groups, dtype=np.intp), np.zeros(groups + 1, dtype=np.intp)
+    weights_array, rows_array = np.empty((groups, 4)), np.empty((rows.shape[0] + cuts.shape[0], COLUMNS))
+    new_of: cython.Py_ssize_t[::1] = of_array
+    new_first: cython.Py_ssize_t[::1] = first_array
+    new_weights: cython.double[:, ::1] = weights_array
+    new_rows: cython.double[:, ::1] = rows_array
+    new: cython.double[:, ::1] = cuts[cuts[:, 0].argsort(kind="stable")]
+    for i in range(groups):
+        if m < new.shape[0] and (g == of.shape[0] or new[m, 0] < of[g]):
+            new_of[i] = cython.cast(cython.Py_ssize_t, new[m, 0])
+            for f in range(3):
+                new_rows[r, f], new_weights[i, f] = new[m, 1 + f], new[m, 4 + f]
+            new_rows[r, 3] = NOT_MET
+            m += 1
+            r += 1
+        else:
+            new_of[i] = of[g]
+            for f in range(4):
+                new_weights[i, f] = weights[g, f]
+            for k in range(first[g], first[g + 1]):
+                for f in range(COLUMNS):
+                    new_rows[r, f] = rows[k, f]
+                r += 1
+            g += 1
+        new_first[i + 1] = r
+    return of_array, first_array, weights_array, rows_array
 
 
 @cython.cfunc

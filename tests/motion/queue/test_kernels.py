@@ -136,7 +136,7 @@ def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
     c *= 0.3 / max(kernels.guess.steady_loads(rows.bounds, c))
     c[2:] *= 1.5  # which breaks something
     loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
-    kernels.loads.inner_loads(rows, c, cells, loads)
+    kernels.loads.inner_loads(rows, c, 0, cells, loads)
     kernels.guess.knot_loads(rows.bounds, c, ends)
     rows.cuts = kernels.cuts.cut(rows, c, loads, 0.5 * loads.max(axis=0) * np.ones((cells, 1)))
     told = []
@@ -144,8 +144,10 @@ def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
         steps = kernels.clock.Steps(rows, fixed)
         steps.begin(c, 0.3, 0.1)
         told.append(steps.go(c, 3, 0.02))
-        steps.add(np.asarray(rows.cuts), c)
-        told.append(steps.go(c, 3, 0.02))
+        steps.add(np.asarray(rows.cuts), c, 0.1)
+        for begins, ends_at in ((0, cells), (3, cells - 3)):
+            steps.go_on(c, begins, ends_at)
+            told.append(steps.go(c, 3, 0.02))
     c[4] *= 0.001
     told.append((0, kernels.clock.lifted(c, 2)))
     guess = c[2:].copy()
