@@ -9,6 +9,8 @@ cdef class Shift:
     cdef readonly object touch         # what surfaces do to the TCP where it is
     cdef readonly bint touches
     cdef double[::1] _acting           # the same: force (N), torque (Nm)
+    cdef double[::1] _place            # scratch: (m),
+    cdef double[::1] _velocity         # and m/s
     cdef double[::1] torque            # that surfaces have made in the last tick on average (Nm)
     cdef void start(self, object position) except *
     cdef bint meets(self, double[::1] position, double[::1] moved) except? -1
@@ -16,9 +18,7 @@ cdef class Shift:
         self, double stiffness, double[::1] x, double[::1] v, double[::1] force, double[::1] was,
         double[::1] moved
     ) except? -1
-    cdef void _touch(
-        self, double x, double y, double z, double vx, double vy, double vz, double dt_s
-    ) except *
+    cdef void _touch(self, object place, object velocity, double dt_s) except *
     cdef void _step_in_contact(
         self, double[::1] x, double[::1] v, double[::1] force, double[::1] was, double[::1] moved
     ) except *

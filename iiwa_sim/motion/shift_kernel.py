@@ -40,6 +40,7 @@ class Shift:
         self._alone = np.zeros(6)
         self._in_contact = np.zeros(6)
         self._acting = np.zeros(6)
+        self._place, self._velocity = np.zeros(3), np.zeros(3)
         self.torque = np.zeros(3)
         self.touch: Any = NO_TOUCH
         self.touches = False
@@ -51,7 +52,7 @@ class Shift:
         self.touch = NO_TOUCH
         self.touches = False
         if self._feel is not None:
-            self._touch(position[0], position[1], position[2], 0.0, 0.0, 0.0, 0.0)
+            self._touch(position, NO_TOUCH[0], 0.0)
 
     @cython.cfunc
     @cython.exceptval(-1)
@@ -86,40 +87,28 @@ class Shift:
             part_s = self._tick_s / self._substeps
             self._in_contact = np.array(Spring(MASS_KG, stiffness, damped, part_s).coefficients)
         if not self.touches:
-            c, tick = self._alone, self._tick_s
-            ax = c[0] * x[0] + c[1] * v[0] + c[2] * force[0]
-            ay = c[0] * x[1] + c[1] * v[1] + c[2] * force[1]
-            az = c[0] * x[2] + c[1] * v[2] + c[2] * force[2]
-            ux = c[3] * x[0] + c[4] * v[0] + c[5] * force[0]
-            uy = c[3] * x[1] + c[4] * v[1] + c[5] * force[1]
-            uz = c[3] * x[2] + c[4] * v[2] + c[5] * force[2]
+            c, tick, a, u = self._alone, self._tick_s, self._place, self._velocity
+            for k in range(3):
+                a[k] = c[0] * x[k] + c[1] * v[k] + c[2] * force[k]
+                u[k] = c[3] * x[k] + c[4] * v[k] + c[5] * force[k]
             free: cython.bint = True
             if self._feel is not None:
-                place = (was[0] + moved[0] + ax, was[1] + moved[1] + ay, was[2] + moved[2] + az)
-                velocity = (moved[0] / tick + ux, moved[1] / tick + uy, moved[2] / tick + uz)
-                free = self._feel(place, velocity, 0.0) == NO_TOUCH
+                there = (was[0] + moved[0] + a[0], was[1] + moved[1] + a[1], was[2] + moved[2] + a[2])
+                velocity = (moved[0] / tick + u[0], moved[1] / tick + u[1], moved[2] / tick + u[2])
+                free = self._feel(there, velocity, 0.0) == NO_TOUCH
             if free:
-                x[0], x[1], x[2] = ax, ay, az
-                v[0], v[1], v[2] = ux, uy, uz
+                for k in range(3):
+                    x[k], v[k] = a[k], u[k]
                 return False
         self._step_in_contact(x, v, force, was, moved)
         return True
 
     @cython.cfunc
     @cython.exceptval(check=True)
-    def _touch(
-        self,
-        x: cython.double,
-        y: cython.double,
-        z: cython.double,
-        vx: cython.double,
-        vy: cython.double,
-        vz: cython.double,
-        dt_s: cython.double,
-    ) -> cython.void:
-        """Feel the world with the TCP here (m), at this velocity (m/s)."""
+    def _touch(self, place: Any, velocity: Any, dt_s: cython.double) -> cython.void:
+        """Feel the world with the TCP at a place (m), at a velocity (m/s)."""
         acting = self._acting
-        self.touch = self._feel((x, y, z), (vx, vy, vz), dt_s)
+        self.touch = self._feel(place, velocity, dt_s)
         force, torque = self.touch
         acting[0], acting[1], acting[2] = force
         acting[3], acting[4], acting[5] = torque
@@ -141,29 +130,23 @@ class Shift:
         count: cython.double = self._substeps
         part_s: cython.double = self._tick_s / count
         half: cython.double = 0.5 * part_s / _MASS_KG
-        c, acting = self._in_contact, self._acting
-        sx, sy, sz = x[0], x[1], x[2]
-        vx, vy, vz = v[0], v[1], v[2]
-        wx, wy, wz = was[0], was[1], was[2]
-        mx, my, mz = moved[0] / count, moved[1] / count, moved[2] / count
-        nx, ny, nz = mx / part_s, my / part_s, mz / part_s
-        tx: cython.double = 0.0
-        ty: cython.double = 0.0
-        tz: cython.double = 0.0
-        kx, ky, kz = half * acting[0], half * acting[1], half * acting[2]
+        c, acting, p, u = self._in_contact, self._acting, self._place, self._velocity
+        for k in range(3):
+            self.torque[k] = 0.0
+            p[k] = was[k]
         for _ in range(self._substeps):
-            tx, ty, tz = tx + acting[3], ty + acting[4], tz + acting[5]
-            vx, vy, vz = vx + kx, vy + ky, vz + kz
-            sx, vx = c[0] * sx + c[1] * vx + c[2] * force[0], c[3] * sx + c[4] * vx + c[5] * force[0]
-            sy, vy = c[0] * sy + c[1] * vy + c[2] * force[1], c[3] * sy + c[4] * vy + c[5] * force[1]
-            sz, vz = c[0] * sz + c[1] * vz + c[2] * force[2], c[3] * sz + c[4] * vz + c[5] * force[2]
-            # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
-            wx, wy, wz = wx + mx, wy + my, wz + mz
-            self._touch(wx + sx, wy + sy, wz + sz, nx + vx + kx, ny + vy + ky, nz + vz + kz, part_s)
-            kx, ky, kz = half * acting[0], half * acting[1], half * acting[2]
-            vx, vy, vz = vx + kx, vy + ky, vz + kz
-            tx, ty, tz = tx + acting[3], ty + acting[4], tz + acting[5]
-        share: cython.double = 0.5 / count
-        x[0], x[1], x[2] = sx, sy, sz
-        v[0], v[1], v[2] = vx, vy, vz
-        self.torque[0], self.torque[1], self.torque[2] = share * tx, share * ty, share * tz
+            for k in range(3):
+                self.torque[k] += acting[3 + k]
+                v[k] += half * acting[k]
+                before = x[k]
+                x[k] = c[0] * before + c[1] * v[k] + c[2] * force[k]
+                v[k] = c[3] * before + c[4] * v[k] + c[5] * force[k]
+                p[k] += moved[k] / count
+                # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
+                u[k] = moved[k] / count / part_s + v[k] + half * acting[k]
+            self._touch((p[0] + x[0], p[1] + x[1], p[2] + x[2]), (u[0], u[1], u[2]), part_s)
+            for k in range(3):
+                v[k] += half * acting[k]
+                self.torque[k] += acting[3 + k]
+        for k in range(3):
+            self.torque[k] *= 0.5 / count
