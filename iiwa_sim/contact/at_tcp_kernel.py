@@ -34,9 +34,13 @@ def farthest_way(before: Any, after: Any, extent_m: float) -> float:
     way: cython.double = 0.0
     a: cython.double
     b: cython.double
-    for a, b in zip(before[0], after[0], strict=True):
+    was, place = before
+    rotation, to = after
+    for k in range(9):
+        a, b = was[k], rotation[k]
         turned += (b - a) * (b - a)
-    for a, b in zip(before[1], after[1], strict=True):
+    for k in range(3):
+        a, b = place[k], to[k]
         way += (b - a) * (b - a)
     farthest: float = sqrt(way) + reach * sqrt(turned)
     return farthest

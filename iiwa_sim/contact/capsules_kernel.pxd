@@ -16,6 +16,7 @@ cdef class Capsules:
     cdef Py_ssize_t _shape_count
     cdef double[:, ::1] _shapes        # rotation, place, three sizes
     cdef int[::1] _kind
+    cdef double[::1] _extent           # no point of a shape is farther from its place (m)
     cdef double _nx                    # which way is out, after `distance`
     cdef double _ny
     cdef double _nz
@@ -31,6 +32,9 @@ cdef class Capsules:
     cdef double _oz
     cdef object go_to(self, object joints)
     cdef (double, double) gap(self, Py_ssize_t c, Py_ssize_t s, double enough)
+    cdef double _at_least(
+        self, Py_ssize_t s, double ax, double ay, double az, double dx, double dy, double dz, double square
+    ) noexcept
     cdef double middle(self, Py_ssize_t c, Py_ssize_t s, double part)
     cdef double distance(self, Py_ssize_t s, double px, double py, double pz) noexcept
     cdef double apart(self, Py_ssize_t a, Py_ssize_t b)

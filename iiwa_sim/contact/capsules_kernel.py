@@ -82,6 +82,7 @@ class Capsules:
         self._shape_count = len(rows)
         self._shapes = np.array(rows).reshape(len(rows), 15)
         self._kind = np.array([KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
+        self._extent = np.array([each.shape.extent for each in surfaces], dtype=np.float64)
 
     @cython.cfunc
     def go_to(self, joints: Any) -> object:
@@ -122,7 +123,12 @@ class Capsules:
         ax, ay, az = e[c, 0], e[c, 1], e[c, 2]
         dx, dy, dz = e[c, 3] - ax, e[c, 4] - ay, e[c, 5] - az
         radius = self._radius[c]
-        half = 0.5 * sqrt(dx * dx + dy * dy + dz * dz)
+        square = dx * dx + dy * dy + dz * dz
+        if self._mx == 0.0 and self._my == 0.0 and self._mz == 0.0:  # else it may be deep in, behind it
+            bound = self._at_least(s, ax, ay, az, dx, dy, dz, square) - radius
+            if bound > enough:
+                return bound, 0.5
+        half = 0.5 * sqrt(square)
         middle = self.distance(s, ax + 0.5 * dx, ay + 0.5 * dy, az + 0.5 * dz)
         if half == 0.0 or middle - half - radius > enough:
             return middle - half - radius, 0.5
@@ -149,6 +155,28 @@ class Capsules:
             part = left if at_left <= at_right else right
             least = min(at_left, at_right)
         return least - radius, part
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _at_least(
+        self,
+        s: cython.Py_ssize_t,
+        ax: cython.double,
+        ay: cython.double,
+        az: cython.double,
+        dx: cython.double,
+        dy: cython.double,
+        dz: cython.double,
+        square: cython.double,
+    ) -> cython.double:
+        """No point of a line, its way d from one end to the other and the square of that, is nearer (m) to a
+        shape: by the ball round that."""
+        ax, ay, az = ax - self._shapes[s, 9], ay - self._shapes[s, 10], az - self._shapes[s, 11]
+        part: cython.double = 0.0
+        if square > 0.0:
+            part = min(max(-(ax * dx + ay * dy + az * dz) / square, 0.0), 1.0)
+        ax, ay, az = ax + part * dx, ay + part * dy, az + part * dz
+        return sqrt(ax * ax + ay * ay + az * az) - self._extent[s]
 
     @cython.cfunc
     def middle(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t, part: cython.double) -> cython.double:

@@ -14,7 +14,8 @@ from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.pushed_kernel import Balance
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector
-from iiwa_sim.handling.beside import beside, between, in_the_way
+from iiwa_sim.handling.beside import beside, in_the_way
+from iiwa_sim.handling.between_kernel import between
 from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
 from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.held import Held
@@ -31,10 +32,12 @@ from iiwa_sim.handling.pushed import SLOW_M_PER_S, Key, Presser, Stack, gone_by,
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
-NEAR_M = 0.1
+NEAR_M = 0.2
 """Parts farther from the arm are not looked at until it has come nearer."""
+GONE_M = 0.4
+"""Those that have been nearer are looked at until they are so far from it: what changes is dear."""
 LOOK_AGAIN_M = 0.05
-"""Way of the arm after which parts are looked for."""
+"""Way of the arm after which parts are looked for; nearer than so each of them is known."""
 SOON_M = 0.03
 """What is to be looked for within this way is looked for with what is to be now."""
 CLOSE_M = 5e-4
@@ -95,22 +98,24 @@ class Aside:
         self._held = None if held is None else (held, solid_held(held, tcp))
         if looks:
             self._look(joints)
-        waiting = [name for name, due in self._due.items() if due <= self._way_m]
-        waiting += [name for name in moving if name not in waiting]
-        done: set[str] = set()
+        # In the order of the cell: what becomes of them must not depend on when they were looked at.
+        due = {name for name, due in self._due.items() if due <= self._way_m}.union(moving)
+        waiting = [name for name in pieces.lying if name in due]
+        looked: dict[str, None] = {}
         woken: set[str] = set()
         while waiting:
             name = waiting.pop(0)
-            if name in done or pieces.bodies[name].state != LIES:
+            if name in pieces.pushed or pieces.bodies[name].state != LIES:
                 continue
-            done.add(name)
+            looked[name] = None
             if self._push(name, joints, woken=name in woken):
-                others = [each for each in beside(pieces, name, CLOSE_M) if each not in done]
+                others = [each for each in beside(pieces, name, CLOSE_M) if each not in pieces.pushed]
                 woken.update(others)
                 waiting += others
-            body = pieces.bodies[name]
-            if self._held is not None and body.state == LIES:
-                react(*self._held, body)
+        if self._held is not None:
+            for name in looked:
+                if pieces.bodies[name].state == LIES:
+                    react(*self._held, pieces.bodies[name])
         self._next_m = min(self._due.values(), default=inf)
         self._calm, self._changes = stays and self._changes == pieces.changes, pieces.changes
 
@@ -144,8 +149,9 @@ class Aside:
                 if self._held is not None:
                     solid = self._held[1]
                     away_m = min(away_m, dist(middle, solid.pose.translation) - extent - solid.shape.extent)
-                is_near = away_m < NEAR_M
-                until_m = self._way_m + (NEAR_M if is_near else away_m - LOOK_AGAIN_M)
+                is_near = away_m < (GONE_M if is_near else NEAR_M)
+                stays_m = max(GONE_M - away_m, LOOK_AGAIN_M)
+                until_m = self._way_m + (stays_m if is_near else away_m - LOOK_AGAIN_M)
                 known[name] = is_near, until_m
             if is_near:
                 near[name] = solid_of(body)

@@ -7,11 +7,11 @@ from math import dist
 
 from iiwa_sim.contact.shapes import Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Transform
+from iiwa_sim.handling.between_kernel import between
 from iiwa_sim.handling.falling import Body
 from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.meeting import NOWHERE, STEP_M, Meets, Rim, meets, remembering
-from iiwa_sim.handling.part import Part, X, Y, Z
+from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.pressing import in_a_row, solid_of
 from iiwa_sim.handling.pushed import Presser
 from iiwa_sim.handling.workpieces import Workpieces
@@ -47,16 +47,6 @@ def beside(pieces: Workpieces, name: str, reach_m: float) -> list[str]:
         and dist(middle, bodies[other].pose.translation) <= far_m + bodies[other].part.shape.extent
         and between(own.part, own.pose, bodies[other].part, bodies[other].pose) <= reach_m
     ]
-
-
-def between(one: Part, place: Transform, other: Part, there: Transform) -> float:
-    """Two parts are no nearer to each other (m), by the boxes round them along the axes of the base."""
-    return max(
-        abs(place.translation[axis] - there.translation[axis])
-        - one.reach(place.rotation, axis)
-        - other.reach(there.rotation, axis)
-        for axis in (X, Y, Z)
-    )
 
 
 def _of(body: Body, lift_m: float, other: Surface, reach_m: float, friction: float) -> Iterator[Presser]:

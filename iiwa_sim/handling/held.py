@@ -87,21 +87,16 @@ class Held:
     def step(self, tcp: Transform, coming: Transform | None, solid: Solid) -> bool:
         """A tick has brought the TCP there, from where the next one is to bring it to `coming`, if that is
         known. Says whether the jaws still hold it."""
-        motion, touching = self._motion, self.touching
+        motion, touching, was = self._motion, self.touching, self._tcp
         kept = (self.pose, self.wrench, touching.memory()) if motion.still else None
-        way_m = farthest_way(self._tcp, tcp, self._reach_m)
-        self._before, self._tcp, self._pose = (self._tcp, self.in_tcp), tcp, None
+        self._before, self._tcp, self._pose = (was, self.in_tcp), tcp, None
         motion.step(tcp, self._tick_s, coming)
-        if not touching.passes(way_m):
+        if not touching.passes(farthest_way(was, tcp, self._reach_m)):
             touching.step(self.pose, solid, self._tick_s)
-        self.weight = motion.weight(self._moments)
-        holds = self._hold(
-            motion.wrench(self._moments, self.weight), self._pressed() if touching.pushed else NO_WRENCH
-        )
-        if kept is not None and motion.still:
-            self.quiet = kept == (self.pose, self.wrench, touching.memory())
-        else:
-            self.quiet = False
+        self.weight = weight = motion.weight(self._moments)
+        free = motion.wrench(self._moments, weight)
+        holds = self._hold(free, self._pressed() if touching.pushed else NO_WRENCH)
+        self.quiet = kept is not None and motion.still and kept == (self.pose, self.wrench, touching.memory())
         return holds
 
     def stays(self, tcp: Transform, coming: Transform | None) -> bool:

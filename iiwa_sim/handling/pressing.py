@@ -9,6 +9,7 @@ from iiwa_sim.contact.link_forces_kernel import STIFFEST_N_PER_M
 from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, apply, compose
+from iiwa_sim.handling.between_kernel import between
 from iiwa_sim.handling.falling import STILL, Body
 from iiwa_sim.handling.held import Held
 from iiwa_sim.handling.meeting import NOWHERE, Ball, Meets, outline, remembering
@@ -54,7 +55,7 @@ def _corners(held: Held, solid: Surface, body: Body) -> Iterator[tuple[Key, Meet
 def react(held: Held, solid: Surface, body: Body) -> None:
     """Add what corners of a part that lies do to the held part, which is `solid` there."""
     part, middle = held.part, solid.pose.translation
-    if dist(middle, body.pose.translation) > part.shape.extent + body.part.shape.extent:
+    if between(part, solid.pose, body.part, body.pose) > 0.0:
         return
     force, torque = held.touching.besides or (STILL, STILL)
     own, stiffness = solid_of(body), in_a_row(part.stiffness, body.part.stiffness)

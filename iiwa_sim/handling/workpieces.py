@@ -85,8 +85,8 @@ class Workpieces(Lying):
 
     @property
     def moving(self) -> list[str]:
-        """The names of the parts that lie and move."""
-        return [name for name in self._lively if self._bodies[name].state == LIES] if self._lively else []
+        """The names of the parts that lie and move, as the cell orders them: a set does so otherwise."""
+        return [name for name in self.lying if name in self._lively] if self._lively else []
 
     @property
     def in_jaws(self) -> Held | None:

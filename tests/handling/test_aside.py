@@ -90,6 +90,17 @@ def test_parts_are_looked_at_when_they_are_due_with_the_bits_of_looking_in_each_
     assert run() == when_due
 
 
+def test_parts_that_move_are_taken_in_the_order_of_the_cell() -> None:
+    """In that of a set of names the same commands would lead to other bits in another process."""
+    names = [f"part {number}" for number in range(12)]
+    scene = Scene(*((BLOCK._replace(name=name), at(400 + 30 * k, 0, TOP)) for k, name in enumerate(names)))
+    pieces = scene.handling.workpieces
+    assert pieces is not None
+    for name in reversed(names):
+        pieces.put_aside(pieces.bodies[name]._replace(velocity=(0.1, 0.0, 0.0)))
+    assert pieces.moving == names
+
+
 def place_mm(scene: Scene, name: str = "block") -> np.ndarray:  # type: ignore[type-arg]
     return 1e3 * np.array(scene.body(name).pose.translation)
 
