@@ -17,7 +17,6 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.surroundings import Feel, Pushes
-from iiwa_sim.motion.trajectory.tracker import Tracker
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
@@ -54,11 +53,5 @@ def motions_of(
         Braking(bounds, tick_s, *stop),
     )
     drive = Drive(start, time(), np.array(low), np.array(high))
-    stiff = JointLimits(
-        np.array(description.velocity),
-        np.array(description.direct_acceleration),
-        np.array(description.direct_jerk),
-    )
-    servo = Servo(start, time(), limits, low, high)
-    nominal = Nominal(drive, servo, Tracker(start, time(), stiff, low, high), override)
+    nominal = Nominal(drive, Servo(start, time(), limits, low, high), override)
     return Motions(nominal, follower, override)

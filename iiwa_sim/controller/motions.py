@@ -5,22 +5,23 @@ from iiwa_sim.controller.yielding import Yielding
 from iiwa_sim.motion.drive import Drive
 from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.trajectory.reference import Reference
-from iiwa_sim.motion.trajectory.tracker import Tracker, Way
+from iiwa_sim.motion.trajectory.way import Followed, Way, way_along
 from iiwa_sim.wrench import TcpContact
 
 
 class Motions:
     """The motions of one robot, and what waits to become one.
 
-    A nominal motion is made by the drive, in which normal moves queue, by the servo, or by the tracker of
-    joint trajectories. Stiff, the robot is where that is; else the follower says where it gives way to. Of
-    what replaces the motion before, targets of the servo, trajectories, stiffness moves and holds, the newest
-    waits here until that has come to rest after a `stop`.
+    A nominal motion is made by the drive, in which normal moves queue, or by the servo, which heads for
+    targets and follows joint trajectories. Stiff, the robot is where that is; else the follower says where it
+    gives way to. Of what replaces the motion before, targets, trajectories, stiffness moves and holds, the
+    newest waits here until that has come to rest after a `stop`.
     """
 
     def __init__(self, nominal: Nominal, follower: Follower, override: Override) -> None:
@@ -31,14 +32,14 @@ class Motions:
         self._nominal = nominal
         self.drive = nominal.drive
         """Runs normal moves, the only ones that queue."""
-        self._servo, self._tracker = nominal.servo, nominal.tracker
+        self._servo = nominal.servo
         self._follower = follower
         self._yielding = Yielding(nominal, follower)
         self._next: Target | Tracked | StiffnessMove | Hold | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
         self._following = False  # the servo is active for targets, and has not been stopped
         self.tracking = False
-        """Whether the tracker is active, and has not been stopped."""
+        """Whether the servo is active for a trajectory, and has not been stopped."""
 
     @property
     def tcp_contact(self) -> TcpContact | None:
@@ -121,16 +122,22 @@ class Motions:
         return self.joints if self._following else self.rest_after_stop()
 
     @property
-    def tracked(self) -> Tracker | None:
-        """What follows a joint trajectory and has not been stopped; None while none is followed."""
-        return self._tracker if self.tracking and self._tracker.moving else None
+    def tracked(self) -> Followed | None:
+        """The joint trajectory that is followed and has not been stopped; None while there is none."""
+        servo = self._servo
+        return (
+            Followed(servo.course, servo.time_s) if self.tracking and isinstance(servo.course, Way) else None
+        )
 
-    def plan_way(self, reference: Reference) -> Way:
+    def plan_way(self, reference: Reference, limits: JointLimits) -> Way:
         """How to follow a trajectory in place of the one before, or from where the robot will rest.
 
         Raises `ArithmeticError` where no way onto it is found.
         """
-        return self._tracker.plan(reference, None if self.tracked else self.rest_after_stop())
+        here = self.rest_after_stop()
+        still = (0.0,) * len(here)
+        state = self._servo.state if self.tracked else (here, still, still)
+        return way_along(reference, state, limits, self._servo.courses)
 
     @property
     def goal(self) -> Joints:
@@ -188,7 +195,7 @@ class Motions:
         """Follow a trajectory by a way planned since the last tick: at once, or when the robot has come to
         rest. Other motions must have been stopped."""
         if self.tracked:
-            self._tracker.follow(wanted.way)
+            self._servo.follow(wanted.way)
         else:
             self._next, self.tracking = wanted, False
         self._newest = wanted.number
@@ -198,7 +205,7 @@ class Motions:
         if isinstance(self._next, Tracked):
             self._next = self._newest = None
         elif self.tracked:
-            self._tracker.stop()
+            self._servo.stop()
             self.tracking, self._newest = False, None
 
     def yield_around(self, wanted: StiffnessMove) -> None:
@@ -279,7 +286,7 @@ class Motions:
         active = self._nominal.active
         return self._follower.braking or (active is not self.drive and active.moving)
 
-    def _hand_over(self) -> Drive | Servo | Tracker:
+    def _hand_over(self) -> Drive | Servo:
         """Begin what waits, as nothing moves any more; gives what makes the nominal motion."""
         nominal = self._nominal
         match self._next:
@@ -289,9 +296,9 @@ class Motions:
                 self._servo.head_for(target.end, target.limits)
                 self._following = True
             case Tracked(way=way):
-                nominal.activate_tracker()
+                nominal.activate_servo()
                 self._next = None
-                self._tracker.follow(way)
+                self._servo.follow(way)
                 self.tracking = True
             case StiffnessMove() | Hold():
                 self._yielding.start()

@@ -21,6 +21,7 @@ from iiwa_sim.controller.trajectory_request import (
 )
 from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.path.extremes_kernel import Outside
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
 from iiwa_sim.robot.nearest import JOINT_LIMIT
@@ -89,6 +90,9 @@ class Trajectories:
         self._lowest = np.array(description.position_min) - ROUNDING_RAD
         self._highest = np.array(description.position_max) + ROUNDING_RAD
         self._velocity = np.array(description.velocity)
+        self._limits = JointLimits(
+            self._velocity, np.array(description.direct_acceleration), np.array(description.direct_jerk)
+        )
         self._active: _Active | None = None
 
     def take(self, request: TrajectoryRequest, when_ended: TrajectoryEnded | None) -> tuple[int, str]:
@@ -112,7 +116,7 @@ class Trajectories:
         reference = Reference(_from_here(knots, position, velocity, acceleration))
         self._check(reference, position)
         try:
-            way = core.motions.plan_way(reference)
+            way = core.motions.plan_way(reference, self._limits)
         except ArithmeticError:
             raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
         with core.endings.because(STOP_TRIGGERED, PREEMPTED if core.mode is Mode.TRAJECTORY else REPLACED):

@@ -6,7 +6,7 @@ from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.trajectory.tracker import Way
+from iiwa_sim.motion.trajectory.way import Way
 
 
 class Target(NamedTuple):

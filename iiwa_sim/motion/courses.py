@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from math import sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 from ruckig import InputParameter, Result, Ruckig, RuckigError, Synchronization, Trajectory
 
@@ -28,6 +28,27 @@ State = tuple[Joints, Joints, Joints]
 """Positions (rad), velocities (rad/s) and accelerations (rad/s^2)."""
 
 
+class Course(NamedTuple):
+    """Joint positions over time (s) from 0 on, with a state of motion at its end."""
+
+    trajectory: Trajectory
+    end: Joints
+
+    @property
+    def end_s(self) -> float:
+        """When it is there."""
+        return float(self.trajectory.duration)
+
+    def joints(self, time_s: float) -> Joints:
+        """Joint positions (rad); those of the end behind it."""
+        return self.end if time_s >= self.end_s else tuple(self.trajectory.at_time(time_s)[0])
+
+    def state(self, time_s: float) -> State:
+        """Joint positions, velocities and accelerations."""
+        position, velocity, acceleration = self.trajectory.at_time(time_s)
+        return tuple(position), tuple(velocity), tuple(acceleration)
+
+
 class Courses:
     """Finds courses that pass no position limit, which Ruckig does not know of."""
 
@@ -38,7 +59,7 @@ class Courses:
 
     def find(
         self, start: State, end: State, limits: JointLimits, duration_s: float | None = None
-    ) -> Trajectory | None:
+    ) -> Course | None:
         """A course from one state to another, all joints together in `duration_s`, or each as soon as it can
         for None; None where Ruckig finds none, or none that is good."""
         task = InputParameter(len(self._position_min))
@@ -51,24 +72,24 @@ class Courses:
         task.minimum_duration = duration_s
         for share in JERK_SHARES:
             task.max_jerk = [share * j for j in jerk]
-            course = Trajectory(len(self._position_min))
+            found = Trajectory(len(self._position_min))
             try:
-                result = self._ruckig.calculate(task, course)
+                result = self._ruckig.calculate(task, found)
             except (RuckigError, ValueError):  # ValueError for results that its bindings do not know
                 continue
-            in_time = duration_s is None or course.duration <= duration_s + LATE_S
-            if result == Result.Working and in_time and self._is_good(course, end[0]):
-                return course
+            in_time = duration_s is None or found.duration <= duration_s + LATE_S
+            if result == Result.Working and in_time and self._is_good(found, end[0]):
+                return Course(found, end[0])
         return None
 
-    def _is_good(self, course: Trajectory, target: Joints) -> bool:
+    def _is_good(self, trajectory: Trajectory, target: Joints) -> bool:
         """Whether a course ends at its target (rad), and passes no position limit."""
-        ends = course.at_time(course.duration)[0]
+        ends = trajectory.at_time(trajectory.duration)[0]
         return all(
             abs(end - goal) <= EXACT_RAD
             and all(low - ROUNDING_RAD <= place <= high + ROUNDING_RAD for place in (end, *turns(profile)))
             for end, goal, profile, low, high in zip(
-                ends, target, course.profiles[0], self._position_min, self._position_max, strict=True
+                ends, target, trajectory.profiles[0], self._position_min, self._position_max, strict=True
             )
         )
 

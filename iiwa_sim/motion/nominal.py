@@ -1,4 +1,4 @@
-"""The nominal motion: what drive, servo or tracker makes, and how one takes over from the other."""
+"""The nominal motion: what drive or servo makes, and how one takes over from the other."""
 
 from collections.abc import Sequence
 
@@ -8,25 +8,22 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.pursuit import Pursuit, Stream
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
-from iiwa_sim.motion.trajectory.tracker import Tracker
 
 
 class Nominal:
-    """Where one robot would be (rad), over ticks, if no force acted on it: one of drive, servo and
-    tracker is active.
+    """Where one robot would be (rad), over ticks, if no force acted on it: drive or servo is active.
 
     Stiff, the robot is there. A robot that yields does so around that, and has its moves replaced: one that
     begins at rest runs in the drive as any other; one that comes in mid-motion takes the robot over with the
     position, velocity and acceleration it has, by the servo (`Pursuit`).
     """
 
-    def __init__(self, drive: Drive, servo: Servo, tracker: Tracker, override: Override) -> None:
+    def __init__(self, drive: Drive, servo: Servo, override: Override) -> None:
         """All rest in the same place, and run at this override, which its owner steps before this."""
         self.drive = drive
         self.servo = servo
-        self.tracker = tracker
-        self.active: Drive | Servo | Tracker = drive
-        """Which of them moves the robot, or has moved it last; stiff, it alone is stepped."""
+        self.active: Drive | Servo = drive
+        """Which of both moves the robot, or has moved it last; stiff, it alone is stepped."""
         self._override = override
         self._pursuit: Pursuit | None = None
         self._stream = Stream()
@@ -58,14 +55,12 @@ class Nominal:
         self.drive.abandon()
         self.drive.start_from(joints)
         self.servo.start_from(joints)
-        self.tracker.start_from(joints)
         self.active, self._pursuit = self.drive, None
 
     def stop(self) -> None:
         """Stop on the path, and forget what waits in drive or servo."""
         self.drive.stop()
         self.servo.stop()
-        self.tracker.stop()
         self._pursuit = None
 
     def activate_servo(self) -> None:
@@ -73,12 +68,6 @@ class Nominal:
         if self.active is not self.servo:
             self.servo.start_from(self.active.joints)
             self.active = self.servo
-
-    def activate_tracker(self) -> None:
-        """Have the tracker active, from rest where the robot is."""
-        if self.active is not self.tracker:
-            self.tracker.start_from(self.active.joints)
-            self.active = self.tracker
 
     def begin_stream(self) -> None:
         """The move that begins next comes long after any other that it replaces."""
@@ -112,6 +101,6 @@ class Nominal:
         if not self.moving:
             self._pursuit = None
             return
-        if self._pursuit is not None and not isinstance(self.active, Tracker):
+        if self._pursuit is not None:
             self.active = self._pursuit.step(self.active)
         self.active.step()

@@ -1,8 +1,9 @@
-"""The servo: moves to the newest target from any state of motion. Smart and direct mode use it."""
+"""The servo: goes along one course at a time, each of which may take over from the one before in mid-motion.
 
-from typing import NamedTuple
+Smart and direct mode have it head for the newest target, joint trajectories have it follow theirs.
+"""
 
-from ruckig import Trajectory
+from typing import Protocol
 
 from iiwa_sim.motion.courses import Courses, State
 from iiwa_sim.motion.joints import Joints
@@ -14,17 +15,29 @@ LEAST_PART = 0.01
 on its course, which slows down with the override."""
 
 
-class Course(NamedTuple):
-    """A course to a target (rad)."""
+class Timed(Protocol):
+    """Where joints are over time (s), from 0 on; they rest at its end."""
 
-    trajectory: Trajectory
-    target: Joints
+    @property
+    def end(self) -> Joints:
+        """Where they rest (rad)."""
+
+    @property
+    def end_s(self) -> float:
+        """When they rest."""
+
+    def joints(self, time_s: float) -> Joints:
+        """Joint positions (rad)."""
+
+    def state(self, time_s: float) -> State:
+        """Joint positions, velocities and accelerations."""
 
 
 class Servo:
-    """Joint positions (rad) over ticks.
+    """Joint positions (rad) over ticks. Time on a course passes at the rate of the override, and a stop lets
+    it come to a halt, so both leave the robot on its course.
 
-    Each joint goes to its target as fast as its limits allow and would rest there; it does not wait for the
+    To a target each joint goes as fast as its limits allow, and would rest there; it does not wait for the
     others. A joint that is faster than a new velocity limit brakes first, and one that is too fast to rest at
     a new target passes it and comes back.
 
@@ -46,33 +59,47 @@ class Servo:
         """At rest at `joints` (rad), with the position limits `position_min` and `position_max` (rad)."""
         self.joints = joints
         self.rest = joints
-        """Where the robot comes to rest at the target, or after the stop in progress (rad)."""
+        """Where the robot comes to rest at the end, or after the stop in progress (rad)."""
+        self.courses = Courses(position_min, position_max)
+        self.course: Timed | None = None
+        """What it goes along; None at rest."""
         self._time = time
         self._limits = limits
-        self._courses = Courses(position_min, position_max)
-        self._course: Course | None = None
         self._asks_again = False
         self._taken_over: tuple[Joints, Joints] | None = None  # velocity and acceleration
 
     @property
     def moving(self) -> bool:
-        """Whether the robot moves to a target, or is being stopped."""
-        return self._course is not None or self._asks_again
+        """Whether the robot moves, or is being stopped."""
+        return self.course is not None or self._asks_again
 
     @property
     def stopping(self) -> bool:
         """Whether the robot is being stopped."""
-        return self._course is not None and self._time.stopping
+        return self.course is not None and self._time.stopping
 
     @property
     def coming(self) -> Joints:
         """Where the next tick brings the robot (rad), if nothing is asked for until then."""
-        return self.joints if self._course is None else self._at(self._course, self._time.coming_s)
+        return self.joints if self.course is None else self.course.joints(self._time.coming_s)
 
     @property
     def goal(self) -> Joints:
-        """The target, or the end of a stop (rad); the present position at rest."""
+        """The target, or the end of a trajectory or a stop (rad); the present position at rest."""
         return self.rest
+
+    @property
+    def time_s(self) -> float:
+        """Time on the course, at the rate of the override."""
+        return self._time.time_s
+
+    @property
+    def state(self) -> State:
+        """Where the robot is, and its derivatives by planned time."""
+        if self.course is not None:
+            return self.course.state(self._time.time_s)
+        still = (0.0,) * len(self.joints)
+        return (self.joints, *(self._taken_over or (still, still)))
 
     def head_for(self, target: Joints, limits: JointLimits) -> None:
         """Go to joint positions (rad) within the position limits, from now on within these limits.
@@ -80,26 +107,35 @@ class Servo:
         Not to be called while a stop is under way. Raises `ArithmeticError`, and changes nothing, where no
         course is found from rest.
         """
-        if self._course is None and self._taken_over is None:
+        if self.course is None and self._taken_over is None:
             self._time.begin()
-        part = self._time.override.part_to_keep
+        part, still = self._time.override.part_to_keep, (0.0,) * len(target)
         # While the override decreases, a course at full speed would be faster than requested.
         held = limits._replace(velocity=part * limits.velocity)
-        course = self._find(target, held) if part >= LEAST_PART else None
+        enough = part >= LEAST_PART
+        course = self.courses.find(self.state, (target, still, still), held) if enough else None
         if course is not None:
-            self._course, self._taken_over = course, None
+            self.course, self._taken_over = course, None
             self._time.start(0.0)
-        elif self._course is None:
+        elif self.course is None:
             raise ArithmeticError(f"Ruckig: no way from {self.joints} to {target} within {limits}")
         self._asks_again = course is None or part < 1.0
         self.rest, self._limits = target, limits
 
+    def follow(self, course: Timed) -> None:
+        """Go along a course that was planned since the last tick, from where the robot is."""
+        if self.course is None:
+            self._time.begin()
+        self.course = course
+        self._time.start(0.0)
+        self.rest = course.end
+
     def rest_after_stop(self) -> Joints:
         """Where the robot would come to rest after a stop now (rad)."""
-        return self.joints if self._course is None else self._at(self._course, self._time.rest_s())
+        return self.joints if self.course is None else self.course.joints(self._time.rest_s())
 
     def stop(self) -> None:
-        """Stop on the course, and drop the target."""
+        """Stop on the course, and forget where it goes."""
         self._time.stop()
         self._asks_again = False
         self.rest = self.rest_after_stop()
@@ -116,7 +152,7 @@ class Servo:
         follow before the next tick.
         """
         self.joints = self.rest = joints
-        self._course, self._asks_again, self._taken_over = None, False, None
+        self.course, self._asks_again, self._taken_over = None, False, None
         if velocity is not None and acceleration is not None:
             self._taken_over = velocity, acceleration
 
@@ -125,14 +161,14 @@ class Servo:
 
         If no course is found even from rest, the robot rests there, and `ArithmeticError` is raised.
         """
-        if self._asks_again and (self._course is None or self._time.override.part_to_keep == 1.0):
+        if self._asks_again and (self.course is None or self._time.override.part_to_keep == 1.0):
             self._ask_again()
-        if self._course is None:
+        if self.course is None:
             return
         self._time.step()
-        self.joints = self._at(self._course, self._time.time_s)
-        if self._time.stopped or self._time.time_s >= self._course.trajectory.duration:
-            self._course = None
+        self.joints = self.course.joints(self._time.time_s)
+        if self._time.stopped or self._time.time_s >= self.course.end_s:
+            self.course = None
 
     def _ask_again(self) -> None:
         try:
@@ -141,19 +177,3 @@ class Servo:
             self._asks_again = False
             self.rest = self.joints
             raise
-
-    def _find(self, target: Joints, limits: JointLimits) -> Course | None:
-        """A course from the present state that keeps the position limits; None if none is found."""
-        still = (0.0,) * len(self.joints)
-        state: State = (self.joints, *(self._taken_over or (still, still)))
-        if self._course is not None:
-            state = self._course.trajectory.at_time(self._time.time_s)
-        found = self._courses.find(state, (target, still, still), limits)
-        return None if found is None else Course(found, target)
-
-    @staticmethod
-    def _at(course: Course, time_s: float) -> Joints:
-        """Joint positions (rad) on a course."""
-        if time_s >= course.trajectory.duration:
-            return course.target
-        return tuple(course.trajectory.at_time(time_s)[0])

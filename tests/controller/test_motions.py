@@ -96,7 +96,7 @@ class Stiff:
 
 def pair() -> tuple[Motion, Motion, Motions]:
     drive, servo, override = Motion(), Motion(), Override(0.002, LIMITS)
-    return drive, servo, Motions(Nominal(drive, servo, Motion(), override), Stiff(), override)
+    return drive, servo, Motions(Nominal(drive, servo, override), Stiff(), override)
 
 
 def runs_until_stopped(motions: Motions) -> int:

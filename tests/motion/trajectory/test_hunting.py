@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import SHORTEST_S, Tolerance, TrajectoryPoint, TrajectoryRequest
-from iiwa_sim.motion.trajectory.tracker import Way
+from iiwa_sim.motion.trajectory.way import Way
 from tests.hunting import STEP_S
 from tests.samples import some
 from tests.stepped import ROUNDING, Array, assert_within_positions
@@ -70,7 +70,7 @@ class TrajectoryHunt(WideHunt):
     def _sends(self, points: list[TrajectoryPoint]) -> bool:
         """The same way, slower and slower until it is taken; whether it was."""
         rng, robot, controller = self._rng, self.robot, self.robot.controller
-        names, tracker = robot.description.joints, robot.controller._core.motions._tracker
+        names, servo = robot.description.joints, robot.controller._core.motions._servo
         more: dict[str, Any] = {"delay_s": self._one_of((0.0, 0.0, 0.0, 0.2, -0.02))}
         more["may_end_fast"] = any(points[-1].velocities)
         if rng.random() < 0.1:
@@ -91,7 +91,7 @@ class TrajectoryHunt(WideHunt):
         robot.notice_mode()
         before = controller.end_of_queue
         followed = controller._core.motions.tracked
-        state = followed._state() if followed else None
+        state = servo.state if followed else None
         for _ in range(ATTEMPTS):
             try:
                 number, _ = controller.follow(TrajectoryRequest(names, points, **more), ended)
@@ -115,7 +115,7 @@ class TrajectoryHunt(WideHunt):
         self._numbers.append(number)
         self.accepted += 1
         following = controller._core.motions._next
-        way = tracker._way if following is None else following.way
+        way = servo.course if following is None else following.way
         if state is None:
             here = controller._core.motions.rest_after_stop()
             state = here, (0.0,) * len(here), (0.0,) * len(here)
@@ -184,12 +184,12 @@ class TrajectoryHunt(WideHunt):
         places = min(max(int(way.end_s / STEP_S), 20), MOST_PLACES)
         times = np.linspace(0.0, way.end_s, places + 1)
         if way.join is not None:
-            joined = np.minimum(times[times <= way.join_s], way.join.duration)
+            joined = np.minimum(times[times <= way.join_s], way.join.end_s)
             found = [self._joining(way, time) for time in joined.tolist()]
             self._keep(np.array(found))
-            _assert_meets(way.join.at_time(0.0), state)
+            _assert_meets(way.join.trajectory.at_time(0.0), state)
             if way.end_s > way.join_s:
-                _assert_meets(way.join.at_time(way.join.duration), way.smoothed.state(way.join_s))
+                _assert_meets(way.join.trajectory.at_time(way.join.end_s), way.smoothed.state(way.join_s))
         else:
             _assert_meets(way.smoothed.state(0.0), state)
         on_it = times[times > way.join_s]
@@ -199,8 +199,8 @@ class TrajectoryHunt(WideHunt):
     def _joining(self, way: Way, time_s: float) -> Array:
         """Velocities, accelerations and jerks (3, n) of the join."""
         assert way.join is not None
-        position, velocity, acceleration = way.join.at_time(time_s)
-        jerks = [_jerk(profile, time_s) for profile in way.join.profiles[0]]
+        position, velocity, acceleration = way.join.trajectory.at_time(time_s)
+        jerks = [_jerk(profile, time_s) for profile in way.join.trajectory.profiles[0]]
         assert_within_positions(self.robot.description, [position])
         return np.array([velocity, acceleration, jerks])
 
