@@ -18,7 +18,7 @@ from iiwa_sim.clock.watched import Watched
 from iiwa_sim.dialect.dialects import Dialect, dialect_for
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, IIWA, one_each
 from iiwa_sim.dialect.session import Session
-from iiwa_sim.dialect.status import StatusSession, status_line
+from iiwa_sim.dialect.status import StatusLines, StatusSession
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.log import SessionLog
 from iiwa_sim.loop_or_thread import RUNNING
@@ -183,7 +183,7 @@ class Simulator(OpenPorts, RobotInTime):
         self._status: StatusStream | None = None
         if status_port is not None:
             self._status = StatusStream(
-                lambda: status_line(self._controller),
+                StatusLines(self._controller).line,
                 lambda name: StatusSession(self._controller, self._log, name),
                 host,
                 status_port,

@@ -61,7 +61,12 @@ def _bits(values: Sequence[bool]) -> str:
 
 
 def _json(value: object) -> str:
-    return json.dumps(msgspec.to_builtins(value, str_keys=True), separators=(",", ":"))
+    """In ASCII, since a reply is."""
+    encoded = _encode(value)
+    return encoded.decode() if encoded.isascii() else json.dumps(json.loads(encoded), separators=(",", ":"))
+
+
+_encode = msgspec.json.Encoder().encode
 
 
 def _surface(request: Request) -> dict[str, float]:

@@ -6,11 +6,9 @@ field `error` of later lines tell why. There are no replies, so each line is a s
 
 from functools import cache
 
-import msgspec
-
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.controller.state_lines import Numbers, StateLines
 from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, CommandSession, written
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.dialect.wire.log import DialectLog
@@ -20,12 +18,17 @@ from iiwa_sim.dialect.wire.table_file import load_table
 STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"
 
-_encoder = msgspec.json.Encoder()
 
+class StatusLines:
+    """The state of one robot as lines, told in the order of time."""
 
-def status_line(controller: Controller) -> bytes:
-    """The present state as a line of JSON, as `protocol/status.schema.json` describes it."""
-    return _encoder.encode(snapshot(controller)) + b"\n"
+    def __init__(self, controller: Controller) -> None:
+        self._read = controller.reader().read
+        self._lines = StateLines(Numbers(controller.description), controller.tick_s)
+
+    def line(self) -> bytes:
+        """The present state as a line of JSON, as `protocol/status.schema.json` describes it."""
+        return self._lines.line(self._read()) + b"\n"
 
 
 class StatusSession(CommandSession):

@@ -5,11 +5,11 @@ from typing import Any
 
 import msgspec
 
+from iiwa_sim.controller.state_lines import StateLines
 from iiwa_sim.dialect.wire.dialogue import DialogueLine
 from iiwa_sim.recordings.handed import Handed, Ready, Said, States
 from iiwa_sim.recordings.message import Message
 from iiwa_sim.recordings.schemas import DIALOGUE, STATE
-from iiwa_sim.recordings.state import StateLines
 from iiwa_sim.recordings.times import Times
 from iiwa_sim.recordings.views import Views
 

@@ -2,13 +2,15 @@
 
 import json
 
+import msgspec
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import ErrorRecord
-from iiwa_sim.dialect.status import NOTHING_ELSE, StatusSession, status_line
+from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.dialect.status import NOTHING_ELSE, StatusLines, StatusSession
 from iiwa_sim.dialect.wire.decimals import readable
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.robot.description import load_robot
@@ -130,7 +132,8 @@ def test_a_fault_of_the_controller_is_told():
 def test_lines_are_what_the_main_port_says_at_every_tick(robot):
     controller = Controller(load_robot(robot), 0.002)
     talk = Conversation(controller)
-    assert state(status_line(controller))["tick"] == 0
+    lines = StatusLines(controller)
+    assert state(lines.line())["tick"] == 0
     for line in [
         "smart joint move :" + " 0.3" * 14,
         "lin move : 1 2 3 4 5 6 1 0",
@@ -140,7 +143,9 @@ def test_lines_are_what_the_main_port_says_at_every_tick(robot):
         talk.ask(line)
         for _ in range(30):
             controller.step()
-            seen = state(status_line(controller))
+            seen = state(lines.line())
+            wanted = json.loads(msgspec.json.encode(snapshot(controller)))
+            assert list(seen.items()) == list(wanted.items()), "to the last bit, and in that order"
             for asked in ("status", "mode"):
                 assert seen[asked] == talk.ask(f"get {asked}")
             for asked in ("joint position", "flange frame", "tool frame", "cartesian force", "joint torque"):
@@ -154,6 +159,6 @@ def test_lines_are_what_the_main_port_says_at_every_tick(robot):
 def test_a_line_is_one_line_whatever_the_reason_of_an_error(reason):
     controller = Controller(load_robot(), 0.002)
     controller.record_error(3000, reason)
-    line = status_line(controller)
+    line = StatusLines(controller).line()
     assert json.loads(line)["error"]["reason"] == reason
     assert state(line)

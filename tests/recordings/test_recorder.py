@@ -8,6 +8,7 @@ from collections import Counter
 from itertools import pairwise
 from pathlib import Path
 
+import msgspec
 import pytest
 from jsonschema import Draft202012Validator
 from mcap.reader import make_reader
@@ -16,7 +17,7 @@ from iiwa_sim.backdoor.backdoor import Backdoor
 from iiwa_sim.cell.surfaces import BoxSettings
 from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.controller.requests import Kind, MoveRequest
-from iiwa_sim.dialect.status import status_line
+from iiwa_sim.controller.snapshot import snapshot
 from iiwa_sim.dialect.wire.wire_faults import Drop
 from iiwa_sim.frames import IDENTITY, Frame, Transform, compose, rotation_from_quaternion
 from iiwa_sim.recordings.fault import RecordingFault
@@ -271,7 +272,7 @@ def test_a_state_is_a_line_of_the_status_port_rounded_but_for_the_joints(tmp_pat
     robot.goes_to(*FAR)
     robot.controller.load.wrench = (1 / 3, -2 / 3, 3.0, 0.1, 0.0, 0.0)
     robot.step(100)
-    line = json.loads(status_line(robot.controller))
+    line = json.loads(msgspec.json.encode(snapshot(robot.controller)))
     assert line.pop("gripper") is None, "which is left out"
     robot.end()
     state = contents(tmp_path / "a.mcap", STATE)[-1]

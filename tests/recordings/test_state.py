@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 
+import msgspec
 import numpy as np
 
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.controller.requests import Kind, MoveRequest
-from iiwa_sim.dialect.status import status_line
-from iiwa_sim.recordings.state import StateLines
+from iiwa_sim.controller.snapshot import snapshot
+from iiwa_sim.controller.state_lines import StateLines
+from iiwa_sim.recordings.state import Rounded
 from tests.asked import gravity_hold, joint_move, smart_joint_move
 from tests.stepped import SteppedRobot
 
@@ -33,7 +35,7 @@ def eventful() -> tuple[list[Reading], list[bytes]]:
     def steps(ticks: int) -> None:
         for _ in range(ticks):
             readings.append(read())
-            lines.append(status_line(controller))
+            lines.append(msgspec.json.encode(snapshot(controller)))
             robot.step()
 
     steps(3)
@@ -57,7 +59,7 @@ def eventful() -> tuple[list[Reading], list[bytes]]:
 
 def test_every_line_is_that_of_the_status_port_rounded() -> None:
     readings, wanted = eventful()
-    maker = StateLines(SteppedRobot().description, 0.002)
+    maker = StateLines(Rounded(SteppedRobot().description), 0.002, msgspec.UNSET)
     made = [maker.line(reading) for reading in readings]
     for line, told in zip(made, wanted, strict=True):
         state, expected = json.loads(line), json.loads(told)
