@@ -7,7 +7,8 @@ from typing import Any
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from iiwa_sim.ros.rmi.definitions import Definition, Field, message, parts
+from iiwa_sim.ros.rmi.definitions import message, parts
+from iiwa_sim.ros.rmi.message_text import SINGLE, Definition, Field
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 
 MESSAGES = sorted({kind for kind, _ in PUBLISHED.values()} | set(SUBSCRIBED.values()))
@@ -50,7 +51,7 @@ class Rosbags:
 def _plain(definition: Definition, read: Any) -> dict[str, Any]:
     def value(field: Field, told: Any) -> Any:
         if field.is_list:
-            one = field._replace(is_list=False)
+            one = field._replace(length=SINGLE)
             return [value(one, each) for each in told]
         if field.type == "time":
             return {"secs": told.sec % 2**32, "nsecs": told.nanosec}  # rosbags takes seconds as signed

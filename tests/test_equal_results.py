@@ -22,7 +22,8 @@ from hypothesis import strategies as st
 from websockets.sync.client import ClientConnection, connect
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.ros.rmi.definitions import Definition, message, service, type_of
+from iiwa_sim.ros.rmi.definitions import message, service, type_of
+from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.rmi.node import SUBSCRIBED
 from iiwa_sim.ros.rmi.serialized import deserialized, serialized
 from iiwa_sim.ros.ros2.environment import default_folder, python_in

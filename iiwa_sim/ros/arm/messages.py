@@ -10,7 +10,8 @@ from typing import Annotated, Any, TypeVar
 import msgspec
 from msgspec import Meta, Struct, field
 
-from iiwa_sim.ros.rmi.definitions import Definition, message
+from iiwa_sim.ros.rmi.definitions import message
+from iiwa_sim.ros.rmi.message_text import Definition
 
 NS_PER_S = 1_000_000_000
 

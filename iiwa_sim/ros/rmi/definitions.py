@@ -14,6 +14,7 @@ from typing import Annotated, Any, NamedTuple
 from msgspec import Meta, Struct, defstruct, field
 
 from iiwa_sim.ros.conventions import ResultType
+from iiwa_sim.ros.rmi.message_text import Definition, joined, parsed, within
 
 
 class Time(Struct, forbid_unknown_fields=True):
@@ -42,29 +43,7 @@ PRIMITIVES: dict[str, tuple[Any, Any]] = {
 
 RESULT = "robot_movement_interface/Result"
 
-_BETWEEN = "\n" + 80 * "=" + "\n"
 _NAME = re.compile(r"\w+/\w+")
-_CONSTANT = re.compile(r"(\S+)\s+(\w+)\s*=\s*(\S+)")
-
-
-class Field(NamedTuple):
-    """One line of a definition."""
-
-    type: str
-    """Of one element; messages with their package."""
-    name: str
-    is_list: bool
-
-
-class Definition(NamedTuple):
-    """A message, or one half of a service."""
-
-    name: str
-    """package/Type"""
-    text: str
-    fields: tuple[Field, ...]
-    constants: tuple[tuple[str, str, str], ...]
-    """Type, name and value."""
 
 
 class Service(NamedTuple):
@@ -136,22 +115,12 @@ def type_of(definition: Definition) -> type[Struct]:
 
 def parts(definition: Definition) -> Iterator[Definition]:
     """The definition, and those of all messages in it, each once."""
-    seen = {definition.name: definition}
-    waiting = [definition]
-    while waiting:
-        each = waiting.pop(0)
-        yield each
-        for part in each.fields:
-            if part.type not in PRIMITIVES and part.type not in seen:
-                seen[part.type] = message(part.type)
-                waiting.append(seen[part.type])
+    return within(definition, message, PRIMITIVES)
 
 
 def full_text(*definitions: Definition) -> str:
     """The definitions and those of all messages in them in one text, as the tools of ROS write it."""
-    all_of_them = {part.name: part for each in definitions for part in parts(each)}
-    first, *others = all_of_them.values()
-    return _BETWEEN.join([first.text, *(f"MSG: {each.name}\n{each.text}" for each in others)])
+    return joined({part.name: part for each in definitions for part in parts(each)}.values())
 
 
 def _split(name: str) -> tuple[str, str]:
@@ -170,19 +139,7 @@ def _text(package: str, kind: str, name: str) -> str:
 
 
 def _parsed(name: str, text: str, package: str) -> Definition:
-    fields, constants = [], []
-    for line in text.splitlines():
-        told = line.partition("#")[0].strip()
-        constant = _CONSTANT.fullmatch(told)
-        if constant is not None:
-            kind, constant_name, value = constant.groups()
-            constants.append((kind, constant_name, value))
-        elif told:
-            kind, field_name = told.split()
-            fields.append(
-                Field(_whole_name(kind.removesuffix("[]"), package), field_name, kind.endswith("[]"))
-            )
-    return Definition(name, text, tuple(fields), tuple(constants))
+    return parsed(name, text, lambda kind: _whole_name(kind, package))
 
 
 def _whole_name(kind: str, package: str) -> str:

@@ -12,7 +12,8 @@ import msgspec
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
-from iiwa_sim.ros.rmi.definitions import RESULT, Definition, message, result_message, service, type_of
+from iiwa_sim.ros.rmi.definitions import RESULT, message, result_message, service, type_of
+from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.rmi.pins import Pins
 from iiwa_sim.ros.rmi.rates import Rates
 from iiwa_sim.ros.rmi.robot import Failure, Robot, State

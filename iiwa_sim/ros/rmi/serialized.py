@@ -9,7 +9,8 @@ from typing import Any
 
 from numpy import float32
 
-from iiwa_sim.ros.rmi.definitions import Definition, Field, message
+from iiwa_sim.ros.rmi.definitions import message
+from iiwa_sim.ros.rmi.message_text import Definition, Field
 
 _FORMATS = {"bool": "?", "float32": "f", "float64": "d", "int8": "b", "int32": "i", "uint32": "I"}
 _STRUCTS = {kind: struct.Struct(f"<{form}") for kind, form in _FORMATS.items()}

@@ -17,7 +17,8 @@ import rospy
 from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.fault import RosFault
-from iiwa_sim.ros.rmi.definitions import Definition, service
+from iiwa_sim.ros.rmi.definitions import service
+from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized
 from iiwa_sim.ros.ros1.in_loop import Job, Requests, settle

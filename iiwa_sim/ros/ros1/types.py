@@ -9,7 +9,8 @@ from typing import Any
 from genpy import Time
 from genpy.dynamic import generate_dynamic
 
-from iiwa_sim.ros.rmi.definitions import Definition, Field, full_text, message, service, service_md5
+from iiwa_sim.ros.rmi.definitions import full_text, message, service, service_md5
+from iiwa_sim.ros.rmi.message_text import Definition, Field
 
 
 class Types:

@@ -10,7 +10,8 @@ from typing import Any
 import msgspec
 from cbor2 import CBORTag, dumps
 
-from iiwa_sim.ros.rmi.definitions import Definition, message
+from iiwa_sim.ros.rmi.definitions import message
+from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.rmi.serialized import serialized
 
 COMPRESSIONS = ("none", "cbor", "cbor-raw")

@@ -5,7 +5,7 @@ from typing import Any, NoReturn
 
 from iiwa_sim.ros.arm.messages import ros1_name
 from iiwa_sim.ros.rmi.node import BadMessage, Message
-from iiwa_sim.ros.rosbridge.rosapi import rooted
+from iiwa_sim.ros.rosbridge.introspection import rooted
 from iiwa_sim.wording import harmless, shortened
 
 LONGEST_ID = 200

@@ -15,7 +15,8 @@ from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.arm.messages import BadGoal, in_ros2
-from iiwa_sim.ros.rmi.definitions import Definition, service
+from iiwa_sim.ros.rmi.definitions import service
+from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.rmi.node import COMMAND_RESULT, PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
 from iiwa_sim.ros.rosbridge import ros2
 from iiwa_sim.ros.rosbridge.fields import (
@@ -28,10 +29,11 @@ from iiwa_sim.ros.rosbridge.fields import (
     shown,
     topic_of,
 )
+from iiwa_sim.ros.rosbridge.introspection import rooted
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import LONGEST_FEED, Outbox
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE, Ros2Client, is_ros2
-from iiwa_sim.ros.rosbridge.rosapi import RosApi, rooted
+from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.ros.rosbridge.rosapi_ros2 import ACTION_SERVERS, ONLY_HERE
 from iiwa_sim.ros.rosbridge.subscriptions import Subscriptions
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from iiwa_sim.ros.rmi.definitions import Definition, message, service
+from iiwa_sim.ros.rmi.definitions import message, service
+from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.ros.ros2.environment import default_folder, python_in
 from tests.needed import lacks

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.ros.rmi.definitions import Definition, Field, message, type_of
+from iiwa_sim.ros.rmi.definitions import message, type_of
+from iiwa_sim.ros.rmi.message_text import SINGLE, Definition, Field
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized, serialized
 from tests.ros_messages import MESSAGES, VALUES, Rosbags, contents
 from tests.samples import some
@@ -82,7 +83,7 @@ def test_bytes_that_are_no_message_are_refused(data: bytes) -> None:
 def _as_float32(definition: Definition, content: dict[str, Any]) -> Any:
     def value(field: Field, told: Any) -> Any:
         if field.is_list:
-            one = field._replace(is_list=False)
+            one = field._replace(length=SINGLE)
             return [value(one, each) for each in told]
         if field.type == "float32":
             return np.float32(told)

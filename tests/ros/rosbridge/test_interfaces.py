@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 
 from iiwa_sim.ros.arm.joint_level import ACTION_TYPE, PUBLISHED, SERVICES, SUBSCRIBED
+from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.ros2.environment import default_folder, python_in
-from iiwa_sim.ros.rosbridge.interfaces import PRIMITIVES, Part, details, full_text, interface
+from iiwa_sim.ros.rosbridge.interfaces import PRIMITIVES, details, full_text, interface
 from tests.needed import lacks
 from tests.talking import DEADLINE_S
 
@@ -47,7 +48,7 @@ def every(names: list[str]) -> list[str]:
     return found
 
 
-def in_python(part: Part) -> dict[str, str]:
+def in_python(part: Definition) -> dict[str, str]:
     """As what ROS 2 generates for Python tells the types."""
     told = {}
     for field in part.fields:
