@@ -43,6 +43,8 @@ class DescribedCell(msgspec.Struct, frozen=True):
     """The surfaces as they stand now: `shape` is plane, box, sphere or cylinder."""
     parts: tuple[dict[str, object], ...]
     """What the parts that are there look like: `name`, `shape`, its lengths. A state tells where they are."""
+    jaw_mm: tuple[float, ...]
+    """Of each jaw of the gripper, along x y z of the TCP; empty without one."""
 
 
 class DescribedMove(msgspec.Struct, frozen=True):
@@ -117,6 +119,7 @@ def described_cell(controller: Controller) -> DescribedCell:
             for settings in map(settings_of, world.surfaces.values())
         ),
         parts=tuple({"name": part.name, **_looks(part.shape)} for part in parts_of(controller)),
+        jaw_mm=tuple(1e3 * each for each in jaw_m_of(controller)),
     )
 
 
@@ -124,6 +127,11 @@ def parts_of(controller: Controller) -> list[Part]:
     """The parts that are there, in the order in which the cell names them."""
     pieces = None if controller.handling is None else controller.handling.workpieces
     return [] if pieces is None else [each.part for each in pieces.bodies.values() if each.state != GONE]
+
+
+def jaw_m_of(controller: Controller) -> tuple[float, ...]:
+    """Of each jaw of its gripper, along x y z of the TCP (m); empty without one."""
+    return () if controller.handling is None else controller.handling.gripper.jaws.jaw_m
 
 
 def _looks(shape: Box | Cylinder | Sphere) -> dict[str, object]:

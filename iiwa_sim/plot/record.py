@@ -145,7 +145,10 @@ class _Recorder:
         self._tcp = array("d")
         self._force_n = array("d")
         handled = cell.handled
-        self._things = ThingsOverTime({part.name: part.shape for part, _ in handled.parts} if handled else {})
+        self._things = ThingsOverTime()
+        if handled is not None:
+            shapes = {part.name: part.shape for part, _ in handled.parts}
+            self._things = ThingsOverTime(shapes, handled.jaws.jaw_m)
         self._targets: list[Target] = []
         self._watches: dict[int, Watch] = {}  # by the numbers of their moves
         self._pending: dict[int, int] = {}  # indices of targets, by the numbers of their moves

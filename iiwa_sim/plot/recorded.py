@@ -8,9 +8,9 @@ import msgspec
 import numpy as np
 
 from iiwa_sim.backdoor.described import surface_from
-from iiwa_sim.contact.shapes import Shape
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.dialect.wire.dialogue import Direction
+from iiwa_sim.handling.gripper import JAW_M
 from iiwa_sim.plot.fault import PlotFault
 from iiwa_sim.plot.names import Named, named_in
 from iiwa_sim.plot.record import Array, Recording, Target
@@ -48,8 +48,7 @@ def drawn_from(recorded: Recorded) -> Recording:
     values = np.array(rows)
     even: Array = np.column_stack([np.interp(wanted, found, column) for column in values.T])
     count = len(recorded.head.joints)
-    surfaces, shapes = _cell(recorded)
-    things = ThingsOverTime(shapes)
+    surfaces, things = _cell(recorded)
     for each in seen:
         things.add(each._replace(tick=-(-(each.tick - ticks[0]) // step)))
     # An angle that passes half a turn would be drawn through zero between two states.
@@ -98,21 +97,23 @@ def _named(recorded: Recorded) -> dict[int, Named]:
     return found
 
 
-def _cell(recorded: Recorded) -> tuple[tuple[Surface, ...], dict[str, Shape]]:
-    """Surfaces as they stood when the recording began, and what its parts look like, by their names."""
+def _cell(recorded: Recorded) -> tuple[tuple[Surface, ...], ThingsOverTime]:
+    """Surfaces as they stood when the recording began, and what its parts and jaws look like."""
     for message in recorded.messages((CELL,)):
         try:
             told = msgspec.json.decode(message.data, type=_Cell)
-            return tuple(map(surface_from, told.surfaces)), shapes_of(told.parts)
+            x, y, z = (1e-3 * each for each in told.jaw_mm) if len(told.jaw_mm) == 3 else JAW_M
+            return tuple(map(surface_from, told.surfaces)), ThingsOverTime(shapes_of(told.parts), (x, y, z))
         except ValueError as fault:  # as all errors of msgspec are
             what = "expected surfaces and parts as iiwa-sim writes them"
             raise PlotFault(f"{recorded.path}: {CELL}: {what}: {fault}") from None
-    return (), {}
+    return (), ThingsOverTime()
 
 
 class _Cell(msgspec.Struct):
     surfaces: list[dict[str, object]]
     parts: list[dict[str, object]] = []
+    jaw_mm: list[float] = []
 
 
 def _description(recorded: Recorded) -> RobotDescription:

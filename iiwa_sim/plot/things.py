@@ -37,9 +37,11 @@ class Things(NamedTuple):
 class ThingsOverTime:
     """All of that of one recording, and what the parts look like."""
 
-    def __init__(self, shapes: Mapping[str, Shape] | None = None) -> None:
-        """`shapes` are those of the parts, by their names."""
+    def __init__(self, shapes: Mapping[str, Shape] | None = None, jaw_m: Vector = JAW_M) -> None:
+        """`shapes` are those of the parts, by their names; `jaw_m` is each jaw's size along x y z of the TCP,
+        if there is a gripper."""
         self.shapes = {} if shapes is None else shapes
+        self._jaw_m = jaw_m
         self._changes: list[Things] = []
 
     def add(self, now: Things) -> None:
@@ -75,14 +77,15 @@ class ThingsOverTime:
         gripper = self.at(tick).gripper
         if gripper is None:
             return []
-        x, y, z = JAW_M
+        x, y, z = self._jaw_m
         away = 5e-4 * gripper.opening_mm + 0.5 * y
         places = [Transform(IDENTITY.rotation, (0.0, side * away, -0.5 * z)) for side in (1.0, -1.0)]
         return [Solid(Box(0.5 * x, 0.5 * y, 0.5 * z), compose(tcp.to_transform(), each)) for each in places]
 
 
 def shapes_of(told: Sequence[Mapping[str, object]]) -> dict[str, Shape]:
-    """Those of parts, by their names, as `DescribedCell.parts` tells them: raises ValueError for others."""
+    """The shapes of parts, by the names of these, as `DescribedCell.parts` tells them: raises ValueError for
+    others."""
     return {str(part.get("name")): _shape(part) for part in told}
 
 

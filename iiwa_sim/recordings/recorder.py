@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 from msgspec import structs
 
-from iiwa_sim.backdoor.described import DescribedMoves, MovesDescriber, described_cell, parts_of
+from iiwa_sim.backdoor.described import DescribedMoves, MovesDescriber, described_cell, jaw_m_of, parts_of
 from iiwa_sim.cell.cell import Cell
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
@@ -271,8 +271,8 @@ class Recorder:
         world, tick = self._controller.load.world, self._controller.tick
         self._surfaces, self._parts = list(world.surfaces.values()), parts_of(self._controller)
         radius_m = self._cell.contact_radius_m if self._surfaces else 0.0
-        jaws = self._controller.handling is not None
-        scene = self._arm.scene(self._times.log_ns(tick), self._surfaces, radius_m, jaws, self._parts)
+        jaw_m = jaw_m_of(self._controller)
+        scene = self._arm.scene(self._times.log_ns(tick), self._surfaces, radius_m, jaw_m, self._parts)
         real_ns = time.time_ns()
         self._put(Ready(SCENE, self._encode(scene), tick, real_ns))
         self._put(Ready(CELL, self._encode(described_cell(self._controller)), tick, real_ns))

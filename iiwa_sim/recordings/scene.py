@@ -9,7 +9,6 @@ from iiwa_sim.contact.shapes import Box, Plane, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.handling import PartState
 from iiwa_sim.frames import IDENTITY, Frame, Quaternion, Transform, Vector, compose
-from iiwa_sim.handling.gripper import JAW_M
 from iiwa_sim.handling.part import Part
 from iiwa_sim.recordings.foxglove import (
     DELETES_ALL,
@@ -92,18 +91,21 @@ class Arm:
         ns: int,
         surfaces: Iterable[Surface],
         contact_radius_m: float,
-        jaws: bool = False,
+        jaw_m: Sequence[float] = (),
         parts: Iterable[Part] = (),
     ) -> Message:
-        """A foxglove.SceneUpdate in place of all before it: arm, cell, sphere round the TCP, jaws, parts."""
+        """A foxglove.SceneUpdate in place of all before it: arm, cell, sphere round the TCP, jaws, parts.
+
+        `jaw_m` is the size of each jaw along x y z of the TCP; empty without a gripper.
+        """
         entities = [self._link(ns, link) for link in self._links if link.find("visual") is not None]
         entities += [_surface(ns, self.base, surface) for surface in surfaces]
         if contact_radius_m > 0.0:
             tip = entity(ns, TCP, TCP)
             add_shape(tip, Sphere(contact_radius_m), IDENTITY, _TIP)
             entities.append(tip)
-        for name, side in JAWS.items() if jaws else ():
-            x, y, z = JAW_M
+        for name, side in JAWS.items() if jaw_m else ():
+            x, y, z = jaw_m
             jaw = entity(ns, name, name)
             place = Transform(IDENTITY.rotation, (0.0, side * 0.5 * y, -0.5 * z))
             add_shape(jaw, Box(0.5 * x, 0.5 * y, 0.5 * z), place, _JAW)

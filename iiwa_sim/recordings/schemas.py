@@ -187,6 +187,7 @@ _CELL = _object(
     outputs={**_list(_TEXT), "description": "names, from number 1 on"},
     surfaces=_list(_SURFACE),
     parts=_list(_PART),
+    jaw_mm={**_list(_NUMBER), "description": "of each jaw along x y z of the TCP; none without a gripper"},
 )
 _MOVES = _object(
     count=_said("integer", "moves that run and wait"),

@@ -20,7 +20,14 @@ CHUNKS_KEPT = 512
 _SLACK_NS = 1000  # of times told in seconds; a tick takes a thousand times that
 
 Content = dict[str, Any]
-NO_CELL: Content = {"contact_radius_mm": 0.0, "inputs": [], "outputs": [], "surfaces": [], "parts": []}
+NO_CELL: Content = {
+    "contact_radius_mm": 0.0,
+    "inputs": [],
+    "outputs": [],
+    "surfaces": [],
+    "parts": [],
+    "jaw_mm": [],
+}
 NO_MOVES: Content = {"count": 0, "moves": []}
 
 

@@ -112,6 +112,7 @@ class Scene:
         self.contact_radius_m = 1e-3 * cell["contact_radius_mm"]
         self._shown = ()  # there may be contacts where there were none
         self._parts.are(cell.get("parts", ()))
+        self._jaws.are(cell.get("jaw_mm", ()))
         return self.surfaces.show(cell["surfaces"])
 
     def show_moves(self, moves: Sequence[Move]) -> None:

@@ -106,6 +106,8 @@ def test_a_recording_shows_what_a_file_of_commands_shows(tmp_path: Path) -> None
     assert last.gripper.opening_mm == opening_mm < 80.0
     assert [part.name for part in last.parts] == [part.name for part in parts] == ["block", "pin"]
     assert found.things.shapes == {"block": Box(0.02, 0.02, 0.03), "pin": Cylinder(0.01, 0.03)}
+    jaws = found.things.jaws(len(found.joints) - 1, Frame(0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert [jaw.shape for jaw in jaws] == [Box(*(pytest.approx(each) for each in (0.01, 0.004, 0.035)))] * 2
 
 
 def touch(link: str, surface: str, x: float) -> LinkTouch:

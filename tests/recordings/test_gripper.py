@@ -23,7 +23,7 @@ length_mm = 60
 mass_kg = 0.1
 x_mm = 500
 z_mm = 60
-"""
+""".replace("[gripper]", "[gripper]\njaw_mm = [20, 8, 70]")
 
 
 def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
@@ -52,6 +52,9 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     assert 0.02 <= places[1]["jaw_1"] < 0.03
     bodies = {each["id"]: each["frame_id"] for each in contents(path, SCENE)[-1]["entities"]}
     assert bodies["jaw_1"] == "jaw_1"
+    (jaw,) = next(each for each in contents(path, SCENE)[-1]["entities"] if each["id"] == "jaw_2")["cubes"]
+    assert jaw["size"] == pytest.approx({"x": 0.02, "y": 0.008, "z": 0.07})
+    assert jaw["pose"]["position"] == pytest.approx({"x": 0.0, "y": -0.004, "z": -0.035})
     assert bodies["part block"] == "part block"
     assert "part pin" not in bodies, "which is gone"
     first = contents(path, SCENE)[0]
@@ -62,3 +65,4 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
     cells = found_in(path, CELLS)
     Draft7Validator(json.loads(cells[0].schema)).validate(cells[0].content)
     assert [part["name"] for part in cells[-1].content["parts"]] == ["block"]
+    assert cells[0].content["jaw_mm"] == pytest.approx([20.0, 8.0, 70.0])

@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import Iiwa
-from iiwa_sim.handling.gripper import JAW_M
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.live import run_page
 from iiwa_sim.view.station import Place, Station, StationFault
@@ -146,7 +145,7 @@ def test_targets_that_wait_are_drawn_with_their_spheres(simulator: Simulator) ->
 
 
 def test_a_gripper_and_parts_are_drawn_and_told(tmp_path: Path) -> None:
-    (tmp_path / "cell.toml").write_text(GRIPPER)
+    (tmp_path / "cell.toml").write_text(GRIPPER.replace("[gripper]", "[gripper]\njaw_mm = [30, 12, 70]"))
     with (
         Simulator(cell=tmp_path / "cell.toml", status_port=0, backdoor_port=0) as simulator,
         page_of(simulator) as port,
@@ -167,9 +166,15 @@ def test_a_gripper_and_parts_are_drawn_and_told(tmp_path: Path) -> None:
             lambda message: (
                 message["type"] == "SetPositionMessage"
                 and message["name"].endswith("/tcp/jaw_2")
-                and message["position"][1] == pytest.approx(-0.5 * JAW_M[1])
+                and message["position"] == pytest.approx((0.0, -0.006, -0.035), abs=1e-4)
             )
         )
+        jaws = {
+            message["name"]: message["props"]["dimensions"]
+            for message in viewer.seen
+            if message["type"] == "BoxMessage" and "/jaw_" in message["name"]
+        }
+        assert list(jaws.values()) == [pytest.approx((0.03, 0.012, 0.07))] * 2, "the newest ones"
 
 
 def _updates(message: Message, node: str) -> Message:
