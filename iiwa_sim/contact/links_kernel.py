@@ -8,7 +8,7 @@ the base stands deeper than `STANDS_M`. So a table may be a plane without end. T
 that is in a link where it comes to lie pushes no link, either, before all of them have been out of it.
 
 **Cost.** After a look at all links and surfaces nothing is looked at again until the joints have turned so
-far that the nearest of them could touch.
+far that the nearest of them could touch; then only that is, and what is as near.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs
+from cython.cimports.libc.math import fabs, sqrt
 from numpy.typing import NDArray
 
 from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES
@@ -63,6 +63,8 @@ class Links(LinksBeside):
     _own: Any  # capsules of the arm without what it wears
     _link_count: cython.Py_ssize_t
     _free: cython.double  # way (m) that any point of the arm can go before a link could touch something
+    _passed: cython.double  # way (m) that points of the arm may have gone since the last look
+    _away: cython.double[::1]  # of each surface: it was so far (m) from all links then
 
     def __init__(self, fixed: NDArray[np.float64], capsules: Sequence[Capsule]) -> None:
         """`fixed` are the constant poses between joints, of a `Tcp` without a tool."""
@@ -79,7 +81,8 @@ class Links(LinksBeside):
         self.worn: Any = None
         self.yielding_to: Any = None
         self.contacts: Any = ()
-        self._free = 0.0
+        self._free = self._passed = 0.0
+        self._away = np.zeros(1)
         return None
 
     def wear(self, worn: Sequence[Worn]) -> None:
@@ -106,18 +109,28 @@ class Links(LinksBeside):
         first = self._capsule_count - len(worn)
         f, local = self._fixed, self._local
         n: cython.Py_ssize_t
+        feels: cython.int
+        moved: cython.double = 0.0
         for number, each in enumerate(worn):
             n = first + number
-            self._feels[n] = each.feels
+            feels = each.feels
+            if self._feels[n] != feels:
+                moved = 1e9
+            self._feels[n] = feels
             for j, end in ((0, each.capsule.start), (3, each.capsule.end)):
                 x, y, z = end
+                square = 0.0
                 for i in range(3):
-                    local[n, j + i] = f[self._count, 9 + i] + (
+                    place = f[self._count, 9 + i] + (
                         f[self._count, 3 * i] * x
                         + f[self._count, 3 * i + 1] * y
                         + f[self._count, 3 * i + 2] * z
                     )
-        self._free = 0.0
+                    square += (place - local[n, j + i]) * (place - local[n, j + i])
+                    local[n, j + i] = place
+                moved = max(moved, sqrt(square))
+        self._free -= moved
+        self._passed += moved
 
     def surround(
         self,
@@ -143,6 +156,7 @@ class Links(LinksBeside):
         self._part_count = len(lying)
         self.stand(everything)
         self._muted: Any = np.zeros(max(len(everything), 1), dtype=np.int8)
+        self._away = np.zeros(max(len(everything), 1))
         laws = [(each.stiffness, each.damping, each.friction) for each in everything]
         self.part_all(self._link_count, laws)
         self.go_to(joints)
@@ -173,7 +187,7 @@ class Links(LinksBeside):
             r[s, 9 + i] = place[i]
         for i in range(4):
             self._shifted[s, i] += way[i]
-        self._free = 0.0
+        self._free = self._away[s] = 0.0
 
     def forget(self) -> None:
         """Know of no surfaces: all of them are put anew by `surround`."""
@@ -206,6 +220,7 @@ class Links(LinksBeside):
                 for array, before in zip(now, (pushing, rubbed, dragging), strict=True):
                     array[:, number] = before[:, old]
         self._free = 0.0
+        self._away[:] = 0.0
 
     def step(self, joints: Sequence[float], tick_s: float) -> None:
         """A tick has moved the robot to joint positions (rad)."""
@@ -217,6 +232,7 @@ class Links(LinksBeside):
             way += self._levers[k] * fabs(q - self._before[k])
             known = known and self._before[k] == self._before[k]
         self._free -= way
+        self._passed += way
         if known and self._free > 0.0:
             for k in range(self._count):
                 self._before[k] = joints[k]
@@ -237,13 +253,20 @@ class Links(LinksBeside):
         worn = [0.0] * 6
         on_links: cython.bint = False
         on_worn: cython.bint = False
+        gone = self._passed if tick_s > 0.0 else 1e9
+        self._passed = 0.0
         for s in range(self._shape_count):
+            self._away[s] -= gone
+            if self._away[s] > 0.0:
+                least = min(least, self._away[s])
+                continue
             if self._muted[s]:
                 if self._is_out(s, 0.0):
                     self._muted[s] = 0
                 else:
                     least = min(least, _NEAR_M)  # it is looked at again now and then
                     continue
+            away: cython.double = 1e9
             nearest: cython.double = 1e9
             where: cython.double = 0.0
             which: cython.Py_ssize_t = 0
@@ -271,8 +294,10 @@ class Links(LinksBeside):
                         nearest = 0.0
                     else:
                         self._touches[link, s] = 0
-                    least = min(least, nearest)
+                    away = min(away, nearest)
                     nearest = 1e9
+            self._away[s] = away
+            least = min(least, away)
             for k in range(4):
                 self._shifted[s, k] = 0.0
         self._free = least
