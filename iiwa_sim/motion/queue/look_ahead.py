@@ -16,7 +16,7 @@ from iiwa_sim.motion.queue.setting_out import MOST_AT_FIRST, SHORT_S, SettingOut
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.slices import Slices
 
-HORIZON_S = 1.5
+HORIZON_S = 1.0
 """A chain is planned on into moves that wait once less than this lies ahead."""
 MOST_AT_ONCE = 30
 """The most moves it is planned on into at once."""
