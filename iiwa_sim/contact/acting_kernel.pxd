@@ -21,3 +21,4 @@ cdef class Acting:
     cdef object _carried_at            # joints at which it was evaluated last
     cdef object _links                 # once there has been a surface
     cdef readonly object pushes        # what a robot that yields gives way to, besides surfaces at the TCP
+    cdef readonly bint judged          # whether all that acts has been judged by `surely_within` since it was set

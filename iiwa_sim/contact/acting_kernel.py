@@ -13,10 +13,11 @@ import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact import moments
+from iiwa_sim.contact.link_forces_kernel import LinkContact
 from iiwa_sim.contact.moments import NO_MOMENTS, Moments
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.tcp_motion_kernel import TcpMotion
-from iiwa_sim.frames import inverse
+from iiwa_sim.frames import Transform, inverse
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 if cython.compiled:
@@ -55,6 +56,7 @@ class Acting:
         self._motion: TcpMotion | None = None
         self._carried_at: Any = ()
         self._links: Any = None
+        self.judged = False
         self.pushes = _Pushes(self)
 
     @property
@@ -68,7 +70,7 @@ class Acting:
     @wrench.setter
     def wrench(self, wrench: Wrench) -> None:
         _check("wrench", wrench, len(NO_WRENCH))
-        self._wrench = wrench
+        self._wrench, self.judged = wrench, False
         self._pushed = any(wrench) or self._joints_pushed
 
     @property
@@ -82,14 +84,36 @@ class Acting:
     @joint_push.setter
     def joint_push(self, torques: tuple[float, ...]) -> None:
         _check("joint_push", torques, len(self._joint_push))
-        self._joint_push = torques
+        self._joint_push, self.judged = torques, False
         self._joints_pushed = any(torques)
         self._pushed = any(self._wrench) or self._joints_pushed
+
+    @property
+    def tool_in_flange(self) -> Transform:
+        """The pose of the TCP in the flange."""
+        pose: Transform = self._tcp.tool_in_flange
+        return pose
+
+    def tcp(self, joints: Sequence[float]) -> Transform:
+        """The pose of the TCP in the base, at joint positions (rad)."""
+        pose: Transform = self._tcp.pose(joints)
+        return pose
+
+    @property
+    def link_contacts(self) -> tuple[LinkContact, ...]:
+        """The links that surfaces have touched in the last tick."""
+        contacts: tuple[LinkContact, ...] = () if self._links is None else self._links.contacts
+        return contacts
+
+    @property
+    def carries(self) -> bool:
+        """Whether the arm carries what the controller does not know of."""
+        return self._motion is not None
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
         """From now on the arm, at `joints` (rad), carries this, seen from the flange, besides what the
         controller knows of: None for nothing, and less than nothing where that is less."""
-        self._unknown = unknown
+        self._unknown, self.judged = unknown, False
         if unknown is None:
             self._motion, self._carried = None, NO_WRENCH
             return
@@ -100,7 +124,7 @@ class Acting:
 
     def hand(self, wrench: Wrench, weight: Wrench) -> None:
         """What a part in the jaws does to the TCP, along its axes, in this tick; of that its weight alone."""
-        self._handed, self._handed_weight = wrench, weight
+        self._handed, self._handed_weight, self.judged = wrench, weight, False
 
     @property
     def tcp_push(self) -> Wrench:
@@ -108,12 +132,6 @@ class Acting:
         wrench, and the weight of what the controller does not know of."""
         push = self._wrench if self._handed is NO_WRENCH else _sum_of(self._wrench, self._handed_weight)
         return push if self._motion is None else _sum_of(push, self._motion.weight(self._at_tcp))
-
-    @property
-    def applied(self) -> tuple[object, ...]:
-        """All that acts but surfaces at the TCP, to be compared."""
-        made = self._link_torques, self._folded, self._met
-        return self._wrench, self._joint_push, self._carried, self._handed, *made
 
     @property
     def folded(self) -> bool:
@@ -149,16 +167,7 @@ class Acting:
 
     def readings(self, joints: Sequence[float]) -> tuple[Wrench, tuple[float, ...]]:
         """Both of them, with the robot at `joints` (rad); at once where nothing acts on the TCP."""
-        if (  # written out: it is asked for in each tick of a robot that is recorded
-            self._touch is NO_WRENCH
-            and self._wrench is NO_WRENCH
-            and self._carried is NO_WRENCH
-            and self._handed is NO_WRENCH
-            and self._noise is None
-            and self._link_torques is None
-            and self._folded is None
-            and self._met is NO_WRENCH
-        ):
+        if self._noise is None and not self.acts:  # as in most ticks of a robot that is recorded
             return NO_WRENCH, self._joint_push
         return self.cartesian_force(), self.joint_torques(joints)
 
@@ -203,6 +212,7 @@ class Acting:
         a: cython.double
         b: cython.double
         c: cython.double
+        self.judged = True
         x, y, z, a, b, c = self.acting
         force: cython.double = sqrt(x * x + y * y + z * z)
         torque: cython.double = sqrt(a * a + b * b + c * c)

@@ -1,4 +1,4 @@
-"""Contact as the TCP has it: how fast and how far it comes, and what it feels along its own axes."""
+"""Contact as the TCP has it: how fast and how far it comes."""
 
 # mypy: allow-untyped-decorators
 
@@ -9,8 +9,7 @@ from typing import Any
 import cython
 from cython.cimports.libc.math import sqrt
 
-from iiwa_sim.frames import Rotation, Vector
-from iiwa_sim.wrench import NO_WRENCH, Wrench
+from iiwa_sim.frames import Vector
 
 
 def velocity_between(before: Vector, after: Vector, time_s: float) -> Vector:
@@ -44,36 +43,3 @@ def farthest_way(before: Any, after: Any, extent_m: float) -> float:
         way += (b - a) * (b - a)
     farthest: float = sqrt(way) + reach * sqrt(turned)
     return farthest
-
-
-def seen_from(rotation: Rotation, touch: Any) -> Wrench:
-    """What acts, force and torque in the axes of the base, along those of a TCP turned like that."""
-    r0: cython.double
-    r1: cython.double
-    r2: cython.double
-    r3: cython.double
-    r4: cython.double
-    r5: cython.double
-    r6: cython.double
-    r7: cython.double
-    r8: cython.double
-    fx: cython.double
-    fy: cython.double
-    fz: cython.double
-    tx: cython.double
-    ty: cython.double
-    tz: cython.double
-    force, torque = touch
-    fx, fy, fz = force
-    tx, ty, tz = torque
-    if fx == 0.0 and fy == 0.0 and fz == 0.0 and tx == 0.0 and ty == 0.0 and tz == 0.0:
-        return NO_WRENCH
-    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
-    return (
-        r0 * fx + r3 * fy + r6 * fz,
-        r1 * fx + r4 * fy + r7 * fz,
-        r2 * fx + r5 * fy + r8 * fz,
-        r0 * tx + r3 * ty + r6 * tz,
-        r1 * tx + r4 * ty + r7 * tz,
-        r2 * tx + r5 * ty + r8 * tz,
-    )

@@ -1,5 +1,5 @@
 # For the kernel of the world.
-cdef object turn_between(object before, object after)
+cdef (double, double, double) turn_between(double[::1] before, double[::1] after) noexcept
 
 cdef class Contact:
     cdef readonly object surface

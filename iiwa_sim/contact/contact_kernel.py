@@ -25,6 +25,7 @@ from __future__ import annotations
 from typing import Any
 
 import cython
+import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.shapes import Plane
@@ -37,29 +38,16 @@ _SLIP_M = cython.declare(cython.double, 1e-12)
 
 
 @cython.cfunc
-def turn_between(before: Any, after: Any) -> Any:
+@cython.exceptval(check=False)
+def turn_between(
+    before: cython.double[::1], after: cython.double[::1]
+) -> tuple[cython.double, cython.double, cython.double]:
     """The turn between two rotations, as a vector along its axis as long as its angle (rad), if that is
     small: by parts of 1e-12 of 0.1 rad."""
-    a0: cython.double
-    a1: cython.double
-    a2: cython.double
-    a3: cython.double
-    a4: cython.double
-    a5: cython.double
-    a6: cython.double
-    a7: cython.double
-    a8: cython.double
-    b0: cython.double
-    b1: cython.double
-    b2: cython.double
-    b3: cython.double
-    b4: cython.double
-    b5: cython.double
-    b6: cython.double
-    b7: cython.double
-    b8: cython.double
-    a0, a1, a2, a3, a4, a5, a6, a7, a8 = before
-    b0, b1, b2, b3, b4, b5, b6, b7, b8 = after
+    a0, a1, a2, a3, a4 = before[0], before[1], before[2], before[3], before[4]
+    a5, a6, a7, a8 = before[5], before[6], before[7], before[8]
+    b0, b1, b2, b3, b4 = after[0], after[1], after[2], after[3], after[4]
+    b5, b6, b7, b8 = after[5], after[6], after[7], after[8]
     # Half the cross products of the axes before and now: the turn's axis times the sine of its angle.
     x = 0.5 * (a3 * b6 - a6 * b3 + a4 * b7 - a7 * b4 + a5 * b8 - a8 * b5)
     y = 0.5 * (a6 * b0 - a0 * b6 + a7 * b1 - a1 * b7 + a8 * b2 - a2 * b8)
@@ -108,10 +96,7 @@ class Contact:
         up = rotate(transpose(before.rotation), (self._ux, self._uy, self._uz))
         self._ux, self._uy, self._uz = rotate(after.rotation, up)
         self._put(surface)
-        x: cython.double
-        y: cython.double
-        z: cython.double
-        x, y, z = turn_between(before.rotation, after.rotation)
+        x, y, z = turn_between(np.array(before.rotation), np.array(after.rotation))
         self.roll(-x, -y, -z)
 
     @cython.cfunc

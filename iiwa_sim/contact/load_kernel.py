@@ -5,18 +5,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import hypot
 from typing import Any, NamedTuple
 
 import cython
 
-from iiwa_sim.contact.at_tcp_kernel import seen_from, velocity_between
 from iiwa_sim.contact.itself_kernel import Itself
-from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES, LinkContact
+from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES
 from iiwa_sim.contact.links_kernel import Links, Worn
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import AT_REST
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
@@ -24,10 +21,12 @@ from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench
 
 if not cython.compiled:
     from iiwa_sim.contact.acting_kernel import Acting
+    from iiwa_sim.contact.tcp_touch_kernel import TcpTouch
     from iiwa_sim.contact.world_kernel import World
     from iiwa_sim.robot.tcp_kernel import Tcp
 else:
     from cython.cimports.iiwa_sim.contact.acting_kernel import Acting  # type: ignore[no-redef]
+    from cython.cimports.iiwa_sim.contact.tcp_touch_kernel import TcpTouch  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.world_kernel import World  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp  # type: ignore[no-redef]
 
@@ -52,9 +51,8 @@ NEVER = -1
 class ExternalLoad(Acting):
     """The external load, found tick by tick; exactly 0 in free space.
 
-    A wrench at the TCP and a torque on each joint are applied from outside as long as they are set. Surfaces
-    are evaluated once per tick, at the TCP and at the links, and so is what is carried without that the
-    controller knows. The readings are the sum, with noise if there is any.
+    Surfaces are evaluated once per tick, at the TCP and at the links, and so is what is carried without that
+    the controller knows.
     """
 
     world: World = cython.declare(World, visibility="readonly")
@@ -71,7 +69,7 @@ class ExternalLoad(Acting):
     _itself: Any
     _surrounded: Any  # the number of changes of the world that the links know of
     _settled: Any  # and when a tick left all contacts unchanged
-    _place: Any  # position of the TCP at the last evaluation of the surfaces
+    _at_world: TcpTouch  # the TCP
     _joints: Any  # at the last tick
 
     def __init__(
@@ -95,21 +93,10 @@ class ExternalLoad(Acting):
         self._itself = None
         self.looks_at_itself = 0
         self._surrounded = self._settled = NEVER
-        self._place = None
+        self._at_world = TcpTouch(self.world)
         self._joints = ()
-        self.levers_m = _longest_levers(self._tcp)
-        self._feel(self._tcp.pose(joints), 0.0)
-
-    @property
-    def tool_in_flange(self) -> Transform:
-        """The pose of the TCP in the flange."""
-        pose: Transform = self._tcp.tool_in_flange
-        return pose
-
-    def tcp(self, joints: Sequence[float]) -> Transform:
-        """The pose of the TCP in the base, at joint positions (rad)."""
-        pose: Transform = self._tcp.pose(joints)
-        return pose
+        self.levers_m = self._tcp.longest_levers()
+        self._put(joints)
 
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base in the next tick, at joint positions (rad)."""
@@ -120,8 +107,7 @@ class ExternalLoad(Acting):
     def links(self) -> Links:
         """The links of the arm, as the world meets them."""
         if self._links is None:
-            description = self._model.description
-            self._links = Links(self._model.tcp_of_flange.fixed, capsules_of(description))
+            self._links = Links(self._model.tcp_of_flange.fixed, capsules_of(self._model.description))
             self._links.wear([*self._tool, *self._jaws])
         links: Links = self._links
         return links
@@ -130,9 +116,9 @@ class ExternalLoad(Acting):
     def itself(self) -> Itself:
         """The links of the arm, as they meet each other."""
         if self._itself is None:
-            description, tool = self._model.description, [each.capsule for each in self._tool]
-            fixed, capsules = self._model.tcp_of_flange.fixed, capsules_of(description)
-            self._itself = Itself(fixed, capsules, tool, description.home, description.velocity)
+            fixed, at = self._model.tcp_of_flange.fixed, self._model.description
+            tool = [each.capsule for each in self._tool]
+            self._itself = Itself(fixed, capsules_of(at), tool, at.home, at.velocity)
         itself: Itself = self._itself
         return itself
 
@@ -168,28 +154,18 @@ class ExternalLoad(Acting):
             links.surround(self.world.surfaces, joints, self._parts)
         return links
 
-    def look_at_itself(self, joints: Sequence[float], tick: int, tick_s: float) -> None:
+    @cython.cfunc
+    def _look_at_itself(self, joints: Any, tick: cython.long, tick_s: cython.double) -> object:
         """In this tick links may be in each other, with the robot at `joints` (rad): find what that does, and
         in which tick it may be so again."""
-        itself = self.itself
-        self.looks_at_itself = tick + itself.watch(joints, tick_s)
-        self._folded = itself.torques
-
-    @property
-    def link_contacts(self) -> tuple[LinkContact, ...]:
-        """The links that surfaces have touched in the last tick."""
-        contacts: tuple[LinkContact, ...] = () if self._links is None else self._links.contacts
-        return contacts
-
-    @property
-    def carries(self) -> bool:
-        """Whether the arm carries what the controller does not know of."""
-        return self._motion is not None
+        self.looks_at_itself = tick + self.itself.watch(joints, tick_s)
+        self._folded = self.itself.torques
+        return None
 
     @property
     def changes(self) -> bool:
         """Whether a tick may change a reading: it cannot without noise far from surfaces."""
-        touches: bool = self._place is not None or not self.world.empty
+        touches: bool = self._at_world.known or not self.world.empty
         return touches or self._noise is not None or self._motion is not None
 
     def is_idle(self, tick: cython.long) -> bool:
@@ -201,61 +177,67 @@ class ExternalLoad(Acting):
         """Whether ticks change only the noise as long as the robot stays where it is."""
         if self._motion is not None and not self._motion.still:
             return False
-        settled: bool = self._place is None if self.world.empty else self._settled == self.world.changes
+        settled: bool = not self._at_world.known if self.world.empty else self._settled == self.world.changes
         return settled
 
     def step(
         self,
         joints: Sequence[float],
-        tick_s: float,
+        tick: cython.long,
+        tick_s: cython.double,
         contact: TcpContact | None = None,
         coming: Transform | None = None,
     ) -> None:
-        """A tick has moved the robot to `joints` (rad): evaluate the surfaces there, and take new noise.
+        """The tick of this number has moved the robot to `joints` (rad): find what acts there, and take new
+        noise.
 
         If a motion has evaluated them in this tick, its result `contact` is used: they are evaluated once per
         tick. The next tick is to bring the TCP to `coming`, as far as that is known.
         """
+        if tick >= self.looks_at_itself:
+            self._look_at_itself(joints, tick, tick_s)
         if self._noise is not None:
             self._noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._carried_at):
             self._motion.step(self._tcp.pose(joints) if contact is None else contact[0], tick_s, coming)
             self._carried, self._carried_at = self._motion.wrench(self._at_tcp), joints
+        touch = self._at_world
         if self.world.empty:
-            if self._place is not None:
-                self._touch, self._place = NO_WRENCH, None
+            if touch.known:
+                self._touch, touch.known = NO_WRENCH, False
                 self._part_links()
             return
         stands = contact is None and joints == self._joints
         if stands and self._settled == self.world.changes:
             return
-        self._joints = joints
+        self._joints, self._settled = joints, NEVER
         self._touch_links(joints, tick_s)
-        tcp, touch = (self._tcp.pose(joints), None) if contact is None else contact
-        self.world.roll(tcp.rotation)
-        if touch is not None:
-            self._place, self._settled = tcp.translation, NEVER
-            self._touch = seen_from(tcp.rotation, touch)
-        elif stands and tcp.translation == self._place:
+        if contact is None:
+            touch.go_to(self._tcp, joints)
+        else:
+            touch.be_at(contact[0])
+        touch.roll()
+        if contact is not None and contact[1] is not None:
+            (fx, fy, fz), (tx, ty, tz) = contact[1]
+            self._touch = touch.along(fx, fy, fz, tx, ty, tz)
+            touch.stay()
+        elif stands and touch.stays():
             before = self.world.memory()
-            self._feel(tcp, tick_s)
+            self._touch = touch.feel(tick_s)
             self._settled = self.world.changes if self.world.memory() == before else NEVER
         else:
-            self._settled = NEVER
-            self._feel(tcp, tick_s)
+            self._touch = touch.feel(tick_s)
 
     def place(self, joints: Sequence[float], tool_in_flange: Transform) -> None:
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
         self._tcp = self._model.tcp(tool_in_flange)
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
-        self.levers_m = _longest_levers(self._tcp)
+        self.levers_m = self._tcp.longest_levers()
         self.world.forget()
         self._part_links()
-        self._folded, self.looks_at_itself = None, 0
-        if self._itself is not None:
-            self._itself.forget()
-        self._place, self._settled = None, NEVER
-        self._feel(self._tcp.pose(joints), 0.0)
+        self._folded, self.looks_at_itself, self._settled, self.judged = None, 0, NEVER, False
+        self.itself.forget()
+        self._put(joints)
         if self._motion is not None:
             self._motion.rest(self._tcp.pose(joints))
             self.carry(self._unknown, joints)
@@ -273,45 +255,46 @@ class ExternalLoad(Acting):
         It goes on as if it had been there all the time.
         """
         self.world.restore(felt.world)
-        self._joints, self._place = joints, self._tcp.pose(joints).translation
+        self._joints = joints
+        self._at_world.go_to(self._tcp, joints)
+        self._at_world.stay()
         self._parts = dict(felt.parts)
         if felt.links is not None:
             self._surrounded = NEVER
-            links = self.surround(joints)
-            links.restore(felt.links, joints)
+            self.surround(joints).restore(felt.links, joints)
         self._touch, self._met = felt.wrenches
         self._link_torques, self._folded = felt.torques
-        self._settled = NEVER
+        self._settled, self.judged = NEVER, False
 
     @cython.cfunc
-    def _touch_links(self, joints: Sequence[float], tick_s: float) -> None:
+    def _touch_links(self, joints: Any, tick_s: cython.double) -> object:
         """A tick has moved the robot to `joints` (rad): find what surfaces and parts do to its links, and to
         what it wears."""
         links = self.surround(joints)
         links.step(joints, tick_s)
         self._link_torques, self._met = links.torques, NO_WRENCH
-        if links.worn is not None:
-            fx, fy, fz, tx, ty, tz = links.worn
-            rotation, (x, y, z) = self._tcp.pose(joints)
-            torque = (tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx))
-            self._met = seen_from(rotation, ((fx, fy, fz), torque))
+        worn = links.worn
+        if worn is not None:
+            at = self._at_world
+            at.go_to(self._tcp, joints)
+            fx, fy, fz, tx, ty, tz = worn
+            x, y, z = at.at[0], at.at[1], at.at[2]
+            tx, ty, tz = tx - (y * fz - z * fy), ty - (z * fx - x * fz), tz - (x * fy - y * fx)
+            self._met = at.along(fx, fy, fz, tx, ty, tz)
+        return None
 
     @cython.cfunc
-    def _part_links(self) -> None:
+    def _part_links(self) -> object:
         """No link touches anything, and what is in a surface now has to come out of it to feel it."""
         self._link_torques, self._met, self._surrounded = None, NO_WRENCH, NEVER
         if self._links is not None:
             self._links.forget()
+        return None
 
     @cython.cfunc
-    def _feel(self, tcp: Transform, tick_s: float) -> None:
-        rotation, place = tcp
-        velocity = AT_REST if self._place is None else velocity_between(self._place, place, tick_s)
-        self._place = place
-        self._touch = seen_from(rotation, self.world.feel(place, velocity, tick_s))
-
-
-def _longest_levers(tcp: Tcp) -> tuple[float, ...]:
-    """The arm stretched from each joint's axis on: all translations from there in a row (m), base first."""
-    ways = [hypot(*row[9:]) for row in tcp.fixed.tolist()]
-    return tuple(sum(ways[joint:]) for joint in range(1, len(ways)))
+    def _put(self, joints: Any) -> object:
+        """The robot is put at joint positions (rad): find what surfaces do to its TCP."""
+        self._at_world.known = False
+        self._at_world.go_to(self._tcp, joints)
+        self._touch = self._at_world.feel(0.0)
+        return None

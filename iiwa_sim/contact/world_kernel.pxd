@@ -1,4 +1,4 @@
-# For the kernel of loads, which asks in each tick what the world is.
+# For the kernel of loads, which feels the world in each tick.
 from iiwa_sim.contact.contact_kernel cimport Contact
 
 cdef class World:
@@ -6,4 +6,15 @@ cdef class World:
     cdef readonly int changes          # how many times a surface has been put or taken away
     cdef dict _contacts                # by name
     cdef list _all                     # the same
-    cdef object _turned                # how the TCP is turned, if it is known
+    cdef double[::1] _turned           # how the TCP is turned, row by row, if that is known
+    cdef bint _is_turned
+    cdef double[::1] _coming
+    # What surfaces do, after `feel_at`.
+    cdef double fx
+    cdef double fy
+    cdef double fz
+    cdef double tx
+    cdef double ty
+    cdef double tz
+    cdef void roll_to(self, double[::1] rotation) noexcept
+    cdef bint feel_at(self, double px, double py, double pz, double vx, double vy, double vz, bint remember) except *

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import Any
 
 import cython
+import numpy as np
 
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Rotation, Transform, Vector
@@ -39,7 +40,8 @@ class World:
         self.changes = 0
         self._contacts: dict[str, Contact] = {}
         self._all: list[Contact] = []
-        self._turned: Any = None
+        self._turned, self._coming = np.zeros((2, 9))
+        self._is_turned = False
         for surface in surfaces:
             self.put(surface)
 
@@ -71,16 +73,26 @@ class World:
 
     def roll(self, rotation: Rotation) -> None:
         """The TCP is turned like that in the base now, and has turned since the last call, by little."""
-        before, self._turned = self._turned, rotation
-        if before is None or before == rotation:
-            return
-        wx: cython.double
-        wy: cython.double
-        wz: cython.double
-        wx, wy, wz = turn_between(before, rotation)
-        contact: Contact
-        for contact in self._all:
-            contact.roll(wx, wy, wz)
+        for k in range(9):
+            self._coming[k] = rotation[k]
+        self.roll_to(self._coming)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def roll_to(self, rotation: cython.double[::1]) -> cython.void:
+        """`roll` for an array."""
+        before = self._turned
+        turns: cython.bint = False
+        for k in range(9):
+            turns = turns or before[k] != rotation[k]
+        if self._is_turned and turns:
+            wx, wy, wz = turn_between(before, rotation)
+            contact: Contact
+            for contact in self._all:
+                contact.roll(wx, wy, wz)
+        self._is_turned = True
+        for k in range(9):
+            before[k] = rotation[k]
 
     def remove(self, name: str) -> None:
         """Take a surface away, which must be there."""
@@ -99,11 +111,16 @@ class World:
 
     def kept(self) -> Any:
         """What all surfaces remember of the TCP, by their names, to be brought back."""
-        return self._turned, {name: contact.kept() for name, contact in self._contacts.items()}
+        turned = tuple(np.asarray(self._turned).tolist()) if self._is_turned else None
+        return turned, {name: contact.kept() for name, contact in self._contacts.items()}
 
     def restore(self, kept: Any) -> None:
         """Remember that again, of surfaces that are there."""
-        self._turned, contacts = kept
+        turned, contacts = kept
+        self._is_turned = turned is not None
+        if turned is not None:
+            for k in range(9):
+                self._turned[k] = turned[k]
         for name, memory in contacts.items():
             if name in self._contacts:
                 self._contacts[name].restore(memory)
@@ -127,7 +144,23 @@ class World:
         vz: cython.double
         px, py, pz = position
         vx, vy, vz = velocity
-        remember: cython.bint = dt_s > 0.0
+        if not self.feel_at(px, py, pz, vx, vy, vz, dt_s > 0.0):
+            return NO_TOUCH
+        return _new(Touch, ((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz)))
+
+    @cython.cfunc
+    @cython.exceptval(check=True)
+    def feel_at(
+        self,
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        vx: cython.double,
+        vy: cython.double,
+        vz: cython.double,
+        remember: cython.bint,
+    ) -> cython.bint:
+        """`feel` for numbers: whether a surface touches the TCP; what they do is in f, t."""
         touched: cython.bint = False
         fx = fy = fz = tx = ty = tz = 0.0
         contact: Contact
@@ -136,6 +169,5 @@ class World:
                 touched = True
                 fx, fy, fz = fx + contact.fx, fy + contact.fy, fz + contact.fz
                 tx, ty, tz = tx + contact.tx, ty + contact.ty, tz + contact.tz
-        if not touched:
-            return NO_TOUCH
-        return _new(Touch, ((fx, fy, fz), (tx, ty, tz)))
+        self.fx, self.fy, self.fz, self.tx, self.ty, self.tz = fx, fy, fz, tx, ty, tz
+        return touched

@@ -130,10 +130,7 @@ class Core:
             coming = None if next_joints is None else load.coming_tcp(next_joints)
         if handling is not None:
             handling.step(motions.joints, motions.tcp_contact, coming)
-        if self.tick >= load.looks_at_itself:
-            load.look_at_itself(motions.joints, self.tick, self.tick_s)
-        if load.changes:
-            load.step(motions.joints, self.tick_s, motions.tcp_contact, coming)
+        load.step(motions.joints, self.tick, self.tick_s, motions.tcp_contact, coming)
 
     @property
     def resting(self) -> bool:

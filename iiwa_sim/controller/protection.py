@@ -73,7 +73,7 @@ class Protection:
         self.watches_tcp = safety.tcp_speed_m_per_s is not None or safety.box is not None
         """Whether the speed or the place of the TCP is watched."""
         self._torque, self._force, self._moment, self._speed, self._place = (_Watch() for _ in range(5))
-        self._judged: tuple[object, ...] = ()
+        self._judged = False  # by the present limits
 
     def set_collision_detection(self, force_n: float, torque_nm: float) -> None:
         """Watch the force and the torque from outside at the TCP; 0 for what is not watched.
@@ -86,21 +86,22 @@ class Protection:
                     EXECUTION, f"threshold {value:g} {unit}: expected 0, for off, to {GREATEST:g} {unit}"
                 )
         self.safety = self.safety._replace(force_n=force_n or None, torque_nm=torque_nm or None)
-        self._judged = ()
+        self._judged = False
 
     def knows(self, load: ExternalLoad) -> bool:
         """Whether the last look was at what is applied now."""
-        return self._judged == load.applied
+        return self._judged and load.judged
 
     def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
         """Why the load at joint positions (rad) stops the robot; None if it does not."""
-        self._judged, safety = load.applied, self.safety
+        self._judged, safety = True, self.safety
         if load.levers_m is not self._levers_m:
             self._levers_m = load.levers_m
             self._part_per_n = max(map(truediv, load.levers_m, self._torque_limits))
-        if not self._exceeded and load.surely_within(
+        within = load.surely_within(
             self._part_per_n, self._least_limit, safety.force_n or inf, safety.torque_nm or inf
-        ):
+        )
+        if within and not self._exceeded:
             return None  # most ticks, also of a robot in contact
         x, y, z, a, b, c = load.acting
         why = self._overloaded_joint(load.exact_torques(joints), standing)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 from typing import Any
 
 import cython
@@ -47,6 +48,12 @@ class Tcp:
         self.columns = self._columns_array
         self._has_columns = False
         self._pose: Any = None
+
+    def longest_levers(self) -> tuple[float, ...]:
+        """No joint's axis is farther from the TCP (m), wherever the robot is, base first: the arm stretched
+        from there on."""
+        ways = [hypot(*row[9:]) for row in self.fixed.tolist()]
+        return tuple([sum(ways[joint:]) for joint in range(1, len(ways))])
 
     def pose(self, joints: Sequence[float]) -> Transform:
         """Pose of the TCP."""
