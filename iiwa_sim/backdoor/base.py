@@ -1,6 +1,8 @@
 """The base of the backdoor: the robot and its surroundings, and calls in the simulator's event loop."""
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
@@ -10,6 +12,7 @@ from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.controller.controller import Controller
+from iiwa_sim.controller.errors import Refused
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.wording import harmless, shortened
 
@@ -17,6 +20,13 @@ LONGEST_TOLD = 200
 """Characters of a call, as listeners are told it."""
 MOST_MOVES = 50
 """Moves that `moves` tells at most, of those that run and wait."""
+
+HERE = "backdoor"
+"""Who acts, in the dialogue, where a program that has the simulator in it does."""
+DRAGGED = ("push", "move surface")
+"""How lines begin that come many times a second while somebody drags something."""
+DRAGGED_S = 1.0
+"""Of those of one client the dialogue has no more than one in that time."""
 
 C = TypeVar("C", bound="Base")
 P = ParamSpec("P")
@@ -49,11 +59,14 @@ def acts(method: Callable[Concatenate[C, P], T]) -> Callable[Concatenate[C, P], 
     @wraps(method)
     def act(self: C, /, *args: P.args, **kwargs: P.kwargs) -> T:
         done = method(self, *args, **kwargs)
-        if self.listeners:
-            given = [*map(repr, args), *(f"{name}={value!r}" for name, value in kwargs.items())]
-            text = harmless(shortened(f"{method.__name__}({', '.join(given)})", LONGEST_TOLD))
-            for listener in self.listeners:
-                listener(text)
+        given = [*map(repr, args), *(f"{name}={value!r}" for name, value in kwargs.items())]
+        text = harmless(shortened(f"{method.__name__}({', '.join(given)})", LONGEST_TOLD))
+        for listener in self.listeners:
+            listener(text)
+        if self._by_line:
+            self._acted = True
+        else:
+            self._recent.acted(self._controller.tick, HERE, text)
         return done
 
     return called(act)
@@ -82,6 +95,34 @@ class Base:
         self._recent = recent
         self._states = States(controller)
         self._moves = MovesDescriber(controller, MOST_MOVES)
+        self._by_line = False  # a client of a port acts
+        self._acted = False  # it has changed something
+        self._dragged = ("", 0.0)  # who has dragged something, and until when no more is told of that
+
+    @contextmanager
+    def by_line(self, client: str, line: str) -> Iterator[None]:
+        """While what a line of a client asks for is done: the dialogue has the line, if it changes something
+        or is refused."""
+        self._by_line, self._acted = True, False
+        try:
+            yield
+        except Refused as refused:
+            self._recent.acted(self._controller.tick, client, line, f"{refused.code} {refused.reason}")
+            raise
+        finally:
+            self._by_line = False
+        if self._acted and not self._goes_on_dragging(client, line):
+            self._recent.acted(self._controller.tick, client, line)
+
+    def _goes_on_dragging(self, client: str, line: str) -> bool:
+        if not line.startswith(DRAGGED):
+            return False
+        now_s = time.monotonic()
+        who, until_s = self._dragged
+        if who == client and now_s < until_s:
+            return True
+        self._dragged = client, now_s + DRAGGED_S
+        return False
 
     @property
     def joint_count(self) -> int:

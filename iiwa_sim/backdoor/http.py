@@ -104,7 +104,7 @@ class BackdoorHttp:
         try:
             with calls.telling(line):
                 line = line_of(command, request.body)
-                reply = calls.start(calls.parse(line))
+                reply = calls.start(calls.parse(line), line)
         except Refused as refused:
             return _refused(refused)
         if isinstance(reply, str):

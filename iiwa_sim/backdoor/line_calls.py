@@ -48,8 +48,11 @@ class LineCalls:
             raise NotUnderstood(COMMUNICATION_FAILURE, request.too_much().reason)
         return request
 
-    def start(self, request: Request) -> str | Coroutine[None, None, str]:
-        """The reply, or an awaitable for a command that takes time. Raises Refused."""
+    def start(self, request: Request, line: bytes) -> str | Coroutine[None, None, str]:
+        """The reply, or an awaitable for a command that takes time. Raises Refused.
+
+        The dialogue has the `line` that is parsed if it changes something or is refused.
+        """
         name = request.command.name
         if name == BYE:
             return BYE
@@ -57,7 +60,8 @@ class LineCalls:
             return DONE
         if name == HELP:
             return helped(self.table, request.phrase, _EXAMPLE)
-        return CALLS[name](self._backdoor, request)
+        with self._backdoor.by_line(self._name, shown(line)):
+            return CALLS[name](self._backdoor, request)
 
     def done(self, line: bytes, reply: str) -> None:
         """Log that a line has been carried out, if that is wanted."""

@@ -1,10 +1,11 @@
-"""The most recent lines of all dialects, for whoever asks the backdoor for them."""
+"""The most recent lines of all dialects, and what the backdoor was used for, for whoever asks for them."""
 
+import time
 from collections import deque
 
 import msgspec
 
-from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine
+from iiwa_sim.dialect.wire.dialogue import Dialogue, DialogueLine, Direction
 
 MOST = 1000
 """Number of lines kept."""
@@ -47,6 +48,11 @@ class RecentDialogue:
     def __call__(self, said: DialogueLine) -> None:
         self._count += 1
         self._said.append(said)
+
+    def acted(self, tick: int, session: str, text: str, reason: str = "") -> None:
+        """A test bench has done something by the backdoor, or was refused that for a `reason`."""
+        if self in self._dialogue.listeners:
+            self(DialogueLine(session, Direction.EVENT, text, tick, time.monotonic_ns(), reason))
 
     def listen(self) -> None:
         """Keep the lines that come from now on."""

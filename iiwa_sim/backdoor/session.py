@@ -76,7 +76,7 @@ class BackdoorSession(LineSession):
             self.close()
         if request.command.name == RELEASE_WHEN_GONE:
             self._releases = True
-        return self._calls.start(request)
+        return self._calls.start(request, line)
 
     def _admitted(self, token: Token, line: bytes) -> bytes:
         if line is not OVERLONG and token.fits(line):

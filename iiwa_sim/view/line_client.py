@@ -33,6 +33,8 @@ class Lines:
         """Said on every connection before all else: the `token`, if there is one, then `first_lines`. Each is
         answered `done`."""
         self.address = address
+        self.names: set[str] = set()
+        """What the other side calls its connections: HOST:PORT."""
         self._token = token
         self._first_lines = first_lines
         self._lock = threading.Lock()
@@ -68,6 +70,7 @@ class Lines:
             self._close()
         if self._connection is None:
             self._connection = socket.create_connection(self.address, CONNECT_S)
+            self.names.add(host_and_port(*self._connection.getsockname()[:2]))
             self._received = b""
             if self._token and not self._takes(self._connection, self._token):
                 raise OSError("it does not take this token")

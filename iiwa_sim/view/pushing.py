@@ -104,6 +104,7 @@ class Pushing:
         self._drawing = station.scene.drawing
         self._place_m = station.scene.place_m
         self._lines = Lines(station.place.backdoor, station.place.token, RELEASE_WHEN_GONE)
+        station.ours.append(self._lines)
         self._last_joint = self._drawing.joint_count - 1
         self._stiffness: Any = server.gui.add_slider(
             "Spring (N/m)", min=LEAST_N_PER_M, max=MOST_N_PER_M, step=50.0, initial_value=STIFFNESS_N_PER_M

@@ -67,6 +67,8 @@ class Station:
         self._looks = None if place.backdoor is None else Lines(place.backdoor, place.token)
         self._waits = None if place.backdoor is None else Lines(place.backdoor, place.token)
         self.driver = None if place.driver is None else Lines(place.driver)
+        self.ours = [lines for lines in (self.bench, self._looks, self._waits) if lines is not None]
+        """The page's connections to the backdoor."""
         self.state: State | None = None
         """The newest one that has been drawn."""
         self.told: dict[str, Any] = {"joints": [], "position_min": [], "position_max": [], "velocity": []}
@@ -245,6 +247,11 @@ class Station:
         rests = self.state is None or self.state["status"] == "stopped"
         self.moves = [] if rests else json.loads(bench.do("get moves"))["moves"]
 
+    def _is_ours(self, line: Mapping[str, Any]) -> bool:
+        """Whether it tells of what was done on this page, which is shown as that: pushes are not."""
+        client = str(line["session"]).partition(" ")[0]
+        return line["mark"] == "#" and any(client in lines.names for lines in self.ours)
+
     def _taken(self) -> list[tuple[str, str]]:
         """What has been done on the page since the last look."""
         taken = []
@@ -264,7 +271,7 @@ class Station:
         if said["next"] < self._said_next:  # another simulator is there now
             said = json.loads(bench.do("get dialogue : 0"))
         self._said_next = said["next"]
-        self.said.extend(said["lines"])
+        self.said.extend(line for line in said["lines"] if not self._is_ours(line))
         if acted:  # behind what was said before, which it may be about
             time_s = json.loads(bench.do("get state"))["time_s"]
             self.said.extend(

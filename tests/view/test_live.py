@@ -276,6 +276,25 @@ def test_a_command_is_typed_and_its_lost_reply_found_in_the_dialogue(simulator: 
         shows(viewer, "get status", "stopped", "~")
 
 
+def test_what_other_benches_do_is_in_the_dialogue_and_what_the_page_does_once(simulator: Simulator) -> None:
+    with page_of(simulator) as port, viewing(port) as viewer:
+        shows(viewer, "stopped")
+        viewer.clicks("Emergency stop")
+        shows(viewer, "page # emergency stop")
+        ask(simulator, "set input : 3 1")
+        simulator.backdoor.set_input(4, True)
+        shows(
+            viewer, "(backdoor) # set input : 3 1", "backdoor # set_input(4, True)", "page # emergency stop"
+        )
+        lists = [
+            html
+            for message in viewer.seen
+            if "set input : 3 1" in (html := str(message.get("updates", {}).get("content", "")))
+        ]
+        assert lists
+        assert all(html.count("# emergency stop</div>") == 1 for html in lists)
+
+
 def types(viewer: Viewer, label: str, text: str) -> None:
     """Writes a line into a form, and Enter."""
     uuid = viewer.labelled(label)
