@@ -108,10 +108,13 @@ class Steps:
     def add(self, cuts: NDArray[np.float64], c: cython.double[::1], idle: cython.double) -> None:
         """Take up more cuts (M, 7), see `Rows`, which steps have not met yet, and leave out rows that are at
         less than a part of w."""
-        self._take(c, idle)
+        self._settle()
+        if idle > 0.0:
+            self._leave_out(c, idle)
         self.of, self.first, self.weights, self.rows = merged(
             self.of, self.first, self.weights, self.rows, cuts
         )
+        self._look_at(0, self.cells)
 
     def go_on(self, c: cython.double[::1], begins: cython.Py_ssize_t, ends: cython.Py_ssize_t) -> None:
         """Go on in the cells begins..ends - 1 from what was found for these before.
@@ -120,7 +123,7 @@ class Steps:
         would let c go far."""
         t: cython.double
         mu: cython.double
-        self._take(c, 0.0)
+        self._settle()
         self._look_at(begins, ends)
         self._take_time(c)
         mu = AGAIN * self.time / max(2.0 * (self.first[self.last_group] - self.first[self.group]), 1.0)
@@ -196,20 +199,23 @@ class Steps:
         return done, False
 
     @cython.cfunc
-    def _take(self, c: cython.double[::1], idle: cython.double) -> cython.void:
-        """Let slacks and multipliers go what is left of the last step. Leave out rows that are at less than
-        this part of w, if any."""
+    def _settle(self) -> cython.void:
+        """Let slacks and multipliers go what is left of the last step."""
+        rows: cython.double[:, ::1] = self.rows
+        if self.primal > 0.0:
+            for r in range(self.first[self.group], self.first[self.last_group]):
+                for f in range(2):
+                    rows[r, 3 + f] += self.dual * rows[r, 7 + f]
+                    rows[r, 5 + f] += self.primal * rows[r, 9 + f]
+                    rows[r, 7 + f] = rows[r, 9 + f] = 0.0
+        self.primal = self.dual = 0.0
+
+    @cython.cfunc
+    def _leave_out(self, c: cython.double[::1], idle: cython.double) -> cython.void:
+        """Leave out rows that are at less than this part of w."""
         m: cython.Py_ssize_t = 0
         begins: cython.Py_ssize_t = 0
         rows: cython.double[:, ::1] = self.rows
-        for r in range(self.first[self.group], self.first[self.last_group]):
-            for f in range(2):
-                rows[r, 3 + f] += self.dual * rows[r, 7 + f]
-                rows[r, 5 + f] += self.primal * rows[r, 9 + f]
-                rows[r, 7 + f] = rows[r, 9 + f] = 0.0
-        self.primal = self.dual = 0.0
-        if idle == 0.0:
-            return
         for g in range(self.of.shape[0]):
             ends = self.first[g + 1]
             k = self.of[g]
@@ -217,8 +223,8 @@ class Steps:
             for r in range(begins, ends):
                 y = rows[r, 0] * c[k] + rows[r, 1] * c[k + 1] + rows[r, 2] * c[k + 2]
                 if fabs(y) >= idle * w:
-                    if m < r:
-                        rows[m, :] = rows[r]
+                    for f in range(rows.shape[1]):
+                        rows[m, f] = rows[r, f]
                     m += 1
             begins = ends
             self.first[g + 1] = m

@@ -79,7 +79,9 @@ def merged(
             new_of[i] = cython.cast(cython.Py_ssize_t, new[m, 0])
             for f in range(3):
                 new_rows[r, f], new_weights[i, f] = new[m, 1 + f], new[m, 4 + f]
-            new_rows[r, 3] = NOT_MET
+            new_weights[i, 3] = 1.0
+            for f in range(3, COLUMNS):
+                new_rows[r, f] = NOT_MET
             m += 1
             r += 1
         else:
