@@ -27,7 +27,7 @@ from cython.cimports.libc.math import fabs, sqrt
 from iiwa_sim.motion.deflected_arm_kernel import INERTIA_KGM2, REDUNDANCY_INERTIA_KGM2
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.spring import Spring, damping
+from iiwa_sim.motion.spring import damping, spring
 from iiwa_sim.motion.surroundings import Feel, Pushes
 from iiwa_sim.wrench import TcpContact
 
@@ -105,9 +105,8 @@ class Compliance:
         self._shift = Shift(tick_s, feel)
         turn, swivel = ROTATIONAL_STIFFNESS_NM_PER_RAD, REDUNDANCY_STIFFNESS_NM_PER_RAD
         damped, swivel_damped = damping(INERTIA_KGM2, turn), damping(REDUNDANCY_INERTIA_KGM2, swivel)
-        self._turning = np.array(Spring(INERTIA_KGM2, turn, damped, tick_s).coefficients)
-        swivelling = Spring(REDUNDANCY_INERTIA_KGM2, swivel, swivel_damped, tick_s)
-        self._swivelling = np.array(swivelling.coefficients)
+        self._turning = spring(INERTIA_KGM2, turn, damped, tick_s)
+        self._swivelling = spring(REDUNDANCY_INERTIA_KGM2, swivel, swivel_damped, tick_s)
         self._was = np.zeros(3)
         self._moved = np.zeros(3)
         self._x = np.zeros(7)

@@ -14,7 +14,7 @@ import numpy as np
 
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.spring import Spring, damping
+from iiwa_sim.motion.spring import damping, spring
 from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Feel, Pushes
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.wrench import NO_TOUCH
@@ -82,9 +82,8 @@ class JointSprings:
         """Hold these joint positions (rad), coming from a velocity (rad/s)."""
         damped = damping(INERTIA_KGM2, stiffness_nm_per_rad, LEAST_DAMPING_NMS_PER_RAD)
         part_s: cython.double = self._tick_s / self._substeps
-        whole = Spring(INERTIA_KGM2, stiffness_nm_per_rad, damped, self._tick_s)
-        part = Spring(INERTIA_KGM2, stiffness_nm_per_rad, damped, part_s)
-        self._spring, self._spring_in_contact = np.array(whole.coefficients), np.array(part.coefficients)
+        self._spring = spring(INERTIA_KGM2, stiffness_nm_per_rad, damped, self._tick_s)
+        self._spring_in_contact = spring(INERTIA_KGM2, stiffness_nm_per_rad, damped, part_s)
         self._half_kick = 0.5 * part_s / INERTIA_KGM2
         self.centre = self._joints = joints
         """Where the hold began (rad)."""

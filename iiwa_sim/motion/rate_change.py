@@ -10,17 +10,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.rate_kernel import Ahead
+from iiwa_sim.motion.rate_kernel import SPREAD, STEP_S, Ahead
 
 CELL_S = 0.002
 """Length of a cell, about (s): over it the second derivative of the rate is constant."""
-STEP_S = 0.001
 SAMPLES = 256
 """Number of samples of the plan, `STEP_S` apart; at least half of them lie ahead."""
-SPREAD = 1
-"""Samples beside either end of a cell that also keep the limits: a release is found before its cells come."""
-ALLOWED = 1.005
-"""Part of the limits of acceleration and jerk that may be used; where a plan uses more, so may the change."""
 LONGEST_STOP_S = 0.1
 """The longest that a stop may take (s), also from a rate that rises."""
 LEAST_SLACK_S = 0.005
@@ -117,10 +112,7 @@ class RateChange:
             self._ahead = Ahead(
                 _loads(running.plan, STEP_S * np.arange(first, first + SAMPLES + 1, dtype=np.float64)),
                 STEP_S * first,
-                STEP_S,
                 self._ticks * self._step_s,
-                ALLOWED,
-                SPREAD,
                 slope,
                 bend,
                 max(LONGEST_STOP_S - 1.0 / slope - slope / bend, LEAST_SLACK_S),

@@ -14,6 +14,14 @@ from __future__ import annotations
 
 import cython
 
+STEP_S = 0.001
+"""Between places of a plan."""
+_STEP_S = cython.declare(cython.double, 0.001)
+# Part of the limits of acceleration and jerk that may be used; where a plan uses more, so may the change.
+_ALLOWED = cython.declare(cython.double, 1.005)
+SPREAD = 1
+"""Places beside either end of a cell that also keep the limits: a release is found before its cells come."""
+_SPREAD = cython.declare(cython.Py_ssize_t, 1)
 _ROUNDING = cython.declare(cython.double, 1e-9)  # of rates
 _HARDLY = cython.declare(cython.double, 1e-13)  # moving, of limits
 _RELEASE_CELLS = cython.declare(cython.Py_ssize_t, 400)
@@ -24,13 +32,12 @@ _LANDINGS = cython.declare(cython.Py_ssize_t, 14)  # at most, to come to the goa
 
 @cython.cclass
 class Ahead:
-    """Loads of a plan at even places of planned time from `first_s` on, and how its rate may change.
+    """Loads of a plan each `STEP_S` of planned time from `first_s` on, and how its rate may change.
 
     `loads` (m, 6 n) has rows of velocity and acceleration over the acceleration limit (s, 1), and of
     velocity, acceleration, and the least and the largest jerk up to the next place over the jerk limit (s^2,
-    s, 1, 1), n values each. `allowed` is the part of the limits that may be used; where the plan uses more,
-    it may. `spread` more rows on either side of a cell are to keep them: what is promised for a later cell
-    then holds for what is looked at when that comes.
+    s, 1, 1), n values each. `SPREAD` more rows on either side of a cell are to keep the limits: what is
+    promised for a later cell then holds for what is looked at when that comes.
 
     A stop may come at any time, with its own limits of slope and bend: no slope or bend is larger than those,
     and a rate that rises is never so much on its way up that the stop would take longer than from a rate of 1
@@ -40,11 +47,8 @@ class Ahead:
     loads: cython.double[:, ::1]
     count: cython.Py_ssize_t
     joints: cython.Py_ssize_t
-    spread: cython.Py_ssize_t
     first_s: cython.double
-    step_s: cython.double
     cell_s: cython.double
-    allowed: cython.double
     largest_slope: cython.double
     largest_bend: cython.double
     stop_slack_s: cython.double
@@ -55,10 +59,7 @@ class Ahead:
         self,
         loads: cython.double[:, ::1],
         first_s: cython.double,
-        step_s: cython.double,
         cell_s: cython.double,
-        allowed: cython.double,
-        spread: cython.Py_ssize_t,
         largest_slope: cython.double,
         largest_bend: cython.double,
         stop_slack_s: cython.double,
@@ -67,10 +68,7 @@ class Ahead:
         self.count = loads.shape[0]
         self.joints = loads.shape[1] // 6
         self.first_s = first_s
-        self.step_s = step_s
         self.cell_s = cell_s
-        self.allowed = allowed
-        self.spread = spread
         self.largest_slope = largest_slope
         self.largest_bend = largest_bend
         self.stop_slack_s = stop_slack_s
@@ -184,10 +182,8 @@ class Ahead:
         on: cython.double = h * rate
         if then > rate:
             on = h * then
-        first: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, (time_s - self.first_s) / self.step_s)
-        last: cython.Py_ssize_t = 1 + cython.cast(
-            cython.Py_ssize_t, (time_s + on - self.first_s) / self.step_s
-        )
+        first: cython.Py_ssize_t = cython.cast(cython.Py_ssize_t, (time_s - self.first_s) / _STEP_S)
+        last: cython.Py_ssize_t = 1 + cython.cast(cython.Py_ssize_t, (time_s + on - self.first_s) / _STEP_S)
         # A stop from a rising rate first takes slope / bend to end that, in which the rate rises by half of
         # slope^2 / bend: with slopes up to the largest that costs at most 1.5 slope / bend.
         top: cython.double = self.largest_bend / 1.5 * ((1.0 - then) / self.largest_slope + self.stop_slack_s)
@@ -199,8 +195,8 @@ class Ahead:
             self.low = -self.largest_bend
         if self.high > self.largest_bend:
             self.high = self.largest_bend
-        first -= self.spread
-        last += self.spread
+        first -= _SPREAD
+        last += _SPREAD
         if first < 0:
             first = 0
         if last >= self.count:
@@ -226,7 +222,7 @@ class Ahead:
     @cython.exceptval(check=False)
     def _keep(self, load: cython.double, per_bend: cython.double, planned: cython.double) -> cython.void:
         """Narrows the bends to those with which a load stays within what is allowed, or planned."""
-        allowed: cython.double = self.allowed
+        allowed: cython.double = _ALLOWED
         if planned > allowed:
             allowed = planned
         elif -planned > allowed:

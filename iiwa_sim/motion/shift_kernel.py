@@ -11,7 +11,7 @@ import cython
 import numpy as np
 
 from iiwa_sim.frames import Vector
-from iiwa_sim.motion.spring import Spring, damping
+from iiwa_sim.motion.spring import damping, spring
 from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Feel
 from iiwa_sim.wrench import NO_TOUCH
 
@@ -83,9 +83,9 @@ class Shift:
         if stiffness != self._stiffness:
             self._stiffness = stiffness
             damped = damping(MASS_KG, stiffness, LEAST_DAMPING_NS_PER_M)
-            self._alone = np.array(Spring(MASS_KG, stiffness, damped, self._tick_s).coefficients)
+            self._alone = spring(MASS_KG, stiffness, damped, self._tick_s)
             part_s = self._tick_s / self._substeps
-            self._in_contact = np.array(Spring(MASS_KG, stiffness, damped, part_s).coefficients)
+            self._in_contact = spring(MASS_KG, stiffness, damped, part_s)
         if not self.touches:
             c, tick, a, u = self._alone, self._tick_s, self._place, self._velocity
             for k in range(3):

@@ -1,7 +1,6 @@
 """A mass on a spring and a damper, integrated exactly for any step and any damping."""
 
 from math import sqrt
-from typing import TypeVar
 
 import numpy as np
 
@@ -9,7 +8,6 @@ from iiwa_sim.motion.limits import Array
 
 DAMPING_RATIO = 0.7
 """The published value of the original controller. A step of the force overshoots by 4.6 %."""
-Quantity = TypeVar("Quantity", float, Array)
 
 TAYLOR_TERMS = 16
 """Terms that give all digits for a matrix with a norm of at most 1/2."""
@@ -20,23 +18,14 @@ def damping(mass: float, stiffness: float, least: float = 0.0) -> float:
     return max(2.0 * DAMPING_RATIO * sqrt(stiffness * mass), least)
 
 
-class Spring:
+def spring(mass: float, stiffness: float, damping: float, step_s: float) -> Array:
     """Solves m x'' = f - d x' - k x over a step with constant force f.
 
-    Units: kg, N, m and s, or kg m^2, Nm, rad and s.
+    Gives what x, x' and f count in the new x, then in the new x' (6,). Units: kg, N, m and s, or kg m^2, Nm,
+    rad and s.
     """
-
-    def __init__(self, mass: float, stiffness: float, damping: float, step_s: float) -> None:
-        rates = np.array([[0.0, 1.0, 0.0], [-stiffness / mass, -damping / mass, 1.0 / mass], [0.0, 0.0, 0.0]])
-        matrix = _exponential(rates * step_s).tolist()
-        (self._xx, self._xv, self._xf), (self._vx, self._vv, self._vf), _ = matrix
-        self.coefficients: tuple[float, float, float, float, float, float]
-        """Coefficients of x, v and f for the new x, then for the new v."""
-        self.coefficients = (self._xx, self._xv, self._xf, self._vx, self._vv, self._vf)
-
-    def step(self, x: Quantity, v: Quantity, f: Quantity) -> tuple[Quantity, Quantity]:
-        """Position and velocity after a step; also for arrays."""
-        return (self._xx * x + self._xv * v + self._xf * f, self._vx * x + self._vv * v + self._vf * f)
+    rates = np.array([[0.0, 1.0, 0.0], [-stiffness / mass, -damping / mass, 1.0 / mass], [0.0, 0.0, 0.0]])
+    return _exponential(rates * step_s)[:2].ravel()
 
 
 def _exponential(matrix: Array) -> Array:

@@ -160,7 +160,7 @@ def stated_error(following: Following, points: Sequence[TrajectoryPoint]) -> Arr
         still = (0.0,) * len(following.home)
         knots.insert(0, Knot(0.0, tuple(following.home.tolist()), still, still))
     reference = Reference(knots)
-    error: Array = reference.range(1).magnitude * windows_of(reference, limits).delay_s
+    error: Array = reference.range(1).magnitude * 0.5 * windows_of(reference, limits).width_s
     return error
 
 

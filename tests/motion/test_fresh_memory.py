@@ -1,4 +1,4 @@
-"""Motion does not depend on what memory held before: arrays that numpy leaves as they were are written first."""
+"""Motion does not depend on what memory held before: fresh arrays are written before they are read."""
 
 from __future__ import annotations
 

@@ -34,11 +34,6 @@ class Windows(NamedTuple):
         """How long after the end of the reference the robot rests there."""
         return self.first_s + self.second_s
 
-    @property
-    def delay_s(self) -> float:
-        """How far the robot is behind an even part of the reference."""
-        return 0.5 * self.width_s
-
 
 def windows_of(reference: Reference, limits: JointLimits, *, from_rest: bool = True) -> Windows:
     """The widths with which a reference within the limits of velocity keeps those of acceleration and jerk.
