@@ -67,7 +67,8 @@ class Capsules:
             local.append((*apply(frame, capsule.start), *apply(frame, capsule.end)))
         self._local = np.array(local).reshape(len(local), 6)
         self._ends = np.zeros((len(local), 6))
-        reaches = [[_reach(k, at_zero, capsule) for k in range(1, count + 1)] for capsule in self._capsules]
+        spans = [dist(one.translation, other.translation) for one, other in pairwise(at_zero)]
+        reaches = [_reaches(each, at_zero[each.joints].translation, spans) for each in self._capsules]
         self._reaches = np.array(reaches).reshape(len(reaches), count)
         self._levers = np.max(self._reaches, axis=0, initial=0.0)
         self._nx = self._ny = self._nz = 0.0
@@ -266,17 +267,12 @@ class Capsules:
         return lines - radius - self._radius[b]
 
 
-def _reach(joint: int, frames: Sequence[Transform], capsule: Capsule) -> float:
+def _reaches(capsule: Capsule, last: Vector, spans: Sequence[float]) -> list[float]:
     """No point of a capsule is farther (m) from the axis of a joint that moves it, wherever the robot is; 0
-    of any other joint."""
-    if capsule.joints < joint:
-        return 0.0
-    ways = [frames[k].translation for k in range(joint, capsule.joints + 1)]
-    chain = sum(_distance_between(a, b) for a, b in pairwise(ways))
-    last = frames[capsule.joints].translation
-    ends = max(_distance_between(last, end) for end in (capsule.start, capsule.end))
-    return chain + ends + capsule.radius_m
-
-
-def _distance_between(a: Vector, b: Vector) -> float:
-    return dist(a, b)
+    for any other joint. `last` is the origin of the frame it is fixed to, with all joints at 0, and `spans`
+    are from each frame to the next."""
+    own = max(dist(last, end) for end in (capsule.start, capsule.end))
+    return [
+        sum(spans[joint : capsule.joints]) + own + capsule.radius_m if joint <= capsule.joints else 0.0
+        for joint in range(1, len(spans) + 1)
+    ]

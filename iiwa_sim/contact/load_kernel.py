@@ -59,6 +59,8 @@ class ExternalLoad(Acting):
     """The surfaces; changes are felt from the next tick on."""
     looks_at_itself: int = cython.declare(cython.long, visibility="readonly")
     """The tick in which links could meet each other at the earliest."""
+    itself: Itself = cython.declare(object, visibility="readonly")
+    """The links of the arm, as they meet each other."""
     levers_m: tuple[float, ...] = cython.declare(object, visibility="readonly")
     """No joint's axis is farther from the TCP (m), wherever the robot is; base first."""
     _model: Any
@@ -66,7 +68,6 @@ class ExternalLoad(Acting):
     _tool: Any  # what is worn
     _jaws: Any
     _parts: Any  # that lie near, by name
-    _itself: Any
     _surrounded: Any  # the number of changes of the world that the links know of
     _settled: Any  # and when a tick left all contacts unchanged
     _at_world: TcpTouch  # the TCP
@@ -90,7 +91,10 @@ class ExternalLoad(Acting):
         self._tool = tuple(Worn(capsule, SURFACES + PARTS) for capsule in tool)
         self._jaws = ()
         self._parts = {}
-        self._itself = None
+        fixed, at = model.tcp_of_flange.fixed, model.description
+        self.itself = Itself(
+            fixed, capsules_of(at), [each.capsule for each in self._tool], at.home, at.velocity
+        )
         self.looks_at_itself = 0
         self._surrounded = self._settled = NEVER
         self._at_world = TcpTouch(self.world)
@@ -111,16 +115,6 @@ class ExternalLoad(Acting):
             self._links.wear([*self._tool, *self._jaws])
         links: Links = self._links
         return links
-
-    @property
-    def itself(self) -> Itself:
-        """The links of the arm, as they meet each other."""
-        if self._itself is None:
-            fixed, at = self._model.tcp_of_flange.fixed, self._model.description
-            tool = [each.capsule for each in self._tool]
-            self._itself = Itself(fixed, capsules_of(at), tool, at.home, at.velocity)
-        itself: Itself = self._itself
-        return itself
 
     def jaws_are(self, jaws: Sequence[Worn]) -> None:
         """The jaws of a gripper, as in the flange, are there now."""
