@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any, ClassVar, NamedTuple
 
 from iiwa_sim.simulator import Simulator
-from tests.krc4_talking import Reply, replies, request
+from tests.krc4_talking import FULL, Reply, elements, replies, request
 from tests.talking import DEADLINE_S, PAUSE_S, Client, until
 
 
@@ -73,11 +73,7 @@ class IiwaDriver(Driver):
 
 
 def _answer(message_id: int, command: int, **values: int) -> bytes:
-    named = {f"I{place}": "0" for place in range(10)} | {f"R{place}": "0.0" for place in range(10)}
-    named |= {"I0": str(message_id), "I1": str(command)} | {
-        name: str(value) for name, value in values.items()
-    }
-    return f"<Res>{''.join(f'<{name}>{value}</{name}>' for name, value in named.items())}</Res>".encode()
+    return elements("Res", {**FULL, "I0": message_id, "I1": command, **values})
 
 
 class Krc4Driver(Driver):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import socket
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple, Self
 
-from tests.talking import DEADLINE_S
+from tests.talking import DEADLINE_S, wait_until
 
 IDS = {
     "STO": 1,
@@ -22,6 +22,8 @@ IDS = {
     "GOP": 310,
     "GOA": 320,
 }
+FULL = {f"I{place}": "0" for place in range(10)} | {f"R{place}": "0.0" for place in range(10)}
+"""The values of a reply."""
 
 
 class Reply(NamedTuple):
@@ -38,18 +40,23 @@ class Reply(NamedTuple):
         return self.integers[2] if self.command < 0 else None
 
 
-def request(message_id: int, tag: str, *reals: float, **integers: int) -> bytes:
-    """A message with child elements: reals from R0 on, and integers by their names."""
-    root = ET.Element("Cmd")
-    values: dict[str, float] = {"I0": message_id, "I1": IDS[tag], **integers}
-    values |= {f"R{place}": value for place, value in enumerate(reals)}
+def elements(tag: str, values: Mapping[str, object]) -> bytes:
+    """A message with its values as child elements."""
+    root = ET.Element(tag)
     for name, value in values.items():
-        ET.SubElement(root, name).text = repr(value)
+        ET.SubElement(root, name).text = str(value)
     return ET.tostring(root)
 
 
-def in_attributes(values: Mapping[str, object]) -> bytes:
-    return ET.tostring(ET.Element("Cmd", {name: str(value) for name, value in values.items()}))
+def attributes(tag: str, values: Mapping[str, object]) -> bytes:
+    """The same with attributes."""
+    return ET.tostring(ET.Element(tag, {name: str(value) for name, value in values.items()}))
+
+
+def request(message_id: int, tag: str, *reals: float, **integers: int) -> bytes:
+    """One with child elements: reals from R0 on, and integers by their names."""
+    numbers = {f"R{place}": value for place, value in enumerate(reals)}
+    return elements("Cmd", {"I0": message_id, "I1": IDS[tag], **integers, **numbers})
 
 
 def replies(wire: bytes) -> list[Reply]:
@@ -113,12 +120,5 @@ class Krc4Client:
             wire += came
         return wire
 
-    def until(self, condition: Callable[[], bool]) -> None:
-        """Asks again and again."""
-        for _ in range(100_000):
-            if condition():
-                return
-        raise AssertionError("never")
-
     def until_idle(self) -> None:
-        self.until(lambda: self.ask("FIN").integers[2] == 1)
+        wait_until(lambda: self.ask("FIN").integers[2] == 1)

@@ -12,8 +12,6 @@ import pytest
 from numpy.typing import NDArray
 
 from iiwa_sim.cell.cell import Cell
-from iiwa_sim.contact.world_kernel import World
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
 from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame, Transform, compose
@@ -49,32 +47,21 @@ class SteppedRobot:
         robot: str | RobotDescription = "lbr_iiwa_7_r800",
         tick_s: float = 0.002,
         servo_timeout_s: float | None = None,
-        world: World | None = None,
         cell: Cell | None = None,
     ) -> None:
-        """A `cell` has a robot and a world of its own."""
+        """A `cell` has a robot of its own."""
         if cell is None:
             alone = load_robot(robot) if isinstance(robot, str) else robot
             cell = Cell(alone, alone.home, alone.tool_in_flange)
-        else:
-            world = cell.world()
         self.description = cell.description
         self.tool_in_flange = cell.tool_in_flange
         self.faults: list[tuple[int, str]] = []
         self.contacts: list[Contact] = []
-        self.controller = Controller(
-            self.description,
+        self.controller = cell.controller(
             tick_s,
-            start=cell.start,
-            tool_in_flange=cell.tool_in_flange,
-            noise=cell.noise(),
-            safety=cell.safety,
-            tool=cell.tool,
-            handled=cell.handled,
             servo_timeout_s=servo_timeout_s,
             on_fault=lambda code, reason: self.faults.append((code, reason)),
             on_contact=self._meets,
-            world=world,
         )
         self.model = Model(self.description)
         self.tick_s = tick_s

@@ -24,7 +24,7 @@ from iiwa_sim.dialect.wire.wire_faults import Drop, Split
 from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator
-from tests.krc4_talking import IDS, Krc4Client, in_attributes, replies, request
+from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
 from tests.processes import Process, fails, running
 from tests.talking import DEADLINE_S
 
@@ -82,7 +82,7 @@ def test_each_message_is_answered_and_does_what_it_says(client: Krc4Client) -> N
 
 @pytest.mark.requirement("FRA101")
 def test_many_messages_in_a_packet_and_one_in_many(client: Krc4Client) -> None:
-    client.send(b"".join(in_attributes({"I0": number, "I1": 100}) for number in range(200)))
+    client.send(b"".join(attributes("Cmd", {"I0": number, "I1": 100}) for number in range(200)))
     assert [client.reply().id for _ in range(200)] == list(range(200))
     for byte in request(7, "GOP"):
         client.send(bytes([byte]))

@@ -8,8 +8,7 @@ from collections.abc import Callable, Mapping
 import pytest
 
 from iiwa_sim.client import Krc4
-
-FULL = {f"I{place}": "0" for place in range(10)} | {f"R{place}": "0.0" for place in range(10)}
+from tests.krc4_talking import FULL, elements
 
 
 def asked(wire: bytes) -> dict[str, str]:
@@ -19,23 +18,14 @@ def asked(wire: bytes) -> dict[str, str]:
     return {child.tag: child.text or "" for child in root}
 
 
-def elements(values: Mapping[str, object]) -> bytes:
-    body = "".join(f"<{name}>{value}</{name}>" for name, value in values.items())
-    return f"<Res>{body}</Res>".encode()
-
-
-def attributes(values: Mapping[str, object]) -> bytes:
-    return ET.tostring(ET.Element("Res", {name: str(value) for name, value in values.items()}))
-
-
 def replying(
-    write: Callable[[Mapping[str, object]], bytes] = elements, **values: object
+    write: Callable[[str, Mapping[str, object]], bytes] = elements, **values: object
 ) -> Callable[[bytes], bytes]:
     """Answers each request with its ids and these values."""
 
     def answer(wire: bytes) -> bytes:
         request = asked(wire)
-        return write(FULL | {"I0": request["I0"], "I1": request["I1"]} | values)
+        return write("Res", FULL | {"I0": request["I0"], "I1": request["I1"]} | values)
 
     return answer
 

@@ -17,11 +17,13 @@ from iiwa_sim.client.messages import LARGEST_INTEGER, SMALLEST_INTEGER, MessageC
 from iiwa_sim.client.xml_replies import XmlReplies
 from iiwa_sim.dialect.krc4.stream import XmlStream
 from iiwa_sim.dialect.krc4.table import understand
-from tests.client.krc4_peers import FULL, asked, assert_closed, attributes, elements, replying
+from tests.client.krc4_peers import asked, assert_closed, replying
 from tests.client.peers import Peer, be_impatient
+from tests.krc4_talking import FULL, attributes, elements
 
 KINDS = (Krc4, AsyncKrc4)
 DEADLINE_S = 30.0
+Write = Callable[[str, Mapping[str, object]], bytes]
 
 
 def test_a_request_holds_all_twenty_values(connect: Callable[..., tuple[Krc4, Peer]]) -> None:
@@ -54,7 +56,7 @@ def test_ids_count_on_from_one_and_stay_within_32_bit() -> None:
 
 @pytest.mark.parametrize("write", [elements, attributes])
 def test_values_may_be_elements_or_attributes(
-    connect: Callable[..., tuple[Krc4, Peer]], write: Callable[[Mapping[str, object]], bytes]
+    connect: Callable[..., tuple[Krc4, Peer]], write: Write
 ) -> None:
     client, _ = connect(replying(write, **{f"R{place}": -place / 4 for place in range(6)}))
     assert client.goa() == (0.0, -0.25, -0.5, -0.75, -1.0, -1.25)
@@ -69,11 +71,9 @@ def test_what_stands_between_replies_does_no_harm(connect: Callable[..., tuple[K
 
 
 @given(st.data(), st.sampled_from([elements, attributes]))
-def test_replies_may_be_cut_anywhere(
-    data: st.DataObject, write: Callable[[Mapping[str, object]], bytes]
-) -> None:
+def test_replies_may_be_cut_anywhere(data: st.DataObject, write: Write) -> None:
     sent = [FULL | {"I0": str(number), "R9": "-1.5e-3"} for number in range(3)]
-    wire = b"\n".join(map(write, sent))
+    wire = b"\n".join(write("Res", each) for each in sent)
     cuts = sorted(data.draw(st.sets(st.integers(1, len(wire) - 1), max_size=8)))
     replies, came = XmlReplies(), []
     for start, end in zip([0, *cuts], [*cuts, len(wire)], strict=True):
@@ -109,7 +109,7 @@ def test_a_reply_to_something_else_ends_the_connection(
     connect: Callable[..., tuple[Krc4, Peer]],
     values: dict[str, object],
     match: str,
-    write: Callable[[Mapping[str, object]], bytes],
+    write: Write,
 ) -> None:
     client, _ = connect(replying(write, **values))
     with pytest.raises(ReplyError, match=f"^FIN was answered.*{match}"):
@@ -141,7 +141,7 @@ BOMB = b"<!DOCTYPE Res [<!ENTITY a 'aaaaaaaaaa'><!ENTITY b '&a;&a;&a;&a;&a;&a;&a
         (b"<Res><I0>1</I0><I0>1</I0></Res>", "'I0' twice"),
         (b"<Res I0='" + b">" * 60_000, "more than 100 > in a reply"),
         (b"<Res/>", "the values of none"),
-        (elements({"I0": 1, "I1": 100}), "the values I0, I1"),
+        (elements("Res", {"I0": 1, "I1": 100}), "the values I0, I1"),
     ],
 )
 def test_rubbish_ends_the_connection(

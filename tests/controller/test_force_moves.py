@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from math import inf, nan
 from typing import Any
@@ -12,8 +13,8 @@ import pytest
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.contact.shapes import Plane, Shape, Sphere
-from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.frames import Frame, apply, inverse
 from iiwa_sim.motion.joints import Joints
@@ -151,7 +152,7 @@ def test_down_onto_a_table_it_rests_where_stiffness_and_stop_distance_say(
     table = surface(shape, at(start[0], start[1], top_m - below_m), stiffness=stiffness)
     runs = []
     for _ in range(2):
-        robot = SteppedRobot(world=World([table], RADIUS))
+        robot = SteppedRobot(cell=replace(robot_alone(), contact_radius_m=RADIUS, surfaces=(table,)))
         robot.goes_to(START)
         here = robot.controller.tool_frame()
         robot.controller.move(

@@ -18,6 +18,15 @@ from tests.journal import Journal
 class FakeRobot:
     """Stands for the controller: plans nothing, accepts every move unless told otherwise."""
 
+    status = staticmethod(lambda: RobotStatus(2, 0, 1, 1, 0, 0, 0))
+    tool_frame = staticmethod(lambda: Frame(600.0, 0.0, 500.5, 3.0, -0.0, 1e-5))
+    flange_frame = staticmethod(lambda: Frame(1.0, 2.0, 3.0, 0.4, 0.5, 0.6))
+    goal_frame = staticmethod(lambda: Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0))
+    goal_joints = (1.0, 0.5, -0.25, -1.0, 0.0, 0.25, 1.5)
+    distance_to_goal_mm = staticmethod(lambda: 100.25)
+    cartesian_force = staticmethod(lambda: (1.5, -2.5, 3.0, 0.0, 0.0, -0.125))
+    joint_torque = staticmethod(lambda: (7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0))
+
     def __init__(self) -> None:
         self.moves: list[MoveRequest] = []
         self.asked: list[MoveRequest] = []
@@ -74,9 +83,6 @@ class FakeRobot:
     def reset_error(self) -> None:
         self.last_error = None
 
-    def status(self) -> RobotStatus:
-        return RobotStatus(2, 0, 1, 1, 0, 0, 0)
-
     def stop(self) -> None:
         self.stops += 1
         self.end(*self.pending)
@@ -86,28 +92,6 @@ class FakeRobot:
 
     def clear_queue(self) -> None:
         self.clears += 1
-
-    def tool_frame(self) -> Frame:
-        return Frame(600.0, 0.0, 500.5, 3.0, -0.0, 1e-5)
-
-    def flange_frame(self) -> Frame:
-        return Frame(1.0, 2.0, 3.0, 0.4, 0.5, 0.6)
-
-    @property
-    def goal_joints(self) -> tuple[float, ...]:
-        return (1.0, 0.5, -0.25, -1.0, 0.0, 0.25, 1.5)
-
-    def goal_frame(self) -> Frame:
-        return Frame(600.0, 100.0, 500.5, 3.0, 0.0, 0.0)
-
-    def distance_to_goal_mm(self) -> float:
-        return 100.25
-
-    def cartesian_force(self) -> tuple[float, ...]:
-        return (1.5, -2.5, 3.0, 0.0, 0.0, -0.125)
-
-    def joint_torque(self) -> tuple[float, ...]:
-        return (7.0, 6.0, 5.0, 4.0, 3.0, 2.0, 1.0)
 
 
 class Conversation:

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 
 from iiwa_sim.cell.cell import load_cell, robot_alone
 from iiwa_sim.contact.noise import NoiseLevels
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.frames import Frame
 from iiwa_sim.plot.draw import draw, picture
 from iiwa_sim.plot.record import Recording, record
@@ -46,13 +45,8 @@ def bands(axes: Axes) -> list[tuple[float, ...]]:
 def test_forces_are_those_of_the_controller_bit_for_bit(probing: Recording) -> None:
     cell = load_cell(TABLE)
     contacts = []
-    controller = Controller(
-        cell.description,
-        0.002,
-        start=cell.start,
-        tool_in_flange=cell.tool_in_flange,
-        world=cell.world(),
-        on_contact=lambda contact: contacts.append((controller.tick, contact)),
+    controller = cell.controller(
+        0.002, on_contact=lambda contact: contacts.append((controller.tick, contact))
     )
     down = Frame(600, 0, 280, 3.14159265359, 0, 3.14159265359)
     controller.move(lin_move(down._replace(z_mm=320), 0.5, 0.0))

@@ -74,13 +74,7 @@ class Robot:
         controller: Controller | None = None,
     ) -> None:
         self.cell = robot_alone() if cell is None else cell
-        self.controller = controller or Controller(
-            self.cell.description,
-            1.0 / RATE_HZ,
-            world=self.cell.world(),
-            noise=self.cell.noise(),
-            handled=self.cell.handled,
-        )
+        self.controller = controller or self.cell.controller(1.0 / RATE_HZ)
         self.dialogue = Dialogue(lambda: self.controller.tick)
         self.recorder = Recorder(
             path,

@@ -14,7 +14,7 @@ from iiwa_sim.simulator import Simulator
 from iiwa_sim.transcript.fault import TranscriptFault
 from iiwa_sim.transcript.lines import Answered, Compare, Transcript, read, read_file
 from iiwa_sim.transcript.replay import replay
-from tests.krc4_talking import IDS, Krc4Client, in_attributes, request
+from tests.krc4_talking import IDS, Krc4Client, attributes, request
 from tests.simulated_time import SimulatedTime
 
 HOME_DEG = (0.0, -90.0, 90.0, 0.0, 90.0, 0.0)
@@ -51,7 +51,7 @@ def talk(simulator: Simulator) -> None:
             one.reply()
         one.ask("PTP", 9999.0)
         for wire in (
-            in_attributes({"I0": 7, "I1": 310}),
+            attributes("Cmd", {"I0": 7, "I1": 310}),
             b"<?xml version='1.0'?><!-- {GOA R0} --><Cmd>\n<I0> 8</I0><I1>\t320</I1></Cmd>",
             b"<Cmd><I0>9</I0><I0>9</I0></Cmd>",
             b"<Cmd>7<I0>1</I0></Cmd>",

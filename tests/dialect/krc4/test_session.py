@@ -16,7 +16,7 @@ from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH
 from tests.journal import Journal
-from tests.krc4_talking import IDS, Reply, in_attributes, replies, request
+from tests.krc4_talking import IDS, Reply, attributes, replies, request
 from tests.samples import some
 from tests.stepped import SteppedRobot, assert_straight, assert_within_limits
 
@@ -223,7 +223,7 @@ def test_a_refusal_has_minus_the_id_and_the_number_of_the_error(
 
 def test_attributes_and_elements_mean_the_same_and_what_is_absent_is_0() -> None:
     _, talk = at_home()
-    assert talk.says(in_attributes({"I0": 5, "I1": 100})) == talk.says(
+    assert talk.says(attributes("Cmd", {"I0": 5, "I1": 100})) == talk.says(
         b"<Cmd><I0> 5 </I0><I1>\n100</I1></Cmd>"
     )
     assert talk.says(b"<Cmd I1='100'/>")[0].id == 0
