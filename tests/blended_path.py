@@ -197,21 +197,13 @@ class Places:
         return going
 
     def _lost(self, k: int, before: Flags) -> str:
-        """What is wrong at tick k of the run, as seen from where the robot was the tick before."""
-        said = [f"tick {k} of the run from tick {self.run.first}, at {self.ticks.q[k].tolist()}:"]
-        for place in np.flatnonzero(before).tolist():
-            i, blending = divmod(place, 2)
-            kind = self.run.moves[i].kind
-            said.append(f"{'blending after' if blending else 'on'} move {i} ({kind}) before; now")
-            said += [
-                f"{self.off[k, j]:.3g} tolerances off move {j} at s = {self.s[k, j]:.6f},"
-                for j in range(i, min(i + 2, len(self.run.moves)))
-            ]
-            said += [
-                f"{self.offset[k, j]:.6f} from corner {j} (region {self.radius[j]:.6f}),"
-                for j in range(i, min(i + 2, len(self.radius)))
-            ]
-        return " ".join(said)
+        """What is wrong at tick k of the run: places are moves, and corners between them."""
+        kinds, was = [move.kind for move in self.run.moves], np.flatnonzero(before).tolist()
+        return (
+            f"tick {k} of the run from tick {self.run.first}, at {self.ticks.q[k].tolist()}, was at one "
+            f"of the places {was} of {kinds}; now {self.off[k]} tolerances off moves at s = {self.s[k]}, and "
+            f"{self.offset[k]} from the corners, whose regions are {self.radius}"
+        )
 
     def passed(self, corner: int) -> bool:
         """Whether a corner was surely passed before the run ended."""

@@ -23,7 +23,7 @@ Falsify = Callable[[Run], list[Joints]]
 
 
 def found_off_its_path(found: bool = True) -> AbstractContextManager[object]:
-    return pytest.raises(AssertionError, match="tolerances off move") if found else nullcontext()
+    return pytest.raises(AssertionError, match="tolerances off moves") if found else nullcontext()
 
 
 def exact_run(kind: str = "lin", speed_rel: float = 0.2) -> Run:

@@ -12,26 +12,6 @@ from tests.stepped import SteppedRobot
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CELLS = sorted(file for file in EXAMPLES.glob("*.toml") if file.name != "fleet.toml")
 TICK_S = 0.001
-DOWN = "3.14159265359 0 3.14159265359"
-"""Orientation on the wire of a tool that points down."""
-
-TOOL = """
-[tool_in_flange]
-x_mm = 0
-y_mm = 0
-z_mm = 150
-alpha = 0
-beta = 0
-gamma = 0
-"""
-TABLE = """
-[[box]]
-name = "table"
-size_mm = [800, 1000, 40]
-x_mm = 600
-z_mm = 280
-stiffness_n_per_m = 20000
-"""
 GRIPPER = """
 [gripper]
 stroke_mm = 80

@@ -15,8 +15,26 @@ from iiwa_sim.cell.summary import summary
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Sphere
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import RobotFault, load_robot
-from tests.cell.cells import TABLE, TOOL, cell_from
+from tests.cell.cells import cell_from
 from tests.robot.arms import copy_of_robot, edit
+
+TOOL = """
+[tool_in_flange]
+x_mm = 0
+y_mm = 0
+z_mm = 150
+alpha = 0
+beta = 0
+gamma = 0
+"""
+TABLE = """
+[[box]]
+name = "table"
+size_mm = [800, 1000, 40]
+x_mm = 600
+z_mm = 280
+stiffness_n_per_m = 20000
+"""
 
 ALL_SURFACES = """
 [[sphere]]

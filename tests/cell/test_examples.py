@@ -7,7 +7,10 @@ import pytest
 
 from iiwa_sim.cell.cell import load_cell
 from iiwa_sim.cell.summary import summary
-from tests.cell.cells import CELLS, DOWN, EXAMPLES, SteppedDriver
+from tests.cell.cells import CELLS, EXAMPLES, SteppedDriver
+
+DOWN = "3.14159265359 0 3.14159265359"
+"""Orientation on the wire of a tool that points down."""
 
 
 @pytest.fixture
