@@ -78,15 +78,22 @@ class MovesDescriber:
         self._at_most = at_most
         self._known: dict[Planned, DescribedMove] = {}
         self._tool_in_flange: Transform | None = None
+        self._signs = (0, 0, 0)
+        self._last = DescribedMoves(0, ())
 
     def describe(self) -> DescribedMoves:
         """What runs and what waits now."""
         controller, known = self._controller, self._known
-        if self._tool_in_flange != controller.tool_in_flange:
+        has_tool = self._tool_in_flange == controller.tool_in_flange
+        signs = (controller.move_under_way, controller.accepted, controller.queue)
+        if has_tool and signs[0] and signs == self._signs:  # a normal move runs, and nothing has come or gone
+            return self._last
+        if not has_tool:
             self._tool_in_flange, known = controller.tool_in_flange, {}
         planned = controller.planned
         self._known = {each: known.get(each) or self._described(each) for each in planned[: self._at_most]}
-        return DescribedMoves(len(planned), tuple(self._known.values()))
+        self._signs, self._last = signs, DescribedMoves(len(planned), tuple(self._known.values()))
+        return self._last
 
     def _described(self, move: Planned) -> DescribedMove:
         frame = self._controller.tcp_frame_at(move.joints)
