@@ -133,7 +133,13 @@ class Capsules:
         middle = self.distance(s, ax + 0.5 * dx, ay + 0.5 * dy, az + 0.5 * dz)
         if half == 0.0 or middle - half - radius > enough:
             return middle - half - radius, 0.5
-        # The distance to a convex body is convex along a line.
+        # The distance to a convex body is convex along a line: from one end to the middle it is nowhere less
+        # than on the straight line through middle and other end.
+        if self._mx == 0.0 and self._my == 0.0 and self._mz == 0.0:
+            ends = max(self.distance(s, ax, ay, az), self.distance(s, ax + dx, ay + dy, az + dz))
+            bound = min(middle, 2.0 * middle - ends) - radius
+            if bound > enough:
+                return bound, 0.5
         low: cython.double = 0.0
         high: cython.double = 1.0
         left: cython.double = 1.0 - _GOLDEN

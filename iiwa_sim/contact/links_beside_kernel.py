@@ -21,7 +21,7 @@ else:
 
 NEAR_M = 0.02
 """Of a pair that is farther apart (m) only a bound of the distance is found."""
-_NEAR_M = cython.declare(cython.double, NEAR_M)
+_TOUCHES_M = cython.declare(cython.double, 1e-3)  # who asks whether a part may be touched needs no more
 _PARTS = cython.declare(cython.int, PARTS)
 
 
@@ -119,7 +119,7 @@ class LinksBeside(LinkForces):
         for c in range(self._capsule_count):
             if self._can_feel(c, s):
                 self._recall(c, s)
-                gap, _part = self.gap(c, s, min(least, _NEAR_M))
+                gap, _part = self.gap(c, s, min(least, _TOUCHES_M))
                 least = min(least, gap)
         return float(least)
 
