@@ -6,13 +6,12 @@ from collections.abc import Callable, Sequence
 from math import cos, dist, pi, sin
 from typing import Any, NamedTuple
 
-from iiwa_sim.contact.at_tcp_kernel import farthest_way, velocity_between
+from iiwa_sim.contact.at_tcp_kernel import farthest_way
 from iiwa_sim.contact.shapes import Box, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.world_kernel import World
+from iiwa_sim.contact.world_kernel import World, feel_all
 from iiwa_sim.frames import Transform, Vector, apply
 from iiwa_sim.handling.part import LEVEL, Part
-from iiwa_sim.wrench import NO_TOUCH
 
 NEAR_M = 0.05
 """Surfaces farther away are not looked at until the part has come so far."""
@@ -155,26 +154,9 @@ class Touching:
             if self.besides is None:
                 self._free_m = min(NEAR_M - gone_m, self._known_m - turned_m)
             return
-        fx = fy = fz = tx = ty = tz = 0.0
-        if self.besides is not None:
-            (fx, fy, fz), (tx, ty, tz) = self.besides
-        rolls = self._points.radius_m > 0.0
-        for point, world in self._worlds.items():
-            if rolls:
-                world.roll(pose.rotation)
-            place = apply(pose, self._points.places[point])
-            was = self._places.get(point, place)
-            self._places[point] = place
-            touch = world.feel(place, velocity_between(was, place, tick_s), tick_s)
-            if touch is NO_TOUCH:
-                continue
-            (ax, ay, az), (bx, by, bz) = touch
-            x, y, z = (a - b for a, b in zip(place, middle, strict=True))
-            fx, fy, fz = fx + ax, fy + ay, fz + az
-            tx += bx + y * az - z * ay
-            ty += by + z * ax - x * az
-            tz += bz + x * ay - y * ax
-        self.force, self.torque = (fx, fy, fz), (tx, ty, tz)
+        besides = self.besides or (STILL, STILL)
+        places, own = self._places, self._points.places
+        self.force, self.torque = feel_all(self._worlds, own, places, pose, tick_s, besides)
 
     def _look(self, middle: Vector, surfaces: Sequence[Surface]) -> None:
         """Find the surfaces that may be touched before it has gone `NEAR_M`."""
@@ -188,7 +170,11 @@ class Touching:
                 friction=part.friction,
             )
             for each in surfaces
-            if each.name in pushing or each.nearest(*middle)[0] <= reach
+            if each.name in pushing
+            or (
+                dist(middle, each.pose.translation) - each.shape.extent <= reach
+                and each.nearest(*middle)[0] <= reach
+            )
         }
         if near != self._near:
             for world in self._worlds.values():
