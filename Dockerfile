@@ -23,17 +23,21 @@ RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['p
         > libraries.txt \
     && /opt/iiwa-sim/bin/pip install --no-cache-dir --requirement libraries.txt
 
-# Headers, static libraries, tests and what of numpy only its user would load go; a library under three names becomes
-# links to one. The .pyc files stay: they halve the start.
+# Headers, static libraries, tests and what of numpy and websockets only their users would load go; a library under three
+# names becomes links to one. The .pyc files stay: they halve the start. Pinocchio asks its own folder for GCC's libgomp first:
+# with it there the image takes nothing from apt.
 WORKDIR /opt/iiwa-sim/lib/python/site-packages
 RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
         numpy/distutils numpy/f2py numpy/fft numpy/ma numpy/testing \
+        websockets/legacy websockets/sync websockets/trio \
     && find . -type d '(' -name include -o -name tests -o -name cmake -o -name pkgconfig ')' -prune -exec rm -rf {} + \
     && find . '(' -name '*.a' -o -name '*.pyi' ')' -delete \
-    && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix
+    && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix \
+    && cp -L /usr/lib/*-linux-gnu/libgomp.so.1 cmeel.prefix/lib
 
 # Libraries that nobody maps go, Assimp's stand-in takes its place, symbols go (but not of what numpy.libs has: strip
-# leaves those misaligned). Isolated (-I), the check imports what is installed; otherwise the checkout in /src comes first.
+# leaves those misaligned), and so do .pyc files of kernels, whose compiled modules are loaded in their place. Isolated (-I),
+# the check imports what is installed; otherwise the checkout in /src comes first.
 WORKDIR /src
 COPY . .
 # Git is not in here to tell the version; where nobody does, setuptools-scm takes that of pyproject.toml.
@@ -46,7 +50,8 @@ RUN SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM="${VERSION}" \
         -exec strip --strip-unneeded {} + \
     && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py --check \
     && /opt/iiwa-sim/bin/pip uninstall --yes setuptools pip \
-    && rm -f /opt/iiwa-sim/lib/python/site-packages/*.dist-info/RECORD
+    && rm -f /opt/iiwa-sim/lib/python/site-packages/*.dist-info/RECORD \
+    && find /opt/iiwa-sim -name '*_kernel.*.pyc' -delete
 
 
 # What the live page needs on top, as a tree to be laid over the other: its libraries, of which websockets may be another
@@ -98,12 +103,7 @@ LABEL org.opencontainers.image.title="iiwa-sim" \
       org.opencontainers.image.version="${VERSION}" \
       org.opencontainers.image.revision="${REVISION}"
 
-# hadolint ignore=DL3008
-RUN apt-get update \
-    && apt-get install --yes --no-install-recommends libgomp1 \
-    && apt-get clean \
-    && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin \
-    && useradd --uid 10001 --no-create-home --shell /usr/sbin/nologin iiwa
+RUN useradd --uid 10001 --no-create-home --no-log-init --shell /usr/sbin/nologin iiwa
 COPY --from=build /opt/iiwa-sim /opt/iiwa-sim
 # One thread for linear algebra: arrays are small here, and a pool of threads takes its time to start.
 ENV PATH=/opt/iiwa-sim/bin:$PATH \
@@ -132,7 +132,8 @@ EXPOSE 8080
 
 
 # docker build --target ros: a node of ROS 1, with a master and the tools to try it with. Debian 12 has these packages.
-# What they bring for C++ is not unpacked: nodes and tools in Python map none of it.
+# What they bring for C++ is not unpacked: nodes and tools in Python map none of it. Their logs, and the types that genpy
+# makes, go to /dev/shm, which any user may write to, also where the root is read-only.
 FROM robot AS ros
 
 USER 0
@@ -147,14 +148,15 @@ RUN printf 'path-exclude=%s\n' \
     && apt-get clean \
     && rm -rf /var/lib/apt/lists/* /var/cache/apt/*.bin \
     && python -I -c "import sys; sys.path.append('/usr/lib/python3/dist-packages'); import iiwa_sim.ros.ros1.node"
-ENV ROS_LOG_DIR=/tmp/ros \
+ENV ROS_LOG_DIR=/dev/shm \
+    TMPDIR=/dev/shm \
     ROS_PACKAGE_PATH=/opt/iiwa-sim/lib/python/site-packages/iiwa_sim/protocol/rmi
 USER 10001
 ENTRYPOINT ["iiwa-sim", "--ros"]
 
 
-# docker build --target ros2: a node of ROS 2 (x86-64). Others are met in the container's network; /dev/shm is where Fast DDS
-# writes in any case.
+# docker build --target ros2: a node of ROS 2 (x86-64). Others are met in the container's network; Fast DDS writes to
+# /dev/shm, too.
 FROM robot AS ros2
 
 USER 0

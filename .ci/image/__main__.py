@@ -52,16 +52,10 @@ def main() -> None:
             trial.try_ros2(builder, "iiwa-sim-ros2")
         master = f"http://127.0.0.1:{(port := trial.free_port())}"
         with trial.running(
-            builder,
-            "iiwa-sim-ros",
-            "--tmpfs",
-            "/tmp",
-            "--entrypoint",
-            "rosmaster",
-            then=("--core", "-p", str(port)),
+            builder, "iiwa-sim-ros", "--entrypoint", "rosmaster", then=("--core", "-p", str(port))
         ) as ros:
             ros.answer(port, b"GET / HTTP/1.0\r\n\r\n")
-            node = ["--tmpfs", "/tmp", "--env", f"ROS_MASTER_URI={master}", "--env", "ROS_IP=127.0.0.1"]
+            node = ["--env", f"ROS_MASTER_URI={master}", "--env", "ROS_IP=127.0.0.1"]
             trial.try_image(builder, "iiwa-sim-ros", *node)
 
 
