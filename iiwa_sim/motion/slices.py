@@ -19,15 +19,3 @@ def at_once(slices: Slices[T]) -> T:
         except StopIteration as end:
             result: T = end.value
             return result
-
-
-def at_most(count: int, slices: Slices[T]) -> Slices[T]:
-    """Run in at most `count` slices, the last of which takes all that is left."""
-    for _ in range(count - 1):
-        try:
-            next(slices)
-        except StopIteration as end:
-            result: T = end.value
-            return result
-        yield
-    return at_once(slices)

@@ -17,7 +17,7 @@ from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.front_kernel import kept
 from iiwa_sim.motion.queue.motion_kernel import Motion, add_times
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.rows import UNIT_S
+from iiwa_sim.motion.queue.rows_kernel import UNIT_S
 from iiwa_sim.motion.timing.bounds_kernel import Rows
 
 KEPT_S = 0.01

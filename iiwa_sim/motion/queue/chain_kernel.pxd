@@ -1,6 +1,6 @@
 # For kernels that follow a way: `find`, `at`, then what lies in `here`.
 cdef class Way:
-    cdef readonly object edges         # x where third derivatives over x jump, or may change fast, rising
+    cdef double[::1] edges             # x where third derivatives over x jump, or may change fast, rising
     cdef double[::1] targets
     cdef double[::1] before
     cdef double[::1] after

@@ -245,7 +245,7 @@ class Motion:
 
         They are looked for at these times, on both sides of knots, and at the marks of corners.
         """
-        marks: cython.double[::1] = self.way.edges
+        marks = self.way.edges
         e: cython.Py_ssize_t = 0
         for p in range(times.shape[0] - 1):
             for i in range(self.way.joint_count):

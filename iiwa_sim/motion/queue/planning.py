@@ -13,8 +13,9 @@ from iiwa_sim.motion.queue.controls_kernel import through
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.rows import UNIT_S, rows_along
+from iiwa_sim.motion.queue.rows_kernel import UNIT_S, layout, write
 from iiwa_sim.motion.slices import Slices, at_once
+from iiwa_sim.motion.timing.bounds_kernel import Rows
 from iiwa_sim.motion.timing.clock import fastest, guess, quick, steady
 from iiwa_sim.motion.timing.run_kernel import caps, moving_average, phases, rest_to_rest, run
 from iiwa_sim.motion.timing.widths_kernel import switches, widths
@@ -33,6 +34,8 @@ joint."""
 NOWHERE_S = np.empty(0)
 MANY_SAMPLES = 400
 """A nominal motion of fewer samples of x is planned in one slice."""
+CELLS_IN_SLICE = 40
+"""So many cells are asked at once what bounds the clock over them."""
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 SHORTEST_S = 1e-4
@@ -48,7 +51,7 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
     controls, cells_s = nominal
     frozen = front.frozen
     yield
-    rows = yield from rows_along(course.way, controls[frozen:], front.rows)
+    rows = yield from _rows_along(course.way, controls[frozen:], front.rows)
     if frozen:
         # The clock of before as far as x is kept, then one at an even pace.
         c = np.concatenate([front.clock[frozen:-2], guess(rows, cells_s / UNIT_S, front.clock[-2:])])
@@ -65,7 +68,7 @@ def begun(move: Move) -> Chain:
     if move.path.straight:
         return _straight(course)
     controls, cells_s = _checked(at_once(_nominal(course, front)))
-    rows = at_once(rows_along(course.way, controls, None))
+    rows = at_once(_rows_along(course.way, controls, None))
     c = steady(rows, cells_s / UNIT_S)
     if not isfinite(float(np.asarray(rows.bounds.j3).sum())):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
@@ -184,7 +187,7 @@ def _straight(course: Course) -> Chain:
     front = Front.at_start()
     controls = through(front.controls, motion, cells_s, course.end_x)
     # The clock is planned for one joint, which is x.
-    rows = at_once(rows_along(_as_one_joint(course.end_x, limits), controls, None))
+    rows = at_once(_rows_along(_as_one_joint(course.end_x, limits), controls, None))
     c = steady(rows, cells_s / UNIT_S)
     quick(rows, c, STRAIGHT_STEPS, STRAIGHT_ENOUGH)
     return Chain(course, controls, c, front.times, None)
@@ -195,6 +198,21 @@ def _as_one_joint(end_x: float, limits: Array) -> Way:
     none = np.zeros(2)
     path = ptp((0.0,), (end_x,))
     return Way(np.array([0.0, end_x]), none, none, np.ones(2), [path], limits.reshape(1, 3, 1))
+
+
+def _rows_along(way: Way, controls: Array, kept: Rows | None) -> Slices[Rows]:
+    """What bounds the clock over cells of x as a B-spline (N + 3,), of which the first ones are `kept`."""
+    cells, first = len(controls) - 3, kept.cells if kept else 0
+    starts = np.zeros(cells + 1, dtype=np.intp)
+    if kept:
+        starts[: first + 1] = kept.starts
+    layout(way, controls, first, starts)
+    rows: Rows = Rows(starts, way.joint_count, kept)
+    scratch = np.empty((15, way.joint_count))
+    for k in range(first, cells, CELLS_IN_SLICE):
+        write(way, controls, k, min(k + CELLS_IN_SLICE, cells), rows, scratch)
+        yield
+    return rows
 
 
 def _checked(nominal: tuple[Array, Array] | None) -> tuple[Array, Array]:

@@ -20,6 +20,9 @@ else:
     from iiwa_sim.motion.timing.bounds_kernel import Rows
     from iiwa_sim.motion.timing.choice_kernel import chosen
 
+UNIT_S = 0.01
+"""The clock counts time in this unit."""
+_UNIT_S = cython.declare(cython.double, 0.01)
 # Jerks inside a cell count as larger than those at its ends by this factor at most.
 PEAK = cython.declare(cython.double, 1.1)
 # Limits are looked at in so many places of a cell, its ends included: outside of corners, and in corners.
@@ -39,17 +42,14 @@ AT_ONCE = cython.declare(cython.double, 1e-6)
 
 
 def layout(
-    way: Way,
-    edges: cython.double[::1],
-    controls: cython.double[::1],
-    first: cython.Py_ssize_t,
-    starts: cython.Py_ssize_t[::1],
+    way: Way, controls: cython.double[::1], first: cython.Py_ssize_t, starts: cython.Py_ssize_t[::1]
 ) -> int:
     """Write where in the list of places those of the cells from `first` on begin (N + 1,), and give their
     number.
 
-    `controls` (N + 3,) is x as a cubic B-spline over the cells, `edges` (e,) are those of `way`.
+    `controls` (N + 3,) is x as a cubic B-spline over the cells.
     """
+    edges = way.edges
     e: cython.Py_ssize_t = 0
     move: cython.Py_ssize_t = 0
     count: cython.Py_ssize_t
@@ -136,24 +136,23 @@ def _narrow(
 
 def write(
     way: Way,
-    edges: cython.double[::1],
     controls: cython.double[::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,
-    unit: cython.double,
     rows: Rows,
     scratch: cython.double[:, ::1],
 ) -> None:
     """Write what belongs to the cells first..last - 1 and their first knots, and to the last knot of all.
 
-    `unit` is the unit of time of the clock in s, `scratch` is (15, n). Limits that change within a cell are
-    taken at their least. Rows of joints that do not matter are left out: `counts` (N + 1, 3) says how many
-    are kept at a knot, and at the ends of the cell behind it.
+    `scratch` is (15, n). Limits that change within a cell are taken at their least. Rows of joints that do
+    not matter are left out: `counts` (N + 1, 3) says how many are kept at a knot, and at the ends of the cell
+    behind it.
     """
     n: cython.Py_ssize_t = way.joint_count
     cells: cython.Py_ssize_t = controls.shape[0] - 3
     e: cython.Py_ssize_t = 0
     limits: cython.double[:, ::1] = scratch[12:15]
+    edges = way.edges
     if first >= last:
         return
     x = min(max(spline(controls, first, 0.0), way.first_x), way.end_x)
@@ -208,7 +207,7 @@ def write(
                     rows.peaks[k, o, i] = max(rows.peaks[k, o, i], fabs(rows.inner[p, o, i]))
         y = 1.0
         for o in range(3):
-            y *= unit
+            y *= _UNIT_S
             for i in range(n):
                 rows.per_limit[k, o, i] = 1.0 / (limits[o, i] * y)
         _knot(scratch, 0, k, rows)

@@ -112,9 +112,9 @@ def run_along(kernels: SimpleNamespace, way: Any) -> tuple[Array, Array, Array, 
 def rows_of(kernels: SimpleNamespace, way: Any, controls: Array) -> Any:
     cells = len(controls) - 3
     starts = np.zeros(cells + 1, dtype=np.intp)
-    kernels.rows.layout(way, way.edges, controls, 0, starts)
+    kernels.rows.layout(way, controls, 0, starts)
     rows = kernels.bounds.Rows(starts, JOINTS, None)
-    kernels.rows.write(way, way.edges, controls, 0, cells, UNIT_S, rows, np.empty((15, JOINTS)))
+    kernels.rows.write(way, controls, 0, cells, rows, np.empty((15, JOINTS)))
     return rows
 
 
@@ -236,7 +236,7 @@ def test_cells_that_run_backwards_or_are_no_numbers_have_places_in_order() -> No
         way = way_of(kernels, 1)
         for controls in (np.linspace(2.9, -40.0, 30), np.full(30, np.nan), np.geomspace(1.0, 1e300, 30)):
             starts = np.zeros(28, dtype=np.intp)
-            places = kernels.rows.layout(way, way.edges, controls, 0, starts)
+            places = kernels.rows.layout(way, controls, 0, starts)
             assert places == starts[-1]
             assert (np.diff(starts) >= 2).all()
             assert (np.diff(starts) <= 40).all()
