@@ -77,12 +77,16 @@ class Plan:
 class Ridden:
     """A plan run at rates that change."""
 
-    def __init__(self, plan: Plan, tick_s: float) -> None:
+    def __init__(self, plan: Plan, tick_s: float, told: Sequence[tuple[float, float]] = ()) -> None:
+        """It has run at each of these rates for so long (s)."""
         self.plan, self.tick_s = plan, tick_s
         self.time_s, self.rate = 3.0 * tick_s, 1.0
         self.rates, self.slopes = [1.0], [0.0]
         self.joints = [plan.at(k * tick_s)[0] for k in range(4)]
         self._change = RateChange(tick_s, 1.0, 0.0, 1.0)
+        for value, wait_s in told:
+            self.goes_to(value)
+            self.runs(wait_s)
 
     def goes_to(self, value: float) -> None:
         self._change.redirect(value)
@@ -107,10 +111,7 @@ class Ridden:
 def test_limits_are_kept_at_every_tick_and_a_stop_is_never_long(
     name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
 ) -> None:
-    ridden = Ridden(Plan(name, seed), tick_s)
-    for value, wait_s in told:
-        ridden.goes_to(value)
-        ridden.runs(wait_s)
+    ridden = Ridden(Plan(name, seed), tick_s, told)
     acceleration, jerk = ridden.loads()
     assert acceleration <= 1.01
     assert jerk <= 1.01
@@ -140,10 +141,7 @@ def stop_s(rate: float, slope_per_s: float) -> float:
 def test_the_rate_comes_to_what_was_asked_for_last_exactly(
     name: str, seed: int, tick_s: float, told: list[tuple[float, float]]
 ) -> None:
-    ridden = Ridden(Plan(name, seed), tick_s)
-    for value, wait_s in told:
-        ridden.goes_to(value)
-        ridden.runs(wait_s)
+    ridden = Ridden(Plan(name, seed), tick_s, told)
     ridden.runs(2.0)  # some joint of a KR 6 may have to brake for 0.8 s first
     assert ridden.rates[-1] == told[-1][0]
     assert ridden.slopes[-1] == 0.0

@@ -98,6 +98,14 @@ def test_a_viewer_sees_the_robot_move_and_stops_it(simulator: Simulator) -> None
         shows(viewer, "page # emergency stop", "page # reset error (", "page # release emergency stop")
 
 
+def marks_a_contact(message: Message) -> bool:
+    return (
+        message["type"] == "SetSceneNodeVisibilityMessage"
+        and message["name"].endswith("/contact/0")
+        and message["visible"]
+    )
+
+
 def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:
     with page_of(simulator) as port, viewing(port) as viewer:
         shows(viewer, "stopped")
@@ -105,13 +113,7 @@ def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:
         box = f"{x_mm} {y_mm} {z_mm - 50.0001} 0 0 0 100 100 100 1e5 0 0"
         ask(simulator, f"add box : block {box}")
         viewer.until(lambda message: message["type"] == "BoxMessage" and "/cell/" in message["name"])
-        viewer.until(
-            lambda message: (
-                message["type"] == "SetSceneNodeVisibilityMessage"
-                and message["name"].endswith("/contact/0")
-                and message["visible"]
-            )
-        )
+        viewer.until(marks_a_contact)
 
 
 def test_what_a_link_touches_is_marked(simulator: Simulator) -> None:
@@ -121,13 +123,7 @@ def test_what_a_link_touches_is_marked(simulator: Simulator) -> None:
         robot.joint_move((0.9, 0.9, 0.0, -1.0, 0.0, 1.2, 0.0), (0.5,) * 7)
         robot.wait_until_stopped(timeout_s=DEADLINE_S)
         assert simulator.state().link_touches
-        viewer.until(
-            lambda message: (
-                message["type"] == "SetSceneNodeVisibilityMessage"
-                and message["name"].endswith("/contact/0")
-                and message["visible"]
-            )
-        )
+        viewer.until(marks_a_contact)
 
 
 def test_targets_that_wait_are_drawn_with_their_spheres(simulator: Simulator) -> None:
