@@ -5,6 +5,7 @@ from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING
 
 from iiwa_sim.backdoor.ports import BackdoorPorts
+from iiwa_sim.serve.server import close_all
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
 
@@ -94,5 +95,4 @@ class OpenPorts:
 
     async def _close(self) -> None:
         """Close them all, the last opened first."""
-        for server in reversed(self._listeners):
-            await server.close()
+        await close_all(self._listeners)

@@ -8,6 +8,7 @@ from iiwa_sim.backdoor.session import BackdoorSession
 from iiwa_sim.backdoor.token import Token, check_reach
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.server import close_all, start_all
 from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.wording import Unusable
 
@@ -57,17 +58,11 @@ class BackdoorPorts:
 
     async def start(self) -> None:
         """Start listening. Raises ListenFault, and then nothing is left open."""
-        try:
-            for server in self._servers:
-                await server.start()
-        except BaseException:
-            await self.close()
-            raise
+        await start_all(self._servers)
 
     async def close(self) -> None:
         """Stop listening and close every connection."""
-        for server in reversed(self._servers):
-            await server.close()
+        await close_all(self._servers)
 
     @property
     def _servers(self) -> "list[TcpServer | HttpServer]":

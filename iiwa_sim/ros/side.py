@@ -18,6 +18,7 @@ from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
 from iiwa_sim.serve.budget import Budget
+from iiwa_sim.serve.server import close_all, start_all
 from iiwa_sim.serve.web_access import WebAccess
 
 if TYPE_CHECKING:
@@ -102,17 +103,11 @@ class RosSide:
 
     async def start(self) -> None:
         """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
-        try:
-            for transport in self._transports:
-                await transport.start()
-        except BaseException:
-            await self.close()
-            raise
+        await start_all(self._transports)
 
     async def close(self) -> None:
         """Stop serving."""
-        for transport in reversed(self._transports):
-            await transport.close()
+        await close_all(self._transports)
 
     @property
     def _transports(self) -> "list[RosbridgeServer | Ros1Node | Ros2Node]":

@@ -2,7 +2,7 @@
 
 import asyncio
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Generic, Protocol, TypeVar
 
 from iiwa_sim.serve.budget import Budget
@@ -17,6 +17,32 @@ class OpenConnection(Protocol):
 
     def close(self) -> None:
         """Close, at once or soon."""
+
+
+class Served(Protocol):
+    """Something that is there from `start` to `close`; to close what has not started does nothing."""
+
+    async def start(self) -> None:
+        """Start serving."""
+
+    async def close(self) -> None:
+        """Stop serving."""
+
+
+async def start_all(served: Sequence[Served]) -> None:
+    """Start these in their order. Raises what one of them raises, and then none is left open."""
+    try:
+        for each in served:
+            await each.start()
+    except BaseException:
+        await close_all(served)
+        raise
+
+
+async def close_all(served: Sequence[Served]) -> None:
+    """Close these, the last one first."""
+    for each in reversed(served):
+        await each.close()
 
 
 C = TypeVar("C", bound=OpenConnection)
