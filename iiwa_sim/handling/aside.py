@@ -10,25 +10,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import dist, hypot, inf
 
+from iiwa_sim.contact.crowd_kernel import Gone, Presses
 from iiwa_sim.contact.load_kernel import ExternalLoad
-from iiwa_sim.contact.pushed_kernel import Balance
+from iiwa_sim.contact.places_kernel import STEP_M
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import IDENTITY, Transform, Vector
-from iiwa_sim.handling.beside import beside, in_the_way
+from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.handling.between_kernel import between
-from iiwa_sim.handling.falling import FALLS, LIES, Body, landed
+from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
 from iiwa_sim.handling.ground import Ground
 from iiwa_sim.handling.held import Held
-from iiwa_sim.handling.meeting import NOWHERE, STEP_M, CameIn, Way, turned
-from iiwa_sim.handling.pressing import (
-    SEEN_M,
-    by_the_arm,
-    by_what_is_held,
-    react,
-    solid_held,
-    solid_of,
-)
-from iiwa_sim.handling.pushed import SLOW_M_PER_S, Key, Presser, Stack, gone_by, pushed, turning
+from iiwa_sim.handling.pressing import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
+from iiwa_sim.handling.pushed import SLOW_M_PER_S, Known, Way, gone_by, turned
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
@@ -52,7 +44,7 @@ class Aside:
         self._pieces = pieces
         self._load = load
         self._tick_s = tick_s
-        self._balance = Balance()
+        self._parts = Known(pieces)
         self._joints: Joints | None = None  # of the last tick
         self._opening_m = 0.0
         self._in_jaws: Held | None = None  # then, and where the TCP was, and it in that
@@ -101,21 +93,21 @@ class Aside:
         # In the order of the cell: what becomes of them must not depend on when they were looked at.
         due = {name for name, due in self._due.items() if due <= self._way_m}.union(moving)
         waiting = [name for name in pieces.lying if name in due]
-        looked: dict[str, None] = {}
-        woken: set[str] = set()
-        while waiting:
-            name = waiting.pop(0)
-            if name in pieces.pushed or pieces.bodies[name].state != LIES:
-                continue
-            looked[name] = None
-            if self._push(name, joints, woken=name in woken):
-                others = [each for each in beside(pieces, name, CLOSE_M) if each not in pieces.pushed]
-                woken.update(others)
-                waiting += others
+        crowd, known = pieces.crowd, self._parts
+        known.look()
+        if self._held is None:
+            crowd.hold(-1, None)
+        else:
+            crowd.hold(known.numbers[self._held[0].part.name], self._held[1])
+        pushed = [known.numbers[name] for name in waiting if self._is_pushed(name, joints)]
+        for gone in crowd.push(pushed):
+            self._goes_on(gone)
         if self._held is not None:
-            for name in looked:
-                if pieces.bodies[name].state == LIES:
-                    react(*self._held, pieces.bodies[name])
+            known.look()
+            force, torque = crowd.on_held()
+            if force != STILL:
+                self._held[0].touching.besides = force, torque
+                self._held[0].quiet = False
         self._next_m = min(self._due.values(), default=inf)
         self._calm, self._changes = stays and self._changes == pieces.changes, pieces.changes
 
@@ -161,60 +153,43 @@ class Aside:
         self._due = {name: self._due.get(name, -inf) for name in near}
         self._load.lay(near)
 
-    def _push(self, name: str, joints: Joints, *, woken: bool) -> bool:
-        """A tick of a part that lies; gives whether it has gone anywhere."""
+    def _is_pushed(self, name: str, joints: Joints) -> bool:
+        """Whether a part moves, or arm or held part press on it; what may press on it is told to the
+        crowd."""
         pieces = self._pieces
         body = pieces.bodies[name]
+        if body.state != LIES or pieces.face_below(name) is None:
+            return False
         still = body.settled and not body.wound
-        if still and not woken:
+        if still:
             gap_m = self._gap(body, joints)
             if gap_m > CLOSE_M:
                 self._due[name] = self._way_m + gap_m - CLOSE_M
                 return False
-        face = pieces.face_below(name)
-        if face is None:
-            return False
-        pushers: list[Presser] = []
+        pressing: list[Presses] = []
         if name in self._due:
-            pushers += by_the_arm(body.part, self._load.surround(joints), joints, self._tick_s)
+            pressing += by_the_arm(body.part, self._load.surround(joints), joints, self._tick_s)
         if self._held is not None:
-            pushers += by_what_is_held(*self._held, body)
-        solid = solid_of(body)
-        depths = [each.meets.touch(solid, NOWHERE).depth for each in pushers]
-        deepest = max(depths, default=-SEEN_M)
+            held, solid = self._held
+            pressing += by_what_is_held(held, self._parts.numbers[held.part.name], solid, body)
+        deepest = max(pieces.crowd.look(self._parts.numbers[name], pressing, still), -SEEN_M)
         if name in self._due:
             self._due[name] = self._way_m if deepest > -CLOSE_M else self._way_m - deepest - CLOSE_M
-        if still and deepest <= 0.0 and not woken:
-            return False
-        reach_m = CLOSE_M + max(deepest, 0.0) + self._tick_s * _speed(body)
-        others = list(in_the_way(pieces, body, face, reach_m))
-        if deepest <= 0.0 and not others and body.spin == 0.0 and not body.wound:
-            return False  # it slides for itself, if it does
-        if (
-            still
-            and deepest <= 0.0
-            and not any(each.meets.touch(solid, NOWHERE).depth > 0.0 for each in others)
-        ):
-            return False
+        return not still or deepest > 0.0
+
+    def _goes_on(self, gone: Gone) -> None:
+        """A part has gone its way in this tick."""
+        pieces, name = self._pieces, self._parts.names[gone.part]
+        body, face, (x, y, z, spin) = pieces.bodies[name], pieces.face_below(name), gone.velocity
+        if body.state != LIES or face is None:
+            return
         pieces.pushed.add(name)
-        riders = list(pieces.riders(name))
-        stack = Stack(
-            sum(each.part.mass_kg for each in riders),
-            sum(_about(each, body.pose.translation) for each in riders),
+        pose = gone_by(body.pose, gone.way) if any(gone.way) else body.pose
+        after = self._ends(
+            body._replace(pose=pose, velocity=(x, y, z), spin=spin, wound=gone.wound), face, gone.pressed
         )
-        after, way = pushed(body, face, stack, [*pushers, *others], self._balance, self._tick_s)
-        pressed, there = False, solid_of(after)
-        came: dict[Key, CameIn] = {}
-        for each in (*pushers, *others):
-            touch = each.meets.touch(there, way)
-            pressed = pressed or touch.depth > 0.0
-            if each.key is not None:
-                came[each.key] = each.after(each.meets.touch(solid, NOWHERE), touch, way)
-        after = self._ends(after._replace(came=came), face, pressed)
-        if after == body:
-            return False
-        self._put(after, body, riders, way)
-        return after.pose != body.pose
+        if after != body:
+            self._put(after, body, list(pieces.riders(name)), gone.way)
 
     def _gap(self, body: Body, joints: Joints) -> float:
         """How far (m) a part is at least from the arm, and from what that holds."""
@@ -273,9 +248,3 @@ def _speed(body: Body) -> float:
     """No point of it is faster (m/s)."""
     x, y, z = body.velocity
     return hypot(x, y, z) + abs(body.spin) * body.part.shape.extent
-
-
-def _about(body: Body, middle: Vector) -> float:
-    """Moment of inertia (kg m^2) of a part about the vertical through a place (m)."""
-    x, y, _ = (a - b for a, b in zip(body.pose.translation, middle, strict=True))
-    return turning(body.part, body.pose.rotation) + body.part.mass_kg * (x * x + y * y)

@@ -9,14 +9,13 @@ here gains energy.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import inf, sqrt
 from typing import NamedTuple
 
 from iiwa_sim.contact.moments import GRAVITY_M_S2
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.handling.ground import Ground
-from iiwa_sim.handling.meeting import CameIn
 from iiwa_sim.handling.part import Part, Z
 
 FARTHEST_M = 100.0
@@ -48,8 +47,6 @@ class Body(NamedTuple):
     """How fast it turns about the vertical (rad/s): only of one that lies."""
     wound: tuple[float, ...] = ()
     """How far friction's springs below one that is pushed are wound: x and y of four places (m)."""
-    came: Mapping[tuple[str, int], CameIn] = {}
-    """By which ways what it meets has come in: its name, and the number of the place."""
 
     @property
     def settled(self) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from math import dist
 from typing import NamedTuple
 
+from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, compose, inverse
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, moved, ridden
@@ -29,6 +30,8 @@ class Parts(NamedTuple):
     slip: Slip = (0.0, 0.0)
     felt: object = None
     """What it touches, and what that remembers of it."""
+    met: object = None
+    """What parts that lie remember of each other."""
 
 
 class Workpieces(Lying):
@@ -45,6 +48,8 @@ class Workpieces(Lying):
         self._held: Held | None = None  # the part between the jaws
         self._lost = ""  # the name of a part that they cannot hold until they have opened
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
+        self.crowd = Crowd(len(self._bodies), tick_s)
+        """How they push each other."""
         self.changes = 0
         """How many times a part has been put somewhere."""
         self.pushed: set[str] = set()
@@ -209,13 +214,18 @@ class Workpieces(Lying):
     def kept(self) -> Parts:
         """All that is to be kept."""
         bodies, held = tuple(self.bodies.values()), self._held
-        return Parts(bodies) if held is None else Parts(bodies, held.in_tcp, held.slip, held.felt())
+        met = self.crowd.kept()
+        if held is None:
+            return Parts(bodies, met=met)
+        return Parts(bodies, held.in_tcp, held.slip, held.felt(), met)
 
     def restore(self, parts: Parts, tcp: Transform, surfaces: Sequence[Surface]) -> None:
         """Bring that back, among these surfaces, with the TCP at rest at a pose."""
         self._held, self._lost, self._tcp = None, "", tcp
         self._bodies = {each.part.name: each for each in parts.bodies}
         self._note_lying()
+        if parts.met is not None:
+            self.crowd.restore(parts.met)
         self.changes += 1
         self._surfaces = tuple(surfaces)
         self._solid = self._grounds = None

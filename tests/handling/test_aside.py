@@ -7,27 +7,20 @@ from math import atan2, degrees, inf
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from iiwa_sim.backdoor import surfaces
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.surfaces import SphereSettings
-from iiwa_sim.contact.pushed_kernel import Balance
-from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
 from iiwa_sim.handling.aside import Aside
-from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL, Body, landed
-from iiwa_sim.handling.ground import Ground
-from iiwa_sim.handling.meeting import Ball, Corner
+from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.pushed import Presser, Stack, pushed
 from iiwa_sim.handling.touching import Touching
 from tests.asked import lin_move
 from tests.handling.scenes import BALL, BLOCK, PIN, TABLE, TABLE_MM, Scene, at, down
-from tests.samples import some
 
 G = 9.81
 TICK_S = 0.002
@@ -169,9 +162,8 @@ def test_parts_push_each_other_and_carry_what_lies_on_them_along() -> None:
         y=0,
     )
     felt = pushes(scene, 600, 60)
-    # Friction of all of them, and what it takes that each gives way a tick after the one before.
     rubs = 0.5 * G * (0.5 + 0.5 + 0.05 + 0.3)
-    assert rubs < felt[-80:-40, 1].mean() < 5.0 * rubs
+    assert felt[-160:-40, 1].mean() == pytest.approx(rubs, rel=0.2)
     first, along, last = (place_mm(scene, name)[1] for name in ("block", "second", "third"))
     assert first == pytest.approx(60.0 + JAW_MM + 20.0, abs=1.0)
     assert along == pytest.approx(first + 40.0, abs=1.0)
@@ -242,91 +234,6 @@ def test_far_from_parts_an_arm_moves_and_feels_as_without_them() -> None:
     assert near.robot.joints == without.robot.joints
     assert near.controller.cartesian_force() == without.controller.cartesian_force() == FREE
     assert near.body("block").pose == Scene((BLOCK, at(600, 400, TOP))).body("block").pose
-
-
-SHAPES = [Box(0.02, 0.03, 0.01), Cylinder(0.02, 0.03), Sphere(0.02), Box(0.005, 0.05, 0.02)]
-
-
-@settings(max_examples=some(300), deadline=None)
-@given(
-    st.sampled_from(SHAPES),
-    st.tuples(st.floats(0.01, 5.0), st.floats(0.0, 1.5), st.floats(1e3, 1e6)),
-    st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), st.floats(-20.0, 20.0)),
-    st.lists(
-        st.tuples(
-            st.floats(-0.06, 0.06), st.floats(-0.06, 0.06), st.floats(-0.03, 0.04), st.floats(0.0, 0.01)
-        ),
-        max_size=4,
-    ),
-    st.lists(st.floats(-3.2, 3.2), max_size=2),
-    st.floats(0.0, 1.0),
-)
-def test_no_push_gives_more_energy_than_was_there(
-    shape: Box | Cylinder | Sphere,
-    material: tuple[float, float, float],
-    velocity: tuple[float, float, float],
-    balls: list[tuple[float, float, float, float]],
-    walls: list[float],
-    friction: float,
-) -> None:
-    """Against the least there has been, over twenty ticks, with all that presses at rest."""
-    mass, rubs, stiffness = material
-    part = Part("it", shape, mass, rubs, stiffness)
-    face = Ground("face", 0.0, 3e4, (0.0, 0.0), (1.0, 0.0), (10.0, 10.0))
-    lying = landed(Body(part, Frame(0, 0, 0, 0, 0, 0).to_transform(), STILL, FALLS), face)
-    body = lying._replace(velocity=(velocity[0], velocity[1], 0.0), spin=velocity[2])
-    height = lying.pose.translation[2]
-    pressers = [
-        Presser(Ball((x, y, z + height), radius), stiffness, friction, 1e3) for x, y, z, radius in balls
-    ]
-    for angle in walls:
-        c, s = np.cos(angle), np.sin(angle)
-        wall = Surface(
-            "wall",
-            Box(0.01, 0.2, 0.2),
-            Frame(1e3 * 0.05 * c, 1e3 * 0.05 * s, 0, angle, 0, 0).to_transform(),
-            4e4,
-            0.0,
-            0.0,
-        )
-        pressers += [
-            Presser(Corner((x, y, 0.0), wall), stiffness) for x in (-0.02, 0.02) for y in (-0.03, 0.03)
-        ]
-    balance, soft = Balance(), face.stiffness_below(part)
-    inertia = part.moments(Frame(0, 0, 0, 0, 0, 0).to_transform())
-
-    def energy(body: Body, turned: float) -> float:
-        solid = Surface("it", shape, body.pose, stiffness, 0.0, rubs)
-        x, y, z = body.velocity
-        total = 0.5 * mass * (x * x + y * y + z * z) + 0.5 * (inertia.xx + inertia.yy) * body.spin**2
-        total += mass * G * body.pose.translation[2] + 0.5 * soft * max(0.0, -body.bottom) ** 2
-        total += 0.125 * soft * sum(each * each for each in body.wound)
-        for each in pressers:
-            touch = each.meets.touch(solid, (0.0, 0.0, 0.0, turned))
-            if touch.out[2] > -0.9:
-                total += 0.5 * each.stiffness * max(0.0, touch.depth) ** 2
-        return total
-
-    least = energy(body, 0.0)
-    for _ in range(20):
-        # Corners are places from the middle as the tick begins.
-        before = body
-        body, way = pushed(body, face, Stack(), pressers, balance, TICK_S)
-        now = energy(body, way[3])
-        assert now <= least + 1e-9 * max(1.0, least)
-        assert before.pose == body.pose or way != (0.0,) * 4
-        pressers = [
-            each._replace(meets=each.meets._replace(place=after(each.meets.place, way[3])))
-            if isinstance(each.meets, Corner)
-            else each
-            for each in pressers
-        ]
-        least = min(least, now)
-
-
-def after(place: tuple[float, float, float], angle: float) -> tuple[float, float, float]:
-    c, s = np.cos(angle), np.sin(angle)
-    return (c * place[0] - s * place[1], s * place[0] + c * place[1], place[2])
 
 
 def test_no_surface_is_put_round_a_part_nor_moved_onto_one_that_lies_on_another() -> None:
