@@ -248,12 +248,14 @@ class Crowd(Places):
     def _of_the_arm(self, n: cython.Py_ssize_t) -> object:
         """Note what arm and held part do to a part."""
         c: cython.Py_ssize_t
+        h: cython.Py_ssize_t
         key: cython.longlong
         for each in self._balls.get(n, ()):
             middle, radius, stiffness, friction, holding, rubbed, came, held, place = each
             key = -2
             if held >= 0:
-                key = (self._id[held] * 1048576 + n) * 64 + 32 + place
+                h = held
+                key = (self._id[h] * 1048576 + n) * 64 + 32 + place
             c = self._next(-1, n, key)
             self._i[c, 2] = self._i[c, 3] = 0
             for k in range(3):

@@ -95,9 +95,11 @@ class Places:
         self._make_room(self._parts + len(surfaces))
         for now, old in zip(self._all_arrays(), before, strict=True):
             now[: self._parts] = old
-        for number, (surface, own) in enumerate(zip(surfaces, ids, strict=True)):
-            self._put_body(self._parts + number, surface)
-            self._id[self._parts + number] = own
+        n: cython.Py_ssize_t = self._parts
+        for surface, own in zip(surfaces, ids, strict=True):
+            self._put_body(n, surface)
+            self._id[n] = own
+            n += 1
 
     def _all_arrays(self) -> Any:
         both = [self._kind, self._size, self._pose, self._upright, self._span, self._reach, self._material]
