@@ -10,7 +10,6 @@ from time import process_time, thread_time
 from benchmarks.figures import Figure, Kind
 from iiwa_sim import Iiwa, Simulator
 from iiwa_sim.cell.cell import load_cell
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import Kind as How
 from iiwa_sim.controller.requests import MoveRequest
 from iiwa_sim.frames import Frame
@@ -51,16 +50,7 @@ def measure() -> list[Figure]:
 
 def _carrying(cell_file: Path) -> float:
     """Simulated seconds per second of computing, planning apart."""
-    cell = load_cell(cell_file)
-    robot = Controller(
-        cell.description,
-        TICK_S,
-        start=cell.start,
-        tool_in_flange=cell.tool_in_flange,
-        world=cell.world(),
-        tool=cell.tool,
-        handled=cell.handled,
-    )
+    robot = load_cell(cell_file).controller(TICK_S)
     chance, spent = random.Random(SEED), 0.0
 
     def go(kind: How, x_mm: float, y_mm: float, z_mm: float) -> float:

@@ -10,7 +10,7 @@ from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.aside import Aside
 from iiwa_sim.handling.falling import GONE
-from iiwa_sim.handling.fingers import fingers
+from iiwa_sim.handling.fingers import Fingers
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
 from iiwa_sim.handling.lying import start
 from iiwa_sim.handling.part import Part
@@ -151,9 +151,11 @@ class Handling:
     def _place_jaws(self) -> None:
         """Tell the arm where its jaws are."""
         now = self.gripper.opening_m, self._load.tool_in_flange
+        if self._jaws_at is None or now[1] != self._jaws_at[1]:
+            self._fingers = Fingers(self.gripper.jaws, now[1], self._radius_m)
         if now != self._jaws_at:
             self._jaws_at = now
-            self._load.jaws_are(fingers(self.gripper.jaws, *now, self._radius_m))
+            self._load.jaws_are(self._fingers.at(now[0]))
 
     def tcp_is(self, tcp: Transform) -> None:
         """The robot has been put somewhere, at rest."""
