@@ -17,8 +17,8 @@ from urllib.parse import urlsplit
 
 from iiwa_sim.ros.side import SYSTEM_PACKAGES
 from tests.needed import lacks
-from tests.processes import IIWA_SIM, killed_unless_done
-from tests.talking import DEADLINE_S
+from tests.processes import IIWA_SIM, succeeds
+from tests.talking import DEADLINE_S, wait_until
 
 PROGRAMS = ("rosmaster", "rostopic", "rosservice")
 SYSTEM_PYTHON = "/usr/bin/python3"
@@ -34,15 +34,12 @@ class Terminal:
 
     def __init__(self, master_uri: str, home: Path) -> None:
         here = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-        packages = subprocess.run(
-            [*IIWA_SIM, "ros-package-path"], capture_output=True, text=True, timeout=DEADLINE_S, check=True
-        ).stdout.strip()
         self.master_uri = master_uri
         self.environment = here | {
             "HOME": str(home),
             "ROS_MASTER_URI": master_uri,
             "ROS_IP": "127.0.0.1",
-            "ROS_PACKAGE_PATH": packages,
+            "ROS_PACKAGE_PATH": succeeds([*IIWA_SIM, "ros-package-path"]).strip(),
             "PYTHONUNBUFFERED": "1",
         }
 
@@ -75,34 +72,33 @@ class Terminal:
         """What a script says in the Python that ROS is installed for."""
         return self.says(SYSTEM_PYTHON, "-c", script)
 
+    def _asks(self, what: str, *values: str) -> Any:
+        """The master's answer."""
+        with xmlrpc.client.ServerProxy(self.master_uri) as proxy:
+            _, _, answer = getattr(proxy, what)("/tests", *values)
+        return answer
+
     def nodes_at(self, topic: str, *, subscribers: bool = False) -> list[str]:
         """The nodes that the master has for a topic."""
-        with xmlrpc.client.ServerProxy(self.master_uri) as proxy:
-            answer: Any = proxy.getSystemState("/tests")
-        _, _, (published, subscribed, _) = answer
+        published, subscribed, _ = self._asks("getSystemState")
         nodes: list[str] = dict(subscribed if subscribers else published).get(topic, [])
         return nodes
 
     def service_at(self, name: str) -> tuple[str, int]:
         """Where the master says that a service is."""
-        with xmlrpc.client.ServerProxy(self.master_uri) as proxy:
-            found: Any = proxy.lookupService("/tests", name)
-        return _place(found[2])
+        return _place(self._asks("lookupService", name))
 
     def node_at(self) -> tuple[str, int]:
         """Where the robot's node is asked for its topics."""
-        with xmlrpc.client.ServerProxy(self.master_uri) as proxy:
-            found: Any = proxy.lookupNode("/tests", "/iiwa_sim")
-        return _place(found[2])
+        return _place(self._asks("lookupNode", "/iiwa_sim"))
 
     @contextmanager
     def hearing(self, topic: str, *options: str) -> Iterator[subprocess.Popen[str]]:
         """A `rostopic echo` that the robot knows of."""
         with self.starts("rostopic", "echo", *options, topic) as echo:
             try:
-                with killed_unless_done(echo):
-                    while not self.nodes_at(topic, subscribers=True):
-                        assert echo.poll() is None, echo.communicate()[0]
+                wait_until(lambda: echo.poll() is not None or self.nodes_at(topic, subscribers=True) != [])
+                assert echo.poll() is None, echo.communicate()[0]
                 yield echo
             finally:
                 echo.kill()
@@ -116,13 +112,15 @@ def master(home: Path, port: int = 0) -> Iterator[Terminal]:
             port = free.getsockname()[1]
     terminal = Terminal(f"http://127.0.0.1:{port}", home)
     with terminal.starts("rosmaster", "--core", "-p", str(port)) as process:
+
+        def listens() -> bool:
+            assert process.poll() is None, process.communicate()[0]
+            with contextlib.suppress(OSError):
+                return terminal.nodes_at("/none") == []
+            return False
+
         try:
-            with killed_unless_done(process):
-                while True:
-                    assert process.poll() is None, process.communicate()[0]
-                    with contextlib.suppress(OSError):
-                        terminal.nodes_at("/none")
-                        break
+            wait_until(listens)
             yield terminal
         finally:
             process.kill()
