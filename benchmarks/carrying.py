@@ -21,7 +21,7 @@ SEED = 4
 TICK_S = 0.002
 TICKS = 20_000
 RUNS = 3
-MISSED = 6.0  # 70 and 45 beside other work that wants ten times the processors; machines differ by a factor of two
+MISSED = 6.0  # 70 and 45 beside other work, with a third of a processor; machines differ by a factor of two
 
 
 def measure() -> list[Figure]:
