@@ -1,34 +1,11 @@
-# For the kernel that pushes parts.
-cdef class Places:
-    cdef Py_ssize_t _parts             # bodies that are parts; surfaces follow
-    cdef Py_ssize_t _bodies
-    cdef Py_ssize_t _held              # the part that the arm holds, or -1
-    cdef int[::1] _kind
-    cdef double[:, ::1] _size
-    cdef double[:, ::1] _pose          # rotation, place
-    cdef int[::1] _upright             # which axis of what stands is vertical, -1 of all else
-    cdef double[:, ::1] _span          # lowest and highest place (m)
-    cdef double[:, ::1] _reach         # half the box round it, along the axes of the base
-    cdef double[:, ::1] _material      # stiffness (N/m), friction
-    cdef long long[::1] _id            # under which it is remembered
-    # Of places that meet in this tick: numbers, two bodies (-1: none), whether a rim, whether the other is tall.
-    cdef Py_ssize_t _met
-    cdef Py_ssize_t _room
-    cdef double[:, ::1] _c
-    cdef Py_ssize_t[:, ::1] _i
-    cdef long long[::1] _k             # keys
-    # What is remembered, in a table of open addresses.
-    cdef Py_ssize_t _table
-    cdef Py_ssize_t _used
-    cdef long long[::1] _keys
-    cdef double[:, ::1] _memory
+# For the kernels that push parts.
+from iiwa_sim.contact.bodies_kernel cimport Bodies
+
+cdef class Places(Bodies):
     # Of parts that may move: their number among these, the way that is tried, cosine and sine of its angle.
     cdef Py_ssize_t[::1] _slot
     cdef double[:, ::1] _t
     cdef double[:, ::1] _turn
-    cdef object _make_room(self, Py_ssize_t count)
-    cdef object _put_body(self, Py_ssize_t n, object surface)
-    cdef double _apart(self, Py_ssize_t x, Py_ssize_t y) noexcept
     cdef bint _meet(
         self, Py_ssize_t x, Py_ssize_t y, double low, double high, double share, bint rubs, double reach
     ) except *
@@ -36,10 +13,7 @@ cdef class Places:
         self, Py_ssize_t x, Py_ssize_t y, long long number, double lx, double ly, double lz, double radius,
         int rim, bint tall, double stiffness, bint rubs, double reach
     )
-    cdef Py_ssize_t _next(self, Py_ssize_t x, Py_ssize_t y, long long key) except *
     cdef bint _is_beside(self, Py_ssize_t n) noexcept
     cdef double _touch(self, Py_ssize_t n, bint moved) noexcept
-    cdef Py_ssize_t _find(self, long long key) noexcept
-    cdef void _recall(self, Py_ssize_t n) noexcept
-    cdef object _remember(self, Py_ssize_t n, double near_m)
-    cdef object _sift(self)
+    cdef double _depth(self, Py_ssize_t m) noexcept
+    cdef (double, double, double) _rub(self, Py_ssize_t m) noexcept

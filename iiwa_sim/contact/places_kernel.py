@@ -9,25 +9,19 @@ By which way a place has come into a body is remembered (`ways_in_kernel`), and 
 wound there, in a table, from when it comes near until it has gone away.
 """
 
-# mypy: allow-untyped-decorators
+# mypy: allow-untyped-decorators, allow-subclassing-any
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import inf
-from typing import Any
-
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
-
-from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
-from iiwa_sim.contact.surface import Surface
-from iiwa_sim.contact.ways_in_kernel import KINDS
+from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.bodies_kernel import Bodies
     from cython.cimports.iiwa_sim.contact.ways_in_kernel import come_in
 else:
+    from iiwa_sim.contact.bodies_kernel import Bodies
     from iiwa_sim.contact.ways_in_kernel import come_in
 
 STEP_M = 1e-3
@@ -35,7 +29,6 @@ STEP_M = 1e-3
 _STEP = cython.declare(cython.double, STEP_M)
 _TALL = cython.declare(cython.double, 10.0)  # what stands has no upper nor lower end
 _BELOW = cython.declare(cython.double, 0.9)  # of a direction: what pushes like that is below
-_UPRIGHT = 1.0 - 1e-6
 _BOX = cython.declare(cython.int, 1)
 _SPHERE = cython.declare(cython.int, 2)
 _CYLINDER = cython.declare(cython.int, 3)
@@ -43,113 +36,21 @@ _CYLINDER = cython.declare(cython.int, 3)
 _INNER = cython.declare(cython.double, 0.9)
 _AT_ONCE = cython.declare(cython.double, 0.25)  # part of the stiffness at each place: several meet at once
 _AT_CORNER = cython.declare(cython.double, 0.75)  # for three heights
-# Of a place that has gone farther (m) since it was seen last it is not known by which way it has come in.
-_FORGETS = cython.declare(cython.double, 5e-3)
 _MOST_PLACES = cython.declare(cython.longlong, 64)  # of a pair
 _MOST_BODIES = cython.declare(cython.longlong, 1048576)
-# Remembered of a place: the way out, where it was from the middle of the body, how far it rubbed.
-_NUMBERS = cython.declare(cython.Py_ssize_t, 9)
-WIDE = 31
-"""Numbers of a place in this tick: where from the middle of its body, or in the base (3), radius; stiffness,
-friction, friction's stiffness; by which way it has come in (3), how far it has rubbed (3); depth, way out
-(3), lever in both bodies (2 each), limit of friction; as `_touch` finds it: what is to be remembered (3),
-where from the middle of the other (3), depth; and how an angle of either changes the depth (2)."""
 
 
 @cython.cclass
-class Places:
-    """Bodies, and places at which they meet; the arrays are declared in the .pxd."""
+class Places(Bodies):
+    """Places at which bodies meet; the arrays are declared in the .pxd."""
 
     def __init__(self, count: int) -> None:
         """For so many parts; they are the first bodies, surfaces follow."""
-        self._parts = count
-        self._held = -1
-        self._make_room(count)
-        self._met, self._room = 0, 256
-        self._c = np.zeros((self._room, WIDE))
-        self._i = np.zeros((self._room, 6), dtype=np.intp)
-        self._k = np.zeros(self._room, dtype=np.int64)
-        self.forget()
+        Bodies.__init__(self, count)
         least = max(count, 1)
         self._slot = np.full(least, -1, dtype=np.intp)
         self._t = np.zeros((least, 4))
         self._turn = np.zeros((least, 2))
-
-    @cython.cfunc
-    def _make_room(self, count: cython.Py_ssize_t) -> object:
-        self._kind = np.zeros(count, dtype=np.intc)
-        self._size = np.zeros((count, 3))
-        self._pose = np.zeros((count, 12))
-        self._upright = np.full(count, -1, dtype=np.intc)
-        self._span = np.zeros((count, 2))
-        self._reach = np.zeros((count, 3))
-        self._material = np.zeros((count, 2))
-        self._id = np.arange(count, dtype=np.int64)
-        self._bodies = count
-        return None
-
-    def stand(self, surfaces: Sequence[Surface], ids: Sequence[int]) -> None:
-        """These surfaces are there from now on; each is known by a number of its own, from that of parts
-        on."""
-        before: Any = [np.asarray(each)[: self._parts].copy() for each in self._all_arrays()]
-        self._make_room(self._parts + len(surfaces))
-        for now, old in zip(self._all_arrays(), before, strict=True):
-            now[: self._parts] = old
-        n: cython.Py_ssize_t = self._parts
-        for surface, own in zip(surfaces, ids, strict=True):
-            self._put_body(n, surface)
-            self._id[n] = own
-            n += 1
-
-    def _all_arrays(self) -> Any:
-        both = [self._kind, self._size, self._pose, self._upright, self._span, self._reach, self._material]
-        return [np.asarray(each) for each in both]
-
-    @cython.cfunc
-    def _put_body(self, n: cython.Py_ssize_t, surface: Any) -> object:
-        """A body is there, and is like that."""
-        row: cython.Py_ssize_t
-        rotation, place = surface.pose
-        shape = surface.shape
-        sizes = (*shape, 0.0, 0.0, 0.0)[:3]
-        self._kind[n] = KINDS[type(shape)]
-        for i in range(9):
-            self._pose[n, i] = rotation[i]
-        for i in range(3):
-            self._pose[n, 9 + i] = place[i]
-            self._size[n, i] = sizes[i]
-        self._material[n, 0], self._material[n, 1] = surface.stiffness, surface.friction
-        self._upright[n] = -1
-        if isinstance(shape, Box):
-            axis = max((0, 1, 2), key=lambda each: abs(rotation[6 + each]))
-            if abs(rotation[6 + axis]) > _UPRIGHT:
-                self._upright[n] = axis
-        elif isinstance(shape, Cylinder) and abs(rotation[8]) > _UPRIGHT:
-            self._upright[n] = 2
-        rows = [rotation[0:3], rotation[3:6], rotation[6:9]]
-        for row in range(3):
-            r: Any = rows[row]
-            if isinstance(shape, Box):
-                far = sum(abs(a) * half for a, half in zip(r, shape, strict=True))
-            elif isinstance(shape, Sphere):
-                far = shape.radius
-            elif isinstance(shape, Cylinder):
-                far = abs(r[2]) * shape.half_z + shape.radius * max(0.0, 1.0 - r[2] * r[2]) ** 0.5
-            else:
-                far = inf
-            self._reach[n, row] = far
-        self._span[n, 0], self._span[n, 1] = place[2] - self._reach[n, 2], place[2] + self._reach[n, 2]
-        return None
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _apart(self, x: cython.Py_ssize_t, y: cython.Py_ssize_t) -> cython.double:
-        """Two bodies are no nearer to each other (m), by the boxes round them."""
-        p, r = self._pose, self._reach
-        most: cython.double = -1e300
-        for i in range(3):
-            most = max(most, fabs(p[x, 9 + i] - p[y, 9 + i]) - r[x, i] - r[y, i])
-        return most
 
     @cython.cfunc
     @cython.exceptval(check=True)
@@ -260,20 +161,6 @@ class Places:
         return None
 
     @cython.cfunc
-    @cython.exceptval(check=True)
-    def _next(self, x: cython.Py_ssize_t, y: cython.Py_ssize_t, key: cython.longlong) -> cython.Py_ssize_t:
-        """Where the next place is noted, of two bodies, under a key."""
-        n: cython.Py_ssize_t = self._met
-        if n == self._room:
-            wide: Any = np.zeros((2 * n, WIDE))
-            own: Any = np.zeros((2 * n, 6), dtype=np.intp)
-            keys: Any = np.zeros(2 * n, dtype=np.int64)
-            wide[:n], own[:n], keys[:n] = self._c, self._i, self._k
-            self._c, self._i, self._k, self._room = wide, own, keys, 2 * n
-        self._i[n, 0], self._i[n, 1], self._k[n] = x, y, key
-        return n
-
-    @cython.cfunc
     @cython.exceptval(check=False)
     def _is_beside(self, n: cython.Py_ssize_t) -> cython.bint:
         """Whether neither body is below the other, but for what presses from above: the arm, and what it
@@ -364,87 +251,35 @@ class Places:
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _find(self, key: cython.longlong) -> cython.Py_ssize_t:
-        """Where in the table a key is, or would be."""
-        mask: cython.Py_ssize_t = self._table - 1
-        pair: cython.longlong = key // _MOST_PLACES
-        slot: cython.Py_ssize_t = (31 * pair + 1009 * (pair // _MOST_BODIES) + key) & mask
-        while self._keys[slot] != -1 and self._keys[slot] != key:
-            slot = (slot + 1) & mask
-        return slot
+    def _depth(self, m: cython.Py_ssize_t) -> cython.double:
+        """Of a place, as a plane, at the ways that are tried."""
+        c, t = self._c, self._t
+        depth: cython.double = c[m, 13]
+        k = self._i[m, 4]
+        if k >= 0:
+            depth -= c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2] + c[m, 29] * t[k, 3]
+        k = self._i[m, 5]
+        if k >= 0:
+            depth += c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2] + c[m, 30] * t[k, 3]
+        return depth
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _recall(self, n: cython.Py_ssize_t) -> cython.void:
-        """What is remembered of a place, if it has not been elsewhere since."""
-        c, m, i = self._c, self._memory, self._i
-        for k in range(7, 13):
-            c[n, k] = 0.0
-        slot: cython.Py_ssize_t = self._find(self._k[n])
-        if self._keys[slot] == -1:
-            return
-        x: cython.Py_ssize_t = i[n, 0]
-        square: cython.double = 0.0
-        off: cython.double
-        for k in range(3):
-            off = c[n, k] - self._pose[i[n, 1], 9 + k] - m[slot, 3 + k]
-            if x >= 0:
-                off += self._pose[x, 9 + k]
-            square += off * off
-        if square < _FORGETS * _FORGETS:
-            for k in range(3):
-                c[n, 7 + k], c[n, 10 + k] = m[slot, k], m[slot, 6 + k]
-
-    @cython.cfunc
-    def _remember(self, n: cython.Py_ssize_t, near_m: cython.double) -> object:
-        """Note by which way a place has come in, as `_touch` has found it last, or that it has gone."""
-        c, m = self._c, self._memory
-        slot: cython.Py_ssize_t = self._find(self._k[n])
-        if c[n, 28] <= -near_m:
-            if self._keys[slot] != -1:
-                for k in range(_NUMBERS):
-                    m[slot, k] = 0.0
-            return None
-        if self._keys[slot] == -1:
-            if 2 * self._used >= self._table:
-                self._sift()
-                m, slot = self._memory, self._find(self._k[n])
-            self._keys[slot] = self._k[n]
-            self._used += 1
-        for k in range(3):
-            m[slot, k], m[slot, 3 + k], m[slot, 6 + k] = c[n, 22 + k], c[n, 25 + k], c[n, 10 + k]
-        return None
-
-    @cython.cfunc
-    def _sift(self) -> object:
-        """Make room in the table: what has gone is dropped, and where little has, it gets larger."""
-        self.restore(self.kept())
-        return None
-
-    def kept(self) -> Any:
-        """What is remembered of all places, to be brought back."""
-        keys, memory = np.asarray(self._keys), np.asarray(self._memory)
-        there = (keys != -1) & memory[:, :3].any(axis=1)
-        return keys[there].tobytes(), memory[there].tobytes()
-
-    def restore(self, kept: Any) -> None:
-        """Remember that again."""
-        keys = np.frombuffer(kept[0], dtype=np.int64)
-        memory = np.frombuffer(kept[1]).reshape(len(keys), _NUMBERS)
-        size = 1024
-        while size < 4 * len(keys):
-            size *= 2
-        self._table = size
-        self._keys, self._memory = np.full(size, -1, dtype=np.int64), np.zeros((size, _NUMBERS))
-        self._used = len(keys)
-        n: cython.Py_ssize_t
-        slot: cython.Py_ssize_t
-        for n in range(len(keys)):
-            slot = self._find(keys[n])
-            self._keys[slot] = keys[n]
-            for k in range(_NUMBERS):
-                self._memory[slot, k] = memory[n, k]
-
-    def forget(self) -> None:
-        """No body has met another."""
-        self.restore((b"", b""))
+    def _rub(self, m: cython.Py_ssize_t) -> tuple[cython.double, cython.double, cython.double]:
+        """How far friction's spring at a place would be wound (m), if it held all, at the ways that are
+        tried."""
+        c, t = self._c, self._t
+        ux: cython.double = 0.0
+        uy: cython.double = 0.0
+        uz: cython.double = 0.0
+        k = self._i[m, 4]
+        if k >= 0:
+            ux, uy, uz = t[k, 0] - t[k, 3] * c[m, 18], t[k, 1] + t[k, 3] * c[m, 17], t[k, 2]
+        k = self._i[m, 5]
+        if k >= 0:
+            ux -= t[k, 0] - t[k, 3] * c[m, 20]
+            uy -= t[k, 1] + t[k, 3] * c[m, 19]
+            uz -= t[k, 2]
+        nx, ny, nz = c[m, 14], c[m, 15], c[m, 16]
+        out = ux * nx + uy * ny + uz * nz
+        return c[m, 10] + ux - out * nx, c[m, 11] + uy - out * ny, c[m, 12] + uz - out * nz

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import dist, hypot, inf
 
-from iiwa_sim.contact.crowd_kernel import Gone, Presses
+from iiwa_sim.contact.crowd import Gone, Presses
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.places_kernel import STEP_M
 from iiwa_sim.contact.surface import Surface

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist
 
-from iiwa_sim.contact.crowd_kernel import Presses
+from iiwa_sim.contact.crowd import Presses
 from iiwa_sim.contact.link_forces_kernel import STIFFEST_N_PER_M
 from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.surface import Surface

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from iiwa_sim.contact.crowd_kernel import Laid
+from iiwa_sim.contact.crowd import Laid
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
 from iiwa_sim.handling.falling import Body

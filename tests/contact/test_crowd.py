@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.crowd_kernel import Crowd, Gone, Laid, Presses
+from iiwa_sim.contact.crowd import Gone, Laid, Presses
+from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame, Transform

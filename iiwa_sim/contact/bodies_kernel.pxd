@@ -1,0 +1,32 @@
+# For the kernels that have parts meet.
+cdef class Bodies:
+    cdef Py_ssize_t _parts             # bodies that are parts; surfaces follow
+    cdef Py_ssize_t _bodies
+    cdef Py_ssize_t _held              # the part that the arm holds, or -1
+    cdef int[::1] _kind
+    cdef double[:, ::1] _size
+    cdef double[:, ::1] _pose          # rotation, place
+    cdef int[::1] _upright             # which axis of what stands is vertical, -1 of all else
+    cdef double[:, ::1] _span          # lowest and highest place (m)
+    cdef double[:, ::1] _reach         # half the box round it, along the axes of the base
+    cdef double[:, ::1] _material      # stiffness (N/m), friction
+    cdef long long[::1] _id            # under which it is remembered
+    # What is remembered, in a table of open addresses.
+    cdef Py_ssize_t _table
+    cdef Py_ssize_t _used
+    cdef long long[::1] _keys
+    cdef double[:, ::1] _memory
+    # Of places that meet in this tick: numbers, two bodies (-1: none), whether a rim, whether the other is tall.
+    cdef Py_ssize_t _met
+    cdef Py_ssize_t _room
+    cdef double[:, ::1] _c
+    cdef Py_ssize_t[:, ::1] _i
+    cdef long long[::1] _k             # keys
+    cdef object _make_room(self, Py_ssize_t count)
+    cdef object _put_body(self, Py_ssize_t n, object surface)
+    cdef double _apart(self, Py_ssize_t x, Py_ssize_t y) noexcept
+    cdef Py_ssize_t _find(self, long long key) noexcept
+    cdef object _sift(self)
+    cdef Py_ssize_t _next(self, Py_ssize_t x, Py_ssize_t y, long long key) except *
+    cdef void _recall(self, Py_ssize_t n) noexcept
+    cdef object _remember(self, Py_ssize_t n, double near_m)

@@ -1,0 +1,247 @@
+"""What springs between parts store, and what that leaves of their motion: counted as it really is.
+
+What would be too much at the end of a tick is taken from the parts' speed, and if that is not enough, from
+their way. So parts and springs have no more energy than before.
+"""
+
+# mypy: allow-untyped-decorators, allow-subclassing-any
+
+from __future__ import annotations
+
+from typing import Any
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import sqrt
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.balance_kernel import Balance
+    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
+else:
+    from iiwa_sim.contact.balance_kernel import Balance
+    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
+
+NEAR_M = 2e-4
+"""What is no farther than this, and than it may come in the tick, is met."""
+_NEAR = cython.declare(cython.double, NEAR_M)
+_HALVINGS = cython.declare(cython.Py_ssize_t, 12)
+_SPHERE = cython.declare(cython.int, 2)
+_CYLINDER = cython.declare(cython.int, 3)
+# Of half an edge: points there have the moments of a face.
+_THIRD = cython.declare(cython.double, 0.5773502691896258)
+
+
+@cython.cclass
+class Stored(Balance):
+    """Parts that may move, and what they have of energy."""
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _rest_on(
+        self, n: cython.Py_ssize_t, mass: cython.double, more: cython.double, about: cython.double
+    ) -> cython.void:
+        """The four points at which a part rubs on what it lies on, with the moments of its face, and its
+        inertia."""
+        p, size, g = self._pose, self._size, self._points
+        ax: cython.double = 0.0
+        ay: cython.double = 0.0
+        bx: cython.double = 0.0
+        by: cython.double = 0.0
+        turning: cython.double
+        if self._kind[n] == _SPHERE:
+            turning = 0.4 * mass * size[n, 0] * size[n, 0]
+        elif self._kind[n] == _CYLINDER and self._upright[n] >= 0:
+            ax = by = 0.5 * size[n, 0]
+            turning = 0.5 * mass * size[n, 0] * size[n, 0]
+        elif self._kind[n] == _CYLINDER:
+            ax, ay = _THIRD * size[n, 1] * p[n, 2], _THIRD * size[n, 1] * p[n, 5]
+            turning = mass * (0.25 * size[n, 0] * size[n, 0] + size[n, 1] * size[n, 1] / 3.0)
+        else:
+            up: cython.Py_ssize_t = self._upright[n] if self._upright[n] >= 0 else 2
+            i: cython.Py_ssize_t = (up + 1) % 3
+            j: cython.Py_ssize_t = (up + 2) % 3
+            ax, ay = _THIRD * size[n, i] * p[n, i], _THIRD * size[n, i] * p[n, 3 + i]
+            bx, by = _THIRD * size[n, j] * p[n, j], _THIRD * size[n, j] * p[n, 3 + j]
+            turning = mass * (size[n, i] * size[n, i] + size[n, j] * size[n, j]) / 3.0
+        g[n, 0], g[n, 1], g[n, 2], g[n, 3] = ax + bx, ay + by, bx - ax, by - ay
+        g[n, 4], g[n, 5], g[n, 6], g[n, 7] = -ax - bx, -ay - by, ax - bx, ay - by
+        for k in range(3):
+            self._mass[n, k] = mass + more
+        self._mass[n, 3] = turning + about
+
+    @cython.cfunc
+    def _go(self) -> object:
+        """Have all go as far as what is really stored then allows."""
+        moving: cython.double = 0.0
+        share: cython.double = 1.0
+        slower: cython.double = 0.0
+        for k in range(self._many):
+            moving += self._energy(k, 0.0)
+        for _half in range(_HALVINGS):
+            self._put(share)
+            left: cython.double = moving - self._gained(share == 1.0)
+            if left >= 0.0:
+                fast: cython.double = 0.0
+                for k in range(self._many):
+                    fast += self._energy(k, share)
+                slower = 1.0 if fast <= left else sqrt(left / fast)
+                break
+            share *= 0.5
+        else:
+            share = 0.0
+            self._put(0.0)
+            self._gained(False)
+        for m in range(self._met):
+            self._keep(m)
+        self._share, self._slower = share, slower
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _put(self, share: cython.double) -> cython.void:
+        """All are where a share of their way ends."""
+        for k in range(self._many):
+            for i in range(4):
+                self._t[k, i] = share * self._d[k, i]
+            self._turn[k, 0], self._turn[k, 1] = cosine(self._t[k, 3]), sine(self._t[k, 3])
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _energy(self, k: cython.Py_ssize_t, share: cython.double) -> cython.double:
+        """Of motion (J): before, or for a share of the way."""
+        n = self._group[k]
+        total: cython.double = 0.0
+        fast: cython.double
+        for i in range(4):
+            fast = self._velocity[n, i] if share == 0.0 else share * self._d[k, i] / self._tick
+            total += 0.5 * self._mass[n, i] * fast * fast
+        return total
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _gained(self, winds: cython.bint) -> cython.double:
+        """By how much more is stored where all are now than before (J): by height, and in all springs;
+        friction only takes. What is stored is noted."""
+        total: cython.double = 0.0
+        stored: cython.double = 0.0
+        c = self._c
+        one: cython.double
+        two: cython.double
+        limit: cython.double
+        for k in range(self._many):
+            n = self._group[k]
+            one = max(0.0, self._below[n, 1])
+            two = max(0.0, self._below[n, 1] - self._t[k, 2])
+            total += self._below[n, 2] * self._t[k, 2] + 0.5 * self._below[n, 0] * (two * two - one * one)
+            one = two = 0.0
+            for j in range(4):
+                one += self._wound[n, 2 * j] ** 2 + self._wound[n, 2 * j + 1] ** 2
+                x, y = self._winds(k, j, winds)
+                two += x * x + y * y
+            total += 0.125 * self._below[n, 0] * (two - one)
+        for m in range(self._met):
+            one, two = max(0.0, c[m, 13]), max(0.0, self._touch(m, True))
+            total += 0.5 * c[m, 4] * (two * two - one * one)
+            stored += 0.5 * c[m, 4] * two * two
+            limit = c[m, 5] * c[m, 4] * two
+            if limit > 0.0:
+                x, y, z = self._rub(m)
+                total += _held(c[m, 6], limit, sqrt(x * x + y * y + z * z))
+                x, y, z = c[m, 10], c[m, 11], c[m, 12]
+                total -= _held(c[m, 6], limit, sqrt(x * x + y * y + z * z))
+        self._stored = stored
+        return total
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _winds(
+        self, k: cython.Py_ssize_t, j: cython.Py_ssize_t, winds: cython.bint
+    ) -> tuple[cython.double, cython.double]:
+        """How far friction's spring at one of the points below a part is wound (m) where that is now."""
+        n = self._group[k]
+        x: cython.double = self._wound[n, 2 * j]
+        y: cython.double = self._wound[n, 2 * j + 1]
+        moves: cython.bint = False
+        for i in range(4):
+            moves = moves or self._t[k, i] != 0.0
+        if not winds or not moves:
+            return x, y
+        x += self._t[k, 0] - self._t[k, 3] * self._points[n, 2 * j + 1]
+        y += self._t[k, 1] + self._t[k, 3] * self._points[n, 2 * j]
+        carried: cython.double = self._below[n, 0] * max(0.0, self._below[n, 1] - self._t[k, 2])
+        most: cython.double = self._material[n, 1] * (carried + self._below[n, 3]) / self._below[n, 0]
+        length = sqrt(x * x + y * y)
+        if length > most:
+            x, y = x * most / length, y * most / length
+        return x, y
+
+    @cython.cfunc
+    def _keep(self, m: cython.Py_ssize_t) -> object:
+        """Remember a place as it is where all are now."""
+        if self._k[m] == -2:
+            return None
+        c = self._c
+        longest: cython.double = c[m, 5] * c[m, 4] * max(0.0, c[m, 28]) / c[m, 6]
+        x, y, z = self._rub(m)
+        length = sqrt(x * x + y * y + z * z)
+        share: cython.double = 1.0 if length <= longest else longest / length
+        c[m, 10], c[m, 11], c[m, 12] = share * x, share * y, share * z
+        self._stored += 0.5 * c[m, 6] * (c[m, 10] ** 2 + c[m, 11] ** 2 + c[m, 12] ** 2)
+        self._remember(m, _NEAR)
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _moves(self, n: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """The number of a body among those that may move; -1 for one that does not."""
+        if 0 <= n < self._parts and self._slot[n] >= 0:
+            return self._slot[n]
+        return -1
+
+    @cython.cfunc
+    def _join(self) -> object:
+        """Find which places are whose, and begin with the ways that parts would go for themselves."""
+        c, t = self._c, self._t
+        if self._mine.shape[0] < 2 * self._room:
+            self._mine: Any = np.zeros(2 * self._room, dtype=np.intp)
+        count: cython.Py_ssize_t = 0
+        side: cython.Py_ssize_t
+        for k in range(self._many):
+            self._first[k] = 0
+            for i in range(4):
+                t[k, i] = self._tick * self._velocity[self._group[k], i]
+        for m in range(self._met):
+            c[m, 29] = c[m, 17] * c[m, 15] - c[m, 18] * c[m, 14]
+            c[m, 30] = c[m, 19] * c[m, 15] - c[m, 20] * c[m, 14]
+            c[m, 21] = 0.0
+            for side in range(2):
+                k = self._moves(self._i[m, side])
+                self._i[m, 4 + side] = k
+                if k >= 0:
+                    self._first[k] += 1
+        for k in range(self._many):
+            count += self._first[k]
+            self._first[k] = count
+        self._first[self._many] = count
+        for m in range(self._met - 1, -1, -1):
+            for side in range(2):
+                k = self._i[m, 4 + side]
+                if k >= 0:
+                    self._first[k] -= 1
+                    self._mine[self._first[k]] = m
+        for m in range(self._met):
+            out: cython.double = c[m, 10] * c[m, 14] + c[m, 11] * c[m, 15] + c[m, 12] * c[m, 16]
+            for i in range(3):
+                c[m, 10 + i] -= out * c[m, 14 + i]
+        for k in range(self._many):
+            self._open[k] = 1
+        return None
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def _held(holding: cython.double, limit: cython.double, length: cython.double) -> cython.double:
+    """What friction's spring stores, and takes where it slips (J)."""
+    if holding * length <= limit:
+        return 0.5 * holding * length * length
+    return limit * length - 0.5 * limit * limit / holding
