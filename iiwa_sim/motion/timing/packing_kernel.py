@@ -68,7 +68,7 @@ def merged(
     m: cython.Py_ssize_t = 0
     groups: cython.Py_ssize_t = of.shape[0] + cuts.shape[0]
     of_array, first_array = np.empty(groups, dtype=np.intp), np.zeros(groups + 1, dtype=np.intp)
-    weights_array, rows_array = np.zeros((groups, 4)), np.zeros((rows.shape[0] + cuts.shape[0], COLUMNS))
+    weights_array, rows_array = np.empty((groups, 4)), np.empty((rows.shape[0] + cuts.shape[0], COLUMNS))
     new_of: cython.Py_ssize_t[::1] = of_array
     new_first: cython.Py_ssize_t[::1] = first_array
     new_weights: cython.double[:, ::1] = weights_array

@@ -1,8 +1,6 @@
 """Chains as they are planned: limits between ticks, too, and durations near the optimum."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +9,7 @@ from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.description import load_robot
-from tests.asked import joint_move, lin_joint_move, lin_move, ptp_move
+from tests.asked import lin_joint_move, lin_move, ptp_move
 from tests.stepped import ALL_ROBOTS, ARMS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
 
 TICK_S = 0.002
@@ -47,30 +45,6 @@ def test_lines_take_little_more_than_the_time_optimal_without_jerk_limit(
     assert min(ratios) > 0.996  # what accelerations between knots may be above their limits
     assert np.median(ratios) < median
     assert np.percentile(ratios, 95) < most
-
-
-def test_a_plan_does_not_depend_on_what_memory_held_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Once rows that were added to a clock were read where nothing had been written yet."""
-
-    def joints() -> list[tuple[float, ...]]:
-        robot = SteppedRobot()
-        away = (0.5, 0.3, -0.2, -1.5, 0.6, 0.6, -0.4)
-        robot.controller.move(joint_move(away, [1.0] * 7))
-        robot.controller.move(lin_move(robot.tcp_frame(away)._replace(z_mm=400.0), 0.5, 20.0))
-        robot.runs_until_stopped()
-        return robot.joints
-
-    def held(value: float) -> Callable[..., Any]:
-        def empty(shape: Any, dtype: Any = float) -> Any:
-            return np.full(shape, value if dtype is float else 0, dtype)
-
-        return empty
-
-    found = []
-    for value in (0.0, 3.0, np.nan, np.inf):
-        monkeypatch.setattr(np, "empty", held(value))
-        found.append(joints())
-    assert found[1:] == found[:-1]
 
 
 def test_jerks_hold_on_both_sides_of_a_seam() -> None:
