@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.link_forces_kernel import LinkContact
-from iiwa_sim.contact.links_kernel import Links
+from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES, LinkContact
+from iiwa_sim.contact.links_kernel import Links, Worn
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse, transform_from_euler
@@ -254,6 +254,43 @@ def test_compiled_and_interpreted_feel_the_same_bits() -> None:
             assert arms[0].yielding_to == arms[1].yielding_to
             assert [tuple(each) for each in arms[0].contacts] == [tuple(each) for each in arms[1].contacts]
     assert touched > 3
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_what_is_looked_at_when_it_is_due_has_the_bits_of_looking_at_all_in_each_tick(name: str) -> None:
+    """Along random ways among surfaces, with jaws that open and close meanwhile."""
+    rng, model, touched = np.random.default_rng(7), MODELS[name], 0
+    rows = zip(SHAPES, rng.uniform(-0.6, 0.6, (4, 3)).tolist(), strict=True)
+    placed = {
+        str(n): surface(shape, at(x, y, -1.0 if n == 0 else 0.3 + abs(z)), name=str(n), friction=0.4)
+        for n, (shape, (x, y, z)) in enumerate(rows)
+    }
+
+    def jaws(half: float) -> list[Worn]:
+        ends = [((0.0, side * half, 0.02), (0.0, side * half, 0.1)) for side in (-1.0, 1.0)]
+        return [Worn(Capsule("jaw", 0, *each, 0.01), SURFACES + PARTS) for each in ends]
+
+    due, each_tick = links_of(name), links_of(name)
+    for arm in (due, each_tick):
+        arm.wear(jaws(0.03))
+        arm.surround(placed, model.description.home)
+    joints = np.array(model.description.home)
+    for _ in range(12):
+        target = np.array(joints_at(name, rng.uniform(-0.7, 0.7, 7).tolist()))
+        for share in np.linspace(0.02, 1.0, 50):
+            there = tuple((joints + share * (target - joints)).tolist())
+            each_tick.surround(placed, there)
+            for arm in (due, each_tick):
+                arm.rewear(jaws(0.03 + 0.02 * float(np.sin(20.0 * share))))
+                arm.step(there, TICK_S)
+            touched += bool(due.contacts)
+            assert (due.torques, due.worn, due.contacts) == (
+                each_tick.torques,
+                each_tick.worn,
+                each_tick.contacts,
+            )
+        joints = target
+    assert 10 < touched < 550
 
 
 @given(
