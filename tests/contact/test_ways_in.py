@@ -70,7 +70,9 @@ def test_straight_through_a_body_the_way_out_stays_the_same(
     sizes = [*shape, *shape, *shape] if isinstance(shape, Sphere) else [*shape]
     if isinstance(shape, Cylinder):
         sizes = [shape.radius, shape.radius, shape.half_z]
-    off *= min(sizes)
+    # What is round is left sideways by who has come in beside its middle.
+    flat = isinstance(shape, Box) or (isinstance(shape, Cylinder) and axis == 2)
+    off *= min(sizes) if flat else 0.0
     for step in range(400):
         place = [0.0, 0.0, 0.0]
         place[axis], place[(axis + 1) % 3] = side * (0.1 - 5e-4 * step), off
