@@ -40,9 +40,10 @@ RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
 # the check imports what is installed; otherwise the checkout in /src comes first.
 WORKDIR /src
 COPY . .
-# Git is not in here to tell the version; where nobody does, setuptools-scm takes that of pyproject.toml.
+# Git is not in here to tell the version; where nobody does, setuptools-scm takes that of pyproject.toml. Kernels are C: they
+# need no tables to unwind, nor pages of their own for code.
 ARG VERSION
-RUN SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM="${VERSION}" \
+RUN CFLAGS="-fno-asynchronous-unwind-tables" LDFLAGS="-Wl,-z,noseparate-code" SETUPTOOLS_SCM_PRETEND_VERSION_FOR_IIWA_SIM="${VERSION}" \
         /opt/iiwa-sim/bin/pip install --no-cache-dir --no-deps . \
     && /opt/iiwa-sim/bin/python -I tools/prune_libraries.py \
     && /opt/iiwa-sim/bin/python -I tools/stand_in.py libassimp.so Assimp \
