@@ -18,6 +18,8 @@ from tests.processes import Process, ended, fails, killed_unless_done, running, 
 from tests.recordings.recorded import FAR, Robot, is_whole, states_by_now
 from tests.talking import DEADLINE_S, wait_until
 
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="it is looked for in /proc")
+
 # Runs the program with files that cannot grow beyond 200 kB, as on a disk that is nearly full.
 LITTLE_ROOM = """
 import resource, signal, sys
@@ -29,14 +31,25 @@ sys.exit(main(sys.argv[1:]))
 
 
 def writer_of(process: int) -> int:
-    """The number of the process that writes what another one records."""
-    children = Path(f"/proc/{process}/task/{process}/children").read_text("ascii").split()
-    (found,) = (pid for pid in map(int, children) if b"iiwa_sim.recordings" in command_of(pid))
+    """The number of the process that writes what another one records, which is its last argument."""
+    (found,) = (
+        int(folder.name)
+        for folder in Path("/proc").glob("[0-9]*")
+        if b"iiwa_sim.recordings" in (words := command_of(folder)) and words[-1] == str(process).encode()
+    )
     return found
 
 
-def command_of(process: int) -> bytes:
-    return Path(f"/proc/{process}/cmdline").read_bytes()
+def command_of(folder: Path) -> list[bytes]:
+    """The command of a process; empty once it has ended, also where nobody has asked for its exit code."""
+    try:
+        return (folder / "cmdline").read_bytes().rstrip(b"\0").split(b"\0")
+    except OSError:  # gone
+        return [b""]
+
+
+def wait_for_the_end_of(process: int) -> None:
+    wait_until(lambda: command_of(Path("/proc", str(process))) == [b""])
 
 
 def wait_for_states(path: Path, ticks: int) -> int:
@@ -84,6 +97,7 @@ def test_a_full_disk_from_the_start_is_told_at_once() -> None:
     assert told == "iiwa-sim: /dev/full: cannot be written: No space left on device\n"
 
 
+@LINUX
 def test_a_robot_that_is_killed_leaves_a_whole_file(tmp_path: Path) -> None:
     """It lacks what was not handed over, a twentieth of a second, and says that it was left."""
     path = tmp_path / "run.mcap"
@@ -95,7 +109,7 @@ def test_a_robot_that_is_killed_leaves_a_whole_file(tmp_path: Path) -> None:
     wait_until(lambda: is_whole(path))
     assert check_whole(path) >= seen
     assert b"and the recording with it" in path.read_bytes()
-    wait_until(lambda: not Path(f"/proc/{writer}").exists())
+    wait_for_the_end_of(writer)
 
 
 # Forks, as multiprocessing does: the child keeps all that is open.
@@ -128,6 +142,7 @@ def test_a_robot_that_is_killed_leaves_a_whole_file_though_a_child_holds_its_con
             os.kill(child, signal.SIGKILL)
 
 
+@LINUX
 def test_what_ends_a_group_of_processes_leaves_a_whole_file(tmp_path: Path) -> None:
     """Such as a CI job that is cancelled, or Ctrl-C; and what is meant for the one that writes, too."""
     path = tmp_path / "run.mcap"
@@ -148,7 +163,7 @@ def test_what_ends_a_group_of_processes_leaves_a_whole_file(tmp_path: Path) -> N
             process.kill()
     assert (process.returncode, said) == (0, "")
     assert check_whole(path) >= seen
-    assert not Path(f"/proc/{writer}").exists(), "it has ended before"
+    wait_for_the_end_of(writer)
 
 
 def test_the_robot_goes_on_where_the_process_that_writes_is_killed(
