@@ -6,3 +6,4 @@ cdef class LinksBeside(LinkForces):
     cdef double[::1] _before           # joint positions of the last tick (rad)
     cdef double[:, ::1] _ends_before   # when `goes` was asked last
     cdef object _speeds(self, object joints, double tick_s)
+    cdef bint _is_out(self, Py_ssize_t s, double base_m)

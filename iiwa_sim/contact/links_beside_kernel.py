@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import cython
 from cython.cimports.libc.math import sqrt
 
-from iiwa_sim.contact.link_forces_kernel import PARTS
 from iiwa_sim.contact.ways_in_kernel import NOT_IN
+from iiwa_sim.contact.worn import PARTS
 from iiwa_sim.frames import Vector
 
 if cython.compiled:
@@ -21,6 +21,7 @@ else:
 
 NEAR_M = 0.02
 """Of a pair that is farther apart (m) only a bound of the distance is found."""
+_NEAR_M = cython.declare(cython.double, NEAR_M)
 _TOUCHES_M = cython.declare(cython.double, 1e-3)  # who asks whether a part may be touched needs no more
 _PARTS = cython.declare(cython.int, PARTS)
 
@@ -148,3 +149,14 @@ class LinksBeside(LinkForces):
             ax, ay, az = ax + part * dx, ay + part * dy, az + part * dz
             least = min(least, sqrt(ax * ax + ay * ay + az * az) - self._radius[c])
         return float(least)
+
+    @cython.cfunc
+    def _is_out(self, s: cython.Py_ssize_t, base_m: cython.double) -> cython.bint:
+        """Whether no link is in a surface, and the base not deeper than so."""
+        for c in range(self._capsule_count):
+            if self._moved_by[c] > 0 and not self._can_feel(c, s):
+                continue
+            self._recall(c, s)
+            if self.gap(c, s, _NEAR_M)[0] < (-base_m if self._moved_by[c] == 0 else 0.0):
+                return False
+        return True

@@ -16,16 +16,16 @@ far that the nearest of them could touch; then only that is, and what is as near
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES
 from iiwa_sim.contact.links_beside_kernel import NEAR_M
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
 from iiwa_sim.robot.capsules import Capsule
 
 if cython.compiled:
@@ -37,17 +37,6 @@ _NEAR_M = cython.declare(cython.double, NEAR_M)
 STANDS_M = 0.02
 """A floor may reach so far into the base."""
 _STANDS_M = cython.declare(cython.double, STANDS_M)
-
-
-class Worn(NamedTuple):
-    """A capsule that is fixed to the flange."""
-
-    capsule: Capsule
-    """As in the flange."""
-    feels: int
-    """Of `SURFACES` and `PARTS`; 0 for nothing now."""
-    share: float = 1.0
-    """What it feels of a surface's stiffness: with others side by side a part of it."""
 
 
 @cython.cclass
@@ -306,14 +295,3 @@ class Links(LinksBeside):
         self.contacts = tuple(felt)
         self.yielding_to = tuple(pushing) if any(pushing) else None
         return None
-
-    @cython.cfunc
-    def _is_out(self, s: cython.Py_ssize_t, base_m: cython.double) -> cython.bint:
-        """Whether no link is in a surface, and the base not deeper than so."""
-        for c in range(self._capsule_count):
-            if self._moved_by[c] > 0 and not self._can_feel(c, s):
-                continue
-            self._recall(c, s)
-            if self.gap(c, s, _NEAR_M)[0] < (-base_m if self._moved_by[c] == 0 else 0.0):
-                return False
-        return True

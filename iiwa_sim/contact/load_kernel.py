@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import cython
 
 from iiwa_sim.contact.itself_kernel import Itself
-from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES
-from iiwa_sim.contact.links_kernel import Links, Worn
+from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model

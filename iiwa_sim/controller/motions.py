@@ -48,8 +48,7 @@ class Motions:
 
     @property
     def coming(self) -> Joints | None:
-        """Where the next tick brings the robot (rad), if nothing is asked for until then; None while it gives
-        way, which nobody knows before."""
+        """Where the next tick brings the robot (rad) if nothing is asked for; None while it gives way."""
         return None if self._follower.active else self._nominal.active.coming
 
     @property
@@ -130,10 +129,8 @@ class Motions:
         )
 
     def plan_way(self, reference: Reference, limits: JointLimits) -> Way:
-        """How to follow a trajectory in place of the one before, or from where the robot will rest.
-
-        Raises `ArithmeticError` where no way onto it is found.
-        """
+        """How to follow a trajectory in place of the one before, or from where the robot will rest. Raises
+        `ArithmeticError` where no way onto it is found."""
         here = self.rest_after_stop()
         still = (0.0,) * len(here)
         state = self._servo.state if self.tracked else (here, still, still)
@@ -159,11 +156,8 @@ class Motions:
     @property
     def planned(self) -> list[Planned]:
         """What runs, and is not being stopped, and what waits, in its order; holds, without a target, not."""
-        match self._next:
-            case Target() | Tracked() as wanted:
-                return [Planned(wanted.number, wanted.end, 0.0)]
-            case StiffnessMove(move=move):
-                return [planned_of(move)]
+        if self._next is not None and not isinstance(self._next, Hold):
+            return [self._next.planned]
         if self.holding:
             return []
         if (self._following or self.tracking) and self._newest is not None:
@@ -291,14 +285,12 @@ class Motions:
         nominal = self._nominal
         match self._next:
             case Target() as target:
-                nominal.activate_servo()
                 self._next = None
-                self._servo.head_for(target.end, target.limits)
+                nominal.activate_servo().head_for(target.end, target.limits)
                 self._following = True
             case Tracked(way=way):
-                nominal.activate_servo()
                 self._next = None
-                self._servo.follow(way)
+                nominal.activate_servo().follow(way)
                 self.tracking = True
             case StiffnessMove() | Hold():
                 self._yielding.start()

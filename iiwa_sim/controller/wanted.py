@@ -18,6 +18,11 @@ class Target(NamedTuple):
     """Joint positions (rad) of the target."""
     limits: JointLimits
 
+    @property
+    def planned(self) -> "Planned":
+        """Where the servo is to go."""
+        return Planned(self.number, self.end, 0.0)
+
 
 class Planned(NamedTuple):
     """Where a move, or a servo, is to go."""
@@ -42,6 +47,11 @@ class StiffnessMove(NamedTuple):
         """Joint positions (rad) at the end of the move."""
         return self.move.path.end
 
+    @property
+    def planned(self) -> Planned:
+        """Where the move is to go."""
+        return planned_of(self.move)
+
 
 class Hold(NamedTuple):
     """A gravity hold: springs that keep every joint where it is."""
@@ -60,6 +70,11 @@ class Tracked(NamedTuple):
     def end(self) -> Joints:
         """Joint positions (rad) at the end of the trajectory."""
         return self.way.reference.end
+
+    @property
+    def planned(self) -> Planned:
+        """Where the servo is to go."""
+        return Planned(self.number, self.end, 0.0)
 
 
 def planned_of(move: Move) -> Planned:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from math import ceil
 
-from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES
-from iiwa_sim.contact.links_kernel import Worn
+from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
 from iiwa_sim.frames import Transform
 from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.robot.capsules import Capsule

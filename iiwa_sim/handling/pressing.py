@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from math import dist
 
 from iiwa_sim.contact.crowd import Presses
-from iiwa_sim.contact.link_forces_kernel import STIFFEST_N_PER_M
+from iiwa_sim.contact.link_friction_kernel import STIFFEST_N_PER_M
 from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, apply, compose

@@ -213,8 +213,7 @@ class Workpieces(Lying):
 
     def kept(self) -> Parts:
         """All that is to be kept."""
-        bodies, held = tuple(self.bodies.values()), self._held
-        met = self.crowd.kept()
+        bodies, held, met = tuple(self.bodies.values()), self._held, self.crowd.kept()
         if held is None:
             return Parts(bodies, met=met)
         return Parts(bodies, held.in_tcp, held.slip, held.felt(), met)

@@ -63,11 +63,12 @@ class Nominal:
         self.servo.stop()
         self._pursuit = None
 
-    def activate_servo(self) -> None:
-        """Have the servo active, from rest where the robot is."""
+    def activate_servo(self) -> Servo:
+        """Have the servo active, from rest where the robot is; gives it."""
         if self.active is not self.servo:
             self.servo.start_from(self.active.joints)
             self.active = self.servo
+        return self.servo
 
     def begin_stream(self) -> None:
         """The move that begins next comes long after any other that it replaces."""

@@ -124,9 +124,8 @@ class Recorder:
         self._show_scene()
         self._add_state(self._read())
         for session, dialect in there:
-            now_ns = time.monotonic_ns()
-            tick = self._controller.tick
-            self._hear(DialogueLine(session, Direction.EVENT, "connected", tick, now_ns, dialect=dialect))
+            now = self._controller.tick, time.monotonic_ns()
+            self._hear(DialogueLine(session, Direction.EVENT, "connected", *now, dialect=dialect))
 
     def stop(self) -> None:
         """Record no more. Does nothing a second time."""

@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from iiwa_sim.contact.link_forces_kernel import PARTS, SURFACES, LinkContact
-from iiwa_sim.contact.links_kernel import Links, Worn
+from iiwa_sim.contact.link_forces_kernel import LinkContact
+from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.shapes import Box, Cylinder, Plane, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
 from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, inverse, transform_from_euler
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.description import load_robot

@@ -1,0 +1,19 @@
+"""What an arm wears on its flange, tools and jaws, as contact sees it."""
+
+from typing import NamedTuple
+
+from iiwa_sim.robot.capsules import Capsule
+
+SURFACES, PARTS = 1, 2
+"""What a capsule can feel; the sum for both."""
+
+
+class Worn(NamedTuple):
+    """A capsule that is fixed to the flange."""
+
+    capsule: Capsule
+    """As in the flange."""
+    feels: int
+    """Of `SURFACES` and `PARTS`; 0 for nothing now."""
+    share: float = 1.0
+    """What it feels of a surface's stiffness: with others side by side a part of it."""
