@@ -35,6 +35,10 @@ def main(descriptor: int, process: int) -> None:
                 continue
             if not said:
                 break
+            if len(given) < 2:  # too many files are open: whoever has sent them sees that nobody is here
+                for descriptor in given:
+                    os.close(descriptor)
+                continue
             connection, file = given
             stream = os.fdopen(file, "wb")
             frames = socket.socket(fileno=connection)

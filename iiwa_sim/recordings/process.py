@@ -16,10 +16,23 @@ from io import FileIO
 from pathlib import Path
 from weakref import WeakSet
 
+import iiwa_sim
 from iiwa_sim.recordings.fault import RecordingFault
 
 ENDS_S = 5.0
 """How long the process may take to end (s) once it has to."""
+_BEGINNING = """
+import runpy, sys
+*found, package, module, descriptor, process = sys.argv[1:]
+sys.path += found
+sys.path.insert(0, package)
+import iiwa_sim
+del sys.path[0]
+sys.argv[1:] = descriptor, process
+runpy.run_module(module, run_name="__main__", alter_sys=True)
+"""
+"""The library comes from where it is here, and so does what it needs, as far as this Python does not have it
+by itself: modules of a user's that are called as one of Python's (`random.py` beside a test) come last."""
 
 
 class WritingProcess:
@@ -31,12 +44,16 @@ class WritingProcess:
         """The process that it belongs to; not to those forked off it."""
         self._given: WeakSet[socket.socket] = WeakSet()
         self._control, theirs = socket.socketpair()
+        found: list[object] = [*sys.path]  # what is no text Python leaves out, too
         with theirs:
             try:
                 self._process = subprocess.Popen(
-                    # As it is here: neither with another folder in front, nor with fewer.
-                    [sys.executable, "-P", "-m", "iiwa_sim.recordings", f"{theirs.fileno()}", f"{self.of}"],
-                    env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                    [
+                        *(sys.executable, "-I", "-c", _BEGINNING),
+                        *(each for each in found if isinstance(each, str)),
+                        str(Path(iiwa_sim.__path__[0]).parent),
+                        *("iiwa_sim.recordings", f"{theirs.fileno()}", f"{self.of}"),
+                    ],
                     stdin=subprocess.DEVNULL,
                     stdout=subprocess.DEVNULL,
                     pass_fds=(theirs.fileno(),),

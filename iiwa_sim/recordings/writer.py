@@ -126,6 +126,8 @@ class Writer:
         return self._sent, self._signs
 
     def _append(self, frame: bytes) -> None:
+        if self._over:
+            return
         self._waiting.append(memoryview(frame))
         self._waiting_bytes += len(frame)
         self._send()

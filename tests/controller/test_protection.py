@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.backdoor.states import States
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.shapes import Plane
@@ -103,6 +104,27 @@ def test_a_robot_that_presses_too_hard_stops_in_the_tick_in_which_a_joint_passes
     robot.runs_until_stopped()
     assert robot.controller.tool_frame().z_mm > down(robot, 0.0).z_mm - 1e-6
     assert len(robot.faults) == 1
+
+
+def test_a_robot_that_presses_beyond_its_limits_is_led_out_after_each_restore() -> None:
+    robot = watched(floor_mm=5.0)
+    start = robot.controller.tool_frame()
+    states = States(robot.controller)
+    robot.controller.move(lin_move(down(robot, 60.0), 0.2, 0.0))
+    robot.runs_until_stopped()
+    robot.controller.reset_error()
+    robot.step(5)
+    states.save("pressed")
+    for _ in range(3):
+        states.restore("pressed")
+        robot.controller.move(lin_move(start, 0.2, 0.0))
+        robot.runs_until_stopped()
+        assert len(robot.faults) == 1
+        assert robot.controller.tool_frame() == pytest.approx(start, abs=1e-6)
+    states.restore("pressed")
+    robot.controller.move(lin_move(down(robot, 10.0), 0.1, 0.0))
+    robot.runs_until_stopped()
+    assert len(robot.faults) == 2, "but not farther in"
 
 
 def test_after_a_reset_the_robot_is_led_out_but_not_farther_in() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -229,6 +230,48 @@ def test_the_program_that_records_is_not_run_again(tmp_path: Path) -> None:
     done = ended([sys.executable, script], cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (0, "once\n", "")
     assert check_whole(tmp_path / "run.mcap") == 50
+
+
+def test_modules_of_a_user_that_are_called_as_one_of_pythons_come_last(tmp_path: Path) -> None:
+    """Such as those beside a test, whose folder pytest puts in front; Python leaves out what is no text."""
+    folder = tmp_path / "tests"
+    folder.mkdir()
+    for name in ("random", "signal", "platform", "numbers", "msgspec", "mcap"):
+        (folder / f"{name}.py").write_text("raise RuntimeError('another one')")
+    script = tmp_path / "main.py"
+    script.write_text(
+        "import sys, pathlib\n"
+        "from iiwa_sim import Simulator\n"
+        "with Simulator(port=0, clock='stepped') as robot:\n"
+        f"    sys.path[:0] = [{str(folder)!r}, pathlib.Path('.')]\n"
+        "    with robot.record('run.mcap'):\n"
+        "        robot.advance(0.1)\n"
+    )
+    done = ended([sys.executable, script], cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert check_whole(tmp_path / "run.mcap") == 50
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="needs prlimit")
+def test_a_process_that_can_open_no_more_files_goes_on_with_those_it_has(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    first = Robot(tmp_path / "first.mcap")
+    first.step(1000)
+    wait_for_states(tmp_path / "first.mcap", 1)
+    writer = first.recorder.writing_process
+    limits = resource.prlimit(writer, resource.RLIMIT_NOFILE)
+    resource.prlimit(writer, resource.RLIMIT_NOFILE, (3, limits[1]))
+    second = Robot(tmp_path / "second.mcap")
+    second.step(10)
+    assert not second.recorder.finish()
+    assert [record.message for record in caplog.records] == [
+        f"{tmp_path / 'second.mcap'}: the recording ends here: the process that writes it says no more"
+    ]
+    resource.prlimit(writer, resource.RLIMIT_NOFILE, limits)
+    first.end()
+    check_whole(tmp_path / "first.mcap")
 
 
 def test_nothing_is_left_where_a_recording_is_never_closed(tmp_path: Path) -> None:
