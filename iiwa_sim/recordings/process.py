@@ -16,7 +16,6 @@ from io import FileIO
 from pathlib import Path
 from weakref import WeakSet
 
-import iiwa_sim
 from iiwa_sim.recordings.fault import RecordingFault
 
 ENDS_S = 5.0
@@ -51,7 +50,7 @@ class WritingProcess:
                     [
                         *(sys.executable, "-I", "-c", _BEGINNING),
                         *(each for each in found if isinstance(each, str)),
-                        str(Path(iiwa_sim.__path__[0]).parent),
+                        str(Path(__file__).parents[2]),
                         *("iiwa_sim.recordings", f"{theirs.fileno()}", f"{self.of}"),
                     ],
                     stdin=subprocess.DEVNULL,
