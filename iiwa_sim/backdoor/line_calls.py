@@ -4,7 +4,7 @@ from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 
 from iiwa_sim.backdoor.backdoor import Backdoor
-from iiwa_sim.backdoor.calls import CALLS, DONE
+from iiwa_sim.backdoor.calls import call
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, EXECUTION, Refused
 from iiwa_sim.dialect.wire.help import helped
 from iiwa_sim.dialect.wire.line_session import shown
@@ -57,11 +57,11 @@ class LineCalls:
         if name == BYE:
             return BYE
         if name == RELEASE_WHEN_GONE:
-            return DONE
+            return request.command.reply_words[0]
         if name == HELP:
             return helped(self.table, request.phrase, _EXAMPLE)
         with self._backdoor.by_line(self._name, shown(line)):
-            return CALLS[name](self._backdoor, request)
+            return call(self._backdoor, request)
 
     def done(self, line: bytes, reply: str) -> None:
         """Log that a line has been carried out, if that is wanted."""
