@@ -13,7 +13,7 @@ from typing import NamedTuple
 import h11
 
 from iiwa_sim.serve.budget import Budget
-from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.connection import Connection
 from iiwa_sim.serve.server import Server
 from iiwa_sim.serve.socket_options import find_out
 
@@ -62,7 +62,7 @@ class HttpAnswer(NamedTuple):
 Answer = Callable[[HttpRequest], "HttpAnswer | asyncio.Task[HttpAnswer]"]
 
 
-class HttpServer(Server["Connection"]):
+class HttpServer(Server["HttpConnection"]):
     """Answers all requests to `host`:`port`; port 0 picks a free one."""
 
     def __init__(self, answer: Answer, host: str, port: int, *, budget: Budget | None = None) -> None:
@@ -71,54 +71,37 @@ class HttpServer(Server["Connection"]):
 
         `budget` may be shared with other servers of the loop.
         """
-        super().__init__(lambda: Connection(self), host, port, budget)
+        super().__init__(lambda: HttpConnection(self), host, port, budget)
         self.answer = answer
 
 
-class Connection(asyncio.Protocol):
+class HttpConnection(Connection):
     """One client. Requests are answered one by one; while one is being answered nothing more is read."""
 
-    _transport: asyncio.Transport
-    gone: asyncio.Future[None]
-    """Done when the connection is closed."""
+    _server: HttpServer
 
     def __init__(self, server: HttpServer) -> None:
-        self._server = server
-        self._loop = asyncio.get_running_loop()
-        self._share = server.budget.share(self._work)
+        super().__init__(server)
         self._http = h11.Connection(h11.SERVER, max_incomplete_event_size=LONGEST_HEAD)
-        self._received: list[bytes] = []  # not parsed yet; an empty item is the end of the stream
         self._request: h11.Request | None = None
         self._body = bytearray()
         self._task: asyncio.Task[HttpAnswer] | None = None
         self._unread = False  # the last answer has been sent
         self._ends = False  # all further input is discarded
-        self._limit: asyncio.TimerHandle | None = None
 
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        self.gone = self._loop.create_future()
-        self._peer = peer_of(transport)
-        self._mark = {"fields": {"session": self._peer}}
-        find_out(transport.get_extra_info("socket"))
-        self._server.connections.add(self)
+    def _begin(self) -> None:
+        find_out(self._transport.get_extra_info("socket"))
         self._grant(IDLE_S)
-        if not self._server.listening:  # accepted while the server closed
-            transport.abort()
 
-    def data_received(self, data: bytes) -> None:
-        if self._ends:
-            return
-        self._received.append(data)
-        self._transport.pause_reading()
-        self._share.ask()
+    def buffer_updated(self, nbytes: int) -> None:
+        if not self._ends:
+            self._transport.pause_reading()
+            super().buffer_updated(nbytes)
 
     def eof_received(self) -> bool:
         if self._ends:
             return False
-        self._received.append(b"")
-        self._share.ask()
+        super().eof_received()
         return self._task is None  # a task that takes time would go on for nobody
 
     def pause_writing(self) -> None:
@@ -129,14 +112,9 @@ class Connection(asyncio.Protocol):
         self._share.ask()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._share.leave()
-        if self._limit is not None:
-            self._limit.cancel()
         if self._task is not None:
             self._task.cancel()
-        self._server.connections.discard(self)
-        self.gone.set_result(None)
-        logger.debug("%s disconnected%s", self._peer, f": {why(exc)}" if exc else "", extra=self._mark)
+        super().connection_lost(exc)
 
     def close(self) -> None:
         """Close at once; data that the system has not taken yet is lost."""
@@ -145,18 +123,15 @@ class Connection(asyncio.Protocol):
         else:
             self._transport.close()
 
-    def _grant(self, seconds: float) -> None:
-        if self._limit is not None:
-            self._limit.cancel()
-        self._limit = self._loop.call_later(seconds, self._transport.abort)
-
     def _work(self, _until_s: float) -> bool:
         """Parse input up to one complete request and answer it; returns whether there is more."""
         if self._transport.is_closing() or self._ends or self._task is not None or self._unread:
             return False
-        for data in self._received:
-            self._http.receive_data(data)
-        self._received.clear()
+        if self._received:
+            self._http.receive_data(self._received)
+            self._received = b""
+        if self._sent_end:
+            self._http.receive_data(b"")
         try:
             return self._take_event()
         except h11.RemoteProtocolError as fault:
@@ -165,9 +140,8 @@ class Connection(asyncio.Protocol):
                 self._send(HttpAnswer(status, f"{fault}\n".encode(), "text/plain"), last=True)
             else:
                 self._transport.close()
-        except Exception:
-            logger.exception("%s dropped: internal error", self._peer, extra=self._mark)
-            self._transport.abort()
+        except Exception as fault:  # noqa: BLE001  # told in the log
+            self._drop(fault)
         return False
 
     def _take_event(self) -> bool:
@@ -203,7 +177,7 @@ class Connection(asyncio.Protocol):
             target,
             tuple((name.decode("ascii"), value.decode("latin-1")) for name, value in self._request.headers),
             bytes(self._body),
-            self._peer,
+            self._name,
         )
         answer = self._server.answer(request)
         if isinstance(answer, HttpAnswer):
@@ -219,7 +193,7 @@ class Connection(asyncio.Protocol):
         self._task = None
         fault = task.exception()
         if fault is not None:
-            logger.error("%s: internal error", self._peer, exc_info=fault, extra=self._mark)
+            logger.error("%s: internal error", self._name, exc_info=fault, extra=self._mark)
         self._send(HttpAnswer(_INTERNAL, b"internal error\n", "text/plain") if fault else task.result())
         self._share.ask()
 

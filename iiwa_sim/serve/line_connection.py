@@ -4,16 +4,17 @@ import asyncio
 import logging
 import time
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.dialect.wire.steps import Reset, Send, Step, Wait
-from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
+from iiwa_sim.serve.connection import Connection
+from iiwa_sim.serve.first_line import FirstLine
 from iiwa_sim.serve.in_order import InOrder
-from iiwa_sim.serve.listening import peer_of, why
 from iiwa_sim.serve.socket_options import reset_at_close, tune
 
 if TYPE_CHECKING:
+    from iiwa_sim.serve.server import Server
     from iiwa_sim.serve.tcp import TcpServer
 
 CROWDED_BYTES = 4096
@@ -28,7 +29,30 @@ wait."""
 logger = logging.getLogger(__name__)
 
 
-class LineConnection(asyncio.BufferedProtocol):
+class SessionConnection(Connection):
+    """One client of a session of lines."""
+
+    _session: Session
+
+    def __init__(self, server: "Server[Any]", what: str = "") -> None:
+        super().__init__(server, what)
+        self._first_line = FirstLine()
+        self._told_end = False  # the session has been told of the end
+
+    def _hand_on(self) -> None:
+        """Pass the received bytes on to the session. Raises FromBrowserFault."""
+        data, self._received = self._received, b""
+        first = self._first_line
+        if data:
+            self._session.receive(data if first.passed else first.take(data))
+        if self._sent_end and not self._told_end:
+            self._told_end = True
+            if not first.passed:
+                self._session.receive(first.rest())
+            self._session.end()
+
+
+class LineConnection(SessionConnection):
     """One client.
 
     Its lines are answered as the budget allows, between those of other clients and ticks. While lines wait
@@ -37,71 +61,53 @@ class LineConnection(asyncio.BufferedProtocol):
     it, lines are answered one by one, and replies are sent in the steps that the faults make of them.
     """
 
-    _transport: asyncio.Transport
-    _session: Session
-    gone: asyncio.Future[None]
-    """Done when the connection is closed."""
+    _server: "TcpServer"
     faulted = False
     """Whether a wire fault is set for it, as `WireFaults` tells."""
 
     def __init__(self, server: "TcpServer") -> None:
-        self._server = server
-        self._loop = asyncio.get_running_loop()
-        self._first_line = FirstLine()
-        self._received = b""  # not passed to the session yet
+        super().__init__(server)
         self._unread: asyncio.TimerHandle | None = None  # runs while replies wait to be read
         self._served = False
-        self._reading = True
-        self._sent_end = False
-        self._told_end = False  # the session has been told of the end
         self._ends = False  # to be closed after what still has to be sent
         self._finished = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        self.gone = self._loop.create_future()
-        self._name = peer_of(transport)
-        self._mark = {"fields": {"session": self._name}}
-        tune(transport.get_extra_info("socket"))
-        self._session = self._server.open_session(self._name)
-        self._share = self._server.budget.share(self._work)
-        self._outgoing = InOrder(self._share.ask)
-        self._number = self._server.faults.arrives(self, self._name, self._server.dialect)
-        self._server.connections.add(self)
-        logger.info("%s connected", self._name, extra=self._mark)
-        if not self._server.listening:  # accepted while the server closed
-            self.close()
-        elif self._server.admission.arrives(self):
+        super().connection_made(transport)
+        if self._finished:
+            return
+        if self._server.admission.arrives(self):
             self._served = True
         else:
             logger.info("%s waits for its turn", self._name, extra=self._mark)
-            self._read(False)
+            self._transport.pause_reading()
+
+    def _begin(self) -> None:
+        tune(self._transport.get_extra_info("socket"))
+        self._session = self._server.open_session(self._name)
+        self._outgoing = InOrder(self._share.ask)
+        self._number = self._server.faults.arrives(self, self._name, self._server.dialect)
+        self._tell_connected()
 
     def serve(self) -> None:
         """Start reading."""
         self._served = True
         logger.info("%s is served", self._name, extra=self._mark)
-        self._read(True)
+        self._transport.resume_reading()
 
     def get_buffer(self, _sizehint: int) -> memoryview:
         server = self._server
         return server.buffer[:CROWDED_BYTES] if server.budget.crowded else server.buffer
 
-    def buffer_updated(self, nbytes: int) -> None:
+    def buffer_updated(self, nbytes: int) -> None:  # the base's, without a call more for each command
         self._received += self._server.buffer[:nbytes]
         if self._share.waits:
-            self._read(False)
+            self._transport.pause_reading()
         else:
             self._share.ask()
 
-    def eof_received(self) -> bool:
-        self._sent_end = True
-        self._share.ask()
-        return True  # the transport stays open for the replies
-
     def pause_writing(self) -> None:
-        self._unread = self._loop.call_later(self._server.unread_s, self._drop)
+        self._unread = self._loop.call_later(self._server.unread_s, self._drop_unread)
 
     def resume_writing(self) -> None:
         if self._unread is not None:
@@ -111,14 +117,11 @@ class LineConnection(asyncio.BufferedProtocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._finished = True
-        self._share.leave()
         if self._unread is not None:
             self._unread.cancel()
         self._outgoing.forget()
-        self._server.connections.discard(self)
         self._server.faults.leaves(self._number)
-        self.gone.set_result(None)
-        logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
+        super().connection_lost(exc)
         self._session.lost()
         self._server.admission.leaves(self)
 
@@ -144,11 +147,7 @@ class LineConnection(asyncio.BufferedProtocol):
         self._outgoing.forget()
         self._transport.close()
         if self._unread is None and self._transport.get_write_buffer_size():
-            self._unread = self._loop.call_later(self._server.unread_s, self._drop)
-
-    def abort(self) -> None:
-        """Close at once, without sending what waits."""
-        self._transport.abort()
+            self._unread = self._loop.call_later(self._server.unread_s, self._drop_unread)
 
     def _work(self, until_s: float) -> bool:
         """Answer lines until `until_s`; returns whether more can be answered."""
@@ -158,31 +157,12 @@ class LineConnection(asyncio.BufferedProtocol):
             self._hand_on()
             answered = bool(self._session.waiting)
             self._answer(until_s)
-        except FromBrowserFault as fault:
-            logger.warning(
-                "%s closed: it sent %s, as a web page would have it", self._name, fault, extra=self._mark
-            )
-            self.abort()
-            return False
-        except Exception:
-            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
-            self.abort()
+        except Exception as fault:  # noqa: BLE001  # told in the log
+            self._drop(fault)
             return False
         if answered and self._server.on_answered is not None:
             self._server.on_answered()
         return self._goes_on()
-
-    def _hand_on(self) -> None:
-        """Pass the received bytes on to the session."""
-        data, self._received = self._received, b""
-        first = self._first_line
-        if data:
-            self._session.receive(data if first.passed else first.take(data))
-        if self._sent_end and not self._told_end:
-            self._told_end = True
-            if not first.passed:
-                self._session.receive(first.rest())
-            self._session.end()
 
     def _answer(self, until_s: float) -> None:
         session, faults, replies, size, most = self._session, self._server.faults, list[bytes](), 0, 1
@@ -231,7 +211,7 @@ class LineConnection(asyncio.BufferedProtocol):
             self._outgoing.do(self._good_bye)
             return False
         if session.waiting:
-            self._read(False)
+            self._transport.pause_reading()
             pending = session.pending
             if pending is not None and not pending.done():
                 pending.add_done_callback(lambda _: self._share.ask())
@@ -241,7 +221,10 @@ class LineConnection(asyncio.BufferedProtocol):
             self._ends = True
             self._outgoing.do(self.close)
             return False
-        self._read(self._unread is None)
+        if self._unread is None:
+            self._transport.resume_reading()
+        else:
+            self._transport.pause_reading()
         return False
 
     def _good_bye(self) -> None:
@@ -254,15 +237,7 @@ class LineConnection(asyncio.BufferedProtocol):
         reset_at_close(self._transport.get_extra_info("socket"))
         self.abort()
 
-    def _read(self, wanted: bool) -> None:
-        if wanted != self._reading and not self._sent_end:
-            self._reading = wanted
-            if wanted:
-                self._transport.resume_reading()
-            else:
-                self._transport.pause_reading()
-
-    def _drop(self) -> None:
+    def _drop_unread(self) -> None:
         unread_s = self._server.unread_s
         logger.warning("%s dropped: left its replies unread for %g s", self._name, unread_s, extra=self._mark)
         self.abort()

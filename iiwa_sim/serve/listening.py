@@ -32,17 +32,15 @@ class ListenFault(Unusable):
     """An address cannot be listened on. The message is one line."""
 
 
-async def listen(open_protocol: Callable[[], asyncio.BaseProtocol], host: str, port: int) -> "Acceptor":
-    """Listen on `host`:`port` with a protocol for every connection. Raises ListenFault."""
-    return Acceptor(await open_listener(host, port), open_protocol)
-
-
 class Acceptor:
     """Accepts connections at a listening socket until `close`.
 
     One connection in each turn of the event loop, so that a flood of connections delays nobody. When the
     system has no descriptor left, one line is logged and accepting is tried again later; asyncio's own server
     would retry and log hundreds of times at once.
+
+    Between `refuse` and `accept` the system answers connection attempts with RST. The port stays reserved: a
+    socket is bound to it that does not listen.
     """
 
     def __init__(self, listening: socket.socket, open_protocol: Callable[[], asyncio.BaseProtocol]) -> None:
@@ -51,17 +49,13 @@ class Acceptor:
         self._open_protocol = open_protocol
         self._again: asyncio.TimerHandle | None = None
         self._opening: dict[asyncio.Task[None], socket.socket] = {}
+        self._refuses = False
         listening.setblocking(False)
-        self._loop.add_reader(listening, self._accept)
-
-    @property
-    def bound_to(self) -> tuple[int, tuple[str, int]]:
-        """Family and address of the socket, to bind another one to the same address."""
-        return self._listening.family, self._listening.getsockname()
+        self._loop.add_reader(listening, self._take_one)
 
     @property
     def address(self) -> tuple[str, int]:
-        """Host and port listened on."""
+        """Host and port listened on, or refused at."""
         host, port = self._listening.getsockname()[:2]
         return host, port
 
@@ -70,8 +64,25 @@ class Acceptor:
         if self._again is not None:
             self._again.cancel()
             self._again = None
-        self._loop.remove_reader(self._listening)
+        if not self._refuses:
+            self._loop.remove_reader(self._listening)
         self._listening.close()
+
+    def refuse(self) -> None:
+        """Refuse new connections until `accept`. Raises ListenFault if the port cannot be kept."""
+        if not self._refuses:
+            family, address = self._listening.family, self._listening.getsockname()
+            self.close()
+            self._refuses = True
+            self._listening = _bound(family, address)
+
+    def accept(self) -> None:
+        """Accept connections again, where they are refused."""
+        if self._refuses:
+            self._listening.listen(BACKLOG)
+            self._listening.setblocking(False)
+            self._loop.add_reader(self._listening, self._take_one)
+            self._refuses = False
 
     def drop_arriving(self, *, reset: bool) -> None:
         """Close or reset the connections that wait to be accepted."""
@@ -87,7 +98,7 @@ class Acceptor:
                     reset_at_close(connection)
                 connection.close()
 
-    def _accept(self) -> None:
+    def _take_one(self) -> None:
         try:
             connection, _ = self._listening.accept()
         except OSError as fault:
@@ -110,7 +121,21 @@ class Acceptor:
 
     def _try_again(self) -> None:
         self._again = None
-        self._loop.add_reader(self._listening, self._accept)
+        self._loop.add_reader(self._listening, self._take_one)
+
+
+def _bound(family: int, address: tuple[str, int]) -> socket.socket:
+    """A socket that reserves an address, bound as `socket.create_server` would bind it."""
+    bound = socket.socket(family)
+    try:
+        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if family == socket.AF_INET6:
+            bound.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+        bound.bind(address)
+    except OSError as fault:
+        bound.close()
+        raise ListenFault(f"cannot keep {host_and_port(*address[:2])}: {why(fault)}") from fault
+    return bound
 
 
 def _close(connection: socket.socket, _opening: asyncio.Task[None]) -> None:

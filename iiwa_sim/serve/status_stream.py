@@ -1,6 +1,5 @@
 """A port that broadcasts lines: each connection gets the newest line, as often as it can take one."""
 
-import asyncio
 import contextlib
 import logging
 import socket
@@ -11,8 +10,7 @@ from math import ceil
 from iiwa_sim.dialect.session import Session
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.far_end import FarEnds, far_end
-from iiwa_sim.serve.first_line import FirstLine, FromBrowserFault
-from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.line_connection import SessionConnection
 from iiwa_sim.serve.server import Server
 
 RECEIVE_BYTES = 1024
@@ -65,10 +63,9 @@ class StatusStream(Server["Reader"]):
         if not MIN_RATE_HZ <= rate_hz <= most_hz:
             ticks = f", one line per tick at {tick_rate_hz} Hz" if most_hz == tick_rate_hz else ""
             raise ValueError(f"status_rate_hz is {rate_hz}, expected {MIN_RATE_HZ} to {most_hz}{ticks}")
-        super().__init__(lambda: Reader(self), host, port, budget)
+        super().__init__(lambda: Reader(self), host, port, budget, receive_bytes=RECEIVE_BYTES)
         self.open_session = open_session
         self.on_reader = on_reader
-        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared by all readers: read and emptied at once
         self.newest = b""
         self.far_ends = FarEnds()
         self.most_unread = ceil(rate_hz * UNREAD_MS / 1000)
@@ -118,67 +115,31 @@ class StatusStream(Server["Reader"]):
                 reader.offer()
 
 
-class Reader(asyncio.BufferedProtocol):
+class Reader(SessionConnection):
     """One connection to the status port."""
 
-    _transport: asyncio.Transport
-    gone: asyncio.Future[None]
-    """Done when the connection is closed."""
+    _server: StatusStream
 
     def __init__(self, stream: StatusStream) -> None:
-        self._stream = stream
-        self._share = stream.budget.share(self._work)
-        self._first_line = FirstLine()
-        self._received = b""  # not passed to the session yet
-        self._sent_end = False
-        self._told_end = False  # the session has been told of the end
+        super().__init__(stream, " (status)")
         self._offered = False  # a line waits to be sent
         self._before_line = b""
         self._sent_bytes = 0
-        self._ends = deque[int]()  # of lines that may be unread still, in bytes sent
+        self._line_ends = deque[int]()  # of lines that may be unread still, in bytes sent
 
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        self.gone = asyncio.get_running_loop().create_future()
-        self._name = f"{peer_of(transport)} (status)"
-        self._mark = {"fields": {"session": self._name}}
+    def _begin(self) -> None:
+        connection = self._transport.get_extra_info("socket")
         with contextlib.suppress(OSError):  # already gone
-            connection = transport.get_extra_info("socket")
-            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._stream.send_bytes)
-        self._far_end = far_end(transport.get_extra_info("socket"))  # None where it cannot be asked about
-        self._session = self._stream.open_session(self._name)
-        self._stream.on_reader()
-        self._stream.connections.add(self)
-        logger.info("%s connected", self._name, extra=self._mark)
-        if not self._stream.listening:  # accepted while the stream closed
-            self.close()
-
-    def get_buffer(self, _sizehint: int) -> memoryview:
-        return self._stream.buffer
-
-    def buffer_updated(self, nbytes: int) -> None:
-        self._received += self._stream.buffer[:nbytes]
-        if self._share.waits:
-            self._transport.pause_reading()
-        else:
-            self._share.ask()
-
-    def eof_received(self) -> bool:
-        self._sent_end = True
-        self._share.ask()
-        return True  # the transport stays open for the lines
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, self._server.send_bytes)
+        self._far_end = far_end(connection)  # None where it cannot be asked about
+        self._session = self._server.open_session(self._name)
+        self._server.on_reader()
+        self._tell_connected()
 
     def offer(self) -> None:
         """Note that a line is due; a reader that has to wait gets the newest line at its turn."""
         self._offered = True
         self._share.ask_later()
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._share.leave()
-        self._stream.connections.discard(self)
-        self.gone.set_result(None)
-        logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
 
     @property
     def ready(self) -> bool:
@@ -187,16 +148,16 @@ class Reader(asyncio.BufferedProtocol):
 
     def lags(self) -> bool:
         """Whether as many lines as may be are unread. The system is asked only where that is possible."""
-        if self._far_end is None or len(self._ends) < self._stream.most_unread:
+        if self._far_end is None or len(self._line_ends) < self._server.most_unread:
             return False
-        read_bytes = self._stream.far_ends.has_read(self._far_end)
+        read_bytes = self._server.far_ends.has_read(self._far_end)
         if read_bytes is None:
             self._far_end = None
-            self._ends.clear()
+            self._line_ends.clear()
             return False
-        while self._ends and self._ends[0] <= read_bytes:
-            self._ends.popleft()
-        return len(self._ends) >= self._stream.most_unread
+        while self._line_ends and self._line_ends[0] <= read_bytes:
+            self._line_ends.popleft()
+        return len(self._line_ends) >= self._server.most_unread
 
     def close(self) -> None:
         """Close at once: by FIN, or by a reset if a line has been sent in part."""
@@ -211,19 +172,12 @@ class Reader(asyncio.BufferedProtocol):
             return False
         try:
             self._hand_on()
-        except FromBrowserFault as fault:
-            logger.warning(
-                "%s closed: it sent %s, as a web page would have it", self._name, fault, extra=self._mark
-            )
-            self._transport.abort()
-            return False
-        except Exception:
-            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
-            self._transport.abort()
+        except Exception as fault:  # noqa: BLE001  # told in the log
+            self._drop(fault)
             return False
         if self._offered and self.ready:
             self._offered = False
-            self._send(self._before_line + self._stream.newest)
+            self._send(self._before_line + self._server.newest)
             self._before_line = b""
         if not self._sent_end:
             self._transport.resume_reading()
@@ -233,23 +187,10 @@ class Reader(asyncio.BufferedProtocol):
         self._transport.write(line)
         self._sent_bytes += len(line)
         if self._far_end is not None:
-            self._ends.append(self._sent_bytes)
+            self._line_ends.append(self._sent_bytes)
 
     def _hand_on(self) -> None:
-        """Pass the received bytes on to the session."""
-        data, self._received = self._received, b""
-        first = self._first_line
-        if data:
-            self._hear(data if first.passed else first.take(data))
-        if self._sent_end and not self._told_end:
-            self._told_end = True
-            if not first.passed:
-                self._hear(first.rest())
-            self._session.end()
-            self._session.answer()
-
-    def _hear(self, data: bytes) -> None:
-        """Pass bytes to the session; its replies are sent before the next line."""
-        self._session.receive(data)
+        """Pass the received bytes on to the session; its replies are sent before the next line."""
+        super()._hand_on()
         while self._session.waiting:
             self._before_line = self._session.answer() or self._before_line

@@ -13,7 +13,7 @@ import socket
 import pytest
 
 from iiwa_sim.serve import listening
-from iiwa_sim.serve.listening import Acceptor, listen, wait_if_used_up
+from iiwa_sim.serve.listening import Acceptor, open_listener, wait_if_used_up
 from iiwa_sim.serve.tcp import TcpServer
 from iiwa_sim.throttle import Throttle
 from tests.serve.line_sessions import EchoSession
@@ -113,7 +113,7 @@ async def test_of_many_who_knock_one_is_let_in_in_a_turn() -> None:
             made.append(turns)
             transport.close()  # type: ignore[attr-defined]
 
-    acceptor = await listen(Counted, "127.0.0.1", 0)
+    acceptor = Acceptor(await open_listener("127.0.0.1", 0), Counted)
     knocking = [socket.create_connection(acceptor.address) for _ in range(50)]
     async with asyncio.timeout(DEADLINE_S):
         while len(made) < 50:

@@ -13,7 +13,6 @@ from unittest.mock import patch
 import pytest
 
 from iiwa_sim.dialect.wire.wire_faults import Delay
-from iiwa_sim.serve import line_connection
 from iiwa_sim.serve.line_connection import MOST_LATE
 from iiwa_sim.serve.listening import ListenFault, host_and_port
 from iiwa_sim.serve.tcp import TcpServer
@@ -270,7 +269,7 @@ async def test_a_server_can_be_closed_twice_and_before_it_listens() -> None:
 
 
 async def test_connections_are_logged(caplog: pytest.LogCaptureFixture) -> None:
-    with caplog.at_level(logging.INFO, line_connection.logger.name):
+    with caplog.at_level(logging.INFO, "iiwa_sim.serve"):
         async with serving() as served:
             client = await served.connect()
             await client.ask("there")

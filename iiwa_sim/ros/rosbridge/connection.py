@@ -15,7 +15,7 @@ from websockets.http11 import Request
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from iiwa_sim.serve.listening import peer_of, why
+from iiwa_sim.serve.connection import Connection
 from iiwa_sim.serve.socket_options import find_out
 
 if TYPE_CHECKING:
@@ -63,24 +63,19 @@ class ClientSession(Protocol):
         """Notice that the client has gone."""
 
 
-class Connection(asyncio.BufferedProtocol):
+class RosbridgeConnection(Connection):
     """One client.
 
     Its messages are parsed and handled as the budget allows; meanwhile little more is read. While it leaves
     frames unread, further ones stay in its outbox.
     """
 
-    _transport: asyncio.Transport
-    gone: asyncio.Future[None]
-    """Done when the connection is closed."""
+    _server: "RosbridgeServer"
 
     def __init__(self, server: "RosbridgeServer") -> None:
-        self._server = server
-        self._loop = asyncio.get_running_loop()
-        self._share = server.budget.share(self._work)
+        super().__init__(server, " (rosbridge)")
         self._websocket = ServerProtocol(max_size=LONGEST_FRAME_BYTES, logger=_quiet)
-        self._received = memoryview(b"")  # not parsed yet
-        self._sent_end = False
+        self._parsed = 0  # bytes of what was received
         self._messages: deque[bytes] = deque()  # not handled yet
         self._parts = bytearray()  # parts of a fragmented message
         self._session: ClientSession | None = None  # until the handshake is complete
@@ -89,35 +84,11 @@ class Connection(asyncio.BufferedProtocol):
         self._heard = False  # a message came that on_heard has not been called for
         self._unread = False  # the last frame has been sent
         self._due: asyncio.TimerHandle | None = None  # until a message of a topic may be sent
-        self._limit: asyncio.TimerHandle | None = None  # until the client has to act
 
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        transport.set_write_buffer_limits(0)
-        self.gone = self._loop.create_future()
-        self._name = f"{peer_of(transport)} (rosbridge)"
-        self._mark = {"fields": {"session": self._name}}
-        find_out(transport.get_extra_info("socket"))
-        self._server.connections.add(self)
+    def _begin(self) -> None:
+        self._transport.set_write_buffer_limits(0)
+        find_out(self._transport.get_extra_info("socket"))
         self._grant(OPENING_S)
-        if not self._server.listening:  # accepted while the server closed
-            self._transport.abort()
-
-    def get_buffer(self, _sizehint: int) -> memoryview:
-        return self._server.buffer
-
-    def buffer_updated(self, nbytes: int) -> None:
-        self._received = memoryview(bytes(self._received) + self._server.buffer[:nbytes])
-        if self._share.waits:
-            self._transport.pause_reading()
-        else:
-            self._share.ask()
-
-    def eof_received(self) -> bool:
-        self._sent_end = True
-        self._share.ask()
-        return True  # closed when earlier messages have been handled
 
     def pause_writing(self) -> None:
         self._unread = True
@@ -127,15 +98,11 @@ class Connection(asyncio.BufferedProtocol):
         self._share.ask()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._share.leave()
-        for timer in (self._due, self._limit):
-            if timer is not None:
-                timer.cancel()
-        self._server.connections.discard(self)
-        self.gone.set_result(None)
+        if self._due is not None:
+            self._due.cancel()
+        super().connection_lost(exc)
         if self._session is not None:
             self._session.end()
-            logger.info("%s disconnected%s", self._name, f": {why(exc)}" if exc else "", extra=self._mark)
 
     def close(self, code: int = 1001, reason: str = "") -> None:
         """Start the closing handshake; closes when the client answers, or after CLOSING_S."""
@@ -146,11 +113,6 @@ class Connection(asyncio.BufferedProtocol):
         elif self._websocket.state is State.CONNECTING:
             self._transport.abort()
 
-    def _grant(self, seconds: float) -> None:
-        if self._limit is not None:
-            self._limit.cancel()
-        self._limit = self._loop.call_later(seconds, self._transport.abort)
-
     def _work(self, until_s: float) -> bool:
         """Handle and send messages until `until_s`; returns whether more can be done."""
         cut_short = False
@@ -160,9 +122,8 @@ class Connection(asyncio.BufferedProtocol):
             if self._heard:
                 self._heard = False
                 self._server.on_heard()
-        except Exception:
-            logger.exception("%s dropped: internal error", self._name, extra=self._mark)
-            self._transport.abort()
+        except Exception as fault:  # noqa: BLE001  # told in the log
+            self._drop(fault)
         return self._goes_on(cut_short)
 
     def _does_something(self) -> bool:
@@ -247,11 +208,13 @@ class Connection(asyncio.BufferedProtocol):
             self.close(POLICY_VIOLATION)
 
     def _take_apart(self) -> None:
-        length = BITE_BYTES
+        bite = self._received[self._parsed : self._parsed + BITE_BYTES]
         if self._session is None:  # data behind the request is parsed after the answer
-            length = bytes(self._received[:BITE_BYTES]).find(b"\n") + 1 or BITE_BYTES
-        bite, self._received = self._received[:length], self._received[length:]
-        self._websocket.receive_data(bytes(bite))
+            bite = bite[: bite.find(b"\n") + 1 or BITE_BYTES]
+        self._parsed += len(bite)
+        if self._parsed == len(self._received):
+            self._received, self._parsed = b"", 0
+        self._websocket.receive_data(bite)
         if (fault := self._websocket.handshake_exc) is not None and not self._refused:
             self._refuse(str(fault.__cause__ or fault))
         for event in self._websocket.events_received():
@@ -279,7 +242,7 @@ class Connection(asyncio.BufferedProtocol):
             if self._limit is not None:
                 self._limit.cancel()
             self._session, self._waiting = self._server.open_session(self._name, self._share.ask_later)
-            logger.info("%s connected", self._name, extra=self._mark)
+            self._tell_connected()
 
     def _refuse(self, reason: str) -> None:
         self._refused = True

@@ -2,18 +2,16 @@
 
 from collections.abc import Callable
 
-from iiwa_sim.ros.rosbridge.connection import ClientSession, Connection, Waiting
+from iiwa_sim.ros.rosbridge.connection import ClientSession, RosbridgeConnection, Waiting
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.server import Server
 from iiwa_sim.serve.web_access import WebAccess
 
-RECEIVE_BYTES = 65_536
-"""Bytes read from a connection at once."""
 SYSTEM_BYTES = 16_384
 """Size of the system's buffers each way: small, so that a slow client gets recent messages."""
 
 
-class RosbridgeServer(Server[Connection]):
+class RosbridgeServer(Server[RosbridgeConnection]):
     """Serves every connection to `host`:`port` that has access, whatever path it asks for."""
 
     def __init__(
@@ -30,8 +28,7 @@ class RosbridgeServer(Server[Connection]):
 
         `on_heard` is called after messages. `budget` may be shared with other servers of the loop.
         """
-        super().__init__(lambda: Connection(self), host, port, budget, SYSTEM_BYTES)
+        super().__init__(lambda: RosbridgeConnection(self), host, port, budget, system_bytes=SYSTEM_BYTES)
         self.open_session = open_session
         self.on_heard = on_heard
         self.access = access or WebAccess()
-        self.buffer = memoryview(bytearray(RECEIVE_BYTES))  # shared: read and emptied at once
