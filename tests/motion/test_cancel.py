@@ -295,7 +295,7 @@ def test_a_running_move_ends_at_its_target_wherever_it_is_slow_enough_to_rest_th
         speeds = np.abs(np.subtract(*robot.joints[-1:-3:-1])) / robot.tick_s
         needed = speeds**2 / (2.0 * np.array(limits.acceleration))
         needed += speeds * np.array(limits.acceleration) / np.array(limits.jerk)
-        if (needed <= 0.7 * np.abs(np.subtract(target, robot.joints[-1])) + 1e-9).all():
+        if (needed <= 0.4 * np.abs(np.subtract(target, robot.joints[-1])) + 1e-9).all():
             recorder = gentle_turn(ahead.tick)
             assert recorder.clear(), ahead.tick
             recorder.finish()

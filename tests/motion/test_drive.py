@@ -40,15 +40,15 @@ def steps(d: Drive, ticks: int) -> None:
 
 def test_a_move_starts_within_the_tick_in_which_the_one_before_ends() -> None:
     d = drive()
-    alone = begun(move(1, ptp((0.0,), (1.07,))))
+    alone = begun(move(1, ptp((0.0,), (1.073,))))
     assert (2.0 * alone.rest_s) % TICK_S > 1e-3
-    d.append(move(1, ptp((0.0,), (1.07,))))
-    d.append(move(2, ptp((1.07,), (2.14,))))
+    d.append(move(1, ptp((0.0,), (1.073,))))
+    d.append(move(2, ptp((1.073,), (2.146,))))
     ticks = 0
     while d.moving:
         d.step()
         ticks += 1
-    assert d.joints == (2.14,)
+    assert d.joints == (2.146,)
     assert ticks == int(np.ceil(2.0 * alone.rest_s / TICK_S))
 
 

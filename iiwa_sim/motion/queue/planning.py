@@ -14,6 +14,7 @@ from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.rows_kernel import UNIT_S, layout, write
+from iiwa_sim.motion.queue.straight_kernel import Evenly
 from iiwa_sim.motion.slices import Slices, at_once
 from iiwa_sim.motion.timing.bounds_kernel import Rows
 from iiwa_sim.motion.timing.clock import fastest, guess, quick, steady
@@ -31,6 +32,8 @@ LEAST_CORNER = 0.1
 STRAIGHT_STEPS, STRAIGHT_ENOUGH = 40, 0.001
 """Newton steps, and the least weight of the barrier, for a move whose joints go straight: it counts as one
 joint."""
+MANY_CELLS = 400
+"""A move whose joints go straight, and that would have more cells, has wider ones where nothing happens."""
 NOWHERE_S = np.empty(0)
 MANY_SAMPLES = 400
 """A nominal motion of fewer samples of x is planned in one slice."""
@@ -175,22 +178,33 @@ def _straight(course: Course) -> Chain:
     move = course.moves[0]
     ways = np.maximum(np.abs(np.subtract(move.path.end, move.path.start)), STILL)
     limits = course.end_x * (np.array(move.limits) / ways).min(axis=1)
-    lengths, jerks, none = np.empty(7), np.empty(7), np.empty(0)
+    lengths, jerks = np.empty(7), np.empty(7)
     velocity, acceleration, jerk = limits.tolist()
     end_s = rest_to_rest(course.end_x, velocity, acceleration, jerk, lengths, jerks)
     if not isfinite(end_s):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
-    cells_s: Array = widths(end_s, none, none, lengths.cumsum()[:-1], none)
+    evenly = Evenly(course.end_x, velocity, acceleration, jerk, *lengths[:2].tolist())
+    if evenly.cells(end_s) > MANY_CELLS:
+        controls, c = _long(course.end_x, limits, lengths, jerks)
+    else:
+        controls, c = evenly.found(end_s, UNIT_S)
+    return Chain(course, controls, c, np.zeros(1), None)
+
+
+def _long(end_x: float, limits: Array, lengths: Array, jerks: Array) -> tuple[Array, Array]:
+    """x from rest to rest, within limits (3,), through phases that last so long (7,) at such jerks (7,), and
+    its clock: in cells that are wider where nothing happens for long."""
+    none = np.empty(0)
+    cells_s: Array = widths(float(lengths.sum()), none, none, lengths.cumsum()[:-1], none)
     knots_s, motion = np.zeros(len(cells_s) + 1), np.empty((len(cells_s) + 1, 3))
     cells_s.cumsum(out=knots_s[1:])
     phases(lengths, jerks, knots_s, motion)
-    front = Front.at_start()
-    controls = through(front.controls, motion, cells_s, course.end_x)
+    controls = through(np.zeros(3), motion, cells_s, end_x)
     # The clock is planned for one joint, which is x.
-    rows = at_once(_rows_along(_as_one_joint(course.end_x, limits), controls, None))
+    rows = at_once(_rows_along(_as_one_joint(end_x, limits), controls, None))
     c = steady(rows, cells_s / UNIT_S)
     quick(rows, c, STRAIGHT_STEPS, STRAIGHT_ENOUGH)
-    return Chain(course, controls, c, front.times, None)
+    return controls, c
 
 
 def _as_one_joint(end_x: float, limits: Array) -> Way:

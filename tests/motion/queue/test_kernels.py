@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path import piecewise_kernel, zone_kernel
-from iiwa_sim.motion.queue import chain_kernel, corner_kernel, front_kernel, motion_kernel, rows_kernel
+from iiwa_sim.motion.queue import (
+    chain_kernel,
+    corner_kernel,
+    front_kernel,
+    motion_kernel,
+    rows_kernel,
+    straight_kernel,
+)
+from iiwa_sim.motion.queue.planning import MANY_CELLS
 from iiwa_sim.motion.timing import (
     bounds_kernel,
     clock_kernel,
@@ -32,6 +40,7 @@ COMPILED = SimpleNamespace(
     front=front_kernel,
     motion=motion_kernel,
     rows=rows_kernel,
+    straight=straight_kernel,
     bounds=bounds_kernel,
     clock=clock_kernel,
     cuts=cuts_kernel,
@@ -48,6 +57,7 @@ PLAIN = SimpleNamespace(
     front=interpreted("iiwa_sim.motion.queue.front_kernel"),
     motion=interpreted("iiwa_sim.motion.queue.motion_kernel"),
     rows=interpreted("iiwa_sim.motion.queue.rows_kernel"),
+    straight=interpreted("iiwa_sim.motion.queue.straight_kernel"),
     bounds=interpreted("iiwa_sim.motion.timing.bounds_kernel"),
     clock=interpreted("iiwa_sim.motion.timing.clock_kernel"),
     cuts=interpreted("iiwa_sim.motion.timing.cuts_kernel"),
@@ -214,6 +224,36 @@ def test_the_fastest_motion_over_a_way(way: float, velocity: float, acceleration
     assert np.array_equal(*found)
     end = found[0][-3:]
     assert np.allclose(end, [way, 0.0, 0.0], rtol=1e-9, atol=1e-9 * np.array([way, velocity, acceleration]))
+
+
+@settings(max_examples=some(60), deadline=None)
+@given(
+    ways=st.floats(-6.0, 1.0), velocities=st.floats(-4.0, 1.0), acceleration=st.floats(0.1, 10.0),
+    building_s=st.floats(0.02, 0.2),
+)  # fmt: skip
+def test_the_same_motion_evenly_keeps_its_limits_and_is_nearly_as_fast(
+    ways: float, velocities: float, acceleration: float, building_s: float
+) -> None:
+    way, velocity, jerk = 10.0**ways, 10.0**velocities, acceleration / building_s
+    times, jerks = np.empty(7), np.empty(7)
+    end_s = run_kernel.rest_to_rest(way, velocity, acceleration, jerk, times, jerks)
+    evenly, same = (
+        kernels.straight.Evenly(way, velocity, acceleration, jerk, times[0], times[1])
+        for kernels in (COMPILED, PLAIN)
+    )
+    assume(evenly.cells(end_s) <= MANY_CELLS)
+    (x, clock), (same_x, same_clock) = evenly.found(end_s, UNIT_S), same.found(end_s, UNIT_S)
+    assert np.array_equal(x, same_x)
+    assert np.array_equal(clock, same_clock)
+    cells_s = UNIT_S / np.sqrt(clock[0])
+    assert (clock == clock[0]).all()
+    assert (x[:3] == 0.0).all()
+    assert (x[-3:] == way).all()
+    assert (np.diff(x) >= 0.0).all()
+    assert 0.5 * (x[2:] - x[:-2]).max() / cells_s <= velocity * (1.0 + 1e-9)
+    assert np.abs(np.diff(x, 2)).max() / cells_s**2 <= acceleration * (1.0 + 1e-9)
+    assert np.abs(np.diff(x, 3)).max() / cells_s**3 <= jerk * (1.0 + 1e-9)
+    assert 1.0 - 1e-9 <= cells_s * (len(x) - 3) / end_s <= 1.005
 
 
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(400)
