@@ -11,6 +11,8 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
+from iiwa_sim.slices import run_soon
+
 CLOSED = "the loop is closed"
 ELSEWHERE = "the loop runs in the process that this one was forked from"
 
@@ -18,7 +20,7 @@ T = TypeVar("T")
 
 
 class LoopThread:
-    """Runs from its creation until `close`.
+    """Runs from its creation until `close`, soon after each of its timers as far as the system lets it.
 
     The thread is a daemon: a program that ends without closing it ends nevertheless.
     """
@@ -106,6 +108,7 @@ class LoopThread:
         return f"{line.filename}:{line.lineno} in {line.name}: {line.line}"
 
     def _run(self) -> None:
+        run_soon()
         try:
             with self._runner:
                 self._loop.run_forever()
