@@ -1,0 +1,187 @@
+"""The books of energy of parts: what they have, what is put in, and what of that is lost for good."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import hypot
+from types import SimpleNamespace
+
+from iiwa_sim.contact.crowd import Presses
+from iiwa_sim.contact.crowd_kernel import Crowd
+from iiwa_sim.frames import IDENTITY, Transform
+from iiwa_sim.handling.falling import GONE, HELD, LIES, Body
+from iiwa_sim.handling.pressing import by_the_arm
+from iiwa_sim.handling.pushed import Known
+from iiwa_sim.handling.workpieces import Workpieces
+from tests.handling.scenes import Scene
+
+G = 9.81
+ROUNDING_J = 1e-9
+"""The energy that there is in a scene, some J, is summed up in another order here."""
+_NO_TIME_S = 1e-9
+"""A tick in which nothing goes anywhere."""
+
+
+class Books:
+    """Of all parts of a scene, from now on.
+
+    Parts fall, slide, land, and press on each other; arm and surfaces put in work. What is lost, by friction
+    and landing, is that work less what all have more than at the beginning, and must never become less.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        pieces = scene.handling.workpieces
+        assert pieces is not None
+        self.pieces: Workpieces = pieces
+        self._joints = scene.controller.joints
+        self._probe = Crowd(len(pieces.bodies), _NO_TIME_S)
+        self._seen = -1
+        self.work_j = 0.0
+        """What arm and surfaces have put in, and whoever takes parts away or brings them."""
+        self.arm_j = 0.0
+        """What the arm has done, there and back."""
+        self.parts: dict[str, float] = {}
+        """What each part has by itself (J)."""
+        self.stored_j = 0.0
+        """In the springs between parts, walls and arm."""
+        self._count()
+        self._first_j = self._all()
+        self.lost_j = 0.0
+        """The most that had been lost."""
+        self.returned_j = 0.0
+        """The most that came back of that."""
+        self.told = ""
+        """Where that was first more than rounding."""
+
+    def step(self) -> None:
+        """A tick, with the arm's work in it, by what it feels when the tick has ended."""
+        self._tick()
+        self.look()
+
+    def step_with_work(self, most_j: float) -> None:
+        """A tick in which surfaces that rise do so much work, at the most."""
+        self._tick()
+        did_j = self.brings()
+        assert did_j <= most_j, f"surfaces that can do {most_j:.3g} J of work have brought {did_j:.3g} J"
+
+    def _tick(self) -> None:
+        scene = self.scene
+        scene.robot.step()
+        now = scene.controller.joints
+        torques = scene.controller.load.exact_torques(now)
+        did_j = -sum(t * (a - b) for t, a, b in zip(torques, now, self._joints, strict=True))
+        self.work_j += did_j
+        self.arm_j += abs(did_j)
+        self._joints = now
+
+    def look(self) -> None:
+        """Count all anew: nothing may have come from nowhere."""
+        before, stored_j = self.parts, self.stored_j
+        self._count()
+        for name in before.keys() - self.parts.keys():  # held, or gone: somebody has it now
+            self.work_j -= before[name]
+        for name in self.parts.keys() - before.keys():
+            self.work_j += self.parts[name]
+        lost_j = self.work_j + self._first_j - self._all()
+        returned_j = self.lost_j - lost_j
+        self.returned_j = max(self.returned_j, returned_j)
+        if returned_j > ROUNDING_J and not self.told:
+            more = {name: self.parts[name] - before.get(name, 0.0) for name in self.parts}
+            changed = ", ".join(f"{name} {value:+.3g}" for name, value in more.items() if value)
+            self.told = (
+                f"tick {len(self.scene.robot.joints) - 1}: {returned_j:.3g} J from nowhere; "
+                f"{changed or 'no part'}, springs {self.stored_j - stored_j:+.3g}"
+            )
+        self.lost_j = max(self.lost_j, lost_j)
+
+    def brings(self) -> float:
+        """Somebody has put in the difference: a surface that rises, a state that is restored. Gives that."""
+        before = self._all()
+        self._count()
+        self.work_j += self._all() - before
+        return self._all() - before
+
+    def _all(self) -> float:
+        return sum(self.parts.values()) + self.stored_j
+
+    def _count(self) -> None:
+        pieces = self.pieces
+        changes = pieces.changes, self.scene.controller.joints
+        if changes != self._seen:
+            bodies = pieces.bodies.values()
+            self.parts = {each.part.name: self._of(each) for each in bodies if each.state not in (HELD, GONE)}
+            self.stored_j = self._stored()
+            self._seen = changes
+
+    def _moves(self, body: Body) -> tuple[float, float]:
+        """Squares of the speeds of its middle (m/s), and about the vertical (rad/s), with what carries it.
+
+        Of what is carried each motion counts for itself, as the crowd has it: how it slides on what carries
+        it, how that goes, and how it goes round that.
+        """
+        fast, turns = 0.0, 0.0
+        at = body.pose.translation
+        each: Body | None = body
+        while each is not None:
+            x, y, _ = (a - b for a, b in zip(at, each.pose.translation, strict=True))
+            fast += sum(v * v for v in each.velocity) + (x * x + y * y) * each.spin**2
+            turns += each.spin**2
+            each = self._below(each)
+        return fast, turns
+
+    def _below(self, body: Body) -> Body | None:
+        """The part that carries one that lies, if any."""
+        below = self.pieces.bodies.get(body.on) if body.state == LIES else None
+        return below if below is not None and below.state == LIES else None
+
+    def _of(self, body: Body) -> float:
+        """Of motion, of height, and of the springs of what it lies on (J)."""
+        part = body.part
+        fast, turns = self._moves(body)
+        moments = part.moments(Transform(body.pose.rotation, IDENTITY.translation))
+        total = 0.5 * part.mass_kg * fast + 0.5 * (moments.xx + moments.yy) * turns
+        total += part.mass_kg * G * body.pose.translation[2]
+        face = self.pieces.face_below(part.name) if body.state == LIES else None
+        if face is not None:
+            soft = face.stiffness_below(part)
+            total += 0.5 * soft * max(0.0, face.top - body.bottom) ** 2
+            total += 0.125 * soft * sum(each * each for each in body.wound)
+        return total
+
+    def _stored(self) -> float:
+        """What a crowd says is stored that knows the same, in a tick that takes no time."""
+        pieces, probe = self.pieces, self._probe
+        probe.restore(pieces.crowd.kept())
+        bodies = {
+            name: each._replace(velocity=(0.0, 0.0, 0.0), spin=0.0) for name, each in pieces.bodies.items()
+        }
+        seen = SimpleNamespace(
+            bodies=bodies,
+            lying=pieces.lying,
+            crowd=probe,
+            surfaces=pieces.surfaces,
+            face_below=pieces.face_below,
+        )
+        known = Known(seen)  # type: ignore[arg-type]
+        known.look()
+        probe.hold(-1, None)
+        total = 0.0
+        near = self.scene.controller.load.felt().parts
+        for name in pieces.lying:
+            pressing = self._pressing(name) if name in near else ()
+            probe.look(known.numbers[name], pressing, False)
+            total += sum(map(_rubbed, pressing))
+        probe.push([known.numbers[name] for name in pieces.lying])
+        return total + float(probe.stored_j)
+
+    def _pressing(self, name: str) -> Sequence[Presses]:
+        controller = self.scene.controller
+        links, part = controller.load.surround(controller.joints), self.pieces.bodies[name].part
+        return list(by_the_arm(part, links, controller.joints, controller.tick_s))
+
+
+def _rubbed(ball: Presses) -> float:
+    """Stored in the friction's spring of what the arm presses with (J)."""
+    x, y, z = ball.rubbed
+    return 0.5 * ball.holding * hypot(x, y, z) ** 2
