@@ -47,23 +47,6 @@ def test_a_way_through_a_surface(shape: Shape, placed: list[float], way: list[li
         assert compiled.feel(here, tuple(velocity), TICK_S) == plain.feel(here, tuple(velocity), TICK_S)
 
 
-@few
-@given(shape=st.sampled_from(SHAPES), placed=parts, way=st.lists(parts, min_size=2, max_size=12))
-def test_a_body_that_touches_with_points(shape: Shape, placed: list[float], way: list[list[float]]) -> None:
-    pose = transform_from_euler(0.02 * placed[0], 0.02 * placed[1], 0.02 * placed[2], *placed[3:])
-    surface, own = Surface("it", shape, pose, 2e4, 0.5, 0.4), [(0.01, 0.0, -0.02), (-0.01, 0.01, 0.02)]
-    felt = []
-    for module in (world_kernel, PLAIN_WORLD):
-        worlds = {number: module.World([surface], 0.002 * number) for number in range(2)}
-        places: dict[int, tuple[float, float, float]] = {}
-        still = (0.0, 0.0, 0.0)
-        felt.append([])
-        for x, y, z, *turned in way:
-            here = transform_from_euler(0.06 * x, 0.06 * y, 0.06 * z, *turned)
-            felt[-1].append(module.feel_all(worlds, own, places, here, TICK_S, (still, still)))
-    assert felt[0] == felt[1]
-
-
 class Parts:
     """What a motion in contact is made of."""
 

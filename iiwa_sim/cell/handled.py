@@ -15,7 +15,7 @@ from iiwa_sim.frames import Transform, Vector, apply
 from iiwa_sim.handling.gripper import Jaws
 from iiwa_sim.handling.lying import CLOSE_M
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.touching import points_of
+from iiwa_sim.handling.points import points_of
 from iiwa_sim.settings import Range, Reader
 
 GRIPPER_RANGES: dict[str, Range] = {

@@ -7,3 +7,4 @@ cdef class LinksBeside(LinkForces):
     cdef double[:, ::1] _ends_before   # when `goes` was asked last
     cdef object _speeds(self, object joints, double tick_s)
     cdef bint _is_out(self, Py_ssize_t s, double base_m)
+    cdef double gone(self, object joints) except? -1.0

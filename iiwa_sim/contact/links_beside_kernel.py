@@ -99,6 +99,12 @@ class LinksBeside(LinkForces):
     def goes(self, joints: Sequence[float]) -> float:
         """No point of the arm, now at joint positions (rad), nor of what it wears, has gone farther (m) since
         this was asked last; 0 where it never was."""
+        return float(self.gone(joints))
+
+    @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def gone(self, joints: Any) -> cython.double:
+        """`goes` for kernels."""
         self.go_to(joints)
         e, b = self._ends, self._ends_before
         most: cython.double = 0.0
@@ -108,7 +114,7 @@ class LinksBeside(LinkForces):
                 most = max(most, dx * dx + dy * dy + dz * dz)
                 for i in range(3):
                     b[c, j + i] = e[c, j + i]
-        return float(sqrt(most))
+        return sqrt(most)
 
     def gap_to(self, name: str) -> float:
         """How far (m) the arm, where `goes` was told that it is, is at least from a part that lies, less than

@@ -100,13 +100,16 @@ class Links(LinksBeside):
         n: cython.Py_ssize_t
         feels: cython.int
         moved: cython.double = 0.0
-        for number, each in enumerate(worn):
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        for number, (capsule, feels, _share) in enumerate(worn):
             n = first + number
-            feels = each.feels
             if self._feels[n] != feels:
                 moved = 1e9
             self._feels[n] = feels
-            for j, end in ((0, each.capsule.start), (3, each.capsule.end)):
+            for j in range(0, 6, 3):
+                end: Any = capsule[2 + j // 3]
                 x, y, z = end
                 square = 0.0
                 for i in range(3):
@@ -133,12 +136,7 @@ class Links(LinksBeside):
         A surface of a name that was there before may have been moved.
         """
         before = {name: number for number, name in enumerate(self._names)}
-        muted: Any = self._muted if before else None
-        pushing: Any = self._pushing if before else None
-        touches: Any = self._touches if before else None
-        rubbed: Any = self._rubbed if before else None
-        dragging: Any = self._dragging if before else None
-        came: Any = self._came if before else None
+        remembered = self._remembered() if before else ()
         lying: Any = {} if parts is None else parts
         everything = [*surfaces.values(), *lying.values()]
         self._names = (*surfaces, *lying)
@@ -149,21 +147,29 @@ class Links(LinksBeside):
         laws = [(each.stiffness, each.damping, each.friction) for each in everything]
         self.part_all(self._link_count, laws)
         self.go_to(joints)
-        old: cython.Py_ssize_t
+        now = [number for number, name in enumerate(self._names) if name in before]
+        if now:
+            was = [before[self._names[number]] for number in now]
+            for array, old in zip(self._remembered(), remembered, strict=True):
+                rows = min(len(array), len(old))  # fewer or more capsules than before
+                array[:rows, now] = old[:rows, was]
         for s in range(self._shape_count):
-            old = before.get(self._names[s], -1)
-            if old < 0:
+            if self._names[s] not in before:
                 self._muted[s] = not self._is_out(s, _STANDS_M)
-                continue
-            self._muted[s] = muted[old]
-            for c in range(min(self._capsule_count, len(came))):
-                for i in range(3):
-                    self._came[c, s, i] = came[c, old, i]
-            for c in range(min(self._link_count, len(pushing))):
-                self._pushing[c, s], self._touches[c, s] = pushing[c, old], touches[c, old]
-                for i in range(3):
-                    self._rubbed[c, s, i], self._dragging[c, s, i] = rubbed[c, old, i], dragging[c, old, i]
         self._free = 0.0
+
+    @cython.cfunc
+    def _remembered(self) -> object:
+        """All that is remembered of surfaces, as arrays: the second index is that of the surface."""
+        muted: Any = np.asarray(self._muted)
+        return (
+            muted[np.newaxis],
+            np.asarray(self._came),
+            np.asarray(self._pushing),
+            np.asarray(self._touches),
+            np.asarray(self._rubbed),
+            np.asarray(self._dragging),
+        )
 
     def shift(self, name: str, surface: Surface, way: Sequence[float]) -> None:
         """A part that lies is there now; it has gone that way, and turned by an angle: dx dy dz (m), rad."""
@@ -187,26 +193,17 @@ class Links(LinksBeside):
         """What is remembered of surfaces, to be brought back."""
         if not self._names:
             return None
-        forces = np.array(self._pushing), np.array(self._rubbed), np.array(self._dragging)
-        return self._names, np.array(self._muted), np.array(self._touches), np.array(self._came), forces
+        return self._names, *(array.copy() for array in self._remembered())
 
     def restore(self, kept: Any, joints: Sequence[float]) -> None:
         """Remember that again, of surfaces that are there, with the robot at rest at `joints` (rad)."""
         for k in range(self._count):
             self._before[k] = joints[k]
-        names, muted, touches, came, forces = kept
-        pushing, rubbed, dragging = forces
-        were: Any = np.asarray(self._muted)
-        touch: Any = np.asarray(self._touches)
-        ways: Any = np.asarray(self._came)
-        now: Any = (np.asarray(self._pushing), np.asarray(self._rubbed), np.asarray(self._dragging))
+        names, *remembered = kept
         for number, name in enumerate(self._names):
             if name in names:
                 old = names.index(name)
-                were[number] = muted[old]
-                touch[:, number] = touches[:, old]
-                ways[:, number] = came[:, old]
-                for array, before in zip(now, (pushing, rubbed, dragging), strict=True):
+                for array, before in zip(self._remembered(), remembered, strict=True):
                     array[:, number] = before[:, old]
         self._free = 0.0
         self._away[:] = 0.0

@@ -24,24 +24,12 @@ _GRAVITY = cython.declare(cython.double, GRAVITY_M_S2)
 
 @cython.cclass
 class TcpMotion:
-    """The poses of a TCP in three ticks."""
-
-    still: bool = cython.declare(cython.bint, visibility="readonly")
-    """Whether it is at one pose in all three."""
-    _known: cython.int  # how many of the poses are, but for the one to come
-    # Rotation in the base, row by row, and place (m): now, a tick ago, two, and in a tick.
-    _now: cython.double[::1]
-    _before: cython.double[::1]
-    _earlier: cython.double[::1]
-    _coming: cython.double[::1]
-    # In axes of the TCP in the middle of the three: p'' (m/s^2), and R'' (1/s^2), row by row.
-    _linear: cython.double[::1]
-    _turning: cython.double[::1]
+    """The poses of a TCP in three ticks; the numbers are declared in the .pxd."""
 
     def __init__(self, pose: Transform) -> None:
         """At `pose`; how it has come there is not known, and nothing is felt of that."""
         self._now, self._before, self._earlier, self._coming = np.zeros((4, 12))
-        self._linear, self._turning = np.zeros(3), np.zeros(9)
+        self._linear, self._turning, self._of = np.zeros(3), np.zeros(9), np.zeros(10)
         self.rest(pose)
         self._known = 1
         self.still = False
@@ -58,6 +46,11 @@ class TcpMotion:
 
     def step(self, pose: Transform, tick_s: float, coming: Transform | None = None) -> None:
         """A tick has brought it to `pose`; the next one brings it to `coming`, if that is known."""
+        self.go_to(pose, tick_s, coming)
+
+    @cython.cfunc
+    def go_to(self, pose: Any, tick_s: cython.double, coming: Any) -> object:
+        """`step` for kernels."""
         self._earlier, self._before, self._now = self._before, self._now, self._earlier
         _take(pose, self._now)
         if self._known < 3:
@@ -67,6 +60,7 @@ class TcpMotion:
         else:
             _take(coming, self._coming)
             self._differ(self._before, self._now, self._coming, self._known >= 2, tick_s)
+        return None
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -103,36 +97,56 @@ class TcpMotion:
 
     def weight(self, moments: Moments) -> Wrench:
         """What a body does at rest; its moments are in the frame of the TCP, the wrench along its axes."""
-        m: cython.double = moments[0]
-        x: cython.double = moments[1]
-        y: cython.double = moments[2]
-        z: cython.double = moments[3]
+        self._take_moments(moments)
+        self.weigh(self._of)
+        return (self.gx, self.gy, self.gz, self.hx, self.hy, self.hz)
+
+    def wrench(self, moments: Moments) -> Wrench:
+        """What a body does, by its weight and its inertia, as in `weight`."""
+        weight = self.weight(moments)
+        if self.still:
+            return NO_WRENCH if weight == NO_WRENCH else weight
+        self.act(self._of)
+        return (self.fx, self.fy, self.fz, self.tx, self.ty, self.tz)
+
+    @cython.cfunc
+    def _take_moments(self, moments: Any) -> object:
+        m = self._of
+        m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7], m[8], m[9] = moments
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def weigh(self, moments: cython.double[::1]) -> cython.void:
+        """`weight` for kernels: into g and h."""
+        m, x, y, z = moments[0], moments[1], moments[2], moments[3]
         r = self._now
         gx: cython.double = -_GRAVITY * r[6]
         gy: cython.double = -_GRAVITY * r[7]
         gz: cython.double = -_GRAVITY * r[8]
-        return (m * gx, m * gy, m * gz, y * gz - z * gy, z * gx - x * gz, x * gy - y * gx)
+        self.gx, self.gy, self.gz = m * gx, m * gy, m * gz
+        self.hx, self.hy, self.hz = y * gz - z * gy, z * gx - x * gz, x * gy - y * gx
 
-    def wrench(self, moments: Moments, weight: Wrench | None = None) -> Wrench:
-        """What a body does, by its weight, unless that is known, and its inertia, as in `weight`."""
-        if weight is None:
-            weight = self.weight(moments)
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def act(self, moments: cython.double[::1]) -> cython.void:
+        """`wrench` for kernels, of a body that has just been weighed: into f and t."""
         if self.still:
-            return NO_WRENCH if weight == NO_WRENCH else weight
-        m: cython.double = moments[0]
-        x: cython.double = moments[1]
-        y: cython.double = moments[2]
-        z: cython.double = moments[3]
-        xx: cython.double = moments[4]
-        yy: cython.double = moments[5]
-        zz: cython.double = moments[6]
-        xy: cython.double = moments[7]
-        xz: cython.double = moments[8]
-        yz: cython.double = moments[9]
+            self.fx, self.fy, self.fz, self.tx, self.ty, self.tz = (
+                self.gx,
+                self.gy,
+                self.gz,
+                self.hx,
+                self.hy,
+                self.hz,
+            )
+            return
+        m, x, y, z = moments[0], moments[1], moments[2], moments[3]
+        xx, yy, zz, xy, xz, yz = moments[4], moments[5], moments[6], moments[7], moments[8], moments[9]
         a, b = self._linear, self._turning
-        fx: cython.double = m * a[0] + (b[0] * x + b[1] * y + b[2] * z)
-        fy: cython.double = m * a[1] + (b[3] * x + b[4] * y + b[5] * z)
-        fz: cython.double = m * a[2] + (b[6] * x + b[7] * y + b[8] * z)
+        self.fx = self.gx - (m * a[0] + (b[0] * x + b[1] * y + b[2] * z))
+        self.fy = self.gy - (m * a[1] + (b[3] * x + b[4] * y + b[5] * z))
+        self.fz = self.gz - (m * a[2] + (b[6] * x + b[7] * y + b[8] * z))
         # The integral of r x (R'' r): by components of J R''^T.
         tx: cython.double = (y * a[2] - z * a[1]) + (
             (xy * b[6] + yy * b[7] + yz * b[8]) - (xz * b[3] + yz * b[4] + zz * b[5])
@@ -143,8 +157,7 @@ class TcpMotion:
         tz: cython.double = (x * a[1] - y * a[0]) + (
             (xx * b[3] + xy * b[4] + xz * b[5]) - (xy * b[0] + yy * b[1] + yz * b[2])
         )
-        gx, gy, gz, hx, hy, hz = weight
-        return (gx - fx, gy - fy, gz - fz, hx - tx, hy - ty, hz - tz)
+        self.tx, self.ty, self.tz = self.hx - tx, self.hy - ty, self.hz - tz
 
 
 @cython.cfunc

@@ -7,7 +7,7 @@ What one surface does is said in `contact_kernel`: how it pushes, holds, and let
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import cython
@@ -171,65 +171,3 @@ class World:
                 tx, ty, tz = tx + contact.tx, ty + contact.ty, tz + contact.tz
         self.fx, self.fy, self.fz, self.tx, self.ty, self.tz = fx, fy, fz, tx, ty, tz
         return touched
-
-
-def feel_all(
-    worlds: dict[int, World],
-    own: Sequence[Vector],
-    places: dict[int, Vector],
-    pose: Transform,
-    tick_s: float,
-    besides: tuple[Vector, Vector],
-) -> tuple[Vector, Vector]:
-    """What a body at a pose feels that touches worlds with points of its `own` (m), by their numbers: a force
-    (N), and a torque (Nm) about its origin, in the base; `besides` is what it feels otherwise.
-
-    The points were at `places` (m) a tick ago; those of now are put there.
-    """
-    r0: cython.double
-    r1: cython.double
-    r2: cython.double
-    r3: cython.double
-    r4: cython.double
-    r5: cython.double
-    r6: cython.double
-    r7: cython.double
-    r8: cython.double
-    mx: cython.double
-    my: cython.double
-    mz: cython.double
-    x: cython.double
-    y: cython.double
-    z: cython.double
-    fx: cython.double
-    fy: cython.double
-    fz: cython.double
-    tx: cython.double
-    ty: cython.double
-    tz: cython.double
-    dt: cython.double = tick_s
-    world: World
-    rotation, middle = pose
-    r0, r1, r2, r3, r4, r5, r6, r7, r8 = rotation
-    mx, my, mz = middle
-    force, torque = besides
-    fx, fy, fz = force
-    tx, ty, tz = torque
-    for point, world in worlds.items():
-        if world.radius_m > 0.0:
-            world.roll(rotation)
-        x, y, z = own[point]
-        px: cython.double = (r0 * x + r1 * y + r2 * z) + mx
-        py: cython.double = (r3 * x + r4 * y + r5 * z) + my
-        pz: cython.double = (r6 * x + r7 * y + r8 * z) + mz
-        place = (px, py, pz)
-        x, y, z = places.get(point, place)
-        places[point] = place
-        if not world.feel_at(px, py, pz, (px - x) / dt, (py - y) / dt, (pz - z) / dt, dt > 0.0):
-            continue
-        x, y, z = px - mx, py - my, pz - mz
-        fx, fy, fz = fx + world.fx, fy + world.fy, fz + world.fz
-        tx += world.tx + y * world.fz - z * world.fy
-        ty += world.ty + z * world.fx - x * world.fz
-        tz += world.tz + x * world.fy - y * world.fx
-    return (fx, fy, fz), (tx, ty, tz)

@@ -8,9 +8,9 @@ from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.handling.aside import Aside
+from iiwa_sim.handling.aside_kernel import Aside
 from iiwa_sim.handling.falling import GONE
-from iiwa_sim.handling.fingers import Fingers
+from iiwa_sim.handling.fingers_kernel import Fingers
 from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
 from iiwa_sim.handling.lying import start
 from iiwa_sim.handling.part import Part
@@ -97,7 +97,7 @@ class Handling:
             surfaces = list(load.world.surfaces.values())
             bodies = start(handled.parts, surfaces)
             self.workpieces = Workpieces(bodies, surfaces, self.gripper, tick_s)
-            self._aside = Aside(self.workpieces, load, tick_s)
+            self._aside = Aside(self.workpieces, load, tick_s, handled.jaws.stroke_m)
         self._parts_at = -1
         self._parts: tuple[PartState, ...] = ()
         self._place_jaws()

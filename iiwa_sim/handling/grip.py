@@ -2,17 +2,57 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin, sqrt
+from collections.abc import Iterable
+from math import cos, dist, radians, sin, sqrt
+from typing import NamedTuple
 
 from iiwa_sim.contact.shapes import Box, Cylinder
-from iiwa_sim.frames import Transform
-from iiwa_sim.handling.gripper import Jaws
+from iiwa_sim.frames import Transform, Vector, compose, inverse
+from iiwa_sim.handling.gripper import Gripper, Jaws
 from iiwa_sim.handling.part import Part, X, Y, Z
 
+ROUNDING_M = 1e-9
 _FLAT, _PARALLEL = sin(radians(5.0)), cos(radians(5.0))
 # What is turned by less than 5 degrees lies on the pads with its whole face, or line.
 
 Span = tuple[float, float]
+
+
+class Grasp(NamedTuple):
+    """Where the TCP has been when the jaws closed on a part, and how that moved."""
+
+    tcp: Transform
+    before: Transform
+    """In the tick before."""
+    velocity: Vector
+    """Of the part (m/s), in the base."""
+
+
+class Between(NamedTuple):
+    """A part between the pads, as far as they are not too close together for it already."""
+
+    name: str
+    in_tcp: Transform
+    """Its pose in the TCP."""
+    width_m: float
+    """Along y of the TCP."""
+
+
+def between_pads(parts: Iterable[tuple[Part, Transform]], tcp: Transform, gripper: Gripper) -> list[Between]:
+    """Of parts at poses in the base, those of which both pads would meet what is outermost along y, with the
+    TCP there, and which are between the jaws where these are open."""
+    seen, found = inverse(tcp), []
+    (_, _, _, r3, r4, r5, _, _, _), (_, ty, _) = seen
+    for part, pose in parts:
+        x, y, z = pose.translation
+        if 2.0 * abs(r3 * x + r4 * y + r5 * z + ty) > gripper.jaws.stroke_m + ROUNDING_M or (
+            dist(pose.translation, tcp.translation) > part.shape.extent + gripper.reach_m
+        ):
+            continue
+        in_tcp = compose(seen, pose)
+        if on_pads(part, in_tcp, gripper.jaws):
+            found.append(Between(part.name, in_tcp, grip_width(part, in_tcp)))
+    return found
 
 
 def grip_width(part: Part, in_tcp: Transform) -> float:

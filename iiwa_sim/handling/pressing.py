@@ -11,9 +11,9 @@ from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, apply, compose
 from iiwa_sim.handling.falling import Body
-from iiwa_sim.handling.held import Held
+from iiwa_sim.handling.held_kernel import Held
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.touching import points_of
+from iiwa_sim.handling.points import points_of
 from iiwa_sim.motion.joints import Joints
 
 SEEN_M = 0.05

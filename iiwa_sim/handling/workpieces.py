@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from math import dist
 from typing import NamedTuple
 
 from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Transform, compose, inverse
+from iiwa_sim.frames import Transform
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, moved, ridden
-from iiwa_sim.handling.grip import grip_width, on_pads
+from iiwa_sim.handling.grip import ROUNDING_M, Between, Grasp, between_pads
 from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper
 from iiwa_sim.handling.ground import ground_of, grounds_of
-from iiwa_sim.handling.held import Grasp, Held, Slip
+from iiwa_sim.handling.held_kernel import Held, Slip
 from iiwa_sim.handling.lying import Lying
 from iiwa_sim.handling.part import Y
 from iiwa_sim.wrench import NO_WRENCH, Wrench
-
-_ROUNDING_M = 1e-9
 
 
 class Parts(NamedTuple):
@@ -46,6 +43,7 @@ class Workpieces(Lying):
         self._tick_s = tick_s
         self._tcp: Transform | None = None  # where it has been in the last tick, if that is known
         self._held: Held | None = None  # the part between the jaws
+        self._closing_on: tuple[tuple[Transform, int], list[Between]] | None = None  # when, and on what
         self._lost = ""  # the name of a part that they cannot hold until they have opened
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
         self.crowd = Crowd(len(self._bodies), tick_s)
@@ -133,17 +131,10 @@ class Workpieces(Lying):
     def grip(self, tcp: Transform, was_m: float) -> float:
         """Jaws that were `was_m` apart close to where they are now, with the TCP at this pose: parts between
         them are pushed together, one is held. Gives how far apart the jaws are kept (m), 0 for not at all."""
-        now_m, seen = self._gripper.opening_m, inverse(tcp)
-        for name, each in self.bodies.items():
-            reach = each.part.shape.extent + self._gripper.reach_m
-            if each.state == GONE or name == self._lost or dist(each.pose[1], tcp[1]) > reach:
-                continue
-            in_tcp = compose(seen, each.pose)
-            y = in_tcp.translation[Y]
-            width = grip_width(each.part, in_tcp)
-            if 2.0 * abs(y) + width > was_m + _ROUNDING_M or not on_pads(
-                each.part, in_tcp, self._gripper.jaws
-            ):
+        now_m = self._gripper.opening_m
+        for name, in_tcp, width in self._between_pads(tcp):
+            each, y = self.bodies[name], in_tcp.translation[Y]
+            if name == self._lost or 2.0 * abs(y) + width > was_m + ROUNDING_M:
                 continue
             if now_m <= width:
                 self._take(name, in_tcp, tcp)
@@ -156,6 +147,14 @@ class Workpieces(Lying):
             if over > 0.0:
                 self._push(name, each, tcp, over if y < 0.0 else -over)
         return 0.0
+
+    def _between_pads(self, tcp: Transform) -> list[Between]:
+        """Parts between the pads, with the TCP there: found anew where it or a part is elsewhere."""
+        now = tcp, self.changes
+        if self._closing_on is None or self._closing_on[0] != now:
+            there = ((each.part, each.pose) for each in self.bodies.values() if each.state != GONE)
+            self._closing_on = now, between_pads(there, tcp, self._gripper)
+        return self._closing_on[1]
 
     def step(self, tcp: Transform, coming: Transform | None = None) -> None:
         """A tick has brought the TCP there, and the jaws to where they are; the next one is to bring it to

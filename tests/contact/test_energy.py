@@ -32,7 +32,7 @@ from iiwa_sim.frames import (
     transform_from_euler,
 )
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.touching import Touching
+from iiwa_sim.handling.touching_kernel import Touching
 from iiwa_sim.wrench import Touch
 from tests.samples import some
 
@@ -275,7 +275,7 @@ class HeldScene:
         self.part = Part("it", shape, 1.0, float(rng.choice([0.0, 0.1, 0.5, 2.0])), 10.0 ** rng.uniform(4, 6))
         self._placed = drawn_surface(rng, "0")
         self._touching = Touching(self.part, upright=bool(rng.random() < 0.5))
-        self._points = self._touching._points
+        self._points = self._touching.points
         soft = 1.0 / (1.0 / self._placed.stiffness + 1.0 / self.part.stiffness)
         self._soft = 0.5 * self._points.at_once / soft
         self.bent = is_bent(self._placed.shape, self._points.radius_m)
@@ -298,7 +298,7 @@ class HeldScene:
 
     def _go(self, before: Transform, end: Vector, axis: Vector, angle: float) -> Transform:
         touching, places = self._touching, self._points.places
-        worlds = touching._worlds
+        worlds = touching.worlds
         step = minus(end, before.translation)
         after = Transform(turn(axis, angle, before.rotation), end)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import atan2, degrees, inf
+from math import atan2, degrees
 
 import msgspec
 import numpy as np
@@ -15,10 +15,9 @@ from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from iiwa_sim.handling.aside import Aside
-from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL
+from iiwa_sim.handling.arm_way_kernel import FAR_M
+from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL, Body
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.touching import Touching
 from tests.asked import lin_move
 from tests.handling.scenes import BALL, BLOCK, PIN, TABLE, TABLE_MM, Scene, at, down
 
@@ -51,36 +50,46 @@ def pushes(scene: Scene, x: float, y: float, z: float = TOP, speed: float = 0.1)
     return np.array(felt)
 
 
-def test_parts_are_looked_at_when_they_are_due_with_the_bits_of_looking_in_each_tick(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def run() -> list[object]:
-        other = BLOCK._replace(name="other")
-        scene = Scene((BLOCK, at(520, -120, TOP)), (other, at(600, 50, TOP)))
+def looks_anew(scene: Scene) -> None:
+    """In the next tick all that is near is looked at, whether it is due or not."""
+    pieces, aside = scene.handling.workpieces, scene.handling._aside
+    assert pieces is not None
+    assert aside is not None
+    aside.look_at_m = aside.next_m = -FAR_M
+    aside.due = dict.fromkeys(aside.due, -FAR_M)
+    if pieces.in_jaws is not None:
+        pieces.in_jaws.touching.slides()
+
+
+@pytest.mark.parametrize("others", [1, 3], ids=["one", "a row"])
+def test_parts_are_looked_at_when_they_are_due_with_the_bits_of_looking_in_each_tick(others: int) -> None:
+    """Also where a part of a row has come to rest with friction's springs wound, and nothing presses."""
+
+    def run(always: bool) -> list[object]:
+        row = [(BLOCK._replace(name=f"other {k}"), at(600, 50 + 41 * k, TOP)) for k in range(others)]
+        scene = Scene((BLOCK, at(520, -120, TOP)), *row)
         scene.picks(520, -120, TOP)
         seen: list[object] = []
         over, pushing, pressed = TOP + 90.0, TOP + 5.0, TOP - 0.5
-        ways = (520, -120, over), (560, -60, pressed), (600, -60, pushing), (600, 30, pushing)
+        ways = [(520, -120, over), (560, -60, pressed), (600, -60, pushing), (600, 30, pushing)]
+        ways += [(600, 0, pushing), (560, 20, over)]
         for x, y, z in ways:
             scene.controller.move(lin_move(down(x, y, z), 0.5, 0.0))
             while scene.controller.moving:
+                if always:
+                    looks_anew(scene)
                 scene.robot.step()
-                where = scene.body("block").pose, scene.body("other").pose
+                where = [(each.pose, each.velocity) for each in bodies(scene)]
                 seen.append((scene.controller.cartesian_force(), where))
-        assert place_mm(scene, "other")[1] > 60.0
+        assert place_mm(scene, "other 0")[1] > 60.0
         return seen
 
-    when_due = run()
-    goes = Aside._goes
+    assert run(always=True) == run(always=False)
 
-    def goes_and_forgets(aside: Aside, *args: object) -> None:
-        goes(aside, *args)  # type: ignore[arg-type]
-        aside._look_at_m = aside._next_m = -inf
-        aside._due = dict.fromkeys(aside._due, -inf)
 
-    monkeypatch.setattr(Aside, "_goes", goes_and_forgets)
-    monkeypatch.setattr(Touching, "passes", lambda _touching, _way_m: False)
-    assert run() == when_due
+def bodies(scene: Scene) -> list[Body]:
+    assert scene.handling.workpieces is not None
+    return list(scene.handling.workpieces.bodies.values())
 
 
 def test_parts_that_move_are_taken_in_the_order_of_the_cell() -> None:

@@ -13,7 +13,7 @@ from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
 from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper, Jaws
 from iiwa_sim.handling.ground import grounds_of
 from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.touching import points_of
+from iiwa_sim.handling.points import points_of
 from iiwa_sim.handling.workpieces import Workpieces
 from tests.handling.scenes import DOWN, TABLE, TABLE_MM
 from tests.samples import some

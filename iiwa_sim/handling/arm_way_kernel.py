@@ -1,0 +1,107 @@
+"""How far an arm has gone, and what it holds, as far as somebody waits for that.
+
+**Cost.** The way is found only when it may be so far that somebody is to look: in most ticks it is enough
+that the joints have turned by less.
+"""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from typing import Any
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import fabs
+
+from iiwa_sim.contact.load_kernel import ExternalLoad
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.at_tcp_kernel import take
+    from cython.cimports.iiwa_sim.contact.links_beside_kernel import LinksBeside
+    from cython.cimports.iiwa_sim.handling.held_kernel import Held
+else:
+    from iiwa_sim.contact.at_tcp_kernel import take
+    from iiwa_sim.contact.links_beside_kernel import LinksBeside
+    from iiwa_sim.handling.held_kernel import Held
+
+FAR_M = 1e300
+"""Farther than anything; less than nothing with a minus."""
+_FAR = cython.declare(cython.double, FAR_M)
+
+
+@cython.cclass
+class ArmWay:
+    """The way of one arm, and where on it somebody is to look; the attributes are declared in the .pxd."""
+
+    def __init__(self, load: ExternalLoad, tick_s: float, stroke_m: float) -> None:
+        """The arm is that which the load acts on; its jaws open so far."""
+        self._load = load
+        self._tick, self._stroke = tick_s, stroke_m
+        self._q, self._levers = np.zeros((2, len(load.levers_m)))
+        self._tcp, self._now = np.zeros((2, 12))
+        self._is_known = False
+        self._in_jaws: Any = None
+        self._opening = self._way = self._loose = self._in_x = self._in_z = 0.0
+        self.look_at_m = 0.0
+        self.next_m = -_FAR
+        self.due: dict[str, float] = {}
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=True)
+    def _turns(self, joints: Any) -> cython.bint:
+        """A tick has brought the arm to joint positions (rad): whether that has turned any, or may have."""
+        way: cython.double = 0.0
+        q: cython.double
+        for k in range(self._q.shape[0]):
+            q = joints[k]
+            if q != self._q[k]:
+                way += self._levers[k] * fabs(q - self._q[k])
+                self._q[k] = q
+        self._loose += way
+        return way > 0.0 or not self._is_known
+
+    @cython.cfunc
+    def _goes(
+        self,
+        held: Held | None,
+        tcp: Any,
+        joints: Any,
+        opening: cython.double,
+        looks: cython.bint,
+    ) -> object:
+        """Add to the way what arm and jaws have gone, or what they hold, whichever is more, where that may
+        matter in this tick."""
+        other: cython.bint = not self._is_known or held is not self._in_jaws
+        slid: cython.bint = False
+        if other:
+            self._find_levers(held)
+            self.look_at_m = self.next_m = -_FAR
+            self.due = dict.fromkeys(self.due, -_FAR)
+        elif held is not None:
+            slid = held._in[9] != self._in_x or held._in[11] != self._in_z
+        sure: cython.bint = self._way + self._loose < min(self.look_at_m, self.next_m)
+        if sure and not (looks or other or slid or opening != self._opening):
+            return None
+        links: LinksBeside = self._load.links
+        way: cython.double = links.gone(joints)
+        take(tcp, self._now)
+        if held is not None:
+            if not other:
+                way = max(way, held.way(self._tcp, self._in_x, self._in_z, self._now))
+            self._in_x, self._in_z = held._in[9], held._in[11]
+        self._tcp, self._now = self._now, self._tcp
+        self._way, self._loose = self._way + way, 0.0
+        self._is_known, self._opening, self._in_jaws = True, opening, held
+        return None
+
+    @cython.cfunc
+    def _find_levers(self, held: Held | None) -> object:
+        """Find how far (m) the axis of a joint is at most from what it moves: jaws may be farther out than
+        when the arm put them on."""
+        links: LinksBeside = self._load.links
+        reach: cython.double = 0.0 if held is None else held._reach
+        lever: cython.double
+        for k, lever in enumerate(self._load.levers_m):
+            self._levers[k] = max(links._levers[k] + self._stroke, lever + reach)
+        return None

@@ -1,0 +1,290 @@
+"""Which parts that lie are pushed in a tick: by the arm, by what it holds, and by each other.
+
+**Cost.** Parts are looked for near the arm when it has gone so far that another could be near; of those that
+are, each is looked at closely when the arm has gone so far that it could touch it. So parts far away cost
+nothing, however many there are.
+"""
+
+# mypy: allow-untyped-decorators, allow-subclassing-any
+
+from __future__ import annotations
+
+from math import dist, hypot
+from typing import Any
+
+import cython
+
+from iiwa_sim.contact.crowd import Presses
+from iiwa_sim.contact.load_kernel import ExternalLoad
+from iiwa_sim.contact.places_kernel import STEP_M
+from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.handling.arm_way_kernel import FAR_M
+from iiwa_sim.handling.between_kernel import between
+from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
+from iiwa_sim.handling.pressing import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
+from iiwa_sim.handling.pushed import SLOW_M_PER_S, Known, Way, gone_by, turned
+from iiwa_sim.handling.workpieces import Workpieces
+from iiwa_sim.motion.joints import Joints
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.handling.arm_way_kernel import ArmWay
+    from cython.cimports.iiwa_sim.handling.held_kernel import Held
+else:
+    from iiwa_sim.handling.arm_way_kernel import ArmWay
+    from iiwa_sim.handling.held_kernel import Held
+
+# Parts farther from the arm (m) are not looked at until it has come nearer.
+_NEAR = cython.declare(cython.double, 0.2)
+# Those that have been nearer are looked at until they are so far from it (m): what changes is dear.
+_GONE = cython.declare(cython.double, 0.4)
+# Way of the arm (m) after which parts are looked for; nearer than so each of them is known.
+_LOOK_AGAIN = cython.declare(cython.double, 0.05)
+# What is to be looked for within this way (m) is looked for with what is to be now.
+_SOON = cython.declare(cython.double, 0.03)
+# What is farther from a part (m), and not on its way in a tick, does not touch it.
+_CLOSE = cython.declare(cython.double, 5e-4)
+_FAR = cython.declare(cython.double, FAR_M)
+
+
+@cython.cclass
+class Aside(ArmWay):
+    """The parts that lie, as the arm and what it holds push them, tick by tick."""
+
+    _pieces: Any
+    _parts: Any
+    _seen: Any  # the number of changes of parts when they were looked for
+    _known: dict[str, tuple[bool, float]]  # whether each is near, and until where on the way
+    _solid: Any  # what is held, as a surface in this tick, once that is asked for
+    _calm: cython.bint  # a tick in which arm and parts stayed as they were has changed nothing
+    _changes: Any  # of the parts, when the last tick ended
+
+    def __init__(self, pieces: Workpieces, load: ExternalLoad, tick_s: float, stroke_m: float) -> None:
+        """What is pushed is put into `pieces`, and told to `load`, which feels it; the jaws open so far."""
+        ArmWay.__init__(self, load, tick_s, stroke_m)
+        self._pieces = pieces
+        self._parts = Known(pieces)
+        self._seen = self._changes = -1
+        self._known = {}
+        self._solid = None
+        self._calm = False
+
+    def forget(self) -> None:
+        """Arm or parts have been put elsewhere."""
+        self._is_known, self._seen, self._calm = False, -1, False
+        self._load.lay({})
+        self.due: Any = {}
+
+    def step(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
+        """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart."""
+        pieces, changes = self._pieces, self._pieces.changes
+        opening: cython.double = opening_m
+        if pieces.pushed:
+            pieces.pushed.clear()
+        stays: cython.bint = not self._turns(joints) and self._changes == changes and opening == self._opening
+        if stays and self._calm:
+            return
+        held: Held | None = pieces.in_jaws
+        if held is not None:
+            held.touching.besides = None
+        if not pieces.lying:
+            if self.due:
+                self.forget()
+            return
+        moving = pieces.moving
+        looks: cython.bint = self._seen != pieces.lying_changes
+        self._goes(held, tcp, joints, opening, looks or len(moving) > 0)
+        if moving:
+            self._way += self._tick * max([_speed(pieces.bodies[name]) for name in moving])
+        looks = looks or self._way >= self.look_at_m
+        if not (looks or moving or self._way >= self.next_m):
+            self._calm, self._changes = stays, changes
+            return
+        self._solid = None
+        if looks:
+            self._look(held, tcp, joints)
+        # In the order of the cell: what becomes of them must not depend on when they were looked at.
+        near = []
+        for name in pieces.lying:
+            due = self.due.get(name)
+            looked = name in moving or (due is not None and due <= self._way)
+            if looked and self._is_near(name, held, tcp, joints):
+                near.append(name)
+        if near:
+            self._push(near, held, tcp, joints)
+        least: cython.double = _FAR
+        for until in self.due.values():
+            least = min(least, cython.cast(cython.double, until))
+        self.next_m: Any = least
+        self._calm, self._changes = stays and changes == pieces.changes, pieces.changes
+
+    @cython.cfunc
+    def _held_there(self, held: Held, tcp: Any) -> object:
+        """What is held, as a surface with the TCP there."""
+        if self._solid is None:
+            self._solid = solid_held(held, tcp)
+        return self._solid
+
+    @cython.cfunc
+    def _look(self, held: Held | None, tcp: Any, joints: Any) -> object:
+        """Find which parts are near the arm, or what it holds, of those whose distance may be another now."""
+        pieces, links = self._pieces, self._load.links
+        if self._seen != pieces.lying_changes or self.look_at_m == -_FAR:
+            self._seen, self._known = pieces.lying_changes, {}
+        known, near = self._known, {}
+        next_m: cython.double = _FAR
+        until: cython.double
+        is_near: cython.bint
+        for name in pieces.lying:
+            body = pieces.bodies[name]
+            is_near, until = known.get(name, (False, -_FAR))
+            if until <= self._way + _SOON:
+                extent: cython.double = body.part.shape.extent
+                away: cython.double = links.away(body.pose.translation, joints) - extent
+                if held is not None:
+                    solid = self._held_there(held, tcp)
+                    apart: cython.double = dist(body.pose.translation, solid.pose.translation)
+                    away = min(away, apart - extent - cython.cast(cython.double, solid.shape.extent))
+                is_near = away < (_GONE if is_near else _NEAR)
+                until = self._way + (max(_GONE - away, _LOOK_AGAIN) if is_near else away - _LOOK_AGAIN)
+                known[name] = bool(is_near), until
+            if is_near:
+                near[name] = solid_of(body)
+            else:
+                next_m = min(next_m, until)
+        self.look_at_m: Any = next_m
+        self.due = {name: self.due.get(name, -_FAR) for name in near}
+        self._load.lay(near)
+        return None
+
+    @cython.cfunc
+    def _is_near(self, name: str, held: Held | None, tcp: Any, joints: Any) -> cython.bint:
+        """Whether a part moves, or arm or held part may press on it: when it is looked at next is noted where
+        they do not."""
+        body = self._pieces.bodies[name]
+        if body.state != LIES:
+            return False
+        if not body.settled:
+            return True
+        gap: cython.double = _FAR
+        if name in self.due:
+            gap = self._load.surround(joints).gap_to(name)
+        if held is not None:
+            solid = self._held_there(held, tcp)
+            gap = min(gap, cython.cast(cython.double, between(held.part, solid.pose, body.part, body.pose)))
+        if gap > _CLOSE:
+            self.due[name] = self._way + gap - _CLOSE
+        return gap <= _CLOSE
+
+    @cython.cfunc
+    def _push(self, near: Any, held: Held | None, tcp: Any, joints: Any) -> object:
+        """A tick of parts on which something may press, or that move."""
+        known, crowd = self._parts, self._pieces.crowd
+        known.look()
+        if held is None:
+            crowd.hold(-1, None)
+        else:
+            crowd.hold(known.numbers[held.part.name], self._held_there(held, tcp))
+        pushed = [known.numbers[name] for name in near if self._is_pushed(name, held, tcp, joints)]
+        for gone in crowd.push(pushed):
+            self._goes_on(gone)
+        if held is not None:
+            known.look()
+            force, torque = crowd.on_held()
+            if force != STILL:
+                held.touching.besides = force, torque
+                held.quiet = False
+        return None
+
+    @cython.cfunc
+    def _is_pushed(self, name: str, held: Held | None, tcp: Any, joints: Any) -> cython.bint:
+        """Whether a part that is near moves, or arm or held part press on it; what may press on it is told to
+        the crowd."""
+        pieces, parts = self._pieces, self._parts
+        body = pieces.bodies[name]
+        if pieces.face_below(name) is None:
+            return False
+        still: cython.bint = body.settled and not body.wound
+        pressing: list[Presses] = []
+        if name in self.due:
+            pressing += by_the_arm(body.part, self._load.surround(joints), joints, self._tick)
+        if held is not None:
+            number = parts.numbers[held.part.name]
+            pressing += by_what_is_held(held, number, self._held_there(held, tcp), body)
+        deepest: cython.double = pieces.crowd.look(parts.numbers[name], pressing, bool(still))
+        deepest = max(deepest, -SEEN_M)
+        if name in self.due:
+            self.due[name] = self._way if deepest > -_CLOSE else self._way - deepest - _CLOSE
+        return not still or deepest > 0.0
+
+    @cython.cfunc
+    def _goes_on(self, gone: Any) -> object:
+        """A part has gone its way in this tick."""
+        pieces, name = self._pieces, self._parts.names[gone.part]
+        body, face, (x, y, z, spin) = pieces.bodies[name], pieces.face_below(name), gone.velocity
+        if body.state != LIES or face is None:
+            return None
+        pieces.pushed.add(name)
+        pose = gone_by(body.pose, gone.way) if any(gone.way) else body.pose
+        after = self._ends(
+            body._replace(pose=pose, velocity=(x, y, z), spin=spin, wound=gone.wound), face, gone.pressed
+        )
+        if after != body:
+            self._put(after, body, list(pieces.riders(name)), gone.way)
+        return None
+
+    @cython.cfunc
+    def _ends(self, body: Any, face: Any, pressed: cython.bint) -> object:
+        """A part that has gone its way: it goes on, rests, comes to lie on what is beside, or falls."""
+        x, y, _ = body.pose.translation
+        if not face.has(x, y):
+            flush = self._pieces.flush_with(face, x, y)
+            if flush is None:
+                return Body(body.part, body.pose, body.velocity, FALLS)
+            body, face = body._replace(on=flush.name), flush
+        if body.bottom - face.top > STEP_M:
+            return Body(body.part, body.pose, body.velocity, FALLS)
+        if not pressed and _speed(body) < SLOW_M_PER_S:
+            return landed(body, face)
+        return body
+
+    @cython.cfunc
+    def _put(self, after: Any, before: Any, riders: Any, way: Any) -> object:
+        """A part is there now, with what lies on it; the arm is told."""
+        pieces, middle = self._pieces, before.pose.translation
+        pieces.put_aside(after)
+        self._tell(after, before)
+        if after.state == FALLS:
+            return None
+        for each in riders:
+            off = _from(middle, each.pose.translation)
+            x, y, _ = turned(off, way[3])
+            gone: Way = (way[0] + (x - off[0]), way[1] + (y - off[1]), way[2], way[3])
+            now = each._replace(pose=gone_by(each.pose, gone))
+            pieces.put_aside(now)
+            self._tell(now, each)
+        return None
+
+    @cython.cfunc
+    def _tell(self, after: Any, before: Any) -> object:
+        """The arm feels a part that is near it where that is now."""
+        name = after.part.name
+        if name in self.due and after.state == LIES and after.pose != before.pose:
+            dx, dy, dz = _from(before.pose.translation, after.pose.translation)
+            r, q = after.pose.rotation, before.pose.rotation
+            # By the sine, which is the angle in a tick, of the axes before and now.
+            turn = 0.5 * (
+                (q[0] * r[3] - q[3] * r[0]) + (q[1] * r[4] - q[4] * r[1]) + (q[2] * r[5] - q[5] * r[2])
+            )
+            self._load.shift(name, solid_of(after), (dx, dy, dz, turn))
+        return None
+
+
+def _from(start: Vector, end: Vector) -> Vector:
+    """The way (m) from a place to another."""
+    return (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+
+
+def _speed(body: Body) -> float:
+    """No point of it is faster (m/s)."""
+    x, y, z = body.velocity
+    return hypot(x, y, z) + abs(body.spin) * body.part.shape.extent

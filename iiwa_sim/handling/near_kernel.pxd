@@ -1,0 +1,20 @@
+# For the kernel of what touches a part.
+from iiwa_sim.contact.world_kernel cimport World
+
+cdef object touched(World world)
+
+cdef class Near:
+    cdef readonly object points        # `Points`
+    cdef readonly dict worlds          # `World`s of the points that are close, by their numbers
+    cdef object _part
+    cdef double[:, ::1] _own           # the places of points, in the part (m)
+    cdef double _radius
+    cdef double _extent
+    cdef double[::1] _looked           # where its middle was when surfaces were looked for (m)
+    cdef bint _has_looked
+    cdef dict _near                    # surfaces found then, as it feels them, by name
+    cdef double[:, ::1] _shapes        # of these: rotation, place, three sizes
+    cdef int[::1] _kinds
+    cdef bint _look(self, double x, double y, double z, object surfaces) except? -1
+    cdef object _take_near(self, object near)
+    cdef double _away(self, Py_ssize_t s, double x, double y, double z) noexcept

@@ -1,0 +1,125 @@
+"""The surfaces near a part that is held, as it feels them, and how far away they are."""
+
+# mypy: allow-untyped-decorators
+
+from __future__ import annotations
+
+from typing import Any
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import sqrt
+
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.ways_in_kernel import KINDS
+from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.points import points_of
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.ways_in_kernel import nearest
+    from cython.cimports.iiwa_sim.contact.world_kernel import World
+else:
+    from iiwa_sim.contact.ways_in_kernel import nearest
+    from iiwa_sim.contact.world_kernel import World
+
+NEAR_M = 0.05
+"""Surfaces farther away are not looked at until the part has come so far."""
+_NEAR = cython.declare(cython.double, NEAR_M)
+
+
+@cython.cclass
+class Near:
+    """What is near one part, and the points at which it touches that; the attributes are declared in the
+    .pxd."""
+
+    def __init__(self, part: Part, upright: bool) -> None:
+        """Nothing is; a cylinder that is `upright` touches with its rims."""
+        self._part = part
+        self.points = points_of(part, upright)
+        self._own = np.array(self.points.places)
+        self._radius = self.points.radius_m
+        self._extent = part.shape.extent
+        self._looked = np.zeros(3)
+        self._has_looked = False
+        self._near: dict[str, Surface] = {}
+        self.worlds: dict[int, World] = {}
+        self._take_near({})
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=True)
+    def _look(self, x: cython.double, y: cython.double, z: cython.double, surfaces: Any) -> cython.bint:
+        """Find the surfaces that may be touched before it has gone `NEAR_M` from there: whether they are
+        others than before."""
+        self._looked[0], self._looked[1], self._looked[2] = x, y, z
+        self._has_looked = True
+        reach: cython.double = self._extent + 2.0 * _NEAR
+        part, at_once = self._part, self.points.at_once
+        pushing = {name for world in self.worlds.values() for name in touched(world)}
+        near = {}
+        for each in surfaces:
+            if each.name not in pushing:
+                px: cython.double
+                py: cython.double
+                pz: cython.double
+                extent: cython.double = each.shape.extent
+                px, py, pz = each.pose.translation
+                px, py, pz = x - px, y - py, z - pz
+                if sqrt(px * px + py * py + pz * pz) - extent > reach or each.nearest(x, y, z)[0] > reach:
+                    continue
+            stiffness = 1.0 / (1.0 / each.stiffness + 1.0 / part.stiffness) / at_once
+            near[each.name] = each._replace(stiffness=stiffness, friction=part.friction)
+        if near == self._near:
+            return False
+        for world in self.worlds.values():
+            _change(world, self._near, near)
+        self._take_near(near)
+        return True
+
+    @cython.cfunc
+    def _take_near(self, near: Any) -> object:
+        """These surfaces are near."""
+        self._near = near
+        rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in near.values()]
+        self._shapes = np.array(rows).reshape(len(rows), 15)
+        self._kinds = np.array([KINDS[type(each.shape)] for each in near.values()], dtype=np.intc)
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _away(
+        self, s: cython.Py_ssize_t, x: cython.double, y: cython.double, z: cython.double
+    ) -> cython.double:
+        """How far (m) a place is from a surface that is near, less than 0 in it."""
+        r = self._shapes
+        x, y, z = x - r[s, 9], y - r[s, 10], z - r[s, 11]
+        distance, _nx, _ny, _nz = nearest(
+            self._kinds[s],
+            r[s, 12],
+            r[s, 13],
+            r[s, 14],
+            r[s, 0] * x + r[s, 3] * y + r[s, 6] * z,
+            r[s, 1] * x + r[s, 4] * y + r[s, 7] * z,
+            r[s, 2] * x + r[s, 5] * y + r[s, 8] * z,
+        )
+        return distance
+
+
+@cython.cfunc
+def touched(world: World) -> object:
+    """The names of those that push, also of one through which a point has been pressed."""
+    return [name for name in world.surfaces if world.touched(name)]
+
+
+@cython.cfunc
+def _change(world: World, before: Any, after: Any) -> object:
+    """Other surfaces are near; those that were so before remember what they do."""
+    for name in before:
+        if name not in after:
+            world.remove(name)
+    for name, now in after.items():
+        was = before.get(name)
+        if was is None or now != was._replace(pose=now.pose):
+            world.put(now)
+        elif now != was:
+            world.move(name, now.pose)
+    return None

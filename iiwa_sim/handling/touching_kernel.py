@@ -1,0 +1,267 @@
+"""What surfaces do to a part that is held: at its corners, its rims, or as spheres.
+
+**Cost.** Surfaces are looked for when the part has gone `NEAR_M`; of those that are near, the distances of
+its points are measured, and none is looked at again before one of them could touch.
+"""
+
+# mypy: allow-untyped-decorators, allow-subclassing-any
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import cython
+import numpy as np
+from cython.cimports.libc.math import sqrt
+
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.handling.near_kernel import NEAR_M
+from iiwa_sim.handling.part import LEVEL, Part
+
+if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.at_tcp_kernel import farthest, take
+    from cython.cimports.iiwa_sim.contact.world_kernel import World
+    from cython.cimports.iiwa_sim.handling.near_kernel import Near, touched
+else:
+    from iiwa_sim.contact.at_tcp_kernel import farthest, take
+    from iiwa_sim.contact.world_kernel import World
+    from iiwa_sim.handling.near_kernel import Near, touched
+
+_NEAR = cython.declare(cython.double, NEAR_M)
+# Of surfaces farther away than this (m) it is not asked how far which point is.
+_FAR = cython.declare(cython.double, 0.02)
+# Points that are twice as far from all of them (m), and are pushed by none, come to them as if for the first
+# time.
+_CLOSE = cython.declare(cython.double, 0.005)
+STILL: Vector = (0.0, 0.0, 0.0)
+
+
+@cython.cclass
+class Touching(Near):
+    """What acts on one part, tick by tick; the attributes are declared in the .pxd."""
+
+    def __init__(self, part: Part, upright: bool) -> None:
+        """It has touched nothing before; a cylinder that is `upright` touches with its rims."""
+        Near.__init__(self, part, upright)
+        self._measured, self._pose = np.zeros((2, 12))
+        self._known = 0.0
+        self._was = np.zeros((len(self._own), 3))
+        self._has_been: Any = np.zeros(len(self._own), dtype=np.int8)
+        self.besides: tuple[Vector, Vector] | None = None
+        self.forget()
+
+    @property
+    def force(self) -> Vector:
+        """What acts on it (N), in base axes."""
+        return (self.fx, self.fy, self.fz)
+
+    @property
+    def torque(self) -> Vector:
+        """About its middle (Nm), in base axes."""
+        return (self.tx, self.ty, self.tz)
+
+    @property
+    def pushed(self) -> bool:
+        """Whether anything has pushed it in the last tick."""
+        return bool(self.is_pushed())
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def is_pushed(self) -> cython.bint:
+        """`pushed` for kernels."""
+        return self.fx != 0.0 or self.fy != 0.0 or self.fz != 0.0
+
+    def look_again(self) -> None:
+        """Surfaces may have come, moved or gone."""
+        self._has_looked, self._free = False, 0.0
+
+    def slides(self) -> None:
+        """It goes some way that `passes` is not told of."""
+        self._free = 0.0
+
+    def forget(self) -> None:
+        """It has been put somewhere else, and has touched nothing before."""
+        self._has_looked = self._has_measured = False
+        self._free = 0.0
+        self.worlds: Any = {}
+        self._has_been[:] = 0
+        self.fx = self.fy = self.fz = self.tx = self.ty = self.tz = 0.0
+
+    def pressed_from_above(self, name: str) -> bool:
+        """Whether a surface of this name pushes it straight up, where it has been last."""
+        worlds = [each for each in self.worlds.values() if name in each.surfaces]
+        return any(each.touched(name) and each.outward(name)[2] > 1.0 - LEVEL for each in worlds)
+
+    @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def stored_at(self, pose: cython.double[::1]) -> cython.double:
+        """What would be in its springs (J) at a pose close to the last one; nothing remembers that."""
+        soft: cython.double = 0.0
+        least: cython.double
+        n: cython.Py_ssize_t
+        world: World
+        p, own = pose, self._own
+        for point, world in self.worlds.items():
+            n = point
+            x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
+            y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
+            z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
+            if world.feel_at(x, y, z, 0.0, 0.0, 0.0, False):
+                fx, fy, fz = world.fx, world.fy, world.fz
+                if fx != 0.0 or fy != 0.0 or fz != 0.0:
+                    least = min([each.stiffness for each in world.surfaces.values()])
+                    soft += (fx * fx + fy * fy + fz * fz) / least
+        return 0.5 * soft
+
+    def memory(self) -> object:
+        """What surfaces remember of it, to be compared."""
+        return [world.memory() for world in self.worlds.values()]
+
+    def kept(self) -> object:
+        """All that it remembers, to be brought back."""
+        worlds = {point: world.kept() for point, world in self.worlds.items()}
+        looked = tuple(self._looked) if self._has_looked else None
+        measured = tuple(self._measured) if self._has_measured else None
+        places = np.array(self._was), np.array(self._has_been), looked, measured, self._known
+        return worlds, dict(self._near), places, self.force, self.torque
+
+    def restore(self, kept: Any) -> None:
+        """Remember that again, among the same surfaces."""
+        worlds, near, places, force, torque = kept
+        was, has_been, looked, measured, self._known = places
+        self.fx, self.fy, self.fz = force
+        self.tx, self.ty, self.tz = torque
+        self._was, self._has_been = was.copy(), has_been.copy()
+        self._has_looked, self._has_measured = looked is not None, measured is not None
+        if looked is not None:
+            self._looked = np.array(looked)
+        if measured is not None:
+            self._measured = np.array(measured)
+        self._take_near(dict(near))
+        self.worlds, self._free = {}, 0.0
+        for point, memory in worlds.items():
+            world = self.worlds[point] = World(self._near.values(), self._radius)
+            world.restore(memory)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def passes(self, way_m: cython.double) -> cython.bint:
+        """A tick has brought no point of it farther than that: whether that is all, and `go_to` has nothing
+        to do: it touches nothing, and nothing is to be looked for."""
+        self._free -= way_m
+        return self._free > 0.0 and self.besides is None
+
+    def step(self, pose: Transform, surfaces: Callable[[], Sequence[Surface]], tick_s: float) -> None:
+        """A tick has brought it to `pose`; the surfaces that there are are asked for now and then."""
+        take(pose, self._pose)
+        self.go_to(self._pose, surfaces, tick_s)
+
+    @cython.cfunc
+    def go_to(self, pose: cython.double[::1], surfaces: Any, tick_s: cython.double) -> object:
+        """`step` for an array: rotation, row by row, and place."""
+        gone: cython.double = 0.0
+        turned: cython.double = 0.0
+        x, y, z = pose[9], pose[10], pose[11]
+        if self._has_looked:
+            at = self._looked
+            gone = sqrt((x - at[0]) * (x - at[0]) + (y - at[1]) * (y - at[1]) + (z - at[2]) * (z - at[2]))
+        if not self._has_looked or gone > _NEAR:
+            if self._look(x, y, z, surfaces()):
+                self._has_measured = False
+            gone = 0.0
+        if self._has_measured:
+            turned = farthest(self._measured, pose, self._extent)
+        if not self._has_measured or turned > self._known:
+            self._measure(pose)
+            turned = 0.0
+        self._free = 0.0
+        if not self.worlds and self.besides is None:
+            self.fx = self.fy = self.fz = self.tx = self.ty = self.tz = 0.0
+            self._free = min(_NEAR - gone, self._known - turned)
+            return None
+        return self._feel(pose, tick_s)
+
+    @cython.cfunc
+    def _feel(self, pose: cython.double[::1], tick_s: cython.double) -> object:
+        """Find what acts on it: what surfaces do to its points, and what else does."""
+        fx: cython.double = 0.0
+        fy: cython.double = 0.0
+        fz: cython.double = 0.0
+        tx: cython.double = 0.0
+        ty: cython.double = 0.0
+        tz: cython.double = 0.0
+        if self.besides is not None:
+            force, torque = self.besides
+            fx, fy, fz = force
+            tx, ty, tz = torque
+        n: cython.Py_ssize_t
+        world: World
+        p, own, was = pose, self._own, self._was
+        for point, world in self.worlds.items():
+            n = point
+            if self._radius > 0.0:
+                world.roll_to(pose)
+            px: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
+            py: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
+            pz: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
+            vx: cython.double = 0.0
+            vy: cython.double = 0.0
+            vz: cython.double = 0.0
+            if self._has_been[n]:
+                vx, vy, vz = (px - was[n, 0]) / tick_s, (py - was[n, 1]) / tick_s, (pz - was[n, 2]) / tick_s
+            self._has_been[n] = 1
+            was[n, 0], was[n, 1], was[n, 2] = px, py, pz
+            if not world.feel_at(px, py, pz, vx, vy, vz, tick_s > 0.0):
+                continue
+            x, y, z = px - p[9], py - p[10], pz - p[11]
+            fx, fy, fz = fx + world.fx, fy + world.fy, fz + world.fz
+            tx += world.tx + y * world.fz - z * world.fy
+            ty += world.ty + z * world.fx - x * world.fz
+            tz += world.tz + x * world.fy - y * world.fx
+        self.fx, self.fy, self.fz, self.tx, self.ty, self.tz = fx, fy, fz, tx, ty, tz
+        return None
+
+    @cython.cfunc
+    def _measure(self, pose: cython.double[::1]) -> object:
+        """Find which points are close to surfaces, and how far the others may go before that changes."""
+        count: cython.Py_ssize_t = len(self._near)
+        n: cython.Py_ssize_t
+        s: cython.Py_ssize_t
+        least: cython.double
+        away: cython.double
+        for k in range(12):
+            self._measured[k] = pose[k]
+        self._has_measured = True
+        p, own, radius = pose, self._own, self._radius
+        close: list[int] = []
+        others: cython.double = 1e9
+        for s in range(count):
+            least = self._away(s, p[9], p[10], p[11]) - self._extent
+            if least <= radius + _FAR:
+                close.append(s)
+            else:
+                others = min(others, least)
+        if len(close) == count:
+            others = 2.0 * _NEAR
+        known: cython.double = _NEAR
+        for n in range(own.shape[0]):
+            x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
+            y: cython.double = (p[3] * own[n, 0] + p[4] * own[n, 1] + p[5] * own[n, 2]) + p[10]
+            z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
+            away = others
+            for s in close:
+                away = min(away, self._away(s, x, y, z))
+            away -= radius
+            world = self.worlds.get(n)
+            if away > 2.0 * _CLOSE and not (world is not None and touched(world)):
+                known = min(known, away - _CLOSE)
+                self.worlds.pop(n, None)
+                self._has_been[n] = 0
+            else:
+                known = min(known, _CLOSE)
+                if world is None:
+                    self.worlds[n] = World(self._near.values(), radius)
+        self._known = known
+        return None
