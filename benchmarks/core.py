@@ -13,6 +13,7 @@ from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, MoveRequest
 from iiwa_sim.controller.requests import Kind as How
+from iiwa_sim.controller.trajectory_request import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.robot.description import load_robot
 
@@ -24,6 +25,7 @@ HOLD_TICKS = 500  # with a constant push
 STIFFNESS_N_PER_M = 2000.0
 STIFFNESS_NM_PER_RAD = 300.0
 WEIGHED_DOWN_N = (0.0, 0.0, -10.0, 0.0, 0.0, 0.0)  # compensated, so that the TCP presses with 10 N
+POINTS, POINT_S = 25, 0.4  # of a joint trajectory of straight lines, which have to be smoothed
 RADIUS_M = 0.005  # radius of the sphere that touches the table, which its centre then does
 
 
@@ -40,6 +42,7 @@ def measure() -> list[Figure]:
     centre = robot.tool_frame()
     top = Transform(IDENTITY.rotation, (0.0, 0.0, 1e-3 * centre.z_mm))
     table = Surface("table", Plane(), top, 20e3, 0.5, 0.3)
+    following = Controller(description, tick_s=TICK_S)
     pressing, yielding, held = (
         Controller(description, tick_s=TICK_S, world=World([table], RADIUS_M)) for _ in range(3)
     )
@@ -72,6 +75,12 @@ def measure() -> list[Figure]:
         sideways_n, down_n = chance.uniform(-5, 5), chance.uniform(10, 30)
         held.load.wrench = (0.0, sideways_n, down_n, 0.0, 0.0, 0.0)  # the TCP's z axis points down
 
+    def follow() -> None:
+        """Follow points told without velocities."""
+        places = [[q + chance.uniform(-0.15, 0.15) for q in home] for _ in range(POINTS - 1)]
+        points = [TrajectoryPoint(POINT_S * k, place) for k, place in enumerate([*places, home], start=1)]
+        following.follow(TrajectoryRequest(description.joints, points), None)
+
     def back_home() -> None:
         robot.stop()
         robot.move(_joint_move(home, 1.0))
@@ -85,10 +94,11 @@ def measure() -> list[Figure]:
             back_home()
     at_least = {"joint moves": 1200, "LIN moves": 900}
     missed = 3.0  # including planning, which takes most of the time
-    touching = [
+    others = [
         ("LIN moves pressed on a table", pressing, slide, TICKS_PER_BLOCK, 500, missed),
         ("stiffness moves pressed on a table", yielding, slide_softly, TICKS_PER_BLOCK, 250, None),
         ("gravity hold pressed on a table", held, hold, HOLD_TICKS, 250, None),
+        ("joint trajectory, smoothed", following, follow, TICKS_PER_BLOCK, 400, None),
     ]
     return [
         *(
@@ -111,7 +121,7 @@ def measure() -> list[Figure]:
                 kind=Kind.CPU,
                 margin=margin,
             )
-            for name, controller, command, at_once, goal, margin in touching
+            for name, controller, command, at_once, goal, margin in others
         ),
     ]
 

@@ -79,7 +79,7 @@ class Core:
         self.accepted = 0
         """Moves, since the start: the number of the newest one."""
         self.watch_trajectory: Callable[[], None] | None = None
-        """Called after each tick that a trajectory is followed in."""
+        """Called after each tick in which a trajectory is followed, or has just ended."""
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
         self._servo_timeout_s = servo_timeout_s
@@ -106,7 +106,7 @@ class Core:
             self.endings.lost(0, EXECUTION, reason)
             self.halt(STOP_TRIGGERED, "stopped")
             raise
-        if motions.tracking and motions.tracked is not None and self.watch_trajectory is not None:
+        if motions.tracking and self.watch_trajectory is not None:
             self.watch_trajectory()
         # Of what most ticks have nothing of only that is asked.
         endings, acts = self.endings, False

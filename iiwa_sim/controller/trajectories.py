@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from enum import Enum
-from math import degrees
+from math import degrees, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -74,6 +74,7 @@ class _Active:
     def __init__(self, number: int, path: Bounds, goal: Bounds, goal_time_s: float, end_s: float) -> None:
         self.number = number
         self.path, self.goal, self.goal_time_s, self.end_s = path, goal, goal_time_s, end_s
+        self.compares_path = min(*path.position, *path.velocity) < inf
         self.outcome = Outcome.ENDED
         """Of an end that is no success."""
 
@@ -182,14 +183,18 @@ class Trajectories:
 
     def _watch(self) -> None:
         """After a tick: whether the robot is where the trajectory asks for, as far as it says how near."""
-        active, progress = self._active, self.progress
-        if active is None or progress is None:
+        active, followed = self._active, self._core.motions.tracked
+        if active is None or followed is None:
+            return
+        compares = active.compares_path if followed.time_s < active.end_s else active.goal_time_s > 0.0
+        progress = self.progress if compares else None  # not in most ticks, as it costs more than they do
+        if progress is None:
             return
         if progress.time_s < active.end_s:
             fault = self._beyond(progress, active.path)
             if fault:
                 self._end(Outcome.PATH_TOLERANCE, f"path tolerance: {fault} after {progress.time_s:.3f} s")
-        elif active.goal_time_s and progress.time_s - active.end_s > active.goal_time_s:
+        elif progress.time_s - active.end_s > active.goal_time_s:
             fault = self._beyond(progress, active.goal)
             if fault:
                 late = f"{progress.time_s - active.end_s:.3f} s after the end"

@@ -183,9 +183,11 @@ class Drive(EvenTicks):
         self.joints = joints
         self._plan_again()
 
-    def advance(self) -> None:
+    def step(self) -> None:
         """Make one tick. If a path fails, the robot rests where it is, the waiting moves are dropped, and
         the path's exception is raised."""
+        if self.step_evenly():
+            return
         try:
             self._advance()
         except Exception:

@@ -66,8 +66,7 @@ class EvenTime:
 
 @cython.cclass
 class EvenTicks:
-    """Joint positions over ticks, some of which are known ahead; an heir has the method `advance` for a tick
-    that takes more than to go on to the next of them."""
+    """Joint positions over ticks, some of which are known ahead."""
 
     joints: Joints = cython.declare(object, visibility="public")
     """Where the robot is (rad)."""
@@ -99,8 +98,9 @@ class EvenTicks:
             self._last = move.number
         return self._last
 
-    def step(self) -> None:
-        """Make one tick. What `advance` raises is raised."""
+    def step_evenly(self) -> bool:
+        """Make one tick if all it takes is to go on to joint positions that are known; otherwise returns
+        False."""
         if (
             len(self._ahead) > 0
             and self._time.time_s < self._quiet_until_s
@@ -108,9 +108,5 @@ class EvenTicks:
             and self._time.step_evenly()
         ):
             self.joints = self._ahead.pop()
-        else:
-            self.advance()
-
-    def advance(self) -> None:
-        """Make one tick in any other way."""
-        raise NotImplementedError
+            return True
+        return False

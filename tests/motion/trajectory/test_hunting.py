@@ -222,7 +222,7 @@ class TrajectoryHunt(WideHunt):
             jerk = (d[0][2] - d[2][2]) / wide
         else:
             acceleration, jerk = d[0][2], d[0][3]
-        velocity = np.array([smoothed._averaged(1, time) for time in times.tolist()]) if wide else d[0][1]
+        velocity = np.array([smoothed._averaged.at(1, time) for time in times.tolist()]) if wide else d[0][1]
         self._keep(np.stack([velocity, acceleration, jerk], axis=1))
         delay_s = 0.5 * (narrow + wide)
         off = np.array([smoothed.joints(time) for time in times.tolist()]) - d[0][0]
