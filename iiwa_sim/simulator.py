@@ -196,10 +196,9 @@ class Simulator(OpenPorts, RobotInTime):
         if rosbridge_port is not None or ros or ros2:
             from iiwa_sim.ros import side
             from iiwa_sim.ros.arm.arm import LocalArm
-            from iiwa_sim.ros.rmi.local import LocalRobot
 
             self._ros = side.RosSide(
-                LocalRobot(self._controller),
+                LocalArm(self._controller),
                 rate_hz,
                 self._log,
                 host=host,
@@ -210,7 +209,6 @@ class Simulator(OpenPorts, RobotInTime):
                 on_heard=self.clock.commanded,
                 budget=budget,
                 access=WebAccess(rosbridge_origins, rosbridge_hosts),
-                arm=LocalArm(self._controller),
                 ros2=ros2,
                 ros2_python=None if ros2_python is None else Path(ros2_python),
                 ros_namespace=ros_namespace,

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
-from iiwa_sim.ros.rmi.local import LocalRobot
+from iiwa_sim.ros.arm.arm import LocalArm
+from iiwa_sim.ros.arm.joint_level import JointLevel
+from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.rmi.node import Node
 from tests.journal import Journal
 from tests.stepped import SteppedRobot
@@ -19,9 +22,17 @@ class RosRobot(SteppedRobot):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         self.log = Journal(fails=True)
-        self.node = Node(LocalRobot(self.controller), lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
+        self.node = Node(LocalArm(self.controller), lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
         self.heard: dict[str, list[dict[str, Any]]] = {}
         self.hears("/command_result")
+
+    @cached_property
+    def level(self) -> JointLevel:
+        return JointLevel(LocalArm(self.controller), lambda: NOW_NS, round(1.0 / self.tick_s), self.log)
+
+    @cached_property
+    def graph(self) -> Graph:
+        return Graph(self.node, self.level)
 
     def hears(self, topic: str) -> list[dict[str, Any]]:
         messages = self.heard.setdefault(topic, [])

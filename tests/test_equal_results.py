@@ -155,7 +155,7 @@ class Rosbridge:
         self._ros2 = ros2
         self._outbox = Outbox(lambda: None)
         api = RosApi(self.robot.node)
-        self._session = RosbridgeSession(self.robot.node, api, self._outbox, self.robot.log, "test")
+        self._session = RosbridgeSession(self.robot.graph, api, self._outbox, self.robot.log, "test")
         self._results: list[tuple[int, int, str]] = []
         self._says("subscribe", topic=RESULTS, type=self._named("Result"))
         self._says("advertise", topic=COMMAND_LIST, type=self._named("CommandList"))

@@ -10,7 +10,8 @@ from xml.sax.saxutils import quoteattr
 
 from iiwa_sim.moveit.pairs import Pair
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.ros.arm.joint_level import ACTION, COMMANDS, CONTROLLER, STATES
+from iiwa_sim.ros.arm.contents import STATES
+from iiwa_sim.ros.arm.joint_level import ACTION, COMMANDS, CONTROLLER
 from iiwa_sim.ros.arm.links import Links
 
 GROUP = "arm"

@@ -12,8 +12,8 @@ from iiwa_sim.ros.arm.arm import Arm
 from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.conventions import TODAYS, Conventions, Stamps
 from iiwa_sim.ros.fault import RosFault
+from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.rmi.node import Node
-from iiwa_sim.ros.rmi.robot import Robot
 from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import Outbox
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
@@ -42,7 +42,7 @@ class RosSide:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: Arm,
         tick_rate_hz: int,
         log: DialectLog,
         *,
@@ -54,13 +54,12 @@ class RosSide:
         on_heard: Callable[[], None],
         budget: Budget | None = None,
         access: WebAccess | None = None,
-        arm: Arm | None = None,
         ros2: bool = False,
         ros2_python: Path | None = None,
         ros_namespace: str = "",
     ) -> None:
-        """With an `arm` there is the joint level of ROS 2, too, and with `ros2` a node of it, in a process of
-        the interpreter `ros2_python`, or of one that is found.
+        """With `ros2` it is a node of ROS 2, in a process of the interpreter `ros2_python`, or of one that is
+        found.
 
         `on_heard` is called after a message that may have started a command.
 
@@ -69,37 +68,35 @@ class RosSide:
         """
         budget = budget or Budget()
         now_ns = time.time_ns
-        if arm is not None and conventions.stamps is Stamps.SIMULATED:
-            own = arm
+        if conventions.stamps is Stamps.SIMULATED:
 
             def now_ns() -> int:
-                return round(1e9 * (own.time_s or 0.0))
+                return round(1e9 * (robot.time_s or 0.0))
 
         self._node = Node(robot, now_ns, tick_rate_hz, log, conventions)
-        self._arm = None if arm is None else JointLevel(arm, now_ns, tick_rate_hz, log, conventions)
+        self._arm = JointLevel(robot, now_ns, tick_rate_hz, log, conventions)
+        graph = Graph(self._node, self._arm)
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None
         if rosbridge_port is not None:
             secret = None if rosbridge_secret is None else Secret(rosbridge_secret, time.time_ns)
-            front = partial(_rosbridge, self._node, self._arm, log, (host, rosbridge_port), secret, on_heard)
+            front = partial(_rosbridge, graph, log, (host, rosbridge_port), secret, on_heard)
             self._rosbridge = front(budget, access or WebAccess())
         if rospy:
             self._ros1 = _ros1(self._node, log, on_heard, budget)
         self._ros2: Ros2Node | None = None
-        if ros2 and self._arm is not None:
-            self._ros2 = _ros2(self._node, self._arm, ros2_python, ros_namespace, log, on_heard, budget)
+        if ros2:
+            self._ros2 = _ros2(graph, ros2_python, ros_namespace, log, on_heard, budget)
 
     def tick(self) -> None:
         """To be called after every tick."""
         self._node.step()
-        if self._arm is not None:
-            self._arm.step()
+        self._arm.step()
 
     def skip(self, ticks: int) -> None:
         """To be called with how many ticks a robot at rest has made at once, when nobody was `watching`."""
         self._node.skip(ticks)
-        if self._arm is not None:
-            self._arm.skip(ticks)
+        self._arm.skip(ticks)
 
     async def start(self) -> None:
         """Start serving. Raises ListenFault and RosFault, and then nothing is left open."""
@@ -116,7 +113,7 @@ class RosSide:
     @property
     def watching(self) -> bool:
         """Whether somebody hears a topic, or a command waits: each tick is wanted then."""
-        return self._node.watching or (self._arm is not None and self._arm.watching)
+        return self._node.watching or self._arm.watching
 
     @property
     def has_commands(self) -> bool:
@@ -140,8 +137,7 @@ class RosSide:
 
 
 def _rosbridge(
-    node: Node,
-    arm: JointLevel | None,
+    graph: Graph,
     log: DialectLog,
     address: tuple[str, int],
     secret: Secret | None,
@@ -157,11 +153,11 @@ def _rosbridge(
         if missing not in ROSBRIDGE_LIBRARIES:
             raise
         raise RosFault(f"rosbridge needs {missing}: pip install 'iiwa-sim[rosbridge]'") from None
-    api = RosApi(node)
+    api = RosApi(graph.node)
 
     def open_session(name: str, wake: Callable[[], None]) -> "tuple[RosbridgeSession, Outbox]":
         outbox = Outbox(wake)
-        session = RosbridgeSession(node, api, outbox, log, name, secret=secret, arm=arm)
+        session = RosbridgeSession(graph, api, outbox, log, name, secret=secret)
         return session, outbox
 
     return RosbridgeServer(open_session, *address, on_heard, budget=budget, access=access)
@@ -183,8 +179,7 @@ def _ros1(node: Node, log: DialectLog, on_heard: Callable[[], None], budget: Bud
 
 
 def _ros2(
-    node: Node,
-    arm: JointLevel,
+    graph: Graph,
     python: Path | None,
     namespace: str,
     log: DialectLog,
@@ -194,4 +189,4 @@ def _ros2(
     from iiwa_sim.ros.ros2.environment import found_python
     from iiwa_sim.ros.ros2.node import Ros2Node
 
-    return Ros2Node(node, arm, python or found_python(), namespace, log, on_heard, budget)
+    return Ros2Node(graph, python or found_python(), namespace, log, on_heard, budget)

@@ -10,12 +10,13 @@ from iiwa_sim.controller.trajectories import Progress, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import TrajectoryRequest
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.ros.rmi.robot import Done, Failure
+from iiwa_sim.ros.rmi.local import LocalRobot
+from iiwa_sim.ros.rmi.robot import Done, Failure, Robot
 
 T = TypeVar("T")
 
 
-class Arm(Protocol):
+class Arm(Robot, Protocol):
     """What the joint level asks of a robot. Outcomes are reported within the call or later.
 
     A robot behind a connection does not tell everything; what is not known is None.
@@ -69,27 +70,18 @@ class Arm(Protocol):
         """Head for near joint positions (rad) as a direct move does, at parts of the joints' speeds. Raises
         `Refused`."""
 
-    def stop(self, done: Done) -> None:
-        """Stop the robot, and forget what waits."""
-
     def reset_error(self, done: Done) -> None:
         """End the error state."""
 
     def emergency_stop(self, pressed: bool, done: Done) -> None:
         """Press or release it."""
 
-    def set_override(self, override: float, done: Done) -> None:
-        """Run all moves at this part of their speed, 0 to 1."""
 
-    def set_output(self, number: int, on: bool, done: Done) -> None:
-        """Switch an output, numbered from 1."""
-
-
-class LocalArm:
+class LocalArm(LocalRobot):
     """A controller in this process as an `Arm`."""
 
     def __init__(self, controller: Controller) -> None:
-        self._controller = controller
+        super().__init__(controller)
         self.description = controller.description
         self.output_count = len(controller.io.output_names)
 
@@ -135,12 +127,8 @@ class LocalArm:
     def head_for(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
         self._recorded(lambda: self._controller.move(MoveRequest(Kind.DIRECT, tuple(joints), speeds=speeds)))
 
-    def stop(self, done: Done) -> None:
-        self._controller.stop()
-        done(None)
-
     def reset_error(self, done: Done) -> None:
-        _tell(self._controller.reset_error, done)
+        self._tell(self._controller.reset_error, done)
 
     def emergency_stop(self, pressed: bool, done: Done) -> None:
         if pressed:
@@ -149,13 +137,6 @@ class LocalArm:
             self._controller.release_emergency_stop()
         done(None)
 
-    def set_override(self, override: float, done: Done) -> None:
-        self._controller.set_override(override)
-        done(None)
-
-    def set_output(self, number: int, on: bool, done: Done) -> None:
-        _tell(lambda: self._controller.io.set_output(number, on), done)
-
     def _recorded(self, do: Callable[[], T]) -> T:
         """Do it; what is refused is the robot's last error, too."""
         try:
@@ -163,12 +144,3 @@ class LocalArm:
         except Refused as refused:
             self._controller.record_error(refused.code, refused.reason)
             raise
-
-
-def _tell(do: Callable[[], None], done: Done) -> None:
-    try:
-        do()
-    except Refused as refused:
-        done(Failure(refused.code, refused.reason))
-    else:
-        done(None)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.trajectories import Outcome, Progress, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import Tolerance, TrajectoryPoint, TrajectoryRequest
-from iiwa_sim.ros.arm.messages import FollowJointTrajectory, JointTolerance, JointTrajectory, time_of
+from iiwa_sim.ros.arm.messages import ns_of, seconds_of, time_of
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """action_msgs/GoalStatus."""
@@ -40,8 +40,8 @@ def goal_end(end: TrajectoryEnd) -> GoalEnd:
     return GoalEnd(status, {"error_code": code, "error_string": end.reason})
 
 
-def read_goal(goal: FollowJointTrajectory, now_ns: int) -> TrajectoryRequest:
-    """A goal as a request. Raises `Refused`."""
+def read_goal(goal: Any, now_ns: int) -> TrajectoryRequest:
+    """A goal (FollowJointTrajectory_Goal) as a request. Raises `Refused`."""
     if goal.multi_dof_trajectory.joint_names or goal.multi_dof_trajectory.points:
         raise Refused(EXECUTION, "multi_dof_trajectory: expected an empty one")
     if goal.component_path_tolerance or goal.component_goal_tolerance:
@@ -49,17 +49,17 @@ def read_goal(goal: FollowJointTrajectory, now_ns: int) -> TrajectoryRequest:
     return read_trajectory(goal.trajectory, now_ns)._replace(
         path_tolerance=_tolerances(goal.path_tolerance),
         goal_tolerance=_tolerances(goal.goal_tolerance),
-        goal_time_s=goal.goal_time_tolerance.seconds,
+        goal_time_s=seconds_of(goal.goal_time_tolerance),
     )
 
 
-def read_trajectory(trajectory: JointTrajectory, now_ns: int) -> TrajectoryRequest:
-    """A trajectory as a request; a stamp of 0 means now. Raises `Refused`."""
+def read_trajectory(trajectory: Any, now_ns: int) -> TrajectoryRequest:
+    """A trajectory_msgs/JointTrajectory as a request; a stamp of 0 means now. Raises `Refused`."""
     if any(point.effort for point in trajectory.points):
         raise Refused(EXECUTION, "effort: expected none")
-    stamp_ns = trajectory.header.stamp.ns
+    stamp_ns = ns_of(trajectory.header.stamp)
     points = [
-        TrajectoryPoint(p.time_from_start.seconds, p.positions, p.velocities, p.accelerations)
+        TrajectoryPoint(seconds_of(p.time_from_start), p.positions, p.velocities, p.accelerations)
         for p in trajectory.points
     ]
     delay_s = 1e-9 * (stamp_ns - now_ns) if stamp_ns else 0.0
@@ -92,5 +92,5 @@ def feedback(progress: Progress, names: Sequence[str], now_ns: int) -> dict[str,
     }
 
 
-def _tolerances(told: Sequence[JointTolerance]) -> dict[str, Tolerance]:
+def _tolerances(told: Sequence[Any]) -> dict[str, Tolerance]:
     return {each.name: Tolerance(each.position, each.velocity) for each in told}

@@ -14,21 +14,12 @@ from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.arm import Arm
 from iiwa_sim.ros.arm.contents import STATES, TOOL, Contents, Message
 from iiwa_sim.ros.arm.goals import GoalEnd, feedback, goal_end, read_goal, read_trajectory
+from iiwa_sim.ros.arm.interfaces import type_of
 from iiwa_sim.ros.arm.links import Links
-from iiwa_sim.ros.arm.messages import (
-    BadGoal,
-    Float64,
-    FollowJointTrajectory,
-    JointState,
-    JointTrajectory,
-    SetBool,
-    Trigger,
-    TwistStamped,
-    converted,
-)
 from iiwa_sim.ros.arm.twist import RATE_HZ as TWIST_HZ
 from iiwa_sim.ros.arm.twist import TwistServo
 from iiwa_sim.ros.conventions import TODAYS, Conventions
+from iiwa_sim.ros.rmi.message_text import converted
 from iiwa_sim.ros.rmi.rates import Rates
 from iiwa_sim.ros.rmi.robot import Done, Failure
 
@@ -131,22 +122,22 @@ class JointLevel:
         self._listeners[topic].remove(listener)
 
     def receive(self, topic: str, content: Any, who: str) -> None:
-        """Take a message for a topic of `SUBSCRIBED`. Raises `BadGoal` and `Refused`: nothing changes then.
+        """Take a message for a topic of `SUBSCRIBED`. Raises BadMessage and `Refused`; nothing changes then.
 
         `who` has sent it, for the log.
         """
+        told = converted(content, type_of(SUBSCRIBED[topic]))
         if topic == COMMANDS:
-            self._head_for(converted(content, JointState))
+            self._head_for(told)
         elif topic == TWIST:
-            self._twist.take(converted(content, TwistStamped), self.now_ns())
+            self._twist.take(told, self.now_ns())
         elif topic == SPEED_SCALE:
-            self._set_speed_scale(converted(content, Float64).data)
+            self._set_speed_scale(told.data)
         else:
-            trajectory = converted(content, JointTrajectory)
-            request = read_trajectory(trajectory, self.now_ns())._replace(may_end_fast=True)
+            request = read_trajectory(told, self.now_ns())._replace(may_end_fast=True)
             self._noted(self._arm.follow(request, None), who, TRAJECTORY)
 
-    def _head_for(self, wanted: JointState) -> None:
+    def _head_for(self, wanted: Any) -> None:
         order = order_of(wanted.name, self._names)
         if len(wanted.position) != len(order):
             raise Refused(EXECUTION, f"{len(wanted.position)} positions: expected {len(order)}")
@@ -160,11 +151,11 @@ class JointLevel:
         self._arm.set_override(scale, _nobody)
 
     def send_goal(self, args: Any, ended: Callable[[GoalEnd], None], hear: Listener | None, who: str) -> int:
-        """Follow a trajectory; gives the number by which it can be cancelled. Raises `BadGoal` and `Refused`.
+        """Follow a trajectory; gives the number to cancel it by. Raises BadMessage and `Refused`.
 
         `hear` is given feedback, at 20 Hz of simulated time.
         """
-        request = read_goal(converted(args, FollowJointTrajectory), self.now_ns())
+        request = read_goal(converted(args, type_of(ACTION_TYPE)), self.now_ns())
         number = 0
 
         def tell(end: Any) -> None:
@@ -186,16 +177,16 @@ class JointLevel:
         self._arm.cancel(self._goal if number is None else number)
 
     def call(self, name: str, request: Any, answer: Listener) -> None:
-        """Call a service of `services`; `answer` is given the response, now or later. Raises `BadGoal`."""
+        """Call a service of `services`; `answer` is given the response, now or later. Raises BadMessage."""
 
         def done(failure: Failure | None) -> None:
             answer({"success": failure is None, "message": "" if failure is None else failure.reason})
 
-        if self.services[name] == "std_srvs/srv/SetBool":
-            self._switch(name, converted(request, SetBool).data, done)
-            return
-        converted(request, Trigger)
-        if name == "/stop":
+        kind = self.services[name]
+        asked = converted(request, type_of(kind))
+        if kind == "std_srvs/srv/SetBool":
+            self._switch(name, asked.data, done)
+        elif name == "/stop":
             self._arm.stop(done)
         else:
             self._arm.reset_error(done)
@@ -248,6 +239,3 @@ class JointLevel:
 
 def _nobody(_: Failure | None) -> None:
     """Nobody asks how it went: a topic has no answer."""
-
-
-__all__ = ["ACTION", "ACTION_TYPE", "PUBLISHED", "SERVICES", "STATES", "SUBSCRIBED", "BadGoal", "JointLevel"]

@@ -5,6 +5,7 @@ the robot's own limits hold, and when nothing more is told it comes to rest at t
 """
 
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.targets import DIRECT_REACH_RAD
 from iiwa_sim.robot.model import Model
 from iiwa_sim.ros.arm.arm import Arm
-from iiwa_sim.ros.arm.messages import TwistStamped
+from iiwa_sim.ros.arm.messages import ns_of
 
 RATE_HZ = 50
 """Of targets, in simulated time."""
@@ -40,7 +41,7 @@ class TwistServo:
         self._velocity = np.array(arm.description.velocity)
         self._lowest = np.array(arm.description.position_min)
         self._highest = np.array(arm.description.position_max)
-        self._told: TwistStamped | None = None
+        self._told: Any = None  # geometry_msgs/TwistStamped
         self._told_ns = 0
 
     @property
@@ -48,14 +49,14 @@ class TwistServo:
         """Whether a twist is followed."""
         return self._told is not None
 
-    def take(self, told: TwistStamped, now_ns: int) -> None:
-        """Follow a twist (m/s, rad/s), told at the time of its stamp, or now. Raises `Refused`."""
+    def take(self, told: Any, now_ns: int) -> None:
+        """Follow a TwistStamped (m/s, rad/s), told at the time of its stamp, or now. Raises `Refused`."""
         if told.header.frame_id not in self._frames:
             there = f"{self._base} or {self._tool}"
             raise Refused(EXECUTION, f"frame_id {told.header.frame_id!r:.100}: expected {there}")
         if not all(map(isfinite, _numbers(told))):
             raise Refused(EXECUTION, "a twist that is not finite")
-        stamp_ns = told.header.stamp.ns or now_ns
+        stamp_ns = ns_of(told.header.stamp) or now_ns
         old_ns = now_ns - stamp_ns
         if abs(old_ns) > STALE_NS:
             place = f"{1e-9 * old_ns:g} s old" if old_ns > 0 else f"{-1e-9 * old_ns:g} s in the future"
@@ -81,7 +82,7 @@ class TwistServo:
             self._told = None
             raise
 
-    def _joint_velocity(self, told: TwistStamped, joints: tuple[float, ...]) -> NDArray[np.float64]:
+    def _joint_velocity(self, told: Any, joints: tuple[float, ...]) -> NDArray[np.float64]:
         """Joint velocities (rad/s) for the twist, all slower by one factor where one has to be slower.
 
         So the TCP keeps its direction; where it would go through a singular pose, or a joint to its limit, it
@@ -100,6 +101,6 @@ class TwistServo:
         return velocity * min(1.0, float(parts.min()))
 
 
-def _numbers(told: TwistStamped) -> tuple[float, ...]:
+def _numbers(told: Any) -> tuple[float, ...]:
     linear, angular = told.twist.linear, told.twist.angular
     return (linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)

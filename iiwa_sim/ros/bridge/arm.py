@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Sequence
 
+from iiwa_sim.client import AsyncIiwa
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.trajectories import Progress, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import TrajectoryRequest
@@ -18,42 +19,41 @@ NO_EMERGENCY_STOP = "the text protocol has no emergency stop: /stop stops the ro
 logger = logging.getLogger(__name__)
 
 
-class RemoteArm:
-    """A `RemoteRobot` as an `Arm`. Requests are carried out in the bridge's next round."""
+class RemoteArm(RemoteRobot):
+    """A robot behind a connection as an `Arm`. Requests are carried out in the bridge's next round."""
 
     time_s = None
     velocities = None
     wrench = None
     progress: Progress | None = None
 
-    def __init__(self, robot: RemoteRobot, description: RobotDescription) -> None:
-        self._robot = robot
-        self.description = description
+    def __init__(self, client: AsyncIiwa, description: RobotDescription) -> None:
+        super().__init__(client, description)
         self._model = Model(description)
         self._last_refusal = ""
 
     @property
     def joints(self) -> tuple[float, ...] | None:
-        state = self._robot.state
+        state = self.state
         return None if state is None else state.joints
 
     @property
     def tool_in_flange(self) -> Transform | None:
-        state = self._robot.state
+        state = self.state
         if state is None:
             return None
         return compose(inverse(self._model.flange(state.joints)), state.tool_frame.to_transform())
 
     @property
     def fault(self) -> Failure | None:
-        status = self._robot.status
+        status = self.status
         if status is None or status.in_error != 1:
             return None
         return Failure(status.error_code, "the robot is in an error state, or out of reach")
 
     @property
     def output_count(self) -> int:
-        state = self._robot.state
+        state = self.state
         return 0 if state is None or state.outputs is None else len(state.outputs)
 
     def follow(self, _: TrajectoryRequest, __: Callable[[TrajectoryEnd], None] | None) -> tuple[int, str]:
@@ -63,22 +63,10 @@ class RemoteArm:
         """Do nothing: there is none."""
 
     def head_for(self, joints: Sequence[float], speeds: Sequence[float]) -> None:
-        self._robot.head_for(tuple(joints), tuple(speeds), self._was_refused)
-
-    def stop(self, done: Done) -> None:
-        self._robot.stop(done)
-
-    def reset_error(self, done: Done) -> None:
-        self._robot.reset_error(done)
+        self.send_target(tuple(joints), tuple(speeds), self._was_refused)
 
     def emergency_stop(self, _: bool, done: Done) -> None:
         done(Failure(EXECUTION, NO_EMERGENCY_STOP))
-
-    def set_override(self, override: float, done: Done) -> None:
-        self._robot.set_override(override, done)
-
-    def set_output(self, number: int, on: bool, done: Done) -> None:
-        self._robot.set_output(number, on, done)
 
     def _was_refused(self, failure: Failure | None) -> None:
         """Tell why a target was not taken, once: the next one follows soon."""

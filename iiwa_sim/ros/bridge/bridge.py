@@ -13,7 +13,6 @@ from iiwa_sim.log import SessionLog
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.ros.bridge.arm import NO_TRAJECTORIES, RemoteArm
 from iiwa_sim.ros.bridge.fault import BridgeFault
-from iiwa_sim.ros.bridge.remote import RemoteRobot
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve.listening import host_and_port, why
@@ -56,7 +55,7 @@ class Bridge:
         interpreter `ros2_python`, or of one that is found."""
         self._server = server
         self._client = AsyncIiwa(*server)
-        self._robot = RemoteRobot(self._client, description)
+        self._robot = RemoteArm(self._client, description)
         self._wake = asyncio.Event()
         self._ros = RosSide(
             self._robot,
@@ -69,7 +68,6 @@ class Bridge:
             conventions=conventions,
             on_heard=self._wake.set,
             access=WebAccess(rosbridge_origins, rosbridge_hosts),
-            arm=RemoteArm(self._robot, description),
             ros2=ros2,
             ros2_python=ros2_python,
             ros_namespace=ros_namespace,

@@ -58,7 +58,7 @@ class RemoteRobot:
     def __init__(self, client: AsyncIiwa, description: RobotDescription) -> None:
         """`description` gives names and velocity limits of the joints."""
         self._client = client
-        self._description = description
+        self.description = description
         self._state: State | None = None
         self._status: RobotStatus | None = None
         self._asked: deque[_Asked] = deque()
@@ -73,7 +73,7 @@ class RemoteRobot:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        return self._description.joints
+        return self.description.joints
 
     @property
     def ready(self) -> bool:
@@ -122,7 +122,7 @@ class RemoteRobot:
 
         self._ask(reset, done)
 
-    def head_for(self, joints: Joints, speeds_rel: tuple[float, ...], refused: Done) -> None:
+    def send_target(self, joints: Joints, speeds_rel: tuple[float, ...], refused: Done) -> None:
         """Head for near joint positions (rad) by a direct move; of targets that wait only the newest is sent.
 
         `refused` is called with why one was not taken.
@@ -177,7 +177,7 @@ class RemoteRobot:
     async def _send(self, move: Move, ended: Ended) -> None:
         rests = False
         try:
-            send, rests = sending(move, self._description)
+            send, rests = sending(move, self.description)
             failure = await self._do(send(self._client))
         except Refused as refused:
             failure = Failure(refused.code, refused.reason)
@@ -199,7 +199,7 @@ class RemoteRobot:
         moving = await client.get_status() == "moving"
         joints = tuple(await client.get_joint_position())
         if len(joints) != len(self.joint_names):
-            expected = f"{self._description.name}, as which it is bridged, has {len(self.joint_names)}"
+            expected = f"{self.description.name}, as which it is bridged, has {len(self.joint_names)}"
             raise ReplyError(f"it has {len(joints)} joints, {expected}")
         tool_frame = as_frame(await client.get_tool_frame())
         told = await self._if_there("get robot status", client.get_robot_status)

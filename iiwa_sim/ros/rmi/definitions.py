@@ -8,13 +8,12 @@ from collections.abc import Iterator
 from functools import cache
 from hashlib import md5
 from importlib.resources import files
-from types import GenericAlias
 from typing import Annotated, Any, NamedTuple
 
-from msgspec import Meta, Struct, defstruct, field
+from msgspec import Meta, Struct
 
 from iiwa_sim.ros.conventions import ResultType
-from iiwa_sim.ros.rmi.message_text import Definition, joined, parsed, within
+from iiwa_sim.ros.rmi.message_text import TYPES, Definition, joined, parsed, struct_of, within
 
 
 class Time(Struct, forbid_unknown_fields=True):
@@ -24,22 +23,8 @@ class Time(Struct, forbid_unknown_fields=True):
     nsecs: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
 
 
-def _integer(bits: int, signed: bool) -> Any:
-    low = -(2 ** (bits - 1)) if signed else 0
-    return Annotated[int, Meta(ge=low, le=low + 2**bits - 1)]
-
-
-PRIMITIVES: dict[str, tuple[Any, Any]] = {
-    "bool": (bool, False),
-    "string": (str, ""),
-    "float32": (float, 0.0),
-    "float64": (float, 0.0),
-    "int8": (_integer(8, True), 0),
-    "int32": (_integer(32, True), 0),
-    "uint32": (_integer(32, False), 0),
-    "time": (Time, None),
-}
-"""Type and default of each primitive type in our definitions."""
+PRIMITIVES: dict[str, tuple[Any, Any]] = {**TYPES, "time": (Time, None)}
+"""Type and default of each primitive type."""
 
 RESULT = "robot_movement_interface/Result"
 
@@ -99,18 +84,8 @@ def service_md5(name: str) -> str:
 
 @cache
 def type_of(definition: Definition) -> type[Struct]:
-    """A class for such messages: missing fields get the defaults of ROS, unknown ones are refused."""
-    fields: list[tuple[str, Any, Any]] = []
-    for each in definition.fields:
-        kind, default = PRIMITIVES.get(each.type) or (type_of(message(each.type)), None)
-        if each.is_list:
-            fields.append((each.name, GenericAlias(list, kind), field(default_factory=list)))
-        elif default is None:
-            fields.append((each.name, kind, field(default_factory=kind)))
-        else:
-            fields.append((each.name, kind, default))
-    name = definition.name.split("/")[1]
-    return defstruct(name, fields, forbid_unknown_fields=True, module=__name__)
+    """The class for such messages."""
+    return struct_of(definition, lambda kind: type_of(message(kind)), PRIMITIVES)
 
 
 def parts(definition: Definition) -> Iterator[Definition]:

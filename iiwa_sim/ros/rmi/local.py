@@ -1,5 +1,6 @@
 """The controller in this process as the `Robot` of the ROS side."""
 
+from collections.abc import Callable
 from math import dist
 
 from iiwa_sim.controller.controller import Controller
@@ -67,8 +68,13 @@ class LocalRobot:
         done(None)
 
     def set_output(self, number: int, on: bool, done: Done) -> None:
+        self._tell(lambda: self._controller.io.set_output(number, on), done)
+
+    @staticmethod
+    def _tell(do: Callable[[], None], done: Done) -> None:
+        """Do something at once, and tell how it went."""
         try:
-            self._controller.io.set_output(number, on)
+            do()
         except Refused as refused:
             done(Failure(refused.code, refused.reason))
         else:

@@ -2,10 +2,25 @@
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from types import GenericAlias
+from typing import Annotated, Any, NamedTuple
+
+import msgspec
 
 LIST, SINGLE = 0, -1
 """Lengths of a field that is a list of any length, and of one that is no list, as rosapi tells them."""
+TYPES: dict[str, tuple[Any, Any]] = {
+    "bool": (bool, False),
+    "string": (str, ""),
+    "float32": (float, 0.0),
+    "float64": (float, 0.0),
+    **{
+        f"{sign}int{bits}": (Annotated[int, msgspec.Meta(ge=low, le=low + 2**bits - 1)], 0)
+        for bits in (8, 16, 32)
+        for sign, low in (("", -(2 ** (bits - 1))), ("u", 0))
+    },
+}
+"""Type and default of each primitive type."""
 _BETWEEN = "\n" + 80 * "=" + "\n"
 _FIELD = re.compile(r"([\w/]+)(\[(\d*)\])?\s+(\w+)(\s+\S+)?")
 _CONSTANT = re.compile(r"(\w+)\s+([A-Z]\w*)\s*=\s*(\S+)")
@@ -56,6 +71,41 @@ def parsed(name: str, text: str, whole_name: Callable[[str], str]) -> Definition
             kind, brackets, length, own, _ = field.groups()
             fields.append(Field(whole_name(kind), own, int(length or LIST) if brackets else SINGLE))
     return Definition(name, text, tuple(fields), tuple(constants))
+
+
+class BadMessage(Exception):
+    """A message does not fit its type. One line, with the place."""
+
+
+def struct_of(
+    definition: Definition,
+    message: Callable[[str], type[msgspec.Struct]],
+    primitives: Mapping[str, tuple[Any, Any]],
+) -> type[msgspec.Struct]:
+    """A class for such messages: missing fields get the defaults of ROS, unknown ones are refused.
+
+    `message` gives the class of a type of message, `primitives` type and default of all others; a default of
+    None stands for one that the type makes.
+    """
+    fields: list[tuple[str, Any, Any]] = []
+    for each in definition.fields:
+        kind, default = primitives.get(each.type) or (message(each.type), None)
+        if each.is_list:
+            fields.append((each.name, GenericAlias(list, kind), msgspec.field(default_factory=list)))
+        elif default is None:
+            fields.append((each.name, kind, msgspec.field(default_factory=kind)))
+        else:
+            fields.append((each.name, kind, default))
+    name = definition.name.split("/")[1]
+    return msgspec.defstruct(name, fields, forbid_unknown_fields=True, module=__name__)
+
+
+def converted(content: Any, kind: type[msgspec.Struct]) -> Any:
+    """A message of a class of `struct_of`. Raises BadMessage."""
+    try:
+        return msgspec.convert(content, kind)
+    except (msgspec.ValidationError, RecursionError) as fault:
+        raise BadMessage(str(fault)) from None
 
 
 def within(

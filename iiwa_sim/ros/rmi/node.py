@@ -7,13 +7,11 @@ slash.
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import msgspec
-
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.conventions import TODAYS, Conventions
 from iiwa_sim.ros.rmi.command_queue import CommandQueue, Result
 from iiwa_sim.ros.rmi.definitions import RESULT, message, result_message, service, type_of
-from iiwa_sim.ros.rmi.message_text import Definition
+from iiwa_sim.ros.rmi.message_text import Definition, converted
 from iiwa_sim.ros.rmi.pins import Pins
 from iiwa_sim.ros.rmi.rates import Rates
 from iiwa_sim.ros.rmi.robot import Failure, Robot, State
@@ -37,10 +35,6 @@ PUBLISHED: Mapping[str, tuple[str, int]] = {
 """Type of each topic, and its rate in Hz of simulated time."""
 SUBSCRIBED: Mapping[str, str] = {COMMAND_LIST: "robot_movement_interface/CommandList"}
 """Type of each topic that the node subscribes to."""
-
-
-class BadMessage(Exception):
-    """A message does not fit its type. One line, with the place."""
 
 
 class Node:
@@ -97,7 +91,7 @@ class Node:
 
     def receive(self, topic: str, content: Any) -> None:
         """Take a message for a topic of `SUBSCRIBED`. Raises `BadMessage`, and then nothing of it is done."""
-        taken: Any = _converted(content, type_of(message(SUBSCRIBED[topic])))
+        taken: Any = converted(content, type_of(message(SUBSCRIBED[topic])))
         self._queue.take(taken.commands, replace=taken.replace_previous_commands)
 
     def call(self, name: str, request: Any, answer: Answer, fail: Fail) -> None:
@@ -106,7 +100,7 @@ class Node:
         Raises `BadMessage`.
         """
         kind, call = self._services[name]
-        call(_converted(request, type_of(service(kind).request)), answer, fail)
+        call(converted(request, type_of(service(kind).request)), answer, fail)
 
     def step(self) -> None:
         """Notice that a tick has been made."""
@@ -179,10 +173,3 @@ class Node:
         sequence = self._sequence[topic]
         self._sequence[topic] = (sequence + 1) % 2**32
         return {"seq": sequence, "stamp": self.time(), "frame_id": ""}
-
-
-def _converted(content: Any, kind: type[msgspec.Struct]) -> Any:
-    try:
-        return msgspec.convert(content, kind)
-    except (msgspec.ValidationError, RecursionError) as fault:
-        raise BadMessage(str(fault)) from None

@@ -18,8 +18,8 @@ from iiwa_sim.controller.errors import EXECUTION
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.rmi.definitions import service
-from iiwa_sim.ros.rmi.message_text import Definition
-from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
+from iiwa_sim.ros.rmi.message_text import BadMessage, Definition
+from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Message, Node
 from iiwa_sim.ros.rmi.serialized import NoSuchMessage, deserialized
 from iiwa_sim.ros.ros1.in_loop import Job, Requests, settle
 from iiwa_sim.ros.ros1.master import MasterWatch, start_node

@@ -7,7 +7,7 @@ from iiwa_sim.controller.errors import COMMUNICATION_FAILURE, Refused
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.goals import GoalEnd
 from iiwa_sim.ros.arm.joint_level import ACTION, JointLevel
-from iiwa_sim.ros.arm.messages import BadGoal
+from iiwa_sim.ros.rmi.message_text import BadMessage
 
 Say = Callable[..., None]
 
@@ -44,9 +44,9 @@ class NodeGoals:
 
         try:
             if "long" in told:
-                raise BadGoal(f"a goal of {told['long']} bytes as JSON: that is too long")
+                raise BadMessage(f"a goal of {told['long']} bytes as JSON: that is too long")
             number = self._arm.send_goal(told["request"], ended, hear, self._who)
-        except (BadGoal, Refused) as fault:
+        except (BadMessage, Refused) as fault:
             reason = fault.reason if isinstance(fault, Refused) else str(fault)
             self._log.refused(self._who, ACTION, COMMUNICATION_FAILURE, reason)
             self._say(goal=goal, accepted=False)

@@ -13,11 +13,11 @@ from typing import Any
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.arm.joint_level import JointLevel
 from iiwa_sim.ros.fault import RosFault
-from iiwa_sim.ros.rmi.node import Message, Node
+from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.rmi.message_text import BadMessage
+from iiwa_sim.ros.rmi.node import Message
 from iiwa_sim.ros.ros2.goals import NodeGoals
-from iiwa_sim.ros.ros2.graph import ACTIONS, Graph
 from iiwa_sim.ros.ros2.process import NodeProcess
 from iiwa_sim.serve.budget import Budget
 
@@ -26,6 +26,8 @@ WHO = "ros2"
 """In the log."""
 ABSOLUTE = ("/clock",)
 """What is not put under the namespace: all robots of a graph have one time."""
+EMPTY = "structure_needs_at_least_one_member"
+"""A field that rclpy shows of messages without any."""
 AGAIN_S = 2.0
 """A process that has ended by itself is started again after so long."""
 
@@ -37,8 +39,7 @@ class Ros2Node:
 
     def __init__(
         self,
-        node: Node,
-        arm: JointLevel,
+        graph: Graph,
         python: Path,
         namespace: str,
         log: DialectLog,
@@ -48,8 +49,7 @@ class Ros2Node:
         """`python` is an interpreter that has rclpy; `on_heard` is called after each message and call."""
         self.name = f"/{namespace.strip('/')}/{NAME}" if namespace.strip("/") else f"/{NAME}"
         """The node's full name."""
-        self._graph = Graph(node, arm)
-        self._arm = arm
+        self._graph = graph
         self._goals: NodeGoals | None = None  # of the present process, which numbers them from 1
         self._python = python
         self._namespace = namespace.strip("/")
@@ -86,11 +86,11 @@ class Ros2Node:
             "subscribe": [[_relative(topic), kind] for topic, kind in graph.subscribed.items()],
             "serve": [[_relative(name), kind] for name, kind in graph.services.items()],
             "parameters": graph.parameters,
-            "actions": [[_relative(name), kind] for name, kind in ACTIONS.items()],
+            "actions": [[_relative(name), kind] for name, kind in graph.actions.items()],
         }
         process = await NodeProcess.start(self._python, first, self._share.ask_later, self._too_long)
         self._process = process
-        self._goals = NodeGoals(self._arm, process.say, process.offer, self._log, WHO)
+        self._goals = NodeGoals(graph.arm, process.say, process.offer, self._log, WHO)
         if process.without != self._without:
             self._without = process.without
             logger.info("ROS 2 has no types here for %s: left out", ", ".join(self._without))
@@ -140,7 +140,7 @@ class Ros2Node:
     def _publish(self, topic: str, content: Message) -> None:
         if self._process is not None:
             tell = self._process.offer if topic in self._graph.recurring else self._process.say
-            tell(topic=_relative(topic), msg=content)
+            tell(topic=_relative(topic), msg=self._graph.in_ros2(topic, content))
 
     def _say(self, **what: Any) -> None:
         if self._process is not None:
@@ -172,13 +172,12 @@ class Ros2Node:
             if self._goals is not None:
                 self._goals.take(told)
         else:
-            long = told.get("long")
-            if long is None:
-                reason = self._graph.refusal_of(_rooted(told["topic"]), told["msg"], WHO)
-            else:
-                reason = f"a message of {long} bytes as JSON: that is too long"
-            if reason is not None:
-                self._log.refused(WHO, told["topic"], COMMUNICATION_FAILURE, reason)
+            try:
+                if "long" in told:
+                    raise BadMessage(f"a message of {told['long']} bytes as JSON: that is too long")
+                self._graph.receive(_rooted(told["topic"]), told["msg"], WHO)
+            except BadMessage as fault:
+                self._log.refused(WHO, told["topic"], COMMUNICATION_FAILURE, str(fault))
         self._on_heard()
 
     def _call(self, told: dict[str, Any]) -> None:
@@ -194,7 +193,8 @@ class Ros2Node:
         if "long" in told:
             fail(f"a request of {told['long']} bytes as JSON: that is too long")
         else:
-            self._graph.call(_rooted(name), told["request"], answer, fail)
+            request = {key: value for key, value in told["request"].items() if key != EMPTY}
+            self._graph.call(_rooted(name), request, answer, fail)
 
 
 def _relative(name: str) -> str:

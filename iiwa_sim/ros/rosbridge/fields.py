@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from iiwa_sim.ros.arm.messages import ros1_name
-from iiwa_sim.ros.rmi.node import BadMessage, Message
+from iiwa_sim.ros.rmi.message_text import BadMessage
+from iiwa_sim.ros.rmi.node import Message
 from iiwa_sim.ros.rosbridge.introspection import rooted
 from iiwa_sim.wording import harmless, shortened
 

@@ -5,12 +5,10 @@ https://github.com/RobotWebTools/rosbridge_suite/tree/ros2/rosapi
 
 from collections.abc import Callable
 
-from iiwa_sim.ros.arm.joint_level import ACTION, ACTION_TYPE, JointLevel
-from iiwa_sim.ros.arm.joint_level import PUBLISHED as OF_ARM
-from iiwa_sim.ros.arm.joint_level import SUBSCRIBED as TO_ARM
+from iiwa_sim.ros.arm.interfaces import details, full_text, interface, split
 from iiwa_sim.ros.arm.messages import time_of
-from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED, Node
-from iiwa_sim.ros.rosbridge.interfaces import details, full_text, interface, split
+from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.ros.rosbridge.introspection import KIND, NODE, SERVICE, Introspection, Row, Values, named
 
 VERSION = 2
@@ -33,15 +31,9 @@ ONLY_HERE = frozenset(
 class Ros2Api(Introspection):
     """Answers about one node. A call takes arguments as they come; KeyError names what does not exist."""
 
-    def __init__(self, node: Node, arm: JointLevel | None) -> None:
-        published = {name: _in_ros2(kind, "msg") for name, (kind, _) in PUBLISHED.items()}
-        subscribed = {name: _in_ros2(kind, "msg") for name, kind in SUBSCRIBED.items()}
-        served = {name: _in_ros2(kind, "srv") for name, kind in node.services.items()}
-        if arm is not None:
-            published |= {name: kind for name, (kind, _) in OF_ARM.items()}
-            subscribed |= TO_ARM
-            served |= arm.services
-        self._actions = {} if arm is None else {ACTION: ACTION_TYPE}
+    def __init__(self, graph: Graph) -> None:
+        published = {name: kind for name, (kind, _) in graph.published.items()}
+        self._actions = graph.actions
         own: dict[str, Row] = {
             "interfaces": ("Interfaces", (), lambda _: {"interfaces": self._interfaces()}),
             "service_node": ("ServiceNode", SERVICE, lambda v: {"node": "".join(self._serving(v))}),
@@ -62,24 +54,19 @@ class Ros2Api(Introspection):
             "action_goal_details": ("ActionGoalDetails", KIND, _details("action", 0)),
             "action_result_details": ("ActionResultDetails", KIND, _details("action", 1)),
             "action_feedback_details": ("ActionFeedbackDetails", KIND, _details("action", 2)),
-            "get_time": ("GetTime", (), lambda _: {"time": _time(node)}),
+            "get_time": ("GetTime", (), lambda _: {"time": _time(graph.node)}),
             "get_ros_version": ("GetROSVersion", (), lambda _: {"version": VERSION, "distro": ""}),
             "get_param": ("GetParam", ("name",), lambda _: {"value": "", **NO_PARAMETERS}),
             "set_param": ("SetParam", ("name", "value"), lambda _: NO_PARAMETERS),
             "delete_param": ("DeleteParam", ("name",), lambda _: NO_PARAMETERS),
         }
-        super().__init__(published, subscribed, served, full_text, "rosapi_msgs/srv", own)
+        super().__init__(published, graph.subscribed, graph.services, full_text, "rosapi_msgs/srv", own)
 
     def _interfaces(self) -> list[str]:
         return sorted({*self.topics.values(), *self.services.values(), *self._actions.values()})
 
     def _serving(self, values: Values) -> list[str]:
         return [NODE] if named(values, "service") in self.services else []
-
-
-def _in_ros2(kind: str, between: str) -> str:
-    """package/msg/Type or package/srv/Type of package/Type."""
-    return kind.replace("/", f"/{between}/")
 
 
 def _time(node: Node) -> dict[str, int]:

@@ -6,18 +6,17 @@ nothing. A client that goes does not stop the robot: it is one of many publisher
 """
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property
 from typing import Any
 
 import msgspec
 
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
 from iiwa_sim.dialect.wire.log import DialectLog
-from iiwa_sim.ros.arm.joint_level import JointLevel
-from iiwa_sim.ros.arm.messages import BadGoal, in_ros2
-from iiwa_sim.ros.rmi.definitions import service
-from iiwa_sim.ros.rmi.message_text import Definition
-from iiwa_sim.ros.rmi.node import COMMAND_RESULT, PUBLISHED, SUBSCRIBED, BadMessage, Message, Node
+from iiwa_sim.ros.arm.interfaces import interface
+from iiwa_sim.ros.graph import Graph
+from iiwa_sim.ros.rmi.message_text import BadMessage
+from iiwa_sim.ros.rmi.node import COMMAND_RESULT, PUBLISHED, SUBSCRIBED, Message
 from iiwa_sim.ros.rosbridge import ros2
 from iiwa_sim.ros.rosbridge.fields import (
     Misuse,
@@ -34,7 +33,7 @@ from iiwa_sim.ros.rosbridge.mac import Secret
 from iiwa_sim.ros.rosbridge.outbox import LONGEST_FEED, Outbox
 from iiwa_sim.ros.rosbridge.ros2 import CANCEL_SERVICE, Ros2Client, is_ros2
 from iiwa_sim.ros.rosbridge.rosapi import RosApi
-from iiwa_sim.ros.rosbridge.rosapi_ros2 import ACTION_SERVERS, ONLY_HERE
+from iiwa_sim.ros.rosbridge.rosapi_ros2 import ACTION_SERVERS, ONLY_HERE, Ros2Api
 from iiwa_sim.ros.rosbridge.subscriptions import Subscriptions
 
 LEVELS = ("none", "error", "warning", "info")
@@ -59,20 +58,19 @@ class RosbridgeSession:
 
     def __init__(
         self,
-        node: Node,
+        graph: Graph,
         api: RosApi,
         outbox: Outbox,
         log: DialectLog,
         name: str,
         *,
         secret: Secret | None = None,
-        arm: JointLevel | None = None,
     ) -> None:
-        """With a secret, the client has to authenticate first, by `auth`; with an `arm` it has ROS 2's
-        topics."""
+        """With a secret, the client has to authenticate first, by `auth`."""
         self.closing = False
         """Whether the client has failed to authenticate: it is closed once it has been told."""
-        self._node = node
+        self._graph = graph
+        self._node = node = graph.node
         self._api = api
         self._outbox = outbox
         self._log = log
@@ -81,8 +79,7 @@ class RosbridgeSession:
         self._level = LEVELS.index("error")
         self._known = secret is None
         self._subscriptions = Subscriptions(node, outbox)
-        self._arm = arm
-        self._ros2 = Ros2Client(node, arm, outbox, self._reply, name)
+        self._ros2 = Ros2Client(graph, outbox, self._reply, name)
         self._speaks_ros2 = False  # it has named a type as ROS 2 does, or an action
         self._operations: dict[str, Callable[[Message], None]] = {
             "advertise": self._advertise,
@@ -149,10 +146,9 @@ class RosbridgeSession:
 
     def _listened(self, topic: str) -> str:
         """The type of a topic that the robot listens to."""
-        kind = SUBSCRIBED.get(topic) or self._ros2.takes(topic)
-        if kind is None:
+        if topic not in self._graph.subscribed:
             raise Misuse(f"nobody listens to {topic}: expected {', '.join(SUBSCRIBED)}")
-        return kind
+        return SUBSCRIBED.get(topic) or self._graph.subscribed[topic]
 
     def _unadvertise(self, message: Message) -> None:
         topic_of(message)
@@ -161,17 +157,16 @@ class RosbridgeSession:
         topic = topic_of(message)
         self._listened(topic)
         if self._speaks_ros2 or topic not in SUBSCRIBED:
-            self._ros2.publish(topic, message.get("msg", {}))
+            self._graph.receive(topic, message.get("msg", {}), self._name)
         else:
             self._node.receive(topic, message.get("msg", {}))
 
     def _subscribe(self, message: Message) -> None:
         topic = topic_of(message)
-        known = self._ros2.type_of(topic)
-        if known is None:
+        if topic not in self._graph.published:
             raise Misuse(f"nobody publishes {topic}: expected one of {', '.join(PUBLISHED)}")
         kind_told = message.get("type")
-        check_type(topic, known, kind_told)
+        check_type(topic, (PUBLISHED.get(topic) or self._graph.published[topic])[0], kind_told)
         self._speaks_ros2 = self._speaks_ros2 or is_ros2(kind_told)
         if self._speaks_ros2 or topic not in PUBLISHED:
             check_whole(message)
@@ -207,20 +202,18 @@ class RosbridgeSession:
         try:
             compression_of(message, ("none",))
             check_whole(message)
-            if self._arm is not None and service_name in (*self._arm.services, CANCEL_SERVICE):
-                self._call_arm(self._arm, service_name, arguments, respond)
+            if service_name == CANCEL_SERVICE:
+                self._graph.arm.cancel()
+                respond({"return_code": 0, "goals_canceling": []})
                 return
-            if service_name in self._node.services:
-                fields = service(self._node.services[service_name]).request.fields
-                request = request_of([field.name for field in fields], arguments)
-                answer = respond
-                if self._speaks_ros2:
-                    definition = service(self._node.services[service_name]).response
-                    answer = partial(_respond_in_ros2, respond, definition)
-                self._node.call(service_name, request, answer, fail)
+            kind = self._graph.services.get(service_name)
+            if kind is not None:
+                request = request_of([field.name for field in interface(kind)[0].fields], arguments)
+                in_ros2 = self._speaks_ros2 or service_name not in self._node.services
+                (self._graph if in_ros2 else self._node).call(service_name, request, respond, fail)
                 return
             values = self._call_rosapi(service_name, arguments)
-        except (Misuse, BadMessage, BadGoal) as fault:
+        except (Misuse, BadMessage) as fault:
             fail(str(fault))
         except KeyError as missing:
             fail(f"there is no {shown(missing.args[0])}")
@@ -228,21 +221,18 @@ class RosbridgeSession:
             respond(values)
 
     def _call_rosapi(self, name: str, arguments: Any) -> Any:
-        names, _ = self._api.calls.get(name) or self._ros2.api.calls[name]
+        names, _ = self._api.calls.get(name) or self._ros2_api.calls[name]
         request = request_of(names, arguments)
         request = request if isinstance(request, dict) else {}
         self._speaks_ros2 = self._speaks_ros2 or is_ros2(request.get("type"))
         in_ros2 = self._speaks_ros2 or name == ACTION_SERVERS  # a robot has no actions of ROS 1
-        _, call = (self._ros2.api.calls if in_ros2 else self._api.calls)[name]
+        _, call = (self._ros2_api.calls if in_ros2 else self._api.calls)[name]
         return call(request)
 
-    @staticmethod
-    def _call_arm(arm: JointLevel, name: str, arguments: Any, respond: Callable[[Any], None]) -> None:
-        if name == CANCEL_SERVICE:
-            arm.cancel()
-            respond({"return_code": 0, "goals_canceling": []})
-        else:
-            arm.call(name, request_of(["data"], arguments), respond)
+    @cached_property
+    def _ros2_api(self) -> Ros2Api:
+        """What there is, in the words of ROS 2."""
+        return Ros2Api(self._graph)
 
     def _send_goal(self, message: Message) -> None:
         self._speaks_ros2 = True
@@ -266,7 +256,3 @@ class RosbridgeSession:
         if message.get("level") not in LEVELS:
             raise Misuse(f"level {shown(message.get('level'))}: expected one of {', '.join(LEVELS)}")
         self._level = LEVELS.index(message["level"])
-
-
-def _respond_in_ros2(respond: Callable[[Any], None], definition: Definition, values: Message) -> None:
-    respond(in_ros2(definition, values))

@@ -13,7 +13,6 @@ from iiwa_sim.controller.errors import Refused
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.ros.arm.joint_level import COMMANDS, TRAJECTORY, TWIST, JointLevel
 from iiwa_sim.ros.bridge.arm import RemoteArm
-from iiwa_sim.ros.bridge.remote import RemoteRobot
 from iiwa_sim.simulator import Simulator
 from tests.journal import Journal
 from tests.talking import DEADLINE_S
@@ -27,10 +26,10 @@ class Bench:
     def __init__(self, simulator: Simulator) -> None:
         self.simulator = simulator
         self.client = AsyncIiwa("127.0.0.1", simulator.port, DEADLINE_S)
-        self.robot = RemoteRobot(self.client, load_robot())
+        self.robot = RemoteArm(self.client, load_robot())
         self.log = Journal(fails=True)
         self.now_ns = 0
-        self.level = JointLevel(RemoteArm(self.robot, load_robot()), lambda: self.now_ns, 100, self.log)
+        self.level = JointLevel(self.robot, lambda: self.now_ns, 100, self.log)
 
     async def goes_on(self, rounds: int = 1) -> None:
         for _ in range(rounds):

@@ -13,7 +13,8 @@ from iiwa_sim.controller.modes import Mode
 from iiwa_sim.frames import Frame
 from iiwa_sim.robot.nearest import OUT_OF_REACH
 from iiwa_sim.ros.rmi.definitions import message, service, type_of
-from iiwa_sim.ros.rmi.node import PUBLISHED, BadMessage
+from iiwa_sim.ros.rmi.message_text import BadMessage
+from iiwa_sim.ros.rmi.node import PUBLISHED
 from tests.asked import joint_move
 from tests.ros_robot import NOW_NS, RosRobot, command, ptp
 from tests.stepped import assert_within_limits

@@ -12,7 +12,6 @@ import pytest
 
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.modes import Mode
-from iiwa_sim.ros.arm.arm import LocalArm
 from iiwa_sim.ros.arm.joint_level import (
     ACTION,
     ACTION_TYPE,
@@ -21,7 +20,6 @@ from iiwa_sim.ros.arm.joint_level import (
     STATES,
     SUBSCRIBED,
     TRAJECTORY,
-    JointLevel,
 )
 from iiwa_sim.ros.rmi.node import PUBLISHED as OF_NODE
 from iiwa_sim.ros.rosbridge.outbox import Outbox
@@ -41,11 +39,6 @@ NOW = {"sec": NOW_NS // 10**9, "nanosec": NOW_NS % 10**9}
 class Ros2Robot(RosRobot):
     """A robot with the joint level of ROS 2."""
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        rate_hz = round(1.0 / self.tick_s)
-        self.level = JointLevel(LocalArm(self.controller), lambda: NOW_NS, rate_hz, self.log)
-
     def step(self, ticks: int = 1) -> None:
         for _ in range(ticks):
             super().step()
@@ -55,12 +48,10 @@ class Ros2Robot(RosRobot):
 class Client:
     """A client of that robot."""
 
-    def __init__(self, robot: Ros2Robot, *, arm: bool = True) -> None:
+    def __init__(self, robot: Ros2Robot) -> None:
         self.robot = robot
         self.outbox = Outbox(lambda: None)
-        level = robot.level if arm else None
-        api = RosApi(robot.node)
-        self.session = RosbridgeSession(robot.node, api, self.outbox, robot.log, "test", arm=level)
+        self.session = RosbridgeSession(robot.graph, RosApi(robot.node), self.outbox, robot.log, "test")
 
     def says(self, operation: str, **fields: Any) -> list[dict[str, Any]]:
         self.session.receive(json.dumps({"op": operation, **fields}).encode())
@@ -440,15 +431,6 @@ def test_rosapi_tells_all_there_is(client: Client, robot: Ros2Robot) -> None:
         "call_service", service="/rosapi/message_details", args={"type": "std_srvs/srv/Trigger"}
     )
     assert (response["result"], response["values"]) == (False, "there is no std_srvs/srv/Trigger")
-
-
-def test_a_robot_without_joint_level_says_so(robot: Ros2Robot) -> None:
-    client = Client(robot, arm=False)
-    (result,) = client.goal("one", [(1.0, AWAY)])
-    assert (result["result"], "expected none" in result["values"]) == (False, True)
-    assert client.says("subscribe", topic="/tf")[0]["op"] == "status"
-    assert client.says("publish", topic=TRAJECTORY, msg={})[0]["op"] == "status"
-    assert client.says("call_service", service="/stop")[0]["result"] is False
 
 
 def test_the_speed_scale_and_each_output_have_std_types(client: Client, robot: Ros2Robot) -> None:

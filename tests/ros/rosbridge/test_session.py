@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.ros.arm.joint_level import ACTION
 from iiwa_sim.ros.rmi.definitions import message
 from iiwa_sim.ros.rmi.node import PUBLISHED
 from iiwa_sim.ros.rmi.serialized import serialized
@@ -38,7 +39,7 @@ class Client:
         self.robot = robot
         self.outbox = Outbox(lambda: None)
         self.session = RosbridgeSession(
-            robot.node,
+            robot.graph,
             RosApi(robot.node),
             self.outbox,
             robot.log,
@@ -239,7 +240,7 @@ def test_what_tools_ask_when_they_connect(client: Client) -> None:
     own, *parts = texts["sensor_msgs/JointState"].split("\n" + 80 * "=" + "\n")
     assert "float64[] position" in own
     assert [part.splitlines()[0] for part in parts] == ["MSG: std_msgs/Header"]
-    assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": []}
+    assert client.calls("/rosapi/action_servers")["values"] == {"action_servers": [ACTION]}
     assert client.calls("/rosapi/has_param", {"name": "/x"})["values"] == {"exists": False}
     assert client.calls("/rosapi/get_param", {"name": "/x"})["values"] == {"value": "null"}
     assert client.calls("/rosapi/get_param", ["/x", "[1]"])["values"] == {"value": "[1]"}

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
+from iiwa_sim.ros.arm.interfaces import PRIMITIVES, details, full_text, interface
 from iiwa_sim.ros.arm.joint_level import ACTION_TYPE, PUBLISHED, SERVICES, SUBSCRIBED
 from iiwa_sim.ros.rmi.message_text import Definition
 from iiwa_sim.ros.ros2.environment import default_folder, python_in
-from iiwa_sim.ros.rosbridge.interfaces import PRIMITIVES, details, full_text, interface
 from tests.needed import lacks
 from tests.talking import DEADLINE_S
 

@@ -1,4 +1,4 @@
-"""The definitions of ROS 2's interfaces that a robot has, as rosapi tells them.
+"""The definitions of ROS 2's interfaces that a robot has: types that check messages, and what rosapi tells.
 
 They are read from protocol/: ros2_types.txt has those of ROS 2's own packages, ros2/ and rmi/ros2/ have
 packages that can be built. Their form: https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html.
@@ -9,7 +9,9 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from iiwa_sim.ros.rmi.message_text import Definition, joined, parsed, typedef, within
+from msgspec import Struct
+
+from iiwa_sim.ros.rmi.message_text import TYPES, Definition, joined, parsed, struct_of, typedef, within
 
 FOLDERS = ("ros2", "rmi/ros2")
 COMMON = "ros2_types.txt"
@@ -41,6 +43,12 @@ def interface(name: str) -> tuple[Definition, ...]:
     return tuple(
         _parsed(f"{package}/{own}{word}", text, package) for word, text in zip(words, texts, strict=True)
     )
+
+
+@cache
+def type_of(name: str, part: int = 0) -> type[Struct]:
+    """The class for messages of an interface, or of one of its parts. Raises KeyError where there is none."""
+    return struct_of(interface(name)[part], type_of, TYPES)
 
 
 def split(name: str) -> tuple[str, str, str]:
