@@ -10,41 +10,14 @@ import msgspec
 
 from iiwa_sim.controller.handling import GripperState, PartState
 from iiwa_sim.controller.meetings import LinkTouch
+from iiwa_sim.controller.numbers_kernel import Numbers
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.controller.snapshot import NO_ERROR, ErrorState
 from iiwa_sim.controller.status import RobotStatus
-from iiwa_sim.frames import Frame, Transform, compose
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.robot.description import RobotDescription
-from iiwa_sim.robot.model import Model
 
 Values = Sequence[float]
 _STANDING = slice(Reading._fields.index("mode"), None)
-
-
-class Numbers:
-    """The numbers of a line that are not in a reading as they are, in full."""
-
-    def __init__(self, description: RobotDescription) -> None:
-        # With a model of our own: it remembers, and the robot's may be elsewhere.
-        self._model = Model(description)
-
-    def velocities(self, joints: Values, before: Values, tick_s: float) -> Values:
-        """Of the joints (rad/s), between their positions and those a tick ago (rad)."""
-        return tuple((now - then) / tick_s for now, then in zip(joints, before, strict=True))
-
-    def frames(self, joints: Values, tool_in_flange: Transform) -> tuple[Values, Values]:
-        """Flange and TCP in the base at joint positions (rad): each mm, rad."""
-        flange = self._model.flange(joints)
-        return Frame.from_transform(flange), Frame.from_transform(compose(flange, tool_in_flange))
-
-    def tcp(self, joints: Values, tool_in_flange: Transform) -> Values:
-        """The TCP in the base at joint positions (rad): mm, rad."""
-        return Frame.from_transform(compose(self._model.flange(joints), tool_in_flange))
-
-    def forces(self, values: Values) -> Values:
-        """Forces (N) or torques (Nm)."""
-        return values
 
 
 class _Moved(msgspec.Struct):

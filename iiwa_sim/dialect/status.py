@@ -8,12 +8,14 @@ from functools import cache
 
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import COMMUNICATION_FAILURE
-from iiwa_sim.controller.state_lines import Numbers, StateLines
+from iiwa_sim.controller.numbers_kernel import Numbers
+from iiwa_sim.controller.state_lines import StateLines
 from iiwa_sim.dialect.wire.line_session import LINES_AT_ONCE, CommandSession, written
 from iiwa_sim.dialect.wire.lines import WONT_TIMING_MARK
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import Refusal, Request, Table
 from iiwa_sim.dialect.wire.table_file import load_table
+from iiwa_sim.robot.model import Model
 
 STOP = "stop"
 NOTHING_ELSE = f"the status port takes {STOP}, and nothing else"
@@ -24,7 +26,9 @@ class StatusLines:
 
     def __init__(self, controller: Controller) -> None:
         self._read = controller.reader().read
-        self._lines = StateLines(Numbers(controller.description), controller.tick_s)
+        # With a model of our own: it remembers, and the robot's may be elsewhere.
+        flange = Model(controller.description).tcp_of_flange
+        self._lines = StateLines(Numbers(flange, rounded=False), controller.tick_s)
 
     def line(self) -> bytes:
         """The present state as a line of JSON, as `protocol/status.schema.json` describes it."""

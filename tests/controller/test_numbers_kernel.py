@@ -1,7 +1,8 @@
-"""Numbers of recorded states: as the rest of the package finds them, compiled and interpreted alike."""
+"""Numbers of told states: as the rest of the package finds them, compiled and interpreted alike."""
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from math import pi
 
@@ -10,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from iiwa_sim.controller.numbers_kernel import Numbers
 from iiwa_sim.frames import Frame, compose, inverse, transform_from_euler
-from iiwa_sim.recordings.numbers_kernel import Numbers
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 from tests.interpreted import interpreted
 
-PLAIN = interpreted("iiwa_sim.recordings.numbers_kernel").Numbers
+PLAIN = interpreted("iiwa_sim.controller.numbers_kernel").Numbers
 PLAIN_TCP = interpreted("iiwa_sim.robot.tcp_kernel").Tcp
 MODEL = Model(load_robot("lbr_iiwa_7_r800"))
 ANGLE = st.one_of(st.floats(-pi, pi), st.sampled_from([0.0, -0.0, 0.5 * pi, -0.5 * pi, pi, -pi]))
@@ -29,7 +30,7 @@ def test_flange_and_tcp_are_those_of_the_model(joints: Sequence[float], turn: Se
     flange = MODEL.flange(joints)
     wanted = transform_from_euler(0.1, -4.0, 0.3, *turn)  # of any turn, such as those with a gimbal lock
     tool = compose(inverse(flange), wanted)
-    found = Numbers(MODEL.tcp_of_flange).frames(joints, tool)
+    found = Numbers(MODEL.tcp_of_flange, True).frames(joints, tool)
     for row, pose in zip(found, (flange, wanted), strict=True):
         there = Frame(*row).to_transform()
         assert np.allclose(there.rotation, pose.rotation, atol=3e-7)
@@ -39,7 +40,7 @@ def test_flange_and_tcp_are_those_of_the_model(joints: Sequence[float], turn: Se
 
 
 def test_another_tool_is_noticed() -> None:
-    numbers = Numbers(MODEL.tcp_of_flange)
+    numbers = Numbers(MODEL.tcp_of_flange, True)
     joints = [0.1] * 7
     for length in (0.1, 0.2):
         tool = transform_from_euler(0.0, 0.0, length, 0.0, 0.0, 0.0)
@@ -51,17 +52,39 @@ def test_another_tool_is_noticed() -> None:
 
 @given(joints=JOINTS, before=JOINTS)
 def test_velocities_are_differences(joints: Sequence[float], before: Sequence[float]) -> None:
-    found = Numbers(MODEL.tcp_of_flange).velocities(joints, before, 0.002)
+    found = Numbers(MODEL.tcp_of_flange, True).velocities(joints, before, 0.002)
     assert found == pytest.approx((np.array(joints) - before) / 0.002, abs=0.51e-7, rel=1e-12)
 
 
-@given(joints=JOINTS, before=JOINTS, turn=TURN)
+@given(joints=JOINTS, turn=TURN)
+def test_in_full_they_are_what_the_commands_tell_bit_for_bit(
+    joints: Sequence[float], turn: Sequence[float]
+) -> None:
+    flange = MODEL.flange(joints)
+    for tool in (transform_from_euler(0.1, -4.0, 0.3, *turn), inverse(flange)):
+        told = [Frame.from_transform(flange), Frame.from_transform(compose(flange, tool))]
+        numbers = Numbers(MODEL.tcp_of_flange, False)
+        assert [struct.pack("6d", *frame) for frame in numbers.frames(joints, tool)] == [
+            struct.pack("6d", *frame) for frame in told
+        ]
+        assert numbers.tcp(joints, tool) == list(told[1])
+        assert numbers.velocities(joints, turn * 3, 0.002) == [
+            (now - then) / 0.002 for now, then in zip(joints, turn * 3, strict=False)
+        ]
+        assert numbers.forces(turn) is turn
+
+
+@given(joints=JOINTS, before=JOINTS, turn=TURN, rounded=st.booleans())
 def test_compiled_and_interpreted_are_the_same(
-    joints: Sequence[float], before: Sequence[float], turn: Sequence[float]
+    joints: Sequence[float], before: Sequence[float], turn: Sequence[float], rounded: bool
 ) -> None:
     tool = transform_from_euler(0.1, 0.2, 0.3, *turn)
-    compiled, plain = Numbers(MODEL.tcp_of_flange), PLAIN(PLAIN_TCP(MODEL.fixed_poses, tool_of_none()))
+    compiled, plain = (
+        Numbers(MODEL.tcp_of_flange, rounded),
+        PLAIN(PLAIN_TCP(MODEL.fixed_poses, tool_of_none()), rounded),
+    )
     assert compiled.frames(joints, tool) == plain.frames(joints, tool)
+    assert list(compiled.forces(before)) == list(plain.forces(before))
     assert compiled.velocities(joints, before, 0.002) == plain.velocities(joints, before, 0.002)
 
 

@@ -7,11 +7,12 @@ import json
 import msgspec
 import numpy as np
 
+from iiwa_sim.controller.numbers_kernel import Numbers
 from iiwa_sim.controller.reading import Reading
 from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.controller.snapshot import snapshot
 from iiwa_sim.controller.state_lines import StateLines
-from iiwa_sim.recordings.state import Rounded
+from iiwa_sim.robot.model import Model
 from tests.asked import gravity_hold, joint_move, smart_joint_move
 from tests.stepped import SteppedRobot
 
@@ -59,7 +60,8 @@ def eventful() -> tuple[list[Reading], list[bytes]]:
 
 def test_every_line_is_that_of_the_status_port_rounded() -> None:
     readings, wanted = eventful()
-    maker = StateLines(Rounded(SteppedRobot().description), 0.002, msgspec.UNSET)
+    numbers = Numbers(Model(SteppedRobot().description).tcp_of_flange, rounded=True)
+    maker = StateLines(numbers, 0.002, msgspec.UNSET)
     made = [maker.line(reading) for reading in readings]
     for line, told in zip(made, wanted, strict=True):
         state, expected = json.loads(line), json.loads(told)
