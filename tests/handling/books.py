@@ -36,7 +36,7 @@ class Books:
         self.pieces: Workpieces = pieces
         self._joints = scene.controller.joints
         self._probe = Crowd(len(pieces.bodies), _NO_TIME_S)
-        self._seen = -1
+        self._seen: object = None
         self.work_j = 0.0
         """What arm and surfaces have put in, and whoever takes parts away or brings them."""
         self.arm_j = 0.0
@@ -107,7 +107,8 @@ class Books:
 
     def _count(self) -> None:
         pieces = self.pieces
-        changes = pieces.changes, self.scene.controller.joints
+        pressing = self.scene.controller.load.link_contacts
+        changes = pieces.changes, self.scene.controller.joints if pressing else ()
         if changes != self._seen:
             bodies = pieces.bodies.values()
             self.parts = {each.part.name: self._of(each) for each in bodies if each.state not in (HELD, GONE)}

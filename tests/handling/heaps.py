@@ -29,6 +29,8 @@ BEGIN_MM = -260.0
 ABOVE_MM = TABLE_MM + 200.0
 REST_TICKS = 5000
 SLOW_M_PER_S = 1e-6
+LOW_MM = 16.0
+UPRIGHT = IDENTITY.rotation
 FRICTIONS = (0.1, 0.3, 0.5, 1.0)
 Placed = tuple[Part, Transform]
 
@@ -56,10 +58,10 @@ def drawn_turn(rng: np.random.Generator) -> Rotation:
     return Frame(0.0, 0.0, 0.0, *angles[rng.integers(4)]).to_transform().rotation
 
 
-def row(rng: np.random.Generator, *, stacks: bool) -> list[Placed]:
+def row(rng: np.random.Generator, *, stacks: bool = False) -> list[Placed]:
     """Parts that stand on the table along y, none in another, and perhaps one on some of them."""
     parts: list[Placed] = []
-    y_mm, gap_mm = -100.0, float(rng.choice([0.01, 0.3, 3.0]))
+    y_mm, gap_mm = -100.0, drawn_gap(rng)
     for number in range(int(rng.integers(1, 7))):
         part = drawn_part(rng, f"part {number}", (0.0, *FRICTIONS))
         turn = part.laid(drawn_turn(rng))
@@ -68,12 +70,34 @@ def row(rng: np.random.Generator, *, stacks: bool) -> list[Placed]:
         x_mm = 600.0 + float(rng.uniform(-20.0, 20.0))
         parts.append((part, _placed(turn, x_mm, y_mm, TABLE_MM + high_mm)))
         upper = drawn_part(rng, f"upper {number}")
-        fits = 1e3 * upper.reach(IDENTITY.rotation, Y) <= half_mm
+        fits = 1e3 * upper.reach(UPRIGHT, Y) <= half_mm
         if stacks and fits and not isinstance(part.shape, Sphere):
-            top_mm = TABLE_MM + 2.0 * high_mm + 1e3 * upper.reach(IDENTITY.rotation, Z)
-            parts.append((upper, _placed(IDENTITY.rotation, x_mm, y_mm, top_mm)))
+            top_mm = TABLE_MM + 2.0 * high_mm + 1e3 * upper.reach(UPRIGHT, Z)
+            parts.append((upper, _placed(UPRIGHT, x_mm, y_mm, top_mm)))
         y_mm += half_mm + gap_mm
     return parts
+
+
+def straight_row(rng: np.random.Generator) -> list[Placed]:
+    """Smooth boxes and standing cylinders, each right behind the other, and higher than `LOW_MM`: jaws turn
+    none, and lift none."""
+    parts: list[Placed] = []
+    y_mm, gap_mm = -100.0, drawn_gap(rng)
+    for number in range(int(rng.integers(1, 7))):
+        part = drawn_part(rng, f"part {number}", (0.0,))
+        size, high = part.shape[0], 5e-4 * LOW_MM + max(part.shape[-1], 5e-4 * LOW_MM)
+        is_box = isinstance(part.shape, Box)
+        part = part._replace(shape=Box(size, part.shape[1], high) if is_box else Cylinder(size, high))
+        half_mm = 1e3 * part.reach(UPRIGHT, Y)
+        y_mm += half_mm
+        parts.append((part, _placed(UPRIGHT, 600.0, y_mm, TABLE_MM + 1e3 * part.reach(UPRIGHT, Z))))
+        y_mm += half_mm + gap_mm
+    return parts
+
+
+def drawn_gap(rng: np.random.Generator) -> float:
+    """Between parts (mm)."""
+    return float(rng.choice([0.01, 0.3, 3.0]))
 
 
 def heap(rng: np.random.Generator) -> list[Placed]:
@@ -190,9 +214,13 @@ class HeapScene:
 
     def goes_through(self) -> None:
         """Jaws, open or closed, go along y, through all of it, until all rests."""
+        self.pushes(600.0 + float(self._rng.uniform(-40.0, 40.0)))
+        self.rests()
+
+    def pushes(self, x_mm: float, highest_mm: float = 60.0) -> None:
+        """Jaws, open or closed, go along y, so far along x."""
         rng, controller = self._rng, self.scene.controller
-        x_mm = 600.0 + float(rng.uniform(-40.0, 40.0))
-        z_mm = TABLE_MM + float(rng.uniform(8.0, 60.0))
+        z_mm = TABLE_MM + float(rng.uniform(8.0, highest_mm))
         speed = float(rng.choice([0.05, 0.1, 0.2, 0.3]))
         controller.io.set_output(CLOSE, bool(rng.random() < 0.5))
         for y_mm, high_mm, fast in ((BEGIN_MM, ABOVE_MM, 0.5), (BEGIN_MM, z_mm, 0.5), (150.0, z_mm, speed)):
@@ -200,7 +228,6 @@ class HeapScene:
                 controller.move(lin_move(down(x_mm, y_mm, high_mm), fast, 0.0))
             while controller.moving:
                 self.step()
-        self.rests()
 
 
 def _goes_on(body: Body) -> bool:
