@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from iiwa_sim import log
 from iiwa_sim.cli.addresses import ROSBRIDGE_PORT, add_host
-from iiwa_sim.cli.consistency import check_ros2
+from iiwa_sim.cli.consistency import check_needs
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.names import BRIDGE
 from iiwa_sim.cli.options import (
@@ -30,7 +30,7 @@ from iiwa_sim.serve.listening import host_and_port
 def run(given: Sequence[str]) -> int:
     parser = _parser()
     options = parser.parse_args(given)
-    check_ros2(parser.error, options)
+    check_needs(parser.error, options)
     if sys.stderr is not None:
         log.configure(options.log_level, options.log_json, sys.stderr.fileno())
     asyncio.run(_serve(options))

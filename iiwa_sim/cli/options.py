@@ -2,17 +2,16 @@
 
 import argparse
 from collections.abc import Callable
-from pathlib import Path
 
 from iiwa_sim import log
 from iiwa_sim.cli.addresses import ROSBRIDGE_PORT
 from iiwa_sim.cli.names import ROS2_ENV, ROS_PACKAGE_PATH
 from iiwa_sim.cli.parsing import Error, Parser, path, whole
+from iiwa_sim.cli.reach import secret_in
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
 from iiwa_sim.ros.conventions import COMMON_RATE_HZ, RESULT_TYPES, Conventions, Reference, Stamps
-from iiwa_sim.serve.listening import why
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
 
@@ -200,18 +199,6 @@ def add_rate(parser: Parser, default: int | None = DEFAULT_RATE_HZ) -> None:
         metavar="HZ",
         help=f"ticks per second, {MIN_RATE_HZ} to {MAX_RATE_HZ} (default: {DEFAULT_RATE_HZ})",
     )
-
-
-def secret_in(path: str) -> str:
-    """The contents of a file, stripped of blanks. Raises ArgumentTypeError."""
-    shown = shortened(repr(path), 40)
-    try:
-        secret = Path(path).read_text(encoding="utf-8").strip()
-    except (OSError, ValueError) as fault:
-        raise argparse.ArgumentTypeError(f"{shown} cannot be read: {why(fault)}") from None
-    if not secret:
-        raise argparse.ArgumentTypeError(f"{shown} is empty, expected a secret")
-    return secret
 
 
 def _origin(text: str) -> str:

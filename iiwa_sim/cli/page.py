@@ -5,14 +5,20 @@ import asyncio
 import importlib.util
 import json
 import logging
+import signal
 import socket
 import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
-from iiwa_sim.backdoor.token import LOOPBACK, Token, check_reach
-from iiwa_sim.cli.options import secret_in
+from iiwa_sim import log
+from iiwa_sim.cli.addresses import reached_at
+from iiwa_sim.cli.output import say
 from iiwa_sim.cli.parsing import Parser, whole
+from iiwa_sim.cli.reach import PAGE, add_reach
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.serve.listening import host_and_port, open_listener
 from iiwa_sim.wording import Unusable
@@ -38,45 +44,40 @@ def check_library() -> None:
 def page_url(listening: socket.socket) -> str:
     """What to open in a browser on this machine."""
     host, port = listening.getsockname()[:2]
-    return f"http://{host_and_port({'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host), port)}/"
+    return f"http://{host_and_port(reached_at(host), port)}/"
 
 
 def add_page(parser: Parser) -> None:
     """Options of a command that serves a page itself: where it listens, and for whom."""
-    parser.add_argument(
-        "--host",
-        default=LOOPBACK,
-        help="address for the page to listen on; one that other machines reach, such as 0.0.0.0, needs a "
-        "token (default: %(default)s)",
-    )
+    add_reach(parser, "", PAGE)
     parser.add_argument(
         "--port",
         type=whole(0, MAX_PORT),
         default=DEFAULT_PORT,
         help="port for the page to listen on; 0 picks one (default: %(default)s)",
     )
-    parser.add_argument(
-        "--token",
-        metavar="TOKEN",
-        help="let only browsers in that know it. Other users of this machine can read it in the list of "
-        "processes (default: none)",
-    )
-    parser.add_argument(
-        "--token-file", type=secret_in, metavar="FILE", help="the same, with the token in this file"
-    )
 
 
-def page_token(parser: Parser, options: argparse.Namespace) -> Token | None:
-    """The token that browsers have to send, None for none; wrong options end the program."""
-    if options.token is not None and options.token_file is not None:
-        parser.error("argument --token-file: expected no --token with it")
-    text = options.token if options.token is not None else options.token_file
-    try:
-        token = None if text is None else Token(text)
-        check_reach(options.host, token, "page", "--token-file")
-    except ValueError as fault:
-        parser.error(f"argument --{'host' if text is None else 'token'}: {fault}")
-    return token
+class Served(NamedTuple):
+    """A page that a command serves itself."""
+
+    listening: socket.socket
+    over: threading.Event
+    """Set by SIGTERM and SIGINT."""
+    announce: Callable[[], None]
+    """Tells on stdout where it is, once it is there."""
+
+
+@contextmanager
+def served(options: argparse.Namespace) -> Iterator[Served]:
+    """What a command needs to serve a page until it is told to end. Raises LibraryFault and ListenFault."""
+    check_library()
+    log.configure(options.log_level, options.log_json, sys.stderr.fileno())
+    over, stdout = threading.Event(), sys.stdout  # viser's own words go nowhere
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda *_: over.set())
+    with asyncio.run(open_listener(options.host, options.port)) as listening:
+        yield Served(listening, over, lambda: say(f"page on {page_url(listening)}\n", stdout))
 
 
 class Page:

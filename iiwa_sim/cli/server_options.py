@@ -4,7 +4,6 @@ import argparse
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from iiwa_sim.backdoor.token import LOOPBACK
 from iiwa_sim.cli.addresses import add_addresses
 from iiwa_sim.cli.consistency import check
 from iiwa_sim.cli.environment import RULE, read_environment
@@ -19,9 +18,9 @@ from iiwa_sim.cli.options import (
     add_ros_rate,
     add_ros_stamps,
     add_rosbridge,
-    secret_in,
 )
 from iiwa_sim.cli.parsing import Parser, path, whole
+from iiwa_sim.cli.reach import BACKDOOR, PAGE, add_reach
 from iiwa_sim.clock.clock import MAX_RATE_HZ
 from iiwa_sim.clock.pace import EXPECTED, MAX_SPEED, MIN_SPEED, REAL, Pace, pace
 from iiwa_sim.controller.modes import LONGEST_SERVO_TIMEOUT_S
@@ -139,24 +138,7 @@ def server_parser() -> Parser:
         help="the same as JSON over HTTP, as POST /backdoor/emergency-stop, with GET /state, /dialogue, "
         "/healthz, /openapi.json; 0 picks a port (default: no such port)",
     )
-    parser.add_argument(
-        "--backdoor-host",
-        metavar="HOST",
-        help="address on which these two listen; one that other machines reach, such as 0.0.0.0, needs a "
-        f"token (default: {LOOPBACK})",
-    )
-    parser.add_argument(
-        "--backdoor-token",
-        metavar="TOKEN",
-        help="serve only clients that send it: as first line of a connection, as 'Authorization: Bearer "
-        "TOKEN' over HTTP. Other users of this machine can read it in the list of processes (default: none)",
-    )
-    parser.add_argument(
-        "--backdoor-token-file",
-        type=secret_in,
-        metavar="FILE",
-        help="the same, with the token in this file",
-    )
+    add_reach(parser, "backdoor-", BACKDOOR)
     parser.add_argument(
         "--view-port",
         type=whole(0, MAX_PORT),
@@ -164,24 +146,7 @@ def server_parser() -> Parser:
         help="serve a web page on this port to see the robot, push it and stop it; 0 picks a port. It "
         "opens a status port and a backdoor on free ports where none are named (default: no such page)",
     )
-    parser.add_argument(
-        "--view-host",
-        metavar="HOST",
-        help="address on which the page listens; one that other machines reach, such as 0.0.0.0, needs a "
-        f"token (default: {LOOPBACK})",
-    )
-    parser.add_argument(
-        "--view-token",
-        metavar="TOKEN",
-        help="let only browsers in that know it. Other users of this machine can read it in the list of "
-        "processes (default: none)",
-    )
-    parser.add_argument(
-        "--view-token-file",
-        type=secret_in,
-        metavar="FILE",
-        help="the same, with the token in this file",
-    )
+    add_reach(parser, "view-", PAGE)
     parser.add_argument(
         "--strict",
         action="store_true",

@@ -1,35 +1,25 @@
 """`iiwa-sim view`: the live page of robots that run elsewhere."""
 
-import asyncio
-import signal
-import sys
-import threading
 from collections.abc import Sequence
 from itertools import zip_longest
 
-from iiwa_sim import log
 from iiwa_sim.cli.names import VIEW
-from iiwa_sim.cli.options import add_log, add_robot, secret_in, server_address
-from iiwa_sim.cli.output import say
-from iiwa_sim.cli.page import add_page, check_library, page_token, page_url
+from iiwa_sim.cli.options import add_log, add_robot, server_address
+from iiwa_sim.cli.page import add_page, served
 from iiwa_sim.cli.parsing import Parser
-from iiwa_sim.serve.listening import host_and_port, open_listener
+from iiwa_sim.cli.reach import check_token, secret_in
+from iiwa_sim.serve.listening import host_and_port
 
 
 def run(given: Sequence[str]) -> int:
     parser = _parser()
     options = parser.parse_args(given)
-    token = page_token(parser, options)
+    token = check_token(parser.error, options, "", "page")
     for option in OF_EACH:
         given_so_often = len(getattr(options, option))
         if given_so_often not in (0, len(options.servers)):
             parser.error(f"argument --{option}: {given_so_often} given, expected one for each HOST:PORT")
-    check_library()
-    log.configure(options.log_level, options.log_json, sys.stderr.fileno())
-    over = threading.Event()
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, lambda *_: over.set())
-    with asyncio.run(open_listener(options.host, options.port)) as listening:
+    with served(options) as page:
         from iiwa_sim.view.live import run_page
         from iiwa_sim.view.station import Place
 
@@ -45,14 +35,7 @@ def run(given: Sequence[str]) -> int:
             )
             for status, backdoor, driver, name in of_each
         ]
-        stdout = sys.stdout  # viser's own words go nowhere
-        run_page(
-            listening,
-            places,
-            over,
-            token,
-            lambda: say(f"page on {page_url(listening)}\n", stdout),
-        )
+        run_page(page.listening, places, page.over, token, page.announce)
     return 0
 
 
