@@ -6,9 +6,10 @@ cdef class Balance(Places):
     cdef double _limit                 # of friction at each point below the part that is looked at (N)
     cdef double[:, ::1] _velocity      # of each part
     cdef double[:, ::1] _wound
+    cdef double[::1] _deep             # how deep what of the arm presses on it is in it (m)
     cdef double[:, ::1] _points        # four below each, from its middle (m)
     cdef double[:, ::1] _mass          # m, m, m, I with what it carries
-    cdef double[:, ::1] _below         # stiffness, depth, weight, and that of what it carries
+    cdef double[:, ::1] _below         # stiffness, depth, weight, both with what it carries
     cdef Py_ssize_t _many              # parts that may move, and which these are
     cdef Py_ssize_t[::1] _group
     cdef double[:, ::1] _d             # their ways

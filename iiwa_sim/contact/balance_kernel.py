@@ -49,8 +49,8 @@ class Balance(Places):
         self._tick = tick_s
         self._limit = 0.0
         self._velocity, self._wound = np.zeros((least, 4)), np.zeros((least, 8))
-        self._points = np.zeros((least, 8))
-        self._mass, self._below = np.zeros((least, 4)), np.zeros((least, 4))
+        self._points, self._deep = np.zeros((least, 8)), np.zeros(least)
+        self._mass, self._below = np.zeros((least, 4)), np.zeros((least, 3))
         self._many = 0
         self._group, self._d = np.zeros(least, dtype=np.intp), np.zeros((least, 4))
         self._open = np.zeros(least, dtype=np.int8)
@@ -105,9 +105,7 @@ class Balance(Places):
         """A step of Newton's for one part; how far (m) it goes."""
         t, s, b = self._t, self._s, self._b
         n = self._group[k]
-        carried: cython.double = (
-            max(0.0, self._below[n, 0] * (self._below[n, 1] - t[k, 2])) + self._below[n, 3]
-        )
+        carried: cython.double = max(0.0, self._below[n, 0] * (self._below[n, 1] - t[k, 2]))
         self._limit = 0.25 * self._material[n, 1] * carried
         value: cython.double = self._value(k, True)
         self._solve()

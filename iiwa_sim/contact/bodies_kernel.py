@@ -19,14 +19,16 @@ from iiwa_sim.contact.ways_in_kernel import KINDS
 _UPRIGHT = 1.0 - 1e-6
 _MOST_PLACES = cython.declare(cython.longlong, 64)  # of a pair
 _MOST_BODIES = cython.declare(cython.longlong, 1048576)
-# Remembered of a place: the way out, where it was from the middle of the body, how far it rubbed.
-_NUMBERS = cython.declare(cython.Py_ssize_t, 9)
+# Remembered of a place: the way out, where it was from the middle of the body, how far it rubbed, and how
+# deep it pressed.
+_NUMBERS = cython.declare(cython.Py_ssize_t, 10)
 
-WIDE = 31
+WIDE = 33
 """Numbers of a place in this tick: where from the middle of its body, or in the base (3), radius; stiffness,
 friction, friction's stiffness; by which way it has come in (3), how far it has rubbed (3); depth, way out
 (3), lever in both bodies (2 each), limit of friction; as `_touch` finds it: what is to be remembered (3),
-where from the middle of the other (3), depth; and how an angle of either changes the depth (2)."""
+where from the middle of the other (3), depth; how an angle of either changes the depth (2); how deep it may
+press at first, and how deep it is in there without pressing."""
 
 # Of a place that has gone farther (m) since it was seen last it is not known by which way it has come in.
 _FORGETS = cython.declare(cython.double, 5e-3)
@@ -164,6 +166,13 @@ class Bodies:
             for k in range(_NUMBERS):
                 self._memory[slot, k] = memory[n, k]
 
+    def parted(self, part: int) -> None:
+        """A part has been somewhere else: of where it met others nothing is remembered."""
+        keys = np.asarray(self._keys)
+        pairs = keys // _MOST_PLACES
+        its = (pairs // _MOST_BODIES == part) | (pairs % _MOST_BODIES == part)
+        np.asarray(self._memory)[its & (keys != -1)] = 0.0
+
     def forget(self) -> None:
         """No body has met another."""
         self.restore((b"", b""))
@@ -189,6 +198,7 @@ class Bodies:
         c, m, i = self._c, self._memory, self._i
         for k in range(7, 13):
             c[n, k] = 0.0
+        c[n, 31] = 0.0
         slot: cython.Py_ssize_t = self._find(self._k[n])
         if self._keys[slot] == -1:
             return
@@ -203,6 +213,7 @@ class Bodies:
         if square < _FORGETS * _FORGETS:
             for k in range(3):
                 c[n, 7 + k], c[n, 10 + k] = m[slot, k], m[slot, 6 + k]
+            c[n, 31] = max(0.0, m[slot, 9])
 
     @cython.cfunc
     def _remember(self, n: cython.Py_ssize_t, near_m: cython.double) -> object:
@@ -222,4 +233,5 @@ class Bodies:
             self._used += 1
         for k in range(3):
             m[slot, k], m[slot, 3 + k], m[slot, 6 + k] = c[n, 22 + k], c[n, 25 + k], c[n, 10 + k]
+        m[slot, 9] = c[n, 28]
         return None

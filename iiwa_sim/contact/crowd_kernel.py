@@ -13,7 +13,6 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.crowd import Gone, Laid, Presses
 from iiwa_sim.contact.moments import GRAVITY_M_S2
@@ -42,7 +41,6 @@ class Crowd(Stored):
     _lies: cython.char[::1]
     _rubs: cython.char[::1]  # whether friction's springs below it are wound
     _on: cython.Py_ssize_t[::1]
-    _deep: cython.double[::1]  # how deep what presses on it is in it (m)
     _balls: Any  # by the parts on which they press
     _bound: cython.double[::1]  # how far each of those that may move may go (m)
 
@@ -54,7 +52,7 @@ class Crowd(Stored):
         self._lies: Any = np.zeros(least, dtype=np.int8)
         self._rubs: Any = np.zeros(least, dtype=np.int8)
         self._on = np.full(least, -1, dtype=np.intp)
-        self._deep, self._bound = np.zeros(least), np.zeros(least)
+        self._bound = np.zeros(least)
         self._balls: Any = {}
 
     def lay(self, part: int, laid: Laid | None) -> None:
@@ -71,14 +69,18 @@ class Crowd(Stored):
             self._wound[n, i] = laid.wound[i] if self._rubs[n] else 0.0
         self._on[n] = laid.on
         mass: cython.double = laid.mass_kg
-        self._below[n, 0], self._below[n, 1] = laid.below, laid.top - self._span[n, 0]
-        self._below[n, 2], self._below[n, 3] = mass * _GRAVITY, laid.carries_kg * _GRAVITY
+        carries: cython.double = laid.carries_kg * _GRAVITY
+        # What it carries presses it down, though not deeper: by so much the spring below it begins higher.
+        self._below[n, 0], self._below[n, 1] = laid.below, laid.top - self._span[n, 0] + carries / laid.below
+        self._below[n, 2] = mass * _GRAVITY + carries
         self._rest_on(n, mass, laid.carries_kg, laid.carries_kgm2)
 
-    def hold(self, part: int, solid: Surface | None) -> None:
-        """In this tick the arm holds a part there, or none; nothing presses on parts yet."""
+    def hold(self, part: int, solid: Surface | None, brought_m: float = 0.0) -> None:
+        """In this tick the arm holds a part there, which it has brought so far, or none; nothing presses on
+        parts yet."""
         n: cython.Py_ssize_t
         self._held = -1 if solid is None else part
+        self._brought = brought_m
         if solid is not None:
             self._put_body(part, solid)
         self._balls: Any = {}
@@ -123,7 +125,9 @@ class Crowd(Stored):
             self._c[c, 5], self._c[c, 6] = friction, holding
             if held >= 0:
                 self._recall(c)
+                self._c[c, 31] += self._brought
             else:
+                self._c[c, 31] = 1e9  # what the arm itself is in is known elsewhere
                 for k in range(3):
                     self._c[c, 7 + k], self._c[c, 10 + k] = came[k], rubbed[k]
             self._touch(c, False)
@@ -209,15 +213,6 @@ class Crowd(Stored):
         near: cython.bint = self._meet(n, o, low, high, share, True, reach)
         back: cython.bint = self._meet(o, n, low, high, share, True, reach)
         return near or back
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _far(self, n: cython.Py_ssize_t) -> cython.double:
-        """How far (m) a part may go in this tick."""
-        v = self._velocity
-        fast: cython.double = sqrt(v[n, 0] * v[n, 0] + v[n, 1] * v[n, 1] + v[n, 2] * v[n, 2])
-        fast += fabs(v[n, 3]) * (self._reach[n, 0] + self._reach[n, 1])
-        return self._tick * fast + max(0.0, self._deep[n])
 
     @cython.cfunc
     @cython.exceptval(check=False)

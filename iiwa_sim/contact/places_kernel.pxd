@@ -6,6 +6,7 @@ cdef class Places(Bodies):
     cdef Py_ssize_t[::1] _slot
     cdef double[:, ::1] _t
     cdef double[:, ::1] _turn
+    cdef double _brought               # how far (m) the arm has brought what it holds in this tick
     cdef bint _meet(
         self, Py_ssize_t x, Py_ssize_t y, double low, double high, double share, bint rubs, double reach
     ) except *

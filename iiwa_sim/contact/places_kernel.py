@@ -7,6 +7,11 @@ or less than `STEP_M` above the face on which it lies, it does not meet.
 
 By which way a place has come into a body is remembered (`ways_in_kernel`), and how far friction's spring is
 wound there, in a table, from when it comes near until it has gone away.
+
+**No energy from nowhere.** A place presses at the beginning of a tick no deeper than it has been seen to at
+the end of the one before: where it is deeper in a body, since a part has landed there, was put there, was
+carried there or began there, that much more presses nothing, less as it comes out, and never more again. So
+it holds up what would go in further, and gives nothing to what goes out.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -51,6 +56,7 @@ class Places(Bodies):
         self._slot = np.full(least, -1, dtype=np.intp)
         self._t = np.zeros((least, 4))
         self._turn = np.zeros((least, 2))
+        self._brought = 0.0
 
     @cython.cfunc
     @cython.exceptval(check=True)
@@ -156,6 +162,8 @@ class Places(Bodies):
         if rubs:
             c[n, 5] = min(self._material[x, 1], self._material[y, 1])
         self._recall(n)
+        if self._held >= 0 and (x == self._held or y == self._held):
+            c[n, 31] += self._brought
         if self._touch(n, False) > -reach and self._is_beside(n):
             self._met += 1
         return None
@@ -236,6 +244,9 @@ class Places(Bodies):
         if self._i[n, 2]:
             level = sqrt(ux * ux + uy * uy)
         depth: cython.double = radius * level - distance
+        if not moved:
+            c[n, 32] = max(0.0, depth - c[n, 31])
+        depth -= min(c[n, 32], max(0.0, depth))
         c[n, 28] = depth
         if not moved:
             c[n, 13], c[n, 14], c[n, 15], c[n, 16] = depth, ux, uy, uz

@@ -6,6 +6,7 @@ cdef class Stored(Balance):
     cdef double _share                 # of their ways that parts have gone, and of their speed then
     cdef double _slower
     cdef void _rest_on(self, Py_ssize_t n, double mass, double more, double about) noexcept
+    cdef double _far(self, Py_ssize_t n) noexcept
     cdef object _go(self)
     cdef void _put(self, double share) noexcept
     cdef double _energy(self, Py_ssize_t k, double share) noexcept

@@ -12,7 +12,7 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.balance_kernel import Balance
@@ -29,6 +29,10 @@ _SPHERE = cython.declare(cython.int, 2)
 _CYLINDER = cython.declare(cython.int, 3)
 # Of half an edge: points there have the moments of a face.
 _THIRD = cython.declare(cython.double, 0.5773502691896258)
+# A ball touches on a disc of radius a = sqrt(R d), which presses more in its middle (Hertz): where it turns
+# on that, friction takes 3 pi / 16 mu N a (K. L. Johnson, Contact Mechanics, 1985, sections 4.2 and 7.4);
+# along both axes, of points at that lever.
+_SPIN = cython.declare(cython.double, 0.5890486225480862 * 0.7071067811865476)
 
 
 @cython.cclass
@@ -50,6 +54,7 @@ class Stored(Balance):
         turning: cython.double
         if self._kind[n] == _SPHERE:
             turning = 0.4 * mass * size[n, 0] * size[n, 0]
+            ax = by = _SPIN * sqrt(size[n, 0] * self._below[n, 2] / self._below[n, 0])
         elif self._kind[n] == _CYLINDER and self._upright[n] >= 0:
             ax = by = 0.5 * size[n, 0]
             turning = 0.5 * mass * size[n, 0] * size[n, 0]
@@ -68,6 +73,15 @@ class Stored(Balance):
         for k in range(3):
             self._mass[n, k] = mass + more
         self._mass[n, 3] = turning + about
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _far(self, n: cython.Py_ssize_t) -> cython.double:
+        """How far (m) a part may go in this tick."""
+        v = self._velocity
+        fast: cython.double = sqrt(v[n, 0] * v[n, 0] + v[n, 1] * v[n, 1] + v[n, 2] * v[n, 2])
+        fast += fabs(v[n, 3]) * (self._reach[n, 0] + self._reach[n, 1])
+        return self._tick * fast + max(0.0, self._deep[n])
 
     @cython.cfunc
     def _go(self) -> object:
@@ -169,7 +183,7 @@ class Stored(Balance):
         x += self._t[k, 0] - self._t[k, 3] * self._points[n, 2 * j + 1]
         y += self._t[k, 1] + self._t[k, 3] * self._points[n, 2 * j]
         carried: cython.double = self._below[n, 0] * max(0.0, self._below[n, 1] - self._t[k, 2])
-        most: cython.double = self._material[n, 1] * (carried + self._below[n, 3]) / self._below[n, 0]
+        most: cython.double = self._material[n, 1] * carried / self._below[n, 0]
         length = sqrt(x * x + y * y)
         if length > most:
             x, y = x * most / length, y * most / length

@@ -42,7 +42,7 @@ class ArmWay:
         self._tcp, self._now = np.zeros((2, 12))
         self._is_known = False
         self._in_jaws: Any = None
-        self._opening = self._way = self._loose = self._in_x = self._in_z = 0.0
+        self._opening = self._way = self._loose = self._brought = self._in_x = self._in_z = 0.0
         self.look_at_m = 0.0
         self.next_m = -_FAR
         self.due: dict[str, float] = {}
@@ -85,10 +85,12 @@ class ArmWay:
             return None
         links: LinksBeside = self._load.links
         way: cython.double = links.gone(joints)
+        self._brought = 0.0
         take(tcp, self._now)
         if held is not None:
             if not other:
-                way = max(way, held.way(self._tcp, self._in_x, self._in_z, self._now))
+                self._brought = held.way(self._tcp, self._in_x, self._in_z, self._now)
+                way = max(way, self._brought)
             self._in_x, self._in_z = held._in[9], held._in[11]
         self._tcp, self._now = self._now, self._tcp
         self._way, self._loose = self._way + way, 0.0

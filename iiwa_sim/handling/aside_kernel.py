@@ -183,7 +183,7 @@ class Aside(ArmWay):
         if held is None:
             crowd.hold(-1, None)
         else:
-            crowd.hold(known.numbers[held.part.name], self._held_there(held, tcp))
+            crowd.hold(known.numbers[held.part.name], self._held_there(held, tcp), self._brought)
         pushed = [known.numbers[name] for name in near if self._is_pushed(name, held, tcp, joints)]
         for gone in crowd.push(pushed):
             self._goes_on(gone)

@@ -213,9 +213,8 @@ class Workpieces(Lying):
     def kept(self) -> Parts:
         """All that is to be kept."""
         bodies, held, met = tuple(self.bodies.values()), self._held, self.crowd.kept()
-        if held is None:
-            return Parts(bodies, met=met)
-        return Parts(bodies, held.in_tcp, held.slip, held.felt(), met)
+        kept = Parts(bodies, met=met)
+        return kept if held is None else Parts(bodies, held.in_tcp, held.slip, held.felt(), met)
 
     def restore(self, parts: Parts, tcp: Transform, surfaces: Sequence[Surface]) -> None:
         """Bring that back, among these surfaces, with the TCP at rest at a pose."""
@@ -245,8 +244,7 @@ class Workpieces(Lying):
 
     def _take(self, name: str, in_tcp: Transform, tcp: Transform) -> None:
         """From now on it is held."""
-        held = Held(self._bodies[name].part, in_tcp, tcp, self._gripper, self._tick_s)
-        self._held = held
+        self._held = held = Held(self._bodies[name].part, in_tcp, tcp, self._gripper, self._tick_s)
         self._lively.discard(name)
         self._put(Body(held.part, held.pose, STILL, HELD))
         self._unsettle(name)
@@ -288,6 +286,8 @@ class Workpieces(Lying):
         each = self._bodies[name]
         after = moved(each, self._grounds_but(name), self._tick_s)
         self._put(after)
+        if after.state == LIES and (each.state, each.on) != (LIES, after.on):
+            self.crowd.parted(list(self._bodies).index(name))
         if after.settled:
             self._lively.discard(name)
             self._look_again()

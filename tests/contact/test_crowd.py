@@ -9,84 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.crowd import Gone, Laid, Presses
-from iiwa_sim.contact.crowd_kernel import Crowd
+from iiwa_sim.contact.crowd import Presses
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Frame, Transform
-from iiwa_sim.handling.part import Part
-from iiwa_sim.handling.pushed import gone_by
+from iiwa_sim.frames import Frame
+from tests.contact.floor import BELOW, CUBE, FRICTION, SHAPES, TICK_S, Floor, G
+from tests.interpreted import interpreted
 from tests.samples import some
-
-G = 9.81
-TICK_S = 0.002
-BELOW = 2e4
-FRICTION = 0.5
-REST = (0.0, 0.0, 0.0, 0.0)
-CUBE = Box(0.02, 0.02, 0.02)
-SHAPES: list[Shape] = [CUBE, Box(0.03, 0.005, 0.02), Cylinder(0.015, 0.02), Sphere(0.02)]
-
-
-class Floor:
-    """Parts on a face at height 0, pushed tick by tick."""
-
-    def __init__(self, *walls: Surface) -> None:
-        self.laid: list[Laid] = []
-        self._walls = walls
-
-    def put(
-        self, shape: Shape, x: float, y: float, angle: float = 0.0, velocity: tuple[float, ...] = REST
-    ) -> None:
-        half = shape.radius if isinstance(shape, Sphere) else shape.half_z  # type: ignore[union-attr]
-        mass = 0.2
-        z = half - mass * G / BELOW
-        solid = Surface(
-            "part",
-            shape,
-            Frame(1e3 * x, 1e3 * y, 1e3 * z, angle, 0.0, 0.0).to_transform(),
-            5e4,
-            0.0,
-            FRICTION,
-        )
-        vx, vy, vz, spin = velocity
-        self.laid.append(Laid(solid, (vx, vy, vz, spin), (), mass, -1, 0.0, BELOW, 0.0, 0.0))
-
-    def begin(self) -> None:
-        first = len(self.laid) + 1  # one is held elsewhere, to which the balls belong
-        self.crowd = Crowd(first, TICK_S)
-        self.crowd.stand(self._walls, [first + number for number in range(len(self._walls))])
-        for number, laid in enumerate(self.laid):
-            self.crowd.lay(number, laid)
-
-    def step(self, *balls: tuple[int, Presses]) -> list[Gone]:
-        self.crowd.hold(-1, None)
-        for number in range(len(self.laid)):
-            self.crowd.look(number, [ball for part, ball in balls if part == number], False)
-        found: list[Gone] = self.crowd.push(range(len(self.laid)))
-        for gone in found:
-            laid = self.laid[gone.part]
-            solid = laid.solid._replace(pose=gone_by(laid.solid.pose, gone.way))
-            laid = laid._replace(solid=solid, velocity=gone.velocity, wound=gone.wound)
-            self.laid[gone.part] = laid
-            self.crowd.lay(gone.part, laid)
-        return found
-
-    def energy(self) -> float:
-        """Of motion, of height, and of all springs (J)."""
-        total: float = self.crowd.stored_j
-        for laid in self.laid:
-            vx, vy, vz, spin = laid.velocity
-            shape, pose = laid.solid.shape, laid.solid.pose
-            half = shape.radius if isinstance(shape, Sphere) else shape.half_z  # type: ignore[union-attr]
-            moments = Part("it", shape, laid.mass_kg, FRICTION, 5e4).moments(
-                Transform(pose.rotation, (0.0, 0.0, 0.0))
-            )
-            total += 0.5 * laid.mass_kg * (vx * vx + vy * vy + vz * vz)
-            total += 0.5 * (moments.xx + moments.yy) * spin * spin
-            total += laid.mass_kg * G * pose.translation[2]
-            total += 0.5 * BELOW * max(0.0, half - pose.translation[2]) ** 2
-            total += 0.125 * BELOW * sum(each * each for each in laid.wound)
-        return total
 
 
 def test_what_nothing_touches_slides_for_itself_and_what_turns_is_braked() -> None:
@@ -154,6 +83,24 @@ def test_what_is_remembered_of_places_is_kept_and_brought_back() -> None:
     for _ in range(10):
         floor.step()
     assert floor.laid[0].solid.pose.translation[0] < -0.0205, "it is out again"
+
+
+def test_compiled_and_as_python_it_is_the_same() -> None:
+    """A turned part, one beside it, a ball, and a wall, pushed by a ball."""
+    plain = interpreted("iiwa_sim.contact.crowd_kernel")
+    wall = Surface("wall", Box(0.005, 0.2, 0.2), Frame(105, 0, 0, 0.1, 0, 0).to_transform(), 4e4, 0.0, 0.3)
+    floors = [Floor(wall), Floor(wall, kernel=plain)]
+    found = []
+    for floor in floors:
+        floor.put(CUBE, 0.0, 0.0, 0.2, (0.3, 0.0, 0.0, 2.0))
+        floor.put(Cylinder(0.015, 0.02), 0.0375, 0.005)
+        floor.put(Sphere(0.02), 0.07, 0.0)
+        floor.begin()
+        found.append(
+            [floor.step((0, Presses((-0.029 + 5e-4 * k, 0.004, 0.02), 0.01, 5e4))) for k in range(8)]
+        )
+    assert found[0] == found[1]
+    assert sum(map(len, found[0])) >= 12, "they push each other"
 
 
 place = st.floats(-0.06, 0.06)
