@@ -55,7 +55,7 @@ class Floor:
             self.crowd.lay(number, laid)
 
     def step(self, *balls: tuple[int, Presses]) -> list[Gone]:
-        self.crowd.hold(-1, None)
+        self.crowd.hold(-1, None, 1.0)  # balls are brought from anywhere
         for number in range(len(self.laid)):
             self.crowd.look(number, [ball for part, ball in balls if part == number], False)
         found: list[Gone] = self.crowd.push(range(len(self.laid)))

@@ -9,7 +9,7 @@ from iiwa_sim.contact.crowd import Gone, Presses
 from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY
-from tests.contact.test_crowd import CUBE, FRICTION, Floor, G
+from tests.contact.floor import CUBE, FRICTION, Floor, G
 from tests.samples import some
 
 HALF = 0.02
