@@ -8,3 +8,6 @@ cdef class LinksBeside(LinkForces):
     cdef object _speeds(self, object joints, double tick_s)
     cdef bint _is_out(self, Py_ssize_t s, double base_m)
     cdef double gone(self, object joints) except? -1.0
+    cdef double _since(self, double[:, ::1] before) noexcept
+    cdef double gap_at(self, Py_ssize_t s) except? -1.0
+    cdef object _remembered(self)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import cython
+import numpy as np
 from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.contact.ways_in_kernel import NOT_IN
@@ -106,7 +107,14 @@ class LinksBeside(LinkForces):
     def gone(self, joints: Any) -> cython.double:
         """`goes` for kernels."""
         self.go_to(joints)
-        e, b = self._ends, self._ends_before
+        return self._since(self._ends_before)
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _since(self, before: cython.double[:, ::1]) -> cython.double:
+        """No point of the arm is farther (m) from where it was with the ends of capsules there; those of now
+        are put there."""
+        e, b = self._ends, before
         most: cython.double = 0.0
         for c in range(self._capsule_count):
             for j in range(0, 6, 3):
@@ -116,19 +124,20 @@ class LinksBeside(LinkForces):
                     b[c, j + i] = e[c, j + i]
         return sqrt(most)
 
-    def gap_to(self, name: str) -> float:
-        """How far (m) the arm, where `goes` was told that it is, is at least from a part that lies, less than
-        0 in it."""
-        s: cython.Py_ssize_t = self._names.index(name)
+    @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def gap_at(self, s: cython.Py_ssize_t) -> cython.double:
+        """How far (m) the arm, where `goes` was told that it is, is at least from the part of that number,
+        less than 0 in it."""
         least: cython.double = 1e9
         if self._muted[s]:
-            return float(least)
+            return least
         for c in range(self._capsule_count):
             if self._can_feel(c, s):
                 self._recall(c, s)
                 gap, _part = self.gap(c, s, min(least, _TOUCHES_M))
                 least = min(least, gap)
-        return float(least)
+        return least
 
     def away(self, middle: Vector, joints: Sequence[float]) -> float:
         """How far (m) the nearest capsule of the arm, at joint positions (rad), is from a place in the base;
@@ -155,6 +164,19 @@ class LinksBeside(LinkForces):
             ax, ay, az = ax + part * dx, ay + part * dy, az + part * dz
             least = min(least, sqrt(ax * ax + ay * ay + az * az) - self._radius[c])
         return float(least)
+
+    @cython.cfunc
+    def _remembered(self) -> object:
+        """All that is remembered of surfaces, as arrays: the second index is that of the surface."""
+        muted: Any = np.asarray(self._muted)
+        return (
+            muted[np.newaxis],
+            np.asarray(self._came),
+            np.asarray(self._pushing),
+            np.asarray(self._touches),
+            np.asarray(self._rubbed),
+            np.asarray(self._dragging),
+        )
 
     @cython.cfunc
     def _is_out(self, s: cython.Py_ssize_t, base_m: cython.double) -> cython.bint:

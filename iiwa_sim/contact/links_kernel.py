@@ -53,6 +53,7 @@ class Links(LinksBeside):
     _link_count: cython.Py_ssize_t
     _free: cython.double  # way (m) that any point of the arm can go before a link could touch something
     _passed: cython.double  # way (m) that points of the arm may have gone since the last look
+    _ends_looked: cython.double[:, ::1]  # where capsules were then
     _away: cython.double[::1]  # of each surface: it was so far (m) from all links then
 
     def __init__(self, fixed: NDArray[np.float64], capsules: Sequence[Capsule]) -> None:
@@ -86,7 +87,7 @@ class Links(LinksBeside):
         links = [names.index(capsule.link) for capsule in self._own]
         links += [len(names) + number for number in range(len(worn))]  # each for itself
         self._link_count = len(names) + len(worn)
-        self._ends_before = np.zeros((self._capsule_count, 6))
+        self._ends_before, self._ends_looked = np.zeros((2, self._capsule_count, 6))
         self._link = np.array(links, dtype=np.intp)
         self._share = np.array([1.0] * len(self._own) + [each.share for each in worn])
         feels = [SURFACES + PARTS] * len(self._own) + [each.feels for each in worn]
@@ -158,19 +159,6 @@ class Links(LinksBeside):
                 self._muted[s] = not self._is_out(s, _STANDS_M)
         self._free = 0.0
 
-    @cython.cfunc
-    def _remembered(self) -> object:
-        """All that is remembered of surfaces, as arrays: the second index is that of the surface."""
-        muted: Any = np.asarray(self._muted)
-        return (
-            muted[np.newaxis],
-            np.asarray(self._came),
-            np.asarray(self._pushing),
-            np.asarray(self._touches),
-            np.asarray(self._rubbed),
-            np.asarray(self._dragging),
-        )
-
     def shift(self, name: str, surface: Surface, way: Sequence[float]) -> None:
         """A part that lies is there now; it has gone that way, and turned by an angle: dx dy dz (m), rad."""
         s: cython.Py_ssize_t = self._names.index(name)
@@ -239,8 +227,12 @@ class Links(LinksBeside):
         worn = [0.0] * 6
         on_links: cython.bint = False
         on_worn: cython.bint = False
-        gone = self._passed if tick_s > 0.0 else 1e9
+        gone = self._since(self._ends_looked)
+        if tick_s <= 0.0 or self._passed >= 1e9:
+            gone = 1e9
         self._passed = 0.0
+        e, m = self._ends, self._came
+        is_part: cython.bint
         for s in range(self._shape_count):
             self._away[s] -= gone
             if self._away[s] > 0.0:
@@ -256,13 +248,23 @@ class Links(LinksBeside):
             nearest: cython.double = 1e9
             where: cython.double = 0.0
             which: cython.Py_ssize_t = 0
+            is_part = self._is_part(s)
             for c in range(self._capsule_count):
                 if self._can_feel(c, s):
-                    self._recall(c, s)
-                    gap, part = self.gap(c, s, max(0.0, min(nearest, _NEAR_M)))
-                    if gap < 0.0 and self._is_part(s):
-                        part = self.middle(c, s, part)
-                    self._remember(c, s, gap, part)
+                    enough: cython.double = max(0.0, min(nearest, _NEAR_M))
+                    gap: cython.double = -1.0
+                    part: cython.double = 0.5
+                    if m[c, s, 0] == 0.0 and m[c, s, 1] == 0.0 and m[c, s, 2] == 0.0:  # as most are: first
+                        ax, ay, az = e[c, 0], e[c, 1], e[c, 2]
+                        dx, dy, dz = e[c, 3] - ax, e[c, 4] - ay, e[c, 5] - az
+                        square = dx * dx + dy * dy + dz * dz
+                        gap = self._at_least(s, ax, ay, az, dx, dy, dz, square) - self._radius[c]
+                    if gap <= enough:
+                        self._recall(c, s)
+                        gap, part = self.gap(c, s, enough)
+                        if gap < 0.0 and is_part:
+                            part = self.middle(c, s, part)
+                        self._remember(c, s, gap, part)
                     if gap < nearest:
                         nearest, where, which = gap, part, c
                 if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:

@@ -2,9 +2,13 @@
 from iiwa_sim.handling.held_kernel cimport Held
 
 cdef class ArmWay:
-    cdef public double look_at_m       # where on the way parts are looked for
-    cdef public double next_m          # where on it the first part is looked at
-    cdef public dict due               # parts near the arm: where on its way each is looked at
+    cdef double look_at_m              # where on the way parts are looked for
+    cdef double next_m                 # where on it the first part is looked at
+    cdef readonly list watched         # names of parts near the arm
+    cdef dict _rows                    # their numbers
+    cdef double[::1] _due              # where on the way each is looked at
+    cdef object _watch(self, object names)
+    cdef void _find_next(self) noexcept
     cdef object _load
     cdef double _tick
     cdef double _stroke

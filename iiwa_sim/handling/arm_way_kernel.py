@@ -45,7 +45,39 @@ class ArmWay:
         self._opening = self._way = self._loose = self._brought = self._in_x = self._in_z = 0.0
         self.look_at_m = 0.0
         self.next_m = -_FAR
-        self.due: dict[str, float] = {}
+        self._rows: Any = {}
+        self._due: Any = np.zeros(0)
+        self._watch([])
+
+    def look_at_all(self) -> None:
+        """In the next tick all that is near is looked at, whether it is due or not."""
+        self.look_at_m = self.next_m = -_FAR
+        for row in range(len(self.watched)):
+            self._due[row] = -_FAR
+
+    @cython.cfunc
+    def _watch(self, names: Any) -> object:
+        """These are near the arm: those that were so before are looked at as they were to be, others now."""
+        rows, was = self._rows, self._due
+        row: cython.Py_ssize_t
+        before: cython.Py_ssize_t
+        self.watched = names
+        self._rows = {name: number for number, name in enumerate(names)}
+        self._due = np.full(len(names), -_FAR)
+        for name, row in self._rows.items():
+            before = rows.get(name, -1)
+            if before >= 0:
+                self._due[row] = was[before]
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _find_next(self) -> cython.void:
+        """Find where on the way the first of those that are near is looked at."""
+        least: cython.double = _FAR
+        for row in range(self._due.shape[0]):
+            least = min(least, self._due[row])
+        self.next_m = least
 
     @cython.cfunc
     @cython.exceptval(-1, check=True)
@@ -76,8 +108,7 @@ class ArmWay:
         slid: cython.bint = False
         if other:
             self._find_levers(held)
-            self.look_at_m = self.next_m = -_FAR
-            self.due = dict.fromkeys(self.due, -_FAR)
+            self.look_at_all()
         elif held is not None:
             slid = held._in[9] != self._in_x or held._in[11] != self._in_z
         sure: cython.bint = self._way + self._loose < min(self.look_at_m, self.next_m)

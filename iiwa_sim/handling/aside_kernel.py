@@ -13,6 +13,7 @@ from math import dist, hypot
 from typing import Any
 
 import cython
+from cython.cimports.libc.math import sqrt
 
 from iiwa_sim.contact.crowd import Presses
 from iiwa_sim.contact.load_kernel import ExternalLoad
@@ -27,9 +28,11 @@ from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.contact.links_beside_kernel import LinksBeside
     from cython.cimports.iiwa_sim.handling.arm_way_kernel import ArmWay
     from cython.cimports.iiwa_sim.handling.held_kernel import Held
 else:
+    from iiwa_sim.contact.links_beside_kernel import LinksBeside
     from iiwa_sim.handling.arm_way_kernel import ArmWay
     from iiwa_sim.handling.held_kernel import Held
 
@@ -72,7 +75,7 @@ class Aside(ArmWay):
         """Arm or parts have been put elsewhere."""
         self._is_known, self._seen, self._calm = False, -1, False
         self._load.lay({})
-        self.due: Any = {}
+        self._watch([])
 
     def step(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
         """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart."""
@@ -87,7 +90,7 @@ class Aside(ArmWay):
         if held is not None:
             held.touching.besides = None
         if not pieces.lying:
-            if self.due:
+            if self.watched:
                 self.forget()
             return
         moving = pieces.moving
@@ -102,20 +105,45 @@ class Aside(ArmWay):
         self._solid = None
         if looks:
             self._look(held, tcp, joints)
-        # In the order of the cell: what becomes of them must not depend on when they were looked at.
-        near = []
-        for name in pieces.lying:
-            due = self.due.get(name)
-            looked = name in moving or (due is not None and due <= self._way)
-            if looked and self._is_near(name, held, tcp, joints):
-                near.append(name)
+        near = self._near_ones(held, tcp, joints, moving)
         if near:
             self._push(near, held, tcp, joints)
-        least: cython.double = _FAR
-        for until in self.due.values():
-            least = min(least, cython.cast(cython.double, until))
-        self.next_m: Any = least
+        self._find_next()
         self._calm, self._changes = stays and changes == pieces.changes, pieces.changes
+
+    @cython.cfunc
+    def _near_ones(self, held: Held | None, tcp: Any, joints: Any, moving: Any) -> object:
+        """The names of those that move, or that are due and on which arm or held part may press; in the order
+        of the cell: what becomes of them must not depend on when they were looked at."""
+        near = []
+        row: cython.Py_ssize_t
+        links: LinksBeside = self._load.surround(joints)
+        for name in self._pieces.lying if moving else self.watched:
+            row = self._rows.get(name, -1)
+            due: cython.bint = row >= 0 and self._due[row] <= self._way
+            if name in moving or (due and self._gap(row, links, held, tcp) <= _CLOSE):
+                near.append(name)
+        return near
+
+    @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def _gap(self, row: cython.Py_ssize_t, links: LinksBeside, held: Held | None, tcp: Any) -> cython.double:
+        """How far (m) a part near the arm is at least from that, and what it holds: when it is looked at."""
+        s: cython.Py_ssize_t = links._shape_count - links._part_count + row  # parts come last, in this order
+        gap: cython.double = links.gap_at(s)
+        if held is not None:
+            p, q, t = links._shapes, held._in, self._tcp
+            x: cython.double = (t[0] * q[9] + t[1] * q[10] + t[2] * q[11]) + t[9] - p[s, 9]
+            y: cython.double = (t[3] * q[9] + t[4] * q[10] + t[5] * q[11]) + t[10] - p[s, 10]
+            z: cython.double = (t[6] * q[9] + t[7] * q[10] + t[8] * q[11]) + t[11] - p[s, 11]
+            apart: cython.double = sqrt(x * x + y * y + z * z) - held.touching._extent - links._extent[s]
+            if apart < _SOON:  # then by their boxes
+                solid, body = self._held_there(held, tcp), self._pieces.bodies[self.watched[row]]
+                apart = between(held.part, solid.pose, body.part, body.pose)
+            gap = min(gap, apart)
+        if gap > _CLOSE:
+            self._due[row] = self._way + gap - _CLOSE
+        return gap
 
     @cython.cfunc
     def _held_there(self, held: Held, tcp: Any) -> object:
@@ -152,28 +180,9 @@ class Aside(ArmWay):
             else:
                 next_m = min(next_m, until)
         self.look_at_m: Any = next_m
-        self.due = {name: self.due.get(name, -_FAR) for name in near}
+        self._watch(list(near))
         self._load.lay(near)
         return None
-
-    @cython.cfunc
-    def _is_near(self, name: str, held: Held | None, tcp: Any, joints: Any) -> cython.bint:
-        """Whether a part moves, or arm or held part may press on it: when it is looked at next is noted where
-        they do not."""
-        body = self._pieces.bodies[name]
-        if body.state != LIES:
-            return False
-        if not body.settled:
-            return True
-        gap: cython.double = _FAR
-        if name in self.due:
-            gap = self._load.surround(joints).gap_to(name)
-        if held is not None:
-            solid = self._held_there(held, tcp)
-            gap = min(gap, cython.cast(cython.double, between(held.part, solid.pose, body.part, body.pose)))
-        if gap > _CLOSE:
-            self.due[name] = self._way + gap - _CLOSE
-        return gap <= _CLOSE
 
     @cython.cfunc
     def _push(self, near: Any, held: Held | None, tcp: Any, joints: Any) -> object:
@@ -205,15 +214,16 @@ class Aside(ArmWay):
             return False
         still: cython.bint = body.settled and not body.wound
         pressing: list[Presses] = []
-        if name in self.due:
+        row: cython.Py_ssize_t = self._rows.get(name, -1)
+        if row >= 0:
             pressing += by_the_arm(body.part, self._load.surround(joints), joints, self._tick)
         if held is not None:
             number = parts.numbers[held.part.name]
             pressing += by_what_is_held(held, number, self._held_there(held, tcp), body)
         deepest: cython.double = pieces.crowd.look(parts.numbers[name], pressing, bool(still))
         deepest = max(deepest, -SEEN_M)
-        if name in self.due:
-            self.due[name] = self._way if deepest > -_CLOSE else self._way - deepest - _CLOSE
+        if row >= 0:
+            self._due[row] = self._way if deepest > -_CLOSE else self._way - deepest - _CLOSE
         return not still or deepest > 0.0
 
     @cython.cfunc
@@ -268,7 +278,7 @@ class Aside(ArmWay):
     def _tell(self, after: Any, before: Any) -> object:
         """The arm feels a part that is near it where that is now."""
         name = after.part.name
-        if name in self.due and after.state == LIES and after.pose != before.pose:
+        if name in self._rows and after.state == LIES and after.pose != before.pose:
             dx, dy, dz = _from(before.pose.translation, after.pose.translation)
             r, q = after.pose.rotation, before.pose.rotation
             # By the sine, which is the angle in a tick, of the axes before and now.

@@ -15,7 +15,6 @@ from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.frames import Frame
-from iiwa_sim.handling.arm_way_kernel import FAR_M
 from iiwa_sim.handling.falling import FALLS, HELD, LIES, STILL, Body
 from iiwa_sim.handling.part import Part
 from tests.asked import lin_move
@@ -55,8 +54,7 @@ def looks_anew(scene: Scene) -> None:
     pieces, aside = scene.handling.workpieces, scene.handling._aside
     assert pieces is not None
     assert aside is not None
-    aside.look_at_m = aside.next_m = -FAR_M
-    aside.due = dict.fromkeys(aside.due, -FAR_M)
+    aside.look_at_all()
     if pieces.in_jaws is not None:
         pieces.in_jaws.touching.slides()
 
