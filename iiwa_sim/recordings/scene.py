@@ -19,7 +19,8 @@ from iiwa_sim.recordings.foxglove import (
     stamp,
     transform,
 )
-from iiwa_sim.recordings.urdf_links import GREY, colour_of, joint_of, origin_of, shape_of
+from iiwa_sim.recordings.urdf_links import GREY, colour_of, joint_of, shape_of
+from iiwa_sim.robot.urdf_joints import joints_in, origin_of
 
 TCP = "tcp"
 GOAL = "goal"
@@ -42,7 +43,7 @@ class Arm:
     def __init__(self, urdf: str, joints: Sequence[str]) -> None:
         """`joints` are the names of the robot's joints, base first."""
         robot = ET.fromstring(urdf)
-        self._joints = [joint_of(joint, joints) for joint in robot.findall("joint")]
+        self._joints = [joint_of(joint, joints) for joint in joints_in(robot)]
         children = {joint.child for joint in self._joints}
         self._colors = {
             material.get("name", ""): colour_of(material) for material in robot.findall("material")

@@ -8,8 +8,9 @@ from functools import lru_cache
 from math import sqrt
 from typing import NamedTuple
 
-from iiwa_sim.frames import IDENTITY, Transform, Vector, apply, compose, transform_from_euler
+from iiwa_sim.frames import IDENTITY, Vector, apply, compose
 from iiwa_sim.robot.description import RobotDescription
+from iiwa_sim.robot.urdf_joints import joints_in, origin_of
 
 _SINE = 0.5 * sqrt(3.0)  # of 60 degrees
 
@@ -37,20 +38,20 @@ def capsules_of(description: RobotDescription) -> tuple[Capsule, ...]:
     a cylinder that is thicker than long. Meshes get none.
     """
     robot = ET.fromstring(description.urdf)
-    joint_to = {_name(joint.find("child"), "link"): joint for joint in robot.findall("joint")}
+    joint_to = {joint.child: joint for joint in joints_in(robot)}
     found: list[Capsule] = []
     for link in robot.findall("link"):
         name = link.get("name", "")
         pose, moved_by, at = IDENTITY, 0, name
         while at in joint_to:
             joint = joint_to[at]
-            pose = compose(_origin(joint), pose)
-            if moved_by == 0 and joint.get("name", "") in description.joints:
-                moved_by = description.joints.index(joint.get("name", "")) + 1
-            at = _name(joint.find("parent"), "link")
+            pose = compose(joint.origin, pose)
+            if moved_by == 0 and joint.name in description.joints:
+                moved_by = description.joints.index(joint.name) + 1
+            at = joint.parent
         for body in link.findall("collision"):
             for (start, end), radius in _capsules_in(body.find("geometry")):
-                place = compose(pose, _origin(body))
+                place = compose(pose, origin_of(body))
                 found.append(Capsule(name, moved_by, apply(place, start), apply(place, end), radius))
     return tuple(sorted(found, key=lambda capsule: capsule.joints))
 
@@ -79,16 +80,3 @@ def _along(half: Vector) -> tuple[Vector, Vector]:
     """The line through the origin that ends there, and as far on the other side."""
     x, y, z = half
     return (-x, -y, -z), half
-
-
-def _origin(element: ET.Element) -> Transform:
-    origin = element.find("origin")
-    if origin is None:
-        return IDENTITY
-    x, y, z = (float(word) for word in origin.get("xyz", "0 0 0").split())
-    roll, pitch, yaw = (float(word) for word in origin.get("rpy", "0 0 0").split())
-    return transform_from_euler(x, y, z, yaw, pitch, roll)
-
-
-def _name(element: ET.Element | None, attribute: str) -> str:
-    return "" if element is None else element.get(attribute, "")
