@@ -2,39 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, Kind, MoveRequest, Shift
 from iiwa_sim.frames import Frame
 
-
-def _per_joint(kind: Kind, joints: Sequence[float], speeds: Sequence[float], **more: Any) -> MoveRequest:
-    return MoveRequest(kind, joints, speeds=speeds, **more)
-
-
-def joint_move(
-    joints: Sequence[float], speeds: Sequence[float], blending: float = JOINT_BLENDING, **more: Any
-) -> MoveRequest:
-    return _per_joint(Kind.PTP, joints, speeds, blending=blending, **more)
+Asked = Callable[..., MoveRequest]
+BOTH = (Kind.PTP, Kind.LIN)
 
 
-def _to_frame(
-    kind: Kind, target: Frame, speed: float, blending: float, redundancy: float | None = None, **more: Any
-) -> MoveRequest:
-    return MoveRequest(kind, target, speed, blending, redundancy=redundancy, **more)
+def _of(kind: Kind, *names: str, **usual: Any) -> Asked:
+    """Makes a request of the values of these names, of which the last may be left out, and of named ones."""
 
+    def asked(*values: Any, **named: Any) -> MoveRequest:
+        assert len(values) <= len(names)
+        return MoveRequest(kind, **usual | dict(zip(names, values, strict=False)) | named)
 
-def _until_force(
-    kind: Kind,
-    target: Frame,
-    speed: float,
-    blending: float,
-    thresholds: tuple[float | None, ...],
-    **more: Any,
-) -> MoveRequest:
-    return MoveRequest(kind, target, speed, blending, thresholds=thresholds, **more)
+    return asked
 
 
 def _relative(kind: Kind, way: Frame, speed: float, blending: float, *, in_tool: bool) -> MoveRequest:
@@ -45,24 +31,15 @@ def _stiff(kind: Kind, target: Frame, speed: float, n_per_m: float, balanced: Se
     return MoveRequest(kind, target, speed, compliance=Compliance(n_per_m, balanced))
 
 
-def lin_move_at(target: Frame, speed_m_s: float, blending: float, **more: Any) -> MoveRequest:
-    return MoveRequest(Kind.LIN, target, blending=blending, tcp_speed_m_s=speed_m_s, **more)
-
-
-def gravity_hold(nm_per_rad: float) -> MoveRequest:
-    return MoveRequest(Kind.HOLD, hold_nm_per_rad=nm_per_rad)
-
-
-def _check(kind: Kind, target: Frame, redundancy: float | None = None) -> MoveRequest:
-    return MoveRequest(kind, target, redundancy=redundancy)
-
-
-smart_joint_move, direct_joint_move = (partial(_per_joint, kind) for kind in (Kind.SMART, Kind.DIRECT))
+joint_move = _of(Kind.PTP, "target", "speeds", "blending", blending=JOINT_BLENDING)
+smart_joint_move, direct_joint_move = (_of(kind, "target", "speeds") for kind in (Kind.SMART, Kind.DIRECT))
 lin_joint_move, smart_cartesian_move, direct_cartesian_move = (
     partial(MoveRequest, kind) for kind in (Kind.LIN, Kind.SMART, Kind.DIRECT)
 )
-ptp_move, lin_move = (partial(_to_frame, kind) for kind in (Kind.PTP, Kind.LIN))
-ptp_relative_move, lin_relative_move = (partial(_relative, kind) for kind in (Kind.PTP, Kind.LIN))
-ptp_force_move, lin_force_move = (partial(_until_force, kind) for kind in (Kind.PTP, Kind.LIN))
-ptp_stiff_move, lin_stiff_move = (partial(_stiff, kind) for kind in (Kind.PTP, Kind.LIN))
-reach, lin_reach = (partial(_check, kind) for kind in (Kind.PTP, Kind.LIN))
+ptp_move, lin_move = (_of(kind, "target", "speed", "blending", "redundancy") for kind in BOTH)
+lin_move_at = _of(Kind.LIN, "target", "tcp_speed_m_s", "blending")
+ptp_relative_move, lin_relative_move = (partial(_relative, kind) for kind in BOTH)
+ptp_force_move, lin_force_move = (_of(kind, "target", "speed", "blending", "thresholds") for kind in BOTH)
+ptp_stiff_move, lin_stiff_move = (partial(_stiff, kind) for kind in BOTH)
+gravity_hold = _of(Kind.HOLD, "hold_nm_per_rad")
+reach, lin_reach = (_of(kind, "target", "redundancy") for kind in BOTH)

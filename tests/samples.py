@@ -9,15 +9,16 @@ from typing import Any
 import pytest
 
 ALL = os.environ.get("SAMPLES") == "all"
+PART = 7  # a prime: of a grid of cases it meets each row and each column
 
 
 def some(count: int) -> int:
-    """All samples with SAMPLES=all, else a fifth, but not fewer than 5."""
-    return count if ALL else max(count // 5, 5)
+    """All samples with SAMPLES=all, else a seventh, but not fewer than 5."""
+    return count if ALL else max(count // PART, 5)
 
 
-def spread(cases: Iterable[tuple[Any, ...]], each: int = 5) -> list[Any]:
-    """Parameters of a test, of which `make test` tries each fifth: `make test-slow` tries the others."""
+def spread(cases: Iterable[tuple[Any, ...]], each: int = PART) -> list[Any]:
+    """Parameters of a test, of which `make test` tries each seventh: `make test-slow` tries the others."""
     return [
         pytest.param(*case, marks=() if number % each == 0 else pytest.mark.slow)
         for number, case in enumerate(cases)

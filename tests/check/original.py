@@ -90,114 +90,64 @@ class Deviating(ThreadingMixIn, Original):
     """Serves all clients at once."""
 
 
-class Bare(Deviating):
-    r"""Ends its replies with \n."""
-
-    def write(self, connection: socket.socket, reply: str) -> None:
-        connection.sendall(reply.encode() + b"\n")
+def _but(what: str, **ways: Any) -> type[Deviating]:
+    """One of which methods or attributes are others; their `self` comes first."""
+    return type(what, (Deviating,), ways)
 
 
-class Piecemeal(Deviating):
-    """Writes the line end by itself."""
-
-    def write(self, connection: socket.socket, reply: str) -> None:
-        connection.sendall(reply.encode())
-        threading.Event().wait(0.002)
-        connection.sendall(b"\r\n")
+def _in_pieces(_: Deviating, connection: socket.socket, reply: str) -> None:
+    connection.sendall(reply.encode())
+    threading.Event().wait(0.002)
+    connection.sendall(b"\r\n")
 
 
-class OnlyNewlines(Deviating):
-    r"""Waits for \n."""
-
-    def split(self, data: bytes) -> list[bytes]:
-        return [line.strip(b"\r") for line in data.split(b"\n")]
-
-
-class ForgetsTheRest(Deviating):
-    """Drops what has no line end."""
-
-    answers_a_rest = False
+def _dies_of_a_capital_letter(server: Deviating, connection: socket.socket, line: bytes) -> bool:
+    if line == b"HELLO":
+        server.shutdown()
+        server.socket.close()
+    return line != b"HELLO" and Deviating.answer(server, connection, line)
 
 
-class SaysNothingToNothing(Deviating):
-    """Skips empty lines, as line-oriented code often does."""
-
-    def answer(self, connection: socket.socket, line: bytes) -> bool:
-        return True if not line.strip() else super().answer(connection, line)
-
-
-class MindsCase(Deviating):
-    """Takes small letters only."""
-
-    def reply(self, text: str) -> str:
-        return super().reply(text) if text == text.lower() else "unknown command"
-
-
-class ManyColons(Deviating):
-    """Looks no further than the first colon."""
-
-    def reply(self, text: str) -> str:
-        return super().reply(text.partition(":")[0])
-
-
-class NoIdleParameters(Deviating):
-    """Wants nothing behind a command that takes nothing."""
-
-    def reply(self, text: str) -> str:
-        return "error" if text.count(":") == 1 and text != ":" else super().reply(text)
-
-
-class Hasty(Deviating):
-    """Reads one command per packet and forgets what came with it."""
-
-    def split(self, data: bytes) -> list[bytes]:
-        lines = super().split(data)
-        return [lines[0], lines[-1]] if len(lines) > 1 else lines
-
-
-class Exponents(Deviating):
-    """Writes numbers as Python and C do."""
-
-    def reply(self, text: str) -> str:
-        return super().reply(text).replace("E-5", "e-05")
-
-
-class Whole(Deviating):
-    """Writes whole numbers without a point."""
-
-    def reply(self, text: str) -> str:
-        return super().reply(text).replace("450.0 0.0", "450 0")
-
-
-class Stubborn(Deviating):
-    """Lets a client that said bye talk on."""
-
-    def answer(self, connection: socket.socket, line: bytes) -> bool:
-        return super().answer(connection, line) or True
-
-
-class StopsNothing(Deviating):
-    """Refuses to stop a robot at rest."""
-
-    def reply(self, text: str) -> str:
-        return "error" if text == "stop" else super().reply(text)
-
-
-class Mortal(Deviating):
-    """Dies of a capital letter."""
-
-    def answer(self, connection: socket.socket, line: bytes) -> bool:
-        if line == b"HELLO":
-            self.shutdown()
-            self.socket.close()
-        return line != b"HELLO" and super().answer(connection, line)
-
-
-class Moving(Deviating):
-    """Its robot moves."""
-
-    def reply(self, text: str) -> str:
-        return super().reply(text).replace("stopped", "moving")
+reply, answer, split = Deviating.reply, Deviating.answer, Deviating.split
+Bare = _but(r"ends its replies with \n", write=lambda _, to, reply: to.sendall(reply.encode() + b"\n"))
+Piecemeal = _but("writes the line end by itself", write=_in_pieces)
+OnlyNewlines = _but(r"waits for \n", split=lambda _, data: [line.strip(b"\r") for line in data.split(b"\n")])
+ForgetsTheRest = _but("drops what has no line end", answers_a_rest=False)
+SaysNothingToNothing = _but(
+    "skips empty lines, as line-oriented code often does",
+    answer=lambda self, to, line: not line.strip() or answer(self, to, line),
+)
+MindsCase = _but(
+    "takes small letters only",
+    reply=lambda self, text: reply(self, text) if text == text.lower() else "unknown command",
+)
+ManyColons = _but(
+    "looks no further than the first colon", reply=lambda self, text: reply(self, text.partition(":")[0])
+)
+NoIdleParameters = _but(
+    "wants nothing behind a command that takes nothing",
+    reply=lambda self, text: "error" if text.count(":") == 1 and text != ":" else reply(self, text),
+)
+Hasty = _but(
+    "reads one command per packet and forgets what came with it",
+    split=lambda self, data: [(lines := split(self, data))[0], *lines[1:][-1:]],
+)
+Exponents = _but(
+    "writes numbers as Python and C do", reply=lambda self, text: reply(self, text).replace("E-5", "e-05")
+)
+Whole = _but(
+    "writes whole numbers without a point",
+    reply=lambda self, text: reply(self, text).replace("450.0 0.0", "450 0"),
+)
+Stubborn = _but(
+    "lets a client that said bye talk on", answer=lambda self, to, line: answer(self, to, line) or True
+)
+StopsNothing = _but(
+    "refuses to stop a robot at rest",
+    reply=lambda self, text: "error" if text == "stop" else reply(self, text),
+)
+Mortal = _but("dies of a capital letter", answer=_dies_of_a_capital_letter)
+Moving = _but("its robot moves", reply=lambda self, text: reply(self, text).replace("stopped", "moving"))
 
 
 @contextmanager

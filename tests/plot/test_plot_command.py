@@ -46,7 +46,7 @@ def test_as_a_process(tmp_path: Path) -> None:
 
 def test_a_picture_in_process(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "picture.PNG"
-    assert main(["plot", str(EXAMPLE), "-o", str(output)]) == 0
+    assert main(["plot", str(EXAMPLE), "-o", str(output), "--rate", "100"]) == 0
     assert capsys.readouterr() == ("", "")
     assert output.read_bytes().startswith(b"\x89PNG")
 

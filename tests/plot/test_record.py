@@ -106,7 +106,7 @@ def test_moves_that_a_stop_forgets_are_never_done() -> None:
 )
 def test_what_cannot_be_recorded_names_file_line_command_and_reason(text: str, told: str) -> None:
     with pytest.raises(PlotFault) as caught:
-        recorded(text, rate_hz=100)
+        recorded(text, rate_hz=20)
     message = str(caught.value)
     assert message.startswith("moves.txt: line ")
     assert told in message

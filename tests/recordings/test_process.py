@@ -104,7 +104,7 @@ def test_a_robot_that_is_killed_leaves_a_whole_file(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with running("--record", str(path)) as robot:
         writer = writer_of(robot.process.pid)
-        seen = wait_for_states(path, 600)
+        seen = wait_for_states(path, 200)
         robot.process.send_signal(signal.SIGKILL)
         robot.process.wait(DEADLINE_S)
     wait_until(lambda: is_whole(path))
