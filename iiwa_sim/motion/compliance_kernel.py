@@ -82,6 +82,7 @@ class Compliance:
     _moved: cython.double[::1]  # from there, in this tick
     _turned: cython.double[::1]  # the arm's: the rotation of the TCP in the base
     _x: cython.double[::1]
+    _start: cython.double[::1]  # where that was a tick before
     _v: cython.double[::1]
     _forces: cython.double[::1]
     _forced: cython.bint  # whether any of these is not 0
@@ -109,7 +110,7 @@ class Compliance:
         self._swivelling = spring(REDUNDANCY_INERTIA_KGM2, swivel, swivel_damped, tick_s)
         self._was = np.zeros(3)
         self._moved = np.zeros(3)
-        self._x = np.zeros(7)
+        self._x, self._start = np.zeros((2, 7))
         self._v = np.zeros(7)
         self._forces = np.zeros(7)
 
@@ -161,12 +162,12 @@ class Compliance:
             arm.joints = nominal
             return nominal
         x = self._x
-        start = (x[0], x[1], x[2], x[3], x[4], x[5], x[6])
+        self._start[:] = x
         self._swing(impedance)
         pose = arm.follow(x, before)
         if pose is None:
             for k in range(7):
-                self._v[k] = (x[k] - start[k]) / self._tick_s
+                self._v[k] = (x[k] - self._start[k]) / self._tick_s
         else:
             self.tcp_contact = (pose, self._shift.touch if self._in_contact else None)
         if not self._forced and not self._shift.touches and self._is_home():
@@ -211,7 +212,11 @@ class Compliance:
         f[4] = r[3] * bx + r[4] * by + r[5] * bz
         f[5] = r[6] * bx + r[7] * by + r[8] * bz
         f[6] = 0.0
-        if any(joint_push):
+        pushed: cython.bint = False
+        push: cython.double
+        for push in joint_push:
+            pushed = pushed or push != 0.0
+        if pushed:
             k: cython.Py_ssize_t
             for k, force in enumerate(self._arm.force_of(joint_push).tolist()):
                 f[k] += force

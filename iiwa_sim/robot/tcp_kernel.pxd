@@ -6,6 +6,7 @@ cdef class Tcp:
     cdef double[:, ::1] _fixed
     cdef double[::1] _to_flange        # pose of the flange in the TCP
     cdef double[::1] _q
+    cdef double[:, ::1] _sines         # of these, and their cosines
     cdef double[::1] turned            # rotation of the TCP in the base, row by row
     cdef double[::1] place             # its translation (m)
     cdef double[:, ::1] _axes

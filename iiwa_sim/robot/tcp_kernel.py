@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from iiwa_sim.frames import Transform, compose, inverse
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
+    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import sines_and_cosines
 else:
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
+    from iiwa_sim.robot.trigonometry_kernel import sines_and_cosines
 
 _new = tuple.__new__  # a call of the class costs twice as much
 
@@ -40,6 +40,7 @@ class Tcp:
         to_flange = inverse(tool_in_flange)
         self._to_flange = np.array((*to_flange.rotation, *to_flange.translation))
         self._q = np.full(self.joint_count, np.nan)  # different from any
+        self._sines = np.empty((2, self.joint_count))
         self.turned = np.empty(9)
         self.place = np.empty(3)
         self._axes = np.empty((self.joint_count, 3))
@@ -128,6 +129,7 @@ class Tcp:
             return True
         self._has_columns = False
         self._pose = None
+        sines_and_cosines(self._q, self.joint_count, self._sines)
         f = self._fixed
         r0: cython.double = 1.0
         r1: cython.double = 0.0
@@ -160,7 +162,7 @@ class Tcp:
                 break
             self._points[k, 0], self._points[k, 1], self._points[k, 2] = x, y, z
             self._axes[k, 0], self._axes[k, 1], self._axes[k, 2] = r2, r5, r8
-            s, c = sine(self._q[k]), cosine(self._q[k])
+            s, c = self._sines[0, k], self._sines[1, k]
             r0, r1 = c * a0 + s * a1, c * a1 - s * a0
             r3, r4 = c * a3 + s * a4, c * a4 - s * a3
             r6, r7 = c * a6 + s * a7, c * a7 - s * a6

@@ -5,11 +5,12 @@ from __future__ import annotations
 from fractions import Fraction
 from math import cos, floor, log2, nan, pi, sin
 
+import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.robot.trigonometry_kernel import cosine, sine
+from iiwa_sim.robot.trigonometry_kernel import cosine, sine, sines_and_cosines
 from tests.interpreted import interpreted
 from tests.samples import some
 
@@ -50,6 +51,15 @@ def test_within_nine_tenths_of_the_last_place(angle: float) -> None:
 @given(angle=angles)
 def test_compiled_and_interpreted_are_the_same(angle: float) -> None:
     assert (sine(angle), cosine(angle)) == (PLAIN.sine(angle), PLAIN.cosine(angle))
+
+
+@given(some_angles=st.lists(angles | st.floats(-1e9, 1e9), min_size=1, max_size=7))
+def test_those_of_several_are_those_of_each(some_angles: list[float]) -> None:
+    count = len(some_angles)
+    found, plain = np.empty((2, 2, count))
+    sines_and_cosines(np.array(some_angles), count, found)
+    PLAIN.sines_and_cosines(np.array(some_angles), count, plain)
+    assert found.tolist() == plain.tolist() == [list(map(sine, some_angles)), list(map(cosine, some_angles))]
 
 
 @pytest.mark.parametrize("angle", [1e6, -3e17])
