@@ -1,5 +1,6 @@
 """The file of a recording, opened: what is wrong with it is told at once."""
 
+import os
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
@@ -16,7 +17,8 @@ def opened(path: Path) -> FileIO:
     Raises RecordingFault where it cannot be written.
     """
     try:
-        if path.exists() and not path.is_file() and not path.is_char_device():
+        there = path.exists()
+        if there and (not (path.is_file() or path.is_char_device()) or _is_where_is_spoken(path)):
             raise _no_file(path)
         stream = path.open("wb", buffering=0)
     except (OSError, ValueError) as fault:  # ValueError for a name with a NUL
@@ -28,10 +30,23 @@ def opened(path: Path) -> FileIO:
     except (OSError, RecordingFault) as fault:
         with suppress(OSError):
             stream.close()
+        if not there:  # nothing found room in it
+            with suppress(OSError):
+                path.unlink()
         if isinstance(fault, RecordingFault):
             raise
         raise _unwritable(path, fault) from None
     return stream
+
+
+def _is_where_is_spoken(path: Path) -> bool:
+    """Whether standard output or standard error go to this file: words and recording would overwrite each
+    other."""
+    for descriptor in (1, 2):
+        with suppress(OSError):  # it is closed
+            if path.is_file() and os.path.samestat(os.fstat(descriptor), path.stat()):
+                return True
+    return False
 
 
 def _no_file(path: Path) -> RecordingFault:

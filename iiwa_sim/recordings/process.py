@@ -41,6 +41,8 @@ class WritingProcess:
         """Start it. Raises OSError."""
         self.of = os.getpid()
         """The process that it belongs to; not to those forked off it."""
+        self.hangs = False
+        """Whether it has been waited for in vain."""
         self._given: WeakSet[socket.socket] = WeakSet()
         self._control, theirs = socket.socketpair()
         found: list[object] = [*sys.path]  # what is no text Python leaves out, too
@@ -97,9 +99,9 @@ class WritingProcess:
         return f"the process that writes it {how}"
 
     def end(self) -> None:
-        """Have it end, with this process; it is waited for unless it still has something to write."""
+        """Have it end, with this process; waited for unless it hangs, or still has something to write."""
         self._control.close()
-        if self.there and not any(given.fileno() >= 0 for given in self._given):
+        if self.there and not self.hangs and not any(given.fileno() >= 0 for given in self._given):
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(ENDS_S)
 

@@ -172,7 +172,7 @@ class Writer:
 
     def _give_up(self) -> None:
         logger.error("%s: the recording is cut off: the file takes nothing", self._path)
-        self._given_up = True
+        self._given_up = self._process.hangs = True
         with self._lock:
             self._drop()
             with suppress(OSError):

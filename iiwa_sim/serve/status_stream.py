@@ -19,6 +19,8 @@ RECEIVE_BYTES = 1024
 UNREAD_MS = 60
 """A reader on this machine is sent no more while it has lines of this time unread: three at the usual rate.
 The ten ticks at most that are made up for after a stall all reach it at 200 Hz and more."""
+LOOKS_HZ = 50
+"""Looks in a second, whether a reader that is sent no more reads again: one costs more than a line."""
 SEND_BYTES = 4096
 """Size of the system's send buffer at the usual rate. A small buffer keeps lines recent for a slow reader;
 Linux then holds about three lines. The receive buffer of a reader on another machine is out of our hands."""
@@ -70,6 +72,8 @@ class StatusStream(Server["Reader"]):
         self.far_ends = FarEnds()
         self.most_unread = ceil(rate_hz * UNREAD_MS / 1000)
         """Lines."""
+        self.between_looks = max(1, rate_hz // LOOKS_HZ)
+        """Lines that are due between two looks at a reader that lags."""
         self._line = line
         self._rate_hz = rate_hz
         self._tick_rate_hz = tick_rate_hz
@@ -126,6 +130,7 @@ class Reader(SessionConnection):
         self._before_line = b""
         self._sent_bytes = 0
         self._line_ends = deque[int]()  # of lines that may be unread still, in bytes sent
+        self._next_look = 0  # lines that are due until then
 
     def _begin(self) -> None:
         connection = self._transport.get_extra_info("socket")
@@ -150,6 +155,9 @@ class Reader(SessionConnection):
         """Whether as many lines as may be are unread. The system is asked only where that is possible."""
         if self._far_end is None or len(self._line_ends) < self._server.most_unread:
             return False
+        self._next_look -= 1
+        if self._next_look > 0:
+            return True
         read_bytes = self._server.far_ends.has_read(self._far_end)
         if read_bytes is None:
             self._far_end = None
@@ -157,7 +165,9 @@ class Reader(SessionConnection):
             return False
         while self._line_ends and self._line_ends[0] <= read_bytes:
             self._line_ends.popleft()
-        return len(self._line_ends) >= self._server.most_unread
+        lags = len(self._line_ends) >= self._server.most_unread
+        self._next_look = self._server.between_looks if lags else 0
+        return lags
 
     def close(self) -> None:
         """Close at once: by FIN, or by a reset if a line has been sent in part."""

@@ -37,6 +37,7 @@ JUMP_S = 0.5
 PATH_STATES = 60
 """Of those before a jump's end that the path is drawn through."""
 PLAY, PAUSE = "Play", "Pause"
+STEPS = {"Tick back": -1, "Tick forward": 1}
 
 logger = logging.getLogger(__name__)
 
@@ -108,7 +109,7 @@ class Playback:
             initial_value=timeline.start_s,
         )
         self._button: Any = gui.add_button(PLAY)
-        back, forth = gui.add_button("Tick back"), gui.add_button("Tick forth")
+        step = gui.add_button_group("Step", tuple(STEPS))
         self._speed: Any = gui.add_dropdown(
             "Speed", tuple(f"{speed:g}x" for speed in SPEEDS), initial_value="1x"
         )
@@ -122,8 +123,7 @@ class Playback:
             self._events: Any = gui.add_html("")
         self._slider.on_update(acting(lambda _: self._player.go_to(float(self._slider.value))))
         self._button.on_click(acting(lambda _: self._turn()))
-        back.on_click(acting(lambda _: self._step(-1)))
-        forth.on_click(acting(lambda _: self._step(1)))
+        step.on_click(acting(lambda event: self._step(STEPS[event.target.value])))
         self._speed.on_update(acting(lambda _: self._set_speed()))
 
     def frame(self, real_s: float) -> None:
@@ -194,4 +194,5 @@ def _listed(events: list[dict[str, Any]]) -> str:
         code = f" ({event['code']})" if event["code"] else ""
         told = html.escape(f"{event['kind']}{move}{code}: {event['text']}")
         rows.append(f"<tr><td>{event['time_s']:.3f}</td><td>{told}</td></tr>")
+    rows = rows or ["<tr><td>none until this instant</td></tr>"]
     return f'<div style="font-size:0.75em;padding:0 0.9em"><table>{"".join(rows)}</table></div>'

@@ -80,7 +80,7 @@ def figures(state: State, robot: Robot) -> str:
     ]
     heads = "".join(f"<td colspan=2>{head}</td>" for head in _HEADS)
     return (
-        '<div style="font-size:0.78em;padding:0 0.9em">'
+        '<div style="font-size:0.78em;padding:0 0.9em 0.6em">'
         f'<table style="{_TABLE}">{_rows(rows)}</table><table style="{_TABLE}">'
         f"<tr>{heads}</tr>{_figures(columns)}</table></div>"
     )

@@ -47,6 +47,7 @@ class Other:
     """What stands for the process that writes: it takes nothing until it is told to."""
 
     number = 0
+    hangs = False
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         ours, self.theirs = socket.socketpair()
@@ -128,6 +129,7 @@ def test_in_haste_nobody_waits_for_ever(
         writer.put(message(number, BIG), can_wait=True)
     assert writer.lost
     assert not writer.close(), "and so does the end"
+    assert other.hangs, "so nobody waits for its end either"
     assert logged(caplog)[1:] == [f"{path}: the recording is cut off: the file takes nothing"]
     writer._listener.join(DEADLINE_S)
     assert len(logged(caplog)) == 2, "which is all that is said of it"

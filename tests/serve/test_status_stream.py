@@ -10,6 +10,7 @@ from contextlib import asynccontextmanager
 
 import pytest
 
+from iiwa_sim.serve.far_end import FarEnd
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.serve.status_stream import StatusStream
 from tests.serve.far_ends import far_ends_are_told
@@ -200,9 +201,35 @@ async def test_a_slow_reader_of_this_machine_gets_few_old_lines_and_then_the_new
                 stuck_at = served.made
                 old = [int(lines.readline()) for _ in range(most_old)]
                 assert max(old) < stuck_at
-                await served.next_line()
-                assert await number(reader) == stuck_at + 1
-                assert int(lines.readline()) == stuck_at + 1, "the newest line, when the old ones are read"
+                for missed in range(max(1, rate_hz // 50)):  # it is looked 50 times a second
+                    await served.next_line()
+                    assert await number(reader) == stuck_at + 1 + missed
+                newest = int(lines.readline())
+                assert newest > stuck_at, "new lines, when the old ones are read"
+                while newest < served.made:
+                    newest = int(lines.readline())
+
+
+async def test_readers_that_never_read_are_looked_at_50_times_a_second_at_most() -> None:
+    if not far_ends_are_told():
+        pytest.skip("this system does not tell what the other end of a connection has read")
+    looks: list[FarEnd] = []
+
+    def looked(end: FarEnd) -> int | None:
+        looks.append(end)
+        return has_read(end)
+
+    async with streaming(500) as served:
+        far_ends = served.stream.far_ends
+        has_read = far_ends.has_read
+        far_ends.has_read = looked  # type: ignore[method-assign]
+        with socket.create_connection(served.stream.address, DEADLINE_S):
+            await until(lambda: len(served.stream.connections) == 1)
+            for _ in range(5000):
+                served.stream.tick()
+                await asyncio.sleep(0)
+        assert served.made <= 30
+        assert 490 <= len(looks) <= 510
 
 
 async def test_a_reader_of_this_machine_that_keeps_up_misses_no_line() -> None:

@@ -117,10 +117,10 @@ def test_ticks_can_be_gone_through_one_by_one(run: Path, viewer: Viewer) -> None
     viewer.clicks("Time (s)", 0.5)
     shown(viewer, f">{first_joint(run, 0.5)}<")
     for _ in range(20):
-        viewer.clicks("Tick forth")
+        viewer.clicks("Step", "Tick forward")
     shown(viewer, f">{first_joint(run, 0.54)}<")
     for _ in range(10):
-        viewer.clicks("Tick back")
+        viewer.clicks("Step", "Tick back")
     shown(viewer, f">{first_joint(run, 0.52)}<")
 
 
