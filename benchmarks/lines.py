@@ -18,7 +18,7 @@ from iiwa_sim.robot.model import Model
 SHARE_OF_LIMITS = 0.8  # part of the joint range from which lines start
 LENGTHS_MM = (200.0, 600.0)
 LARGEST_TURN_RAD = 1.0
-UNDER_WAY_S = 0.01  # planning first gives a quick result, then a better one
+UNDER_WAY_S = 0.01  # planning of a long line first gives a quick result, then a better one
 
 
 def random_lines(
@@ -59,6 +59,8 @@ def random_joint_lines(description: RobotDescription, count: int, seed: int) -> 
 def chain_of(plan: Plan) -> Chain:
     """A chain of one move, with its timing."""
     chain = begun(Move(1, *plan, lambda _: None))
+    if not chain.rough:
+        return chain
     return at_once(planned_on(chain, 0.0, UNDER_WAY_S, [], [])) or chain
 
 

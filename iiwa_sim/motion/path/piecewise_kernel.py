@@ -59,7 +59,10 @@ class Polynomial:
         self.straight = len(self.coefficients) == 2
         """Whether the joints go straight and evenly with s."""
         self._borders, self._offsets = self.borders, self.offsets
-        self._coefficients = self.coefficients
+        # Filled up to eight joints, or a multiple.
+        padded = np.zeros((len(self.coefficients), (self.joint_count + 7) // 8 * 8))
+        padded[:, : self.joint_count] = self.coefficients
+        self._coefficients = padded
         self._room = np.empty((1, 1, self.joint_count))
         for k in range(len(pieces)):
             self._offsets[k + 1] = self._offsets[k] + len(pieces[k])
@@ -97,6 +100,8 @@ class Polynomial:
         piece: cython.Py_ssize_t = self._piece_at(s)
         coefficients = self._coefficients
         count: cython.Py_ssize_t = self.joint_count
+        i: cython.Py_ssize_t
+        j: cython.Py_ssize_t
         first: cython.Py_ssize_t = self._offsets[piece]
         last: cython.Py_ssize_t = self._offsets[piece + 1]
         scale: cython.double = 2.0 / (self._borders[piece + 1] - self._borders[piece])
@@ -110,56 +115,60 @@ class Polynomial:
                     values[k, row, j] = 0.0
             return
         double_x: cython.double = 2.0 * x
-        # T(k) and its derivatives d, e, f; those of k - 1 (before) and their next.
-        t0: cython.double = 1.0
-        t1: cython.double = x
-        d0: cython.double = 0.0
-        d1: cython.double = 1.0
-        e0: cython.double = 0.0
-        e1: cython.double = 0.0
-        f0: cython.double = 0.0
-        f1: cython.double = 0.0
-        for j in range(count):
-            values[0, row, j] = coefficients[first, j]
-        for k in range(1, orders + 1):
-            for j in range(count):
-                values[k, row, j] = 0.0
-        if orders == 0:
+        y0 = cython.declare(cython.double[8])
+        y1 = cython.declare(cython.double[8])
+        y2 = cython.declare(cython.double[8])
+        y3 = cython.declare(cython.double[8])
+        # Sums of eight joints at once are kept in registers.
+        for j in range(0, count, 8):
+            for i in range(8):
+                y0[i] = coefficients[first, j + i]
+                y1[i] = y2[i] = y3[i] = 0.0
+            # T(k) and its derivatives d, e, f; those of k - 1 (before) and their next.
+            t0: cython.double = 1.0
+            t1: cython.double = x
+            d0: cython.double = 0.0
+            d1: cython.double = 1.0
+            e0: cython.double = 0.0
+            e1: cython.double = 0.0
+            f0: cython.double = 0.0
+            f1: cython.double = 0.0
+            if orders == 0:
+                for k in range(first + 1, last):
+                    for i in range(8):
+                        y0[i] += coefficients[k, j + i] * t1
+                    t = double_x * t1 - t0
+                    t0 = t1
+                    t1 = t
+                for i in range(min(count - j, 8)):
+                    values[0, row, j + i] = y0[i]
+                continue
             for k in range(first + 1, last):
-                for j in range(count):
-                    values[0, row, j] += coefficients[k, j] * t1
+                for i in range(8):
+                    c = coefficients[k, j + i]
+                    y0[i] += c * t1
+                    y1[i] += c * d1
+                    y2[i] += c * e1
+                    y3[i] += c * f1
+                t = double_x * f1 - f0 + 6.0 * e1
+                f0 = f1
+                f1 = t
+                t = double_x * e1 - e0 + 4.0 * d1
+                e0 = e1
+                e1 = t
+                t = double_x * d1 - d0 + 2.0 * t1
+                d0 = d1
+                d1 = t
                 t = double_x * t1 - t0
                 t0 = t1
                 t1 = t
-            return
-        for k in range(first + 1, last):
-            for j in range(count):
-                c = coefficients[k, j]
-                values[0, row, j] += c * t1
-                values[1, row, j] += c * d1
-            if orders > 1:
-                for j in range(count):
-                    values[2, row, j] += coefficients[k, j] * e1
-            if orders > 2:
-                for j in range(count):
-                    values[3, row, j] += coefficients[k, j] * f1
-            t = double_x * f1 - f0 + 6.0 * e1
-            f0 = f1
-            f1 = t
-            t = double_x * e1 - e0 + 4.0 * d1
-            e0 = e1
-            e1 = t
-            t = double_x * d1 - d0 + 2.0 * t1
-            d0 = d1
-            d1 = t
-            t = double_x * t1 - t0
-            t0 = t1
-            t1 = t
-        t = scale
-        for k in range(1, orders + 1):
-            for j in range(count):
-                values[k, row, j] *= t
-            t *= scale
+            for i in range(min(count - j, 8)):
+                values[0, row, j + i] = y0[i]
+                values[1, row, j + i] = y1[i] * scale
+                if orders > 1:
+                    values[2, row, j + i] = y2[i] * (scale * scale)
+                if orders > 2:
+                    values[3, row, j + i] = y3[i] * (scale * scale * scale)
 
     @cython.cfunc
     @cython.exceptval(check=False)

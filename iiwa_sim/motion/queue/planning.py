@@ -29,9 +29,8 @@ LITTLE_KEPT_S = 0.04
 """So much is kept of x where a chain is to end sooner, and no clock was found with more of it."""
 LEAST_CORNER = 0.1
 """Where less than this part of a corner is left, it is too late for it."""
-STRAIGHT_STEPS, STRAIGHT_ENOUGH = 40, 0.001
-"""Newton steps, and the least weight of the barrier, for a move whose joints go straight: it counts as one
-joint."""
+STRAIGHT_ENOUGH = 0.001
+"""For a move whose joints go straight: part of the time that may be left to gain, by what multipliers say."""
 MANY_CELLS = 400
 """A move whose joints go straight, and that would have more cells, has wider ones where nothing happens."""
 NOWHERE_S = np.empty(0)
@@ -66,7 +65,7 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
 
 
 def begun(move: Move) -> Chain:
-    """A chain of one move, planned quickly: to set out with, and to be planned on."""
+    """A chain of one move, to set out with: rough, and to be planned on, where more would take too long."""
     course, front = Course([move], []), Front.at_start()
     if move.path.straight:
         return _straight(course)
@@ -203,7 +202,7 @@ def _long(end_x: float, limits: Array, lengths: Array, jerks: Array) -> tuple[Ar
     # The clock is planned for one joint, which is x.
     rows = at_once(_rows_along(_as_one_joint(end_x, limits), controls, None))
     c = steady(rows, cells_s / UNIT_S)
-    quick(rows, c, STRAIGHT_STEPS, STRAIGHT_ENOUGH)
+    at_once(fastest(rows, c, 0, 0, STRAIGHT_ENOUGH))
     return controls, c
 
 

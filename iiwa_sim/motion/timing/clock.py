@@ -27,8 +27,10 @@ BESIDE = 16
 MOST_STEPS, MOST_AGAIN = 40, 15
 """Newton steps of a clock, and of one that is gone on with for another row."""
 REPAIRS = 8
-QUICK_START = 0.97
-ALMOST = 1.004
+STEADY = 0.97
+"""A clock that goes evenly begins at this part of what limits allow."""
+AT_FIRST = 2
+"""So many slices the clock of a move that sets out alone is planned for."""
 KEPT = 1.004
 """Of acceleration and jerk between knots; more is repaired."""
 ACCEPTED = 0.3
@@ -47,23 +49,25 @@ def steady(rows: Rows, widths: Array) -> Array:
     almost."""
     c: Array = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
     squares, cubes = steady_loads(rows.bounds, c)
-    scaled: Array = c * (0.999 * min(1.0 / max(squares, 1e-12), max(cubes, 1e-18) ** (-2.0 / 3.0)))
+    scaled: Array = c * (STEADY * min(1.0 / max(squares, 1e-12), max(cubes, 1e-18) ** (-2.0 / 3.0)))
     return scaled
 
 
-def quick(rows: Rows, c: Array, most_steps: int = 0, enough: float = ENOUGH) -> bool:
-    """Bring a steady clock (N + 2,) that starts from rest nearer to the fastest one, in place, in so many
-    steps, or half a slice. Whether there is little left to gain."""
+def quick(rows: Rows, c: Array) -> bool:
+    """Bring a steady clock (N + 2,) that starts from rest to nearly the fastest one, in place, as far as that
+    takes no more than `AT_FIRST` slices; then it is one that keeps all limits. Whether it is nearly the
+    fastest one."""
+    work = fastest(rows, c, 0, 0)
+    try:
+        for _ in range(AT_FIRST):
+            next(work)
+    except StopIteration as end:
+        if end.value:
+            return True
     loads = np.empty((rows.cells, 3))
-    c *= QUICK_START
-    steps = Steps(rows, 0)
-    steps.begin(c, MU, LEAST)
-    _, over = steps.go(c, most_steps or max(CELL_STEPS // rows.cells, 1), enough)
     inner_loads(rows, c, 0, rows.cells, loads)
-    largest = _too_fast(loads)
-    if largest > 1.0:
-        c /= largest
-    return bool(over) and largest < ALMOST
+    c /= max(_too_fast(loads), 1.0)
+    return False
 
 
 def guess(rows: Rows, widths: Array, last: Array) -> Array:
@@ -75,9 +79,9 @@ def guess(rows: Rows, widths: Array, last: Array) -> Array:
     return c
 
 
-def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
+def fastest(rows: Rows, c: Array, fixed: int, kept: int, enough: float = ENOUGH) -> Slices[bool]:
     """Bring c (N + 2,) from a first guess to nearly the fastest clock, in place, but for the first `fixed`
-    of them.
+    of them. `enough` is the part of the time that may be left to gain by what the multipliers say.
 
     Over the first `kept` cells the guess keeps the limits, or nearly. False, and c is of no use, where no
     clock was found that does everywhere.
@@ -111,7 +115,7 @@ def fastest(rows: Rows, c: Array, fixed: int, kept: int) -> Slices[bool]:
                     yield
                     spent = 0
                 most = max((CELL_STEPS - spent) // (ends_at - begins), 1)
-                done, over = steps.go(c, min(most, left), ENOUGH)
+                done, over = steps.go(c, min(most, left), enough)
                 left = left - done if done else 0
                 spent += max(done, 1) * (ends_at - begins)
             if not over:

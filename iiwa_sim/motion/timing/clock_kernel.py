@@ -228,7 +228,6 @@ class Steps:
                     m += 1
             begins = ends
             self.first[g + 1] = m
-        self.rows = self.rows[:m]
 
     @cython.cfunc
     def _changes(self, mu: cython.double, c: cython.double[::1]) -> cython.void:

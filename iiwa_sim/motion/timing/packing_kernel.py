@@ -21,7 +21,8 @@ NOT_MET = cython.declare(cython.double, -1.0)  # the multiplier of a row that st
 def packed(
     given: Rows, fixed: cython.Py_ssize_t
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-    """`cells`, `first`, `weights` and `rows` of `Steps`, without cuts; of rows the first three columns."""
+    """`cells`, `first`, `weights` and `rows` of `Steps`, without cuts, but with room for them; of rows the
+    first three columns."""
     bounds: Bounds = given.bounds
     cells: cython.Py_ssize_t = bounds.cells
     g: cython.Py_ssize_t = 0
@@ -29,6 +30,7 @@ def packed(
     for k in range(cells + 1):
         for e in range(3 if k < cells else 1):
             r += bounds.counts[k, e]
+    r += given.cuts.shape[0]
     cells_array = np.empty(3 * cells + 1, dtype=np.intp)
     first_array = np.zeros(3 * cells + 2, dtype=np.intp)
     weights_array = np.zeros((3 * cells + 1, 4))
@@ -52,7 +54,7 @@ def packed(
             cell[g] = k
             g += 1
             first[g] = r
-    return cells_array[:g], first_array[: g + 1], weights_array[:g], rows_array[:r]
+    return cells_array[:g], first_array[: g + 1], weights_array[:g], rows_array
 
 
 def merged(
@@ -61,40 +63,42 @@ def merged(
     weights: cython.double[:, ::1],
     rows: cython.double[:, ::1],
     cuts: NDArray[np.float64],
-) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
-    """The same with cuts (M, 7), see `Rows`, as groups of their own behind those of their cells."""
-    g: cython.Py_ssize_t = 0
-    r: cython.Py_ssize_t = 0
-    m: cython.Py_ssize_t = 0
-    groups: cython.Py_ssize_t = of.shape[0] + cuts.shape[0]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], cython.double[:, ::1]]:
+    """The same with cuts (M, 7), see `Rows`, as groups of their own behind those of their cells; in the same
+    rows, if there are as many left."""
+    g: cython.Py_ssize_t = of.shape[0]
+    m: cython.Py_ssize_t = cuts.shape[0]
+    groups: cython.Py_ssize_t = g + m
+    r: cython.Py_ssize_t = first[g] + m
     of_array, first_array = np.empty(groups, dtype=np.intp), np.zeros(groups + 1, dtype=np.intp)
-    weights_array, rows_array = np.empty((groups, 4)), np.empty((rows.shape[0] + cuts.shape[0], COLUMNS))
+    weights_array = np.empty((groups, 4))
     new_of: cython.Py_ssize_t[::1] = of_array
     new_first: cython.Py_ssize_t[::1] = first_array
     new_weights: cython.double[:, ::1] = weights_array
-    new_rows: cython.double[:, ::1] = rows_array
     new: cython.double[:, ::1] = cuts[cuts[:, 0].argsort(kind="stable")]
-    for i in range(groups):
-        if m < new.shape[0] and (g == of.shape[0] or new[m, 0] < of[g]):
+    new_rows: cython.double[:, ::1] = rows if rows.shape[0] >= r else np.empty((r, COLUMNS))
+    for i in range(groups - 1, -1, -1):
+        new_first[i + 1] = r
+        if m > 0 and (g == 0 or new[m - 1, 0] >= of[g - 1]):
+            m -= 1
+            r -= 1
             new_of[i] = cython.cast(cython.Py_ssize_t, new[m, 0])
             for f in range(3):
                 new_rows[r, f], new_weights[i, f] = new[m, 1 + f], new[m, 4 + f]
             new_weights[i, 3] = 1.0
             for f in range(3, COLUMNS):
                 new_rows[r, f] = NOT_MET
-            m += 1
-            r += 1
         else:
+            g -= 1
             new_of[i] = of[g]
             for f in range(4):
                 new_weights[i, f] = weights[g, f]
-            for k in range(first[g], first[g + 1]):
+            # From the last row on, as they may be the same rows.
+            for k in range(first[g + 1] - 1, first[g] - 1, -1):
+                r -= 1
                 for f in range(COLUMNS):
                     new_rows[r, f] = rows[k, f]
-                r += 1
-            g += 1
-        new_first[i + 1] = r
-    return of_array, first_array, weights_array, rows_array
+    return of_array, first_array, weights_array, new_rows
 
 
 @cython.cfunc

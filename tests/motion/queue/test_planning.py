@@ -8,6 +8,8 @@ import pytest
 from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
 from iiwa_sim.frames import Frame
+from iiwa_sim.motion.queue.move import Move
+from iiwa_sim.motion.queue.planning import begun
 from iiwa_sim.robot.description import load_robot
 from tests.asked import lin_joint_move, lin_move, ptp_move
 from tests.stepped import ALL_ROBOTS, ARMS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
@@ -29,6 +31,14 @@ def test_lines_anywhere_keep_all_limits(robot: str, speed_rel: float) -> None:
         limits = description.velocity, description.acceleration, description.jerk
         for order, limit in enumerate(limits, start=1):
             assert (np.abs(np.diff(q, n=order, axis=0)) / TICK_S**order / limit).max() <= TOLERANCE
+
+
+@pytest.mark.parametrize("robot", ALL_ROBOTS)
+def test_a_line_of_a_second_or_two_is_planned_once(robot: str) -> None:
+    """It sets out with a clock that has nothing left to gain: so nothing is planned while it runs."""
+    chains = [begun(Move(1, *plan, lambda _: None)) for plan in random_lines(load_robot(robot), 30, seed=3)]
+    assert not any(chain.rough for chain in chains if chain.rest_s < 2.0)
+    assert any(chain.rest_s < 1.0 for chain in chains)
 
 
 @pytest.mark.requirement("FRC009")
