@@ -34,7 +34,7 @@ OPEN_WITH = (
 LONGEST_FILE_NAME = 120
 
 REPORT_S = 10.0
-"""So long a report waits for the robot's thread, which a test may block."""
+"""Time (s) for which a report waits for the robot's thread, which a test may block."""
 
 
 class _Robot(NamedTuple):

@@ -24,7 +24,7 @@ class Exchange(NamedTuple):
     session: str
     """HOST:PORT of the client."""
     command: str
-    """Its name as in protocol/iiwa.toml, or that of a KRC4 message such as GOA; the line where it is none."""
+    """The name of the command as in protocol/iiwa.toml, or of a KRC4 message such as GOA; else the line."""
     line: str
     """The line as the driver said it, without its line end."""
     reply: str

@@ -22,11 +22,11 @@ MOST_MOVES = 50
 """Moves that `moves` tells at most, of those that run and wait."""
 
 HERE = "backdoor"
-"""Who acts, in the dialogue, where a program that has the simulator in it does."""
+"""The name in the dialogue of a program that has the simulator in its own process and acts."""
 DRAGGED = ("push", "move surface")
-"""How lines begin that come many times a second while somebody drags something."""
+"""The begins of lines that a client sends many times a second while somebody drags something."""
 DRAGGED_S = 1.0
-"""Of those of one client the dialogue has no more than one in that time."""
+"""Time (s) in which the dialogue has at most one line of a client that drags something."""
 
 C = TypeVar("C", bound="Base")
 P = ParamSpec("P")

@@ -28,14 +28,14 @@ class DescribedRobot(msgspec.Struct, frozen=True):
     velocity: tuple[float, ...]
     """Limits, rad/s."""
     urdf: str
-    """Its text."""
+    """The text of the URDF."""
 
 
 class DescribedCell(msgspec.Struct, frozen=True):
     """What is round the arm, with the keys and units of a cell.toml."""
 
     contact_radius_mm: float
-    """Of the sphere round the TCP that touches surfaces."""
+    """Radius of the sphere round the TCP that touches surfaces."""
     inputs: tuple[str, ...]
     """Names of the digital inputs, from number 1 on."""
     outputs: tuple[str, ...]
@@ -44,7 +44,7 @@ class DescribedCell(msgspec.Struct, frozen=True):
     parts: tuple[dict[str, object], ...]
     """What the parts that are there look like: `name`, `shape`, its lengths. A state tells where they are."""
     jaw_mm: tuple[float, ...]
-    """Of each jaw of the gripper, along x y z of the TCP; empty without one."""
+    """Size of each jaw of the gripper, along x y z of the TCP; empty without a gripper."""
 
 
 class DescribedMove(msgspec.Struct, frozen=True):
@@ -64,7 +64,7 @@ class DescribedMoves(msgspec.Struct, frozen=True):
     """What runs and what waits."""
 
     count: int
-    """Of all of them."""
+    """The number of all moves that run and wait."""
     moves: tuple[DescribedMove, ...]
     """The first ones, in the order in which they are done: what is being stopped, and holds, are left out."""
 
@@ -137,7 +137,7 @@ def parts_of(controller: Controller) -> list[Part]:
 
 
 def jaw_m_of(controller: Controller) -> tuple[float, ...]:
-    """Of each jaw of its gripper, along x y z of the TCP (m); empty without one."""
+    """Size of each jaw of its gripper, along x y z of the TCP (m); empty without a gripper."""
     return () if controller.handling is None else controller.handling.gripper.jaws.jaw_m
 
 

@@ -63,7 +63,7 @@ class CellFault(SettingsFault):
 
 
 MOST_CAPSULES = 16
-"""Of a tool: all of them are looked at where the arm touches something."""
+"""Most capsules of a tool: all of them are looked at where the arm touches something."""
 _RADIUS = (0.1, 1000.0, " mm")
 
 

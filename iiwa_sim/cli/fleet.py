@@ -51,7 +51,7 @@ class Robot(NamedTuple):
     """One of the robots that a process simulates, with its options."""
 
     name: str
-    """Its name in log and announcements; empty for a single robot without one."""
+    """The name of the robot in log and announcements; empty for a single robot without one."""
     options: argparse.Namespace
 
 

@@ -6,7 +6,7 @@ import traceback
 from iiwa_sim.throttle import Throttle
 
 Place = tuple[str, str, int | None]
-"""Of a fault: its type, and the file and line that raised it."""
+"""The place of a fault: its type, and the file and line that raised it."""
 
 logger = logging.getLogger(__name__)
 

@@ -32,7 +32,7 @@ from iiwa_sim.plot.space import ArmLines, HandledBodies, draw_scene
 
 PICTURES_PER_S = 20
 MOST_PICTURES = 300
-"""Of a film: all of them are in memory at once. They last 15 s; a longer motion is played faster."""
+"""Most pictures of a film, which are all in memory at once: 15 s; a longer motion is played faster."""
 
 _SIZE_IN = (10.0, 5.2)
 _DPI = 90.0

@@ -9,9 +9,9 @@ from iiwa_sim.plot.record import Recording
 # white.
 COLOURS = ("#000000", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7")
 SURFACE, SURFACE_ALPHA = "#7a8f88", 0.25
-"""Of what stands round the robot."""
+"""Colour and opacity of surfaces."""
 PART, JAW, TOUCH, FORCE = "#c8862b", "#46484e", "#c92a2a", "#e8590c"
-"""Of parts, jaws, places where links touch surfaces, and the force at the TCP."""
+"""Colours of parts, jaws, places where links touch surfaces, and the force at the TCP."""
 MOST_NUMBERS = 40
 """With more targets than this no numbers are drawn, as they would cover each other."""
 _MOST_AT_ONE_PLACE = 4

@@ -24,7 +24,7 @@ class Named(NamedTuple):
 
 
 def named(request: Request) -> Named:
-    """Of a command in the iiwa's protocol."""
+    """The name of a move that is a command in the iiwa's protocol."""
     command = request.command
     values = {each.name: value for each, value in zip(command.parameters, request.values, strict=True)}
     speeds = {value for name, value in values.items() if name == "speed" or _OF_A_JOINT.fullmatch(name)}
@@ -38,7 +38,7 @@ def named(request: Request) -> Named:
 
 
 def named_in(line: str) -> Named:
-    """Of a line of a recorded dialogue, in any dialect; without a name where it is no move."""
+    """The name of a move that is a line of a recorded dialogue, in any dialect; empty for other lines."""
     if is_short(line):
         try:
             command = understand(from_short(line)).command

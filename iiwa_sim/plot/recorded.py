@@ -22,7 +22,7 @@ from iiwa_sim.recordings.schemas import CELL
 from iiwa_sim.robot.description import SETTINGS_FILE, URDF_FILE, RobotDescription, load_robot
 
 MOST_SAMPLES = 60_000
-"""Of a picture, two minutes at 500 Hz; of a longer recording fewer are drawn for each second."""
+"""Most samples of a picture, two minutes at 500 Hz; a longer recording has fewer drawn for each second."""
 
 
 def drawn_from(recorded: Recorded) -> Recording:
@@ -117,7 +117,7 @@ class _Cell(msgspec.Struct):
 
 
 def _description(recorded: Recorded) -> RobotDescription:
-    """Of the robot whose files are in the recording."""
+    """The description of the robot whose files are in the recording."""
     with tempfile.TemporaryDirectory() as folder:
         for name in (SETTINGS_FILE, URDF_FILE):
             content = recorded.head.attachments.get(name)

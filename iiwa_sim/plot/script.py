@@ -27,7 +27,7 @@ class Command(NamedTuple):
     """A line for the robot."""
 
     line: int
-    """Its number in the file, from 1."""
+    """The number of the line in the file, from 1."""
     text: str
 
 

@@ -12,9 +12,9 @@ from iiwa_sim.handling.falling import GONE
 from iiwa_sim.handling.gripper import JAW_M
 
 LEAST_N = 1.0
-"""Of the force at the TCP, for an arrow."""
+"""The least force at the TCP (N) that is drawn as an arrow."""
 M_PER_N, LONGEST_M = 0.005, 0.5
-"""Of that arrow: as on the live page."""
+"""Length of the arrow of a force for each N, and at most: as on the live page."""
 
 
 class Solid(NamedTuple):

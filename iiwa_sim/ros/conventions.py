@@ -44,7 +44,7 @@ class Stamps(Enum):
 
 
 COMMON_RATE_HZ = 100
-"""Of joint states, transforms, and what else is told of the motion."""
+"""The usual rate of joint states, transforms, and what else is told of the motion."""
 
 
 class Conventions(NamedTuple):
@@ -54,7 +54,7 @@ class Conventions(NamedTuple):
     reference: Reference = Reference.APPLY
     stamps: Stamps = Stamps.REAL
     rate_hz: int = COMMON_RATE_HZ
-    """Of all topics whose rate is 100 Hz of simulated time otherwise; no more than ticks."""
+    """The rate of all topics that otherwise have 100 Hz of simulated time; no more than ticks."""
 
     def rates(self, usual_hz: Mapping[str, int]) -> dict[str, int]:
         """The rates of topics, by those they usually have."""

@@ -1,4 +1,4 @@
-"""What of a robot is on the graph of ROS 2: topics, services and the action, under its names and types.
+"""The topics, services and the action of a robot, under the names and types of ROS 2.
 
 First what is of Appendix A, then what is of the joint level.
 """

@@ -66,7 +66,7 @@ class Step(NamedTuple):
     """The common fields of all lines."""
 
     line: int
-    """Its number in the file, from 1."""
+    """The number of the line in the file, from 1."""
     client: str
     """Name of the client; empty if there is only one."""
     at_s: float | None
@@ -123,7 +123,7 @@ class Transcript(NamedTuple):
     robot: str
     """The robot, at home, that it holds for; empty for any."""
     dialects: tuple[str, ...] = (DEFAULT_DIALECT,)
-    """Its dialects, each on a port of its own."""
+    """The dialects of the dialogue, each on a port of its own."""
 
     @property
     def commands(self) -> set[str]:

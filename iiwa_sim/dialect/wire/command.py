@@ -80,7 +80,7 @@ class Command(NamedTuple):
         return tuple(each.strip() for each in self.phrase.split(BETWEEN_PHRASES)) if self.phrase else ()
 
     def takes(self) -> str:
-        """Its parameters by name and number: `x y z speed: 4 values`."""
+        """The parameters of the command by name and number: `x y z speed: 4 values`."""
         names = [each.name for each in _in_series(self.parameters)]
         names += [f"({each.name})" for each in self.optional]
         more = f" or {len(self.parameters) + len(self.optional)}" if self.optional else ""

@@ -44,7 +44,7 @@ class Request(NamedTuple):
 
     @property
     def phrases(self) -> tuple[str, ...]:
-        """Its phrases, one for each that the command names; fewer where a sign between them is missing."""
+        """The phrases of the line, one for each that the command names; fewer where a sign is missing."""
         between = len(self.command.phrases) - 1
         return tuple(each.strip() for each in self.phrase.split(BETWEEN_PHRASES, between))
 

@@ -52,7 +52,7 @@ class Arm(Robot, Protocol):
 
     @property
     def progress(self) -> Progress | None:
-        """Of the trajectory that is followed; None while there is none."""
+        """How far the trajectory that is followed has come; None while there is none."""
 
     @property
     def output_count(self) -> int:

@@ -29,7 +29,7 @@ class GoalEnd(NamedTuple):
     """The end of a goal."""
 
     status: int
-    """Of action_msgs/GoalStatus: 4 succeeded, 5 cancelled, 6 aborted."""
+    """A status of action_msgs/GoalStatus: 4 succeeded, 5 cancelled, 6 aborted."""
     result: dict[str, Any]
     """control_msgs/FollowJointTrajectory_Result."""
 

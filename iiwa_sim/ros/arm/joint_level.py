@@ -26,7 +26,7 @@ from iiwa_sim.ros.rmi.robot import Done, Failure
 Listener = Callable[[Message], None]
 
 CONTROLLER = "/joint_trajectory_controller"
-"""As what the robot follows trajectories: the name that examples of ros2_control have."""
+"""The name of the controller that follows trajectories, as examples of ros2_control have it."""
 ACTION = f"{CONTROLLER}/follow_joint_trajectory"
 ACTION_TYPE = "control_msgs/action/FollowJointTrajectory"
 TRAJECTORY = f"{CONTROLLER}/joint_trajectory"
@@ -90,7 +90,7 @@ class JointLevel:
         self._contents = Contents(arm, links, now_ns)
         usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
         self.rates = Rates(conventions.rates(usual), tick_rate_hz)
-        """Of the topics that recur."""
+        """The rates of the topics that recur."""
         self._own = Rates({FEEDBACK: FEEDBACK_HZ, TWIST: TWIST_HZ}, tick_rate_hz)
         self._feedback: dict[int, Listener] = {}  # by the number of the trajectory
         self._goal = 0  # the number of the newest one

@@ -1,4 +1,4 @@
-"""Where the links of a URDF are: each in the one before, as /tf has it."""
+"""Where the links of a URDF are: each in its parent, as /tf has it."""
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence

@@ -17,7 +17,7 @@ from iiwa_sim.ros.arm.arm import Arm
 from iiwa_sim.ros.arm.messages import ns_of
 
 RATE_HZ = 50
-"""Of targets, in simulated time."""
+"""Targets in a second of simulated time."""
 STALE_NS = 100_000_000
 """A twist that is older moves nothing. MoveIt Servo's default."""
 AHEAD_S = 0.16
@@ -25,7 +25,7 @@ AHEAD_S = 0.16
 FASTEST_RAD_S = 0.98 * DIRECT_REACH_RAD / AHEAD_S
 """A joint that had to be faster would have its target out of reach."""
 SLOWEST_REL = 1e-3
-"""Of a joint's speed: a joint that stays has to have one, too."""
+"""The least part of a joint's speed: a joint that stays has to have one, too."""
 LEAST_RAD_S = 1e-6
 
 

@@ -33,7 +33,7 @@ class Field(NamedTuple):
     """A primitive, or package/Type; of a list that of one element."""
     name: str
     length: int
-    """Of a list; `LIST` where it may have any, `SINGLE` where the field is no list."""
+    """The length of a list; `LIST` where it may have any, `SINGLE` where the field is no list."""
 
     @property
     def is_list(self) -> bool:

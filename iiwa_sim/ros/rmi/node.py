@@ -57,7 +57,7 @@ class Node:
         self._listeners: dict[str, list[Listener]] = {name: [] for name in PUBLISHED}
         usual = {topic: rate_hz for topic, (_, rate_hz) in PUBLISHED.items()}
         self.rates = Rates(conventions.rates(usual), tick_rate_hz)
-        """Of the topics that recur."""
+        """The rates of the topics that recur."""
         self._sequence = dict.fromkeys(PUBLISHED, 0)
         self.services: Mapping[str, str] = {name: kind for name, (kind, _) in self._services.items()}
         """Type of each service, by name."""

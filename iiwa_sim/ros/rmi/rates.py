@@ -7,7 +7,7 @@ class Rates:
     """Rates of several things (Hz of simulated time), each of which is due at most once a tick."""
 
     def __init__(self, rates_hz: Mapping[str, int], tick_rate_hz: int) -> None:
-        """Of those with a rate of 0 nothing is ever due."""
+        """A thing with a rate of 0 is never due."""
         self._tick_rate_hz = tick_rate_hz
         self._rates_hz = {name: rate_hz for name, rate_hz in rates_hz.items() if rate_hz}
         self._parts = dict.fromkeys(self._rates_hz, 0)  # of a message, in units of 1 / tick_rate_hz

@@ -23,11 +23,12 @@ from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.wording import harmless, shortened
 
 START_S = 120.0
-"""The process has to be a node by then."""
+"""Time (s) after its start in which the process has to become a node."""
 END_S = 10.0
-"""It has to have ended by then, after it was asked to."""
+"""Time (s) in which the process has to end when it is asked to, before it is killed."""
 MOST_UNREAD_BYTES = 1 << 17
-"""Of what the process has not read: what may be left out is left out then, so that the rest is not late."""
+"""Bytes that the process may leave unread before messages that recur are left out, so that the rest is not
+late."""
 LONGEST_LINE_BYTES = 1 << 21
 MOST_WAITING = 16
 """Lines that have been read and not been taken; the process waits then, and the newest 10 of a topic in

@@ -45,7 +45,7 @@ GOALS_AT_ONCE = 4
 
 
 class Ros:
-    """What of rclpy is used; raises ImportError where it is not there, or not whole."""
+    """The parts of rclpy that are used; raises ImportError where one is missing."""
 
     def __init__(self) -> None:
         self.rclpy = importlib.import_module("rclpy")
