@@ -25,13 +25,12 @@ from iiwa_sim.loop_or_thread import RUNNING
 from iiwa_sim.open_ports import OpenPorts
 from iiwa_sim.recordings.recordings import Recording, Recordings
 from iiwa_sim.robot_in_time import RobotInTime
-from iiwa_sim.ros.conventions import TODAYS, Conventions
+from iiwa_sim.ros.conventions import TODAYS, Conventions, RosOptions
 from iiwa_sim.serve import status_stream
 from iiwa_sim.serve.admission import Admission
 from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.status_stream import StatusStream
 from iiwa_sim.serve.tcp import TcpServer
-from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.transcript.record import Recorder
 
 if TYPE_CHECKING:
@@ -197,22 +196,20 @@ class Simulator(OpenPorts, RobotInTime):
             from iiwa_sim.ros import side
             from iiwa_sim.ros.arm.arm import LocalArm
 
-            self._ros = side.RosSide(
-                LocalArm(self._controller),
-                rate_hz,
-                self._log,
+            options = RosOptions(
                 host=host,
                 rosbridge_port=rosbridge_port,
                 rosbridge_secret=rosbridge_secret,
-                rospy=ros,
-                conventions=ros_conventions,
-                on_heard=self.clock.commanded,
-                budget=budget,
-                access=WebAccess(rosbridge_origins, rosbridge_hosts),
+                rosbridge_origins=rosbridge_origins,
+                rosbridge_hosts=rosbridge_hosts,
+                ros=ros,
                 ros2=ros2,
                 ros2_python=None if ros2_python is None else Path(ros2_python),
                 ros_namespace=ros_namespace,
+                ros_conventions=ros_conventions,
             )
+            arm, heard = LocalArm(self._controller), self.clock.commanded
+            self._ros = side.RosSide(arm, rate_hz, self._log, options, on_heard=heard, budget=budget)
 
     async def __aenter__(self) -> Self:
         if self._runs:

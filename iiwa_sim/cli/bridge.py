@@ -19,7 +19,7 @@ from iiwa_sim.cli.options import (
     add_ros_rate,
     add_rosbridge,
     add_server,
-    ros_conventions,
+    ros_options,
 )
 from iiwa_sim.cli.output import announce
 from iiwa_sim.cli.parsing import Parser
@@ -42,20 +42,8 @@ async def _serve(options: argparse.Namespace) -> None:
     from iiwa_sim.ros.bridge.bridge import Bridge
 
     ending = Ending()
-    bridge = Bridge(
-        options.server,
-        load_robot(DEFAULT_ROBOT if options.robot is None else options.robot),
-        host=options.host,
-        rosbridge_port=options.rosbridge_port,
-        rosbridge_secret=options.rosbridge_secret,
-        rosbridge_origins=options.rosbridge_origin,
-        rosbridge_hosts=options.rosbridge_host,
-        ros=options.ros,
-        ros2=options.ros2,
-        ros2_python=options.ros2_python,
-        ros_namespace=options.ros_namespace,
-        conventions=ros_conventions(options),
-    )
+    robot = load_robot(DEFAULT_ROBOT if options.robot is None else options.robot)
+    bridge = Bridge(options.server, robot, ros_options(options))
     async with bridge:
         ending.watch()
         text = ""

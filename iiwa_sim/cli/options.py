@@ -11,7 +11,7 @@ from iiwa_sim.cli.reach import secret_in
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
-from iiwa_sim.ros.conventions import COMMON_RATE_HZ, RESULT_TYPES, Conventions, Reference, Stamps
+from iiwa_sim.ros.conventions import COMMON_RATE_HZ, RESULT_TYPES, Conventions, Reference, RosOptions, Stamps
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
 
@@ -183,11 +183,21 @@ def add_ros_stamps(parser: Parser) -> None:
     )
 
 
-def ros_conventions(options: argparse.Namespace) -> Conventions:
-    """The conventions of the options of `add_ros_conventions` and, where it was added, `add_ros_stamps`."""
-    stamps = getattr(options, "ros_stamps", Stamps.REAL.value)
-    return Conventions(
-        RESULT_TYPES[options.ros_result], Reference(options.ros_reference), Stamps(stamps), options.ros_rate
+def ros_options(options: argparse.Namespace) -> RosOptions:
+    """What the options say of a robot on ROS; those of stamps are there only where they were added."""
+    stamps = Stamps(getattr(options, "ros_stamps", Stamps.REAL.value))
+    reference = Reference(options.ros_reference)
+    return RosOptions(
+        host=options.host,
+        rosbridge_port=options.rosbridge_port,
+        rosbridge_secret=options.rosbridge_secret,
+        rosbridge_origins=options.rosbridge_origin,
+        rosbridge_hosts=options.rosbridge_host,
+        ros=options.ros,
+        ros2=options.ros2,
+        ros2_python=options.ros2_python,
+        ros_namespace=options.ros_namespace,
+        ros_conventions=Conventions(RESULT_TYPES[options.ros_result], reference, stamps, options.ros_rate),
     )
 
 

@@ -17,7 +17,7 @@ from iiwa_sim.cli.descriptors import allow_descriptors
 from iiwa_sim.cli.ending import Ending
 from iiwa_sim.cli.environment import unknown_variables
 from iiwa_sim.cli.fleet import Robot, descriptors_of, robots_of
-from iiwa_sim.cli.options import ros_conventions
+from iiwa_sim.cli.options import ros_options
 from iiwa_sim.cli.output import announce, say
 from iiwa_sim.cli.page import Page
 from iiwa_sim.cli.server_options import parsed, server_parser
@@ -119,22 +119,13 @@ def _simulator(
             options.robot if known is None else None,
             cell=known or options.cell,
             dialects=options.dialect,
-            host=options.host,
             port=options.port,
             rate_hz=options.rate,
             clock=options.clock,
             servo_timeout_s=options.servo_timeout,
             status_port=options.status_port,
             status_rate_hz=options.status_rate or status_stream.DEFAULT_RATE_HZ,
-            rosbridge_port=options.rosbridge_port,
-            rosbridge_secret=options.rosbridge_secret,
-            rosbridge_origins=options.rosbridge_origin,
-            rosbridge_hosts=options.rosbridge_host,
-            ros=options.ros,
-            ros2=options.ros2,
-            ros2_python=options.ros2_python,
-            ros_namespace=options.ros_namespace,
-            ros_conventions=ros_conventions(options),
+            **ros_options(options)._asdict(),
             strict=options.strict,
             exclusive=options.exclusive,
             reconnect_pause_s=options.reconnect_pause,

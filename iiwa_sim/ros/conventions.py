@@ -1,7 +1,8 @@
-"""Conventions in which users of robot_movement_interface differ: options of a robot on ROS."""
+"""Options of a robot on ROS, among them conventions in which users of robot_movement_interface differ."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import Enum
+from pathlib import Path
 from typing import NamedTuple
 
 
@@ -64,3 +65,18 @@ class Conventions(NamedTuple):
 
 
 TODAYS = Conventions()
+
+
+class RosOptions(NamedTuple):
+    """How a robot is on ROS; `Simulator` says what each option does."""
+
+    host: str
+    rosbridge_port: int | None = None
+    rosbridge_secret: str | None = None
+    rosbridge_origins: Sequence[str] = ()
+    rosbridge_hosts: Sequence[str] = ()
+    ros: bool = False
+    ros2: bool = False
+    ros2_python: Path | None = None
+    ros_namespace: str = ""
+    ros_conventions: Conventions = TODAYS

@@ -3,14 +3,13 @@
 import sys
 import time
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.ros.arm.arm import Arm
 from iiwa_sim.ros.arm.joint_level import JointLevel
-from iiwa_sim.ros.conventions import TODAYS, Conventions, Stamps
+from iiwa_sim.ros.conventions import RosOptions, Stamps
 from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.graph import Graph
 from iiwa_sim.ros.rmi.node import Node
@@ -33,10 +32,9 @@ SYSTEM_PACKAGES = Path("/usr/lib/python3/dist-packages")
 
 
 class RosSide:
-    """A robot on ROS, by rosbridge, by rospy or both, from `start` to `close`.
+    """A robot on ROS, as its options say, from `start` to `close`.
 
-    With a `rosbridge_port` it listens there; with a secret, clients have to authenticate. With `rospy` it is
-    a node of ROS 1. Stamps are real time. Raises RosFault if a library is not installed; `start` raises
+    Raises RosFault if a library is missing, and ValueError for malformed origins or hosts; `start` raises
     ListenFault, and RosFault if there can be no node.
     """
 
@@ -45,28 +43,15 @@ class RosSide:
         robot: Arm,
         tick_rate_hz: int,
         log: DialectLog,
+        options: RosOptions,
         *,
-        host: str,
-        rosbridge_port: int | None,
-        rosbridge_secret: str | None = None,
-        rospy: bool = False,
-        conventions: Conventions = TODAYS,
         on_heard: Callable[[], None],
         budget: Budget | None = None,
-        access: WebAccess | None = None,
-        ros2: bool = False,
-        ros2_python: Path | None = None,
-        ros_namespace: str = "",
     ) -> None:
-        """With `ros2` it is a node of ROS 2, in a process of the interpreter `ros2_python`, or of one that is
-        found.
-
-        `on_heard` is called after a message that may have started a command.
-
-        `budget` may be shared with other servers of the loop; `access` tells which web pages may use
-        rosbridge.
-        """
-        budget = budget or Budget()
+        """`on_heard` is called after a message that may have started a command; `budget` may be shared with
+        other servers of the loop."""
+        budget, conventions = budget or Budget(), options.ros_conventions
+        access = WebAccess(options.rosbridge_origins, options.rosbridge_hosts)
         now_ns = time.time_ns
         if conventions.stamps is Stamps.SIMULATED:
 
@@ -78,15 +63,17 @@ class RosSide:
         graph = Graph(self._node, self._arm)
         self._rosbridge: RosbridgeServer | None = None
         self._ros1: Ros1Node | None = None
-        if rosbridge_port is not None:
-            secret = None if rosbridge_secret is None else Secret(rosbridge_secret, time.time_ns)
-            front = partial(_rosbridge, graph, log, (host, rosbridge_port), secret, on_heard)
-            self._rosbridge = front(budget, access or WebAccess())
-        if rospy:
+        if options.rosbridge_port is not None:
+            given = options.rosbridge_secret
+            secret = None if given is None else Secret(given, time.time_ns)
+            address = options.host, options.rosbridge_port
+            self._rosbridge = _rosbridge(graph, log, address, secret, on_heard, budget, access)
+        if options.ros:
             self._ros1 = _ros1(self._node, log, on_heard, budget)
         self._ros2: Ros2Node | None = None
-        if ros2:
-            self._ros2 = _ros2(graph, ros2_python, ros_namespace, log, on_heard, budget)
+        if options.ros2:
+            python, namespace = options.ros2_python, options.ros_namespace
+            self._ros2 = _ros2(graph, python, namespace, log, on_heard, budget)
 
     def tick(self) -> None:
         """To be called after every tick."""

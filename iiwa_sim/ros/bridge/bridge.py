@@ -3,8 +3,6 @@
 import asyncio
 import contextlib
 import logging
-from collections.abc import Sequence
-from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -13,10 +11,9 @@ from iiwa_sim.log import SessionLog
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.ros.bridge.arm import NO_TRAJECTORIES, RemoteArm
 from iiwa_sim.ros.bridge.fault import BridgeFault
-from iiwa_sim.ros.conventions import TODAYS, Conventions
+from iiwa_sim.ros.conventions import RosOptions
 from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve.listening import host_and_port, why
-from iiwa_sim.serve.web_access import WebAccess
 
 RATE_HZ = 100
 """Polling rounds per second, if the connection is fast enough for them."""
@@ -34,44 +31,13 @@ class Bridge:
     can be no node.
     """
 
-    def __init__(
-        self,
-        server: tuple[str, int],
-        description: RobotDescription,
-        *,
-        host: str,
-        rosbridge_port: int | None,
-        rosbridge_secret: str | None = None,
-        rosbridge_origins: Sequence[str] = (),
-        rosbridge_hosts: Sequence[str] = (),
-        ros: bool = False,
-        ros2: bool = False,
-        ros2_python: Path | None = None,
-        ros_namespace: str = "",
-        conventions: Conventions = TODAYS,
-    ) -> None:
-        """`rosbridge_origins` and `rosbridge_hosts` are those of `Simulator`; raises ValueError for
-        malformed ones. With `ros2` the robot is a node of ROS 2 under `ros_namespace`, in a process of the
-        interpreter `ros2_python`, or of one that is found."""
+    def __init__(self, server: tuple[str, int], description: RobotDescription, options: RosOptions) -> None:
+        """Raises ValueError for malformed origins and hosts of rosbridge."""
         self._server = server
         self._client = AsyncIiwa(*server)
         self._robot = RemoteArm(self._client, description)
         self._wake = asyncio.Event()
-        self._ros = RosSide(
-            self._robot,
-            RATE_HZ,
-            SessionLog(),
-            host=host,
-            rosbridge_port=rosbridge_port,
-            rosbridge_secret=rosbridge_secret,
-            rospy=ros,
-            conventions=conventions,
-            on_heard=self._wake.set,
-            access=WebAccess(rosbridge_origins, rosbridge_hosts),
-            ros2=ros2,
-            ros2_python=ros2_python,
-            ros_namespace=ros_namespace,
-        )
+        self._ros = RosSide(self._robot, RATE_HZ, SessionLog(), options, on_heard=self._wake.set)
 
     @property
     def rosbridge_address(self) -> tuple[str, int] | None:

@@ -19,6 +19,7 @@ from iiwa_sim.robot.description import load_robot
 from iiwa_sim.ros.bridge.bridge import RECONNECT_S, Bridge
 from iiwa_sim.ros.bridge.fault import BridgeFault
 from iiwa_sim.ros.bridge.remote import RemoteRobot
+from iiwa_sim.ros.conventions import RosOptions
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.simulator import Simulator
 from tests.journal import Journal
@@ -232,7 +233,7 @@ async def test_a_server_without_extensions_says_what_it_does_not_know(plain: Ben
 async def test_a_connection_that_fails_is_told_and_opened_again(caplog: pytest.LogCaptureFixture) -> None:
     async with Simulator() as first:
         port = first.port
-        async with Bridge(("127.0.0.1", port), load_robot(), host="127.0.0.1", rosbridge_port=0) as bridge:
+        async with Bridge(("127.0.0.1", port), load_robot(), RosOptions("127.0.0.1", 0)) as bridge:
             results: list[dict[str, Any]] = []
             bridge._ros._node.listen("/command_result", results.append)
             slow = ptp(1, A, velocity=[0.01])
@@ -275,7 +276,7 @@ async def test_what_comes_while_there_is_no_connection_fails_and_is_not_made_up_
     first = Simulator()
     await first.__aenter__()
     port = first.port
-    async with Bridge(("127.0.0.1", port), load_robot(), host="127.0.0.1", rosbridge_port=0) as bridge:
+    async with Bridge(("127.0.0.1", port), load_robot(), RosOptions("127.0.0.1", 0)) as bridge:
         results: list[dict[str, Any]] = []
         bridge._ros._node.listen("/command_result", results.append)
         await first.__aexit__(None, None, None)
@@ -316,7 +317,7 @@ async def test_who_accepts_connections_and_ends_them_is_asked_once_a_second(
 
     async with Simulator() as simulator:
         port = simulator.port
-        bridge = Bridge(("127.0.0.1", port), load_robot(), host="127.0.0.1", rosbridge_port=0)
+        bridge = Bridge(("127.0.0.1", port), load_robot(), RosOptions("127.0.0.1", 0))
         await bridge.__aenter__()
     server = await asyncio.start_server(serve, "127.0.0.1", port)
     await until(lambda: connections >= 20)
@@ -327,16 +328,15 @@ async def test_who_accepts_connections_and_ends_them_is_asked_once_a_second(
 
 
 async def test_a_robot_with_other_joints_is_not_taken_for_this_one(simulator: Simulator) -> None:
-    bridge = Bridge(
-        ("127.0.0.1", simulator.port), load_robot("kr_6_r900_sixx"), host="127.0.0.1", rosbridge_port=0
-    )
+    robot = load_robot("kr_6_r900_sixx")
+    bridge = Bridge(("127.0.0.1", simulator.port), robot, RosOptions("127.0.0.1", 0))
     with pytest.raises(BridgeFault, match="it has 7 joints, KR 6 R900 sixx, as which it is bridged, has 6"):
         await bridge.__aenter__()
 
 
 async def test_without_a_robot_one_line_says_so() -> None:
     with pytest.raises(BridgeFault, match=r"^no robot at 127\.0\.0\.1:1: Connection refused$"):
-        await Bridge(("127.0.0.1", 1), load_robot(), host="127.0.0.1", rosbridge_port=0).__aenter__()
+        await Bridge(("127.0.0.1", 1), load_robot(), RosOptions("127.0.0.1", 0)).__aenter__()
 
 
 def test_as_a_process() -> None:
