@@ -47,6 +47,34 @@ class LinksBeside(LinkForces):
     """The links of an arm, and what it wears, as parts that lie beside it see them."""
 
     @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def _carry(self, n: cython.Py_ssize_t, start: Any, end: Any) -> cython.double:
+        """A capsule that is worn has its ends there in the flange now (m); gives how far it has moved (m).
+        Its levers are then no longer than when it was put on, and how far it has been from there."""
+        x: cython.double
+        y: cython.double
+        z: cython.double
+        moved: cython.double = 0.0
+        off: cython.double = 0.0
+        f, local = self._fixed, self._local
+        flange: cython.Py_ssize_t = self._count
+        for j in range(0, 6, 3):
+            x, y, z = end if j else start
+            square = from_there = 0.0
+            for i in range(j, j + 3):
+                row = 3 * (i - j)
+                place = f[flange, 9 + i - j] + (
+                    f[flange, row] * x + f[flange, row + 1] * y + f[flange, row + 2] * z
+                )
+                square += (place - local[n, i]) * (place - local[n, i])
+                from_there += (place - self._put_on[n, i]) * (place - self._put_on[n, i])
+                local[n, i] = place
+            moved, off = max(moved, sqrt(square)), max(off, sqrt(from_there))
+        for k in range(self._count):
+            self._levers[k] = max(self._levers[k], self._put_on_levers[k] + off)
+        return moved
+
+    @cython.cfunc
     def _speeds(self, joints: Any, tick_s: cython.double) -> object:
         """Of the joints (rad/s) since the last tick."""
         if tick_s <= 0.0:

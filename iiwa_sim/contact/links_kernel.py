@@ -20,7 +20,7 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+from cython.cimports.libc.math import fabs
 from numpy.typing import NDArray
 
 from iiwa_sim.contact.links_beside_kernel import NEAR_M
@@ -82,6 +82,7 @@ class Links(LinksBeside):
     @cython.cfunc
     def _wear(self, fixed: Any, worn: Any) -> object:
         LinksBeside.__init__(self, fixed, self._own, [each.capsule for each in worn])
+        self._put_on, self._put_on_levers = np.array(self._local), np.array(self._levers)
         names = list(dict.fromkeys(capsule.link for capsule in self._own))
         self._own_count = len(names)
         links = [names.index(capsule.link) for capsule in self._own]
@@ -97,31 +98,15 @@ class Links(LinksBeside):
     def rewear(self, worn: Sequence[Worn]) -> None:
         """What is worn, the same capsules as before, is elsewhere, or feels something else."""
         first = self._capsule_count - len(worn)
-        f, local = self._fixed, self._local
         n: cython.Py_ssize_t
         feels: cython.int
         moved: cython.double = 0.0
-        x: cython.double
-        y: cython.double
-        z: cython.double
         for number, (capsule, feels, _share) in enumerate(worn):
             n = first + number
             if self._feels[n] != feels:
                 moved = 1e9
             self._feels[n] = feels
-            for j in range(0, 6, 3):
-                end: Any = capsule[2 + j // 3]
-                x, y, z = end
-                square = 0.0
-                for i in range(3):
-                    place = f[self._count, 9 + i] + (
-                        f[self._count, 3 * i] * x
-                        + f[self._count, 3 * i + 1] * y
-                        + f[self._count, 3 * i + 2] * z
-                    )
-                    square += (place - local[n, j + i]) * (place - local[n, j + i])
-                    local[n, j + i] = place
-                moved = max(moved, sqrt(square))
+            moved = max(moved, self._carry(n, capsule.start, capsule.end))
         self._free -= moved
         self._passed += moved
 

@@ -294,6 +294,34 @@ def test_what_is_looked_at_when_it_is_due_has_the_bits_of_looking_at_all_in_each
     assert 10 < touched < 550
 
 
+def test_what_is_worn_farther_out_than_when_it_was_put_on_misses_nothing() -> None:
+    """A finger on the axis of the last joint goes aside, and then turns into a ball about that axis."""
+    model = MODELS[ARMS[0]]
+    home = model.description.home
+
+    def finger(aside_m: float) -> list[Worn]:
+        place = (aside_m, 0.0, 0.05)
+        return [Worn(Capsule("finger", 0, place, place, 0.01), SURFACES + PARTS)]
+
+    def tip(angle: float) -> tuple[tuple[float, ...], Vector]:
+        joints = (*home[:-1], home[-1] + angle)
+        return joints, apply(model.tcp_of_flange.pose(joints), (0.3, 0.0, 0.05))
+
+    ball = surface(Sphere(0.02), at(*tip(0.2)[1]))
+    arm = links_of(ARMS[0])
+    arm.wear(finger(0.0))
+    arm.surround({"ball": ball}, home)
+    arm.step(home, TICK_S)
+    arm.rewear(finger(0.3))
+    felt = []
+    for angle in np.linspace(0.0, 0.2, 201).tolist():
+        joints, place = tip(angle)
+        arm.step(joints, TICK_S)
+        felt.append(depth_in(ball, (place, place), 0.01))
+        assert bool(arm.contacts) == (felt[-1] > 0.0), angle
+    assert felt[0] < 0.0 < felt[-1]
+
+
 @given(
     st.sampled_from(ARMS),
     st.sampled_from(SHAPES),
