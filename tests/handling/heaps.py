@@ -218,8 +218,10 @@ class HeapScene:
         self.rests()
 
     def pushes(self, x_mm: float, highest_mm: float = 60.0) -> None:
-        """Jaws, open or closed, go along y, so far along x."""
+        """Jaws, open or closed and without a part, go along y, so far along x."""
         rng, controller = self._rng, self.scene.controller
+        if self.books.pieces.held:
+            self.scene.handling.lose()
         z_mm = TABLE_MM + float(rng.uniform(8.0, highest_mm))
         speed = float(rng.choice([0.05, 0.1, 0.2, 0.3]))
         controller.io.set_output(CLOSE, bool(rng.random() < 0.5))
