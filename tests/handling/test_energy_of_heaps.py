@@ -95,7 +95,9 @@ def heaped(seed: int) -> HeapScene:
 
 def check(scene: HeapScene) -> dict[str, float]:
     books = scene.books
-    assert books.returned_j <= ROUNDING_J + BENT * books.arm_j, books.told
+    assert books.returned_j <= ROUNDING_J + BENT * books.arm_j, (
+        f"{books.returned_j:.3g} J of the arm's {books.arm_j:.3g} J, first in {books.told}"
+    )
     return {
         "returned, J": books.returned_j,
         "of the arm's work": books.returned_j / max(books.arm_j, 1e-3),
