@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import hypot
 from types import SimpleNamespace
 
@@ -10,7 +9,7 @@ from iiwa_sim.contact.crowd import Presses
 from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.handling.falling import GONE, HELD, LIES, Body
-from iiwa_sim.handling.pressing import by_the_arm
+from iiwa_sim.handling.pressing import by_the_arm, by_what_is_held, solid_held
 from iiwa_sim.handling.pushed import Known
 from iiwa_sim.handling.workpieces import Workpieces
 from tests.handling.scenes import Scene
@@ -29,8 +28,10 @@ class Books:
     and landing, is that work less what all have more than at the beginning, and must never become less.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, *, carried: bool = False) -> None:
+        """With what is `carried` counted among them, or as somebody else's."""
         self.scene = scene
+        self._carried = carried
         pieces = scene.handling.workpieces
         assert pieces is not None
         self.pieces: Workpieces = pieces
@@ -108,10 +109,12 @@ class Books:
     def _count(self) -> None:
         pieces = self.pieces
         pressing = self.scene.controller.load.link_contacts
-        changes = pieces.changes, self.scene.controller.joints if pressing else ()
+        goes = pressing or (self._carried and pieces.held)
+        changes = pieces.changes, self.scene.controller.joints if goes else ()
         if changes != self._seen:
             bodies = pieces.bodies.values()
-            self.parts = {each.part.name: self._of(each) for each in bodies if each.state not in (HELD, GONE)}
+            there = (each for each in bodies if each.state != GONE and (self._carried or each.state != HELD))
+            self.parts = {each.part.name: self._of(each) for each in there}
             self.stored_j = self._stored()
             self._seen = changes
 
@@ -126,7 +129,9 @@ class Books:
         each: Body | None = body
         while each is not None:
             x, y, _ = (a - b for a, b in zip(at, each.pose.translation, strict=True))
-            fast += sum(v * v for v in each.velocity) + (x * x + y * y) * each.spin**2
+            held = self.pieces.in_jaws if each.state == HELD else None
+            velocity = each.velocity if held is None else held.velocity
+            fast += sum(v * v for v in velocity) + (x * x + y * y) * each.spin**2
             turns += each.spin**2
             each = self._below(each)
         return fast, turns
@@ -166,17 +171,25 @@ class Books:
         )
         known = Known(seen)  # type: ignore[arg-type]
         known.look()
-        probe.hold(-1, None)
+        held, solid = pieces.in_jaws, None
+        if held is None or not self._carried:
+            probe.hold(-1, None)
+        else:
+            solid = solid_held(held, self.scene.controller.tcp())
+            probe.hold(known.numbers[held.part.name], solid)
         total = 0.0
         near = self.scene.controller.load.felt().parts
         for name in pieces.lying:
-            pressing = self._pressing(name) if name in near else ()
+            pressing = self._pressing(name) if name in near else []
+            if held is not None and solid is not None:
+                number = known.numbers[held.part.name]
+                pressing += by_what_is_held(held, number, solid, pieces.bodies[name])
             probe.look(known.numbers[name], pressing, False)
             total += sum(map(_rubbed, pressing))
         probe.push([known.numbers[name] for name in pieces.lying])
         return total + float(probe.stored_j)
 
-    def _pressing(self, name: str) -> Sequence[Presses]:
+    def _pressing(self, name: str) -> list[Presses]:
         controller = self.scene.controller
         links, part = controller.load.surround(controller.joints), self.pieces.bodies[name].part
         return list(by_the_arm(part, links, controller.joints, controller.tick_s))

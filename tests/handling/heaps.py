@@ -16,8 +16,9 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.handling import Kept
-from iiwa_sim.frames import IDENTITY, Frame, Rotation, Transform, compose
+from iiwa_sim.frames import IDENTITY, Frame, Rotation, Transform, compose, inverse
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, STILL, Body
+from iiwa_sim.handling.grip import grip_width
 from iiwa_sim.handling.part import Part, Y, Z
 from iiwa_sim.handling.workpieces import Parts
 from tests.asked import lin_move
@@ -127,12 +128,25 @@ def _placed(turn: Rotation, x_mm: float, y_mm: float, z_mm: float) -> Transform:
 class HeapScene:
     """Parts on a table, and perhaps a tray on it, what happens to them, and the books of their energy."""
 
-    def __init__(self, rng: np.random.Generator, parts: list[Placed]) -> None:
+    def __init__(self, rng: np.random.Generator, parts: list[Placed], carried: Part | None = None) -> None:
+        """With one that is `carried` by the jaws, upright, if any."""
         self._rng = rng
+        if carried is not None:
+            parts = [*parts, (carried, at(600.0, 0.0, ABOVE_MM))]
         tray = Surface("tray", Box(0.05, 0.05, 0.005), at(600, 30, TABLE_MM - 5.0), 3e4, 0.0, 0.3)
         world = (TABLE, tray) if rng.random() < 0.5 else (TABLE,)
         self.scene = Scene(*parts, surfaces=world, cell=above())
-        self.books = Books(self.scene)
+        if carried is not None:
+            handling, controller = self.scene.handling, self.scene.controller
+            tcp, bodies = controller.tcp(), []
+            for each in handling.kept().parts.bodies:
+                is_it = each.part is carried
+                bodies.append(Body(carried, at(600.0, 0.0, ABOVE_MM), STILL, HELD) if is_it else each)
+            in_tcp = compose(inverse(tcp), at(600.0, 0.0, ABOVE_MM))
+            width_m = grip_width(carried, in_tcp)
+            controller.io.set_output(CLOSE, True)
+            handling.restore(Kept(width_m, Parts(tuple(bodies), in_tcp)), tcp)
+        self.books = Books(self.scene, carried=carried is not None)
         self.fastest = 0.0
         """Of all parts, along the table (m/s)."""
 
@@ -219,12 +233,15 @@ class HeapScene:
 
     def pushes(self, x_mm: float, highest_mm: float = 60.0) -> None:
         """Jaws, open or closed and without a part, go along y, so far along x."""
-        rng, controller = self._rng, self.scene.controller
         if self.books.pieces.held:
             self.scene.handling.lose()
-        z_mm = TABLE_MM + float(rng.uniform(8.0, highest_mm))
-        speed = float(rng.choice([0.05, 0.1, 0.2, 0.3]))
-        controller.io.set_output(CLOSE, bool(rng.random() < 0.5))
+        self.scene.controller.io.set_output(CLOSE, bool(self._rng.random() < 0.5))
+        self.goes_along(x_mm, TABLE_MM + float(self._rng.uniform(8.0, highest_mm)))
+
+    def goes_along(self, x_mm: float, z_mm: float) -> None:
+        """The TCP goes along y, so far along x, and at this height."""
+        controller = self.scene.controller
+        speed = float(self._rng.choice([0.05, 0.1, 0.2, 0.3]))
         for y_mm, high_mm, fast in ((BEGIN_MM, ABOVE_MM, 0.5), (BEGIN_MM, z_mm, 0.5), (150.0, z_mm, speed)):
             with suppress(Refused):  # it may have protected itself
                 controller.move(lin_move(down(x_mm, y_mm, high_mm), fast, 0.0))

@@ -12,9 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from iiwa_sim.contact.shapes import Box
 from iiwa_sim.handling.falling import LIES
+from iiwa_sim.handling.part import Part
 from tests.handling.books import ROUNDING_J
 from tests.handling.heaps import LOW_MM, HeapScene, heap, row, straight_row
+from tests.handling.scenes import TABLE_MM
 from tests.samples import some
 
 BENT = 0.02
@@ -30,6 +33,7 @@ def falls(seed: int) -> dict[str, float]:
     """Nobody pushes: all goes straight down, and rests."""
     scene = heaped(seed)
     scene.falls()
+    assert scene.fastest < 1e-9, "nobody has pushed"
     return check(scene)
 
 
@@ -52,6 +56,19 @@ def rows(seed: int, *, stacks: bool = False) -> dict[str, float]:
 def stacks(seed: int) -> dict[str, float]:
     """The same with parts on top of them."""
     return rows(seed, stacks=True)
+
+
+def carried(seed: int) -> dict[str, float]:
+    """A part in the jaws goes through a row, a little above the table."""
+    rng = np.random.default_rng(seed)
+    a, b, c = rng.uniform(0.008, 0.03, 3).tolist()
+    it = Part("it", Box(a, b, c), float(rng.uniform(0.05, 1.0)), 1.0, float(10.0 ** rng.uniform(4.0, 5.5)))
+    scene = HeapScene(rng, row(rng), it)
+    scene.goes_along(
+        600.0 + float(rng.uniform(-30.0, 30.0)), TABLE_MM + 1e3 * c + float(rng.uniform(3.0, 20.0))
+    )
+    scene.rests()
+    return check(scene)
 
 
 def impulses(seed: int) -> dict[str, float]:
@@ -107,11 +124,9 @@ def check(scene: HeapScene) -> dict[str, float]:
 
 @settings(max_examples=some(40), deadline=None)
 @given(st.integers(0, 10**6))
-def test_what_falls_on_beside_and_into_others_goes_straight_down_and_rests(seed: int) -> None:
+def test_what_falls_on_beside_and_into_others_goes_straight_down_and_gains_nothing(seed: int) -> None:
     """Whatever is lifted, taken away, let go or brought back meanwhile."""
-    scene = heaped(seed)
-    scene.falls()
-    assert scene.fastest < 1e-9, "nobody has pushed"
+    falls(seed)
 
 
 @pytest.mark.slow
@@ -120,6 +135,14 @@ def test_what_falls_on_beside_and_into_others_goes_straight_down_and_rests(seed:
 def test_an_arm_that_goes_through_a_row_gives_all_that_its_parts_get(seed: int) -> None:
     """Motion, height and springs of all parts have no more than the work of the arm, by what it feels."""
     rows(seed)
+
+
+@pytest.mark.slow
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 10**6))
+def test_what_is_held_gives_a_row_no_more_than_the_arm_does(seed: int) -> None:
+    """By force and torque at the flange, with the weight and the motion of what is held in the books."""
+    carried(seed)
 
 
 @settings(max_examples=some(15), deadline=None)
