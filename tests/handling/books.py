@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot
+from math import dist, hypot
 from types import SimpleNamespace
 
 from iiwa_sim.contact.crowd import Presses
@@ -37,7 +37,8 @@ class Books:
         self.pieces: Workpieces = pieces
         self._joints = scene.controller.joints
         self._probe = Crowd(len(pieces.bodies), _NO_TIME_S)
-        self._seen: object = None
+        self._seen = -1
+        self._pressed: object = None
         self.work_j = 0.0
         """What arm and surfaces have put in, and whoever takes parts away or brings them."""
         self.arm_j = 0.0
@@ -107,16 +108,26 @@ class Books:
         return sum(self.parts.values()) + self.stored_j
 
     def _count(self) -> None:
-        pieces = self.pieces
-        pressing = self.scene.controller.load.link_contacts
-        goes = pressing or (self._carried and pieces.held)
-        changes = pieces.changes, self.scene.controller.joints if goes else ()
-        if changes != self._seen:
+        pieces, joints = self.pieces, self.scene.controller.joints
+        if pieces.changes != self._seen:
             bodies = pieces.bodies.values()
             there = (each for each in bodies if each.state != GONE and (self._carried or each.state != HELD))
             self.parts = {each.part.name: self._of(each) for each in there}
+            self._seen = pieces.changes
+        presses = bool(self.scene.controller.load.link_contacts) or self._holds_near()
+        lying = [pieces.bodies[name] for name in pieces.lying]
+        if (lying, joints if presses else ()) != self._pressed:
             self.stored_j = self._stored()
-            self._seen = changes
+            self._pressed = lying, joints if presses else ()
+
+    def _holds_near(self) -> bool:
+        """Whether what is held may touch a part that lies."""
+        held, pieces = self.pieces.in_jaws, self.pieces
+        if held is None or not self._carried:
+            return False
+        at, far = held.pose.translation, held.part.shape.extent + 1e-3
+        lying = (pieces.bodies[name] for name in pieces.lying)
+        return any(dist(at, each.pose.translation) < far + each.part.shape.extent for each in lying)
 
     def _moves(self, body: Body) -> tuple[float, float]:
         """Squares of the speeds of its middle (m/s), and about the vertical (rad/s), with what carries it.

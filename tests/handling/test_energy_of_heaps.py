@@ -130,7 +130,7 @@ def test_what_falls_on_beside_and_into_others_goes_straight_down_and_gains_nothi
 
 
 @pytest.mark.slow
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(0, 10**6))
 def test_an_arm_that_goes_through_a_row_gives_all_that_its_parts_get(seed: int) -> None:
     """Motion, height and springs of all parts have no more than the work of the arm, by what it feels."""
@@ -138,7 +138,7 @@ def test_an_arm_that_goes_through_a_row_gives_all_that_its_parts_get(seed: int) 
 
 
 @pytest.mark.slow
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.integers(0, 10**6))
 def test_what_is_held_gives_a_row_no_more_than_the_arm_does(seed: int) -> None:
     """By force and torque at the flange, with the weight and the motion of what is held in the books."""
