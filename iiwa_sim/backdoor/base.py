@@ -7,7 +7,6 @@ from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from iiwa_sim.backdoor.described import MovesDescriber
-from iiwa_sim.backdoor.outside import Entrance
 from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.clock.clock import Clock
@@ -31,6 +30,19 @@ DRAGGED_S = 1.0
 C = TypeVar("C", bound="Base")
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+class Entrance(Protocol):
+    """A port where clients connect."""
+
+    def refuse(self) -> None:
+        """Refuse new connections."""
+
+    def accept(self) -> None:
+        """Accept connections again."""
+
+    def drop_arriving(self, *, reset: bool) -> None:
+        """Close or reset the connections that wait to be accepted."""
 
 
 class Call(Protocol):

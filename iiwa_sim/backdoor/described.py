@@ -1,10 +1,12 @@
 """What stands there, as data for who looks at it from outside: the arm, and what is round it."""
 
+from typing import Any
+
 import msgspec
 
 from iiwa_sim.cell.cell import surface_of
 from iiwa_sim.cell.surfaces import AnySurface, BoxSettings, CylinderSettings, PlaneSettings, SphereSettings
-from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.wanted import Planned
@@ -122,10 +124,13 @@ def described_cell(controller: Controller) -> DescribedCell:
         inputs=io.input_names,
         outputs=io.output_names,
         surfaces=tuple(
-            {"shape": _KINDS[type(settings)], **msgspec.to_builtins(settings)}
-            for settings in map(settings_of, world.surfaces.values())
+            {"shape": _kind(surface.shape), **msgspec.to_builtins(settings_of(surface))}
+            for surface in world.surfaces.values()
         ),
-        parts=tuple({"name": part.name, **_looks(part.shape)} for part in parts_of(controller)),
+        parts=tuple(
+            {"name": part.name, "shape": _kind(part.shape), **_lengths(part.shape)}
+            for part in parts_of(controller)
+        ),
         jaw_mm=tuple(1e3 * each for each in jaw_m_of(controller)),
     )
 
@@ -141,48 +146,47 @@ def jaw_m_of(controller: Controller) -> tuple[float, ...]:
     return () if controller.handling is None else controller.handling.gripper.jaws.jaw_m
 
 
-def _looks(shape: Box | Cylinder | Sphere) -> dict[str, object]:
-    if isinstance(shape, Box):
-        return {"shape": "box", "size_mm": [2e3 * half for half in shape]}
-    if isinstance(shape, Sphere):
-        return {"shape": "sphere", "radius_mm": 1e3 * shape.radius}
-    return {"shape": "cylinder", "radius_mm": 1e3 * shape.radius, "length_mm": 2e3 * shape.half_z}
-
-
 def settings_of(surface: Surface) -> AnySurface:
     """The settings of a cell.toml that describe a surface: `iiwa_sim.cell.cell.surface_of` reversed."""
-    frame, shape = Frame.from_transform(surface.pose), surface.shape
-    common = {
-        **frame._asdict(),
-        "stiffness_n_per_m": surface.stiffness,
-        "damping_s_per_m": surface.damping,
-        "friction": surface.friction,
-    }
-    if isinstance(shape, Box):
-        size_mm = (2e3 * shape.half_x, 2e3 * shape.half_y, 2e3 * shape.half_z)
-        return BoxSettings(name=surface.name, size_mm=size_mm, **common)
-    if isinstance(shape, Sphere):
-        return SphereSettings(name=surface.name, radius_mm=1e3 * shape.radius, **common)
-    if isinstance(shape, Cylinder):
-        length_mm = 2e3 * shape.half_z
-        return CylinderSettings(
-            name=surface.name, radius_mm=1e3 * shape.radius, length_mm=length_mm, **common
-        )
-    return PlaneSettings(name=surface.name, **common)
+    return _SETTINGS[_kind(surface.shape)](
+        name=surface.name,
+        stiffness_n_per_m=surface.stiffness,
+        damping_s_per_m=surface.damping,
+        friction=surface.friction,
+        **Frame.from_transform(surface.pose)._asdict(),
+        **_lengths(surface.shape),
+    )
 
 
 def surface_from(described: dict[str, object]) -> Surface:
     """The surface that an item of `DescribedCell.surfaces` describes: raises ValueError where it does not."""
-    for settings, kind in _KINDS.items():
-        if described.get("shape") == kind:
-            keys = {key: value for key, value in described.items() if key != "shape"}
-            return surface_of(msgspec.convert(keys, settings))
-    raise ValueError(f"expected a shape, one of {', '.join(_KINDS.values())}")
+    settings = _SETTINGS.get(str(described.get("shape")))
+    if settings is None:
+        raise ValueError(f"expected a shape, one of {', '.join(_SETTINGS)}")
+    return surface_of(
+        msgspec.convert({key: described[key] for key in described.keys() - {"shape"}}, settings)
+    )
 
 
-_KINDS: dict[type[AnySurface], str] = {
-    PlaneSettings: "plane",
-    BoxSettings: "box",
-    SphereSettings: "sphere",
-    CylinderSettings: "cylinder",
+def _kind(shape: Shape) -> str:
+    return type(shape).__name__.lower()
+
+
+def _lengths(shape: Shape) -> dict[str, Any]:
+    """The keys of a cell.toml for the lengths of a shape (mm)."""
+    match shape:
+        case Box():
+            return {"size_mm": (2e3 * shape.half_x, 2e3 * shape.half_y, 2e3 * shape.half_z)}
+        case Sphere():
+            return {"radius_mm": 1e3 * shape.radius}
+        case Cylinder():
+            return {"radius_mm": 1e3 * shape.radius, "length_mm": 2e3 * shape.half_z}
+    return {}
+
+
+_SETTINGS: dict[str, type[AnySurface]] = {
+    "plane": PlaneSettings,
+    "box": BoxSettings,
+    "sphere": SphereSettings,
+    "cylinder": CylinderSettings,
 }

@@ -10,8 +10,8 @@ from iiwa_sim.client import AsyncIiwa, ReplyError
 from iiwa_sim.log import SessionLog
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.ros.bridge.arm import NO_TRAJECTORIES, RemoteArm
-from iiwa_sim.ros.bridge.fault import BridgeFault
 from iiwa_sim.ros.conventions import RosOptions
+from iiwa_sim.ros.fault import BridgeFault
 from iiwa_sim.ros.side import RosSide
 from iiwa_sim.serve.listening import host_and_port, why
 

@@ -14,7 +14,6 @@ from iiwa_sim.controller.requests import Kind
 from iiwa_sim.frames import Frame, quaternion_from_rotation
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.ros.rmi.robot import BlendingUnit, Joints, Move, SpeedUnit
-from iiwa_sim.ros.rmi.speeds import joint_speeds_rel
 
 JOINT_BLENDING = 0.1
 """The part of its path over which a `joint move` may blend; the protocol has no parameter for it."""
@@ -39,12 +38,12 @@ def sending(move: Move, robot: RobotDescription) -> Sending:
     if isinstance(target, Frame):
         return Sending(_to_frame(move, target), rests=False)
     if move.kind is Kind.PTP:
-        speeds = joint_speeds_rel(move, robot.joints, robot.velocity)
+        speeds = move.joint_speeds_rel(robot)
         return Sending(lambda client: client.joint_move(target, speeds), _stops_at_joints(move))
     if move.kind is Kind.LIN:
         speed, blending = move.speeds[0], _blending_mm(move)
         return Sending(lambda client: client.lin_joint_move(target, speed, blending), rests=False)
-    speeds = joint_speeds_rel(move, robot.joints, robot.velocity)
+    speeds = move.joint_speeds_rel(robot)
     if move.kind is Kind.SMART:
         return Sending(lambda client: client.smart_joint_move(target, speeds), rests=False)
     return Sending(lambda client: client.direct_joint_move(target, speeds), rests=False)

@@ -18,7 +18,6 @@ from iiwa_sim.ros.rmi.robot import (
     SpeedUnit,
     State,
 )
-from iiwa_sim.ros.rmi.speeds import joint_speeds_rel
 
 
 class LocalRobot:
@@ -94,7 +93,7 @@ class LocalRobot:
         if move.kind is Kind.LIN:
             blending_mm = self._blending_mm(move, controller.tcp_frame_at(target))
             return asked._replace(speed=move.speeds[0], blending=blending_mm)
-        speeds = joint_speeds_rel(move, self.joint_names, controller.description.velocity)
+        speeds = move.joint_speeds_rel(controller.description)
         asked = asked._replace(speeds=speeds)
         return asked if move.kind.is_servo else asked._replace(blending=self._blending_rel(move, target))
 

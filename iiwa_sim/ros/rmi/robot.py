@@ -5,9 +5,11 @@ from enum import Enum
 from typing import NamedTuple, Protocol
 
 from iiwa_sim.controller.acceleration import AccelerationCap
+from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.requests import Kind
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.frames import Frame
+from iiwa_sim.robot.description import RobotDescription
 
 Joints = tuple[float, ...]
 
@@ -45,6 +47,19 @@ class Move(NamedTuple):
     """Cap of the acceleration; None for the robot's own limit."""
     note: str = ""
     """A remark for its result on how the command was understood."""
+
+    def joint_speeds_rel(self, robot: RobotDescription) -> tuple[float, ...]:
+        """The speeds (0..1] of all joints, for joint positions; one speed is that of each of them.
+
+        Raises `Refused` where one is above its limit.
+        """
+        speeds = self.speeds * len(robot.joints) if len(self.speeds) == 1 else self.speeds
+        if self.speed_unit is SpeedUnit.RELATIVE:
+            return speeds
+        for name, speed, limit in zip(robot.joints, speeds, robot.velocity, strict=True):
+            if speed > limit:
+                raise Refused(EXECUTION, f"velocity {speed:g} rad/s: {name} goes up to {limit:.7g} rad/s")
+        return tuple(speed / limit for speed, limit in zip(speeds, robot.velocity, strict=True))
 
 
 class State(NamedTuple):

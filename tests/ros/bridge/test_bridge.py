@@ -17,9 +17,9 @@ from iiwa_sim.client import AsyncIiwa
 from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.ros.bridge.bridge import RECONNECT_S, Bridge
-from iiwa_sim.ros.bridge.fault import BridgeFault
 from iiwa_sim.ros.bridge.remote import RemoteRobot
 from iiwa_sim.ros.conventions import RosOptions
+from iiwa_sim.ros.fault import BridgeFault
 from iiwa_sim.ros.rmi.node import Node
 from iiwa_sim.simulator import Simulator
 from tests.journal import Journal
