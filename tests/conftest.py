@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import gc
 import logging
 import os
@@ -28,8 +29,9 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "same"))
 # Else samples would hang on the numbers in the sources, and on what a worker happened to import before.
 providers._get_local_constants = Constants  # type: ignore[assignment]
 
-# What is collected stays: nobody need look for garbage in it, now or in each test.
+# What is collected stays: nobody need look for garbage in it, now, in each test, or at pytest's end.
 gc.disable()
+atexit.register(gc.unfreeze)  # what a library finds at the end of the process it would call leaked
 
 collect_ignore = ["examples"]  # a project of its own: test_wheel.py runs it
 
@@ -42,10 +44,6 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_collection_finish() -> None:
     gc.freeze()
     gc.enable()
-
-
-def pytest_unconfigure() -> None:
-    gc.unfreeze()  # what a library finds at the end of the process it would call leaked
 
 
 def pytest_xdist_auto_num_workers() -> int:

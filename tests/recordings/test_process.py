@@ -127,6 +127,7 @@ time.sleep(600)
 """
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_killed_leaves_a_whole_file_though_a_child_holds_its_connections(
     tmp_path: Path,
 ) -> None:

@@ -17,6 +17,7 @@ MOST_STATES = 2_000
 """In which the robot is there: it takes 0.03 s."""
 
 
+@pytest.mark.slow
 def test_a_robot_behind_a_bridge_is_a_node(whole_python: Path) -> None:
     options = ["--rosbridge-port", "0", "--ros2", "--ros2-python", whole_python, "--ros-namespace", CELL]
     with Simulator(clock="10x") as robot:

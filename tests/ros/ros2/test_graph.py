@@ -24,6 +24,7 @@ ALWAYS_BEHIND_S = 0.1
 """The longest delay behind a curve, told in docs/ros2.md."""
 
 
+@pytest.mark.slow
 def test_two_robots_in_one_graph_are_told_apart(whole_python: Path) -> None:
     options: dict[str, Any] = {"ros2": True, "ros2_python": whole_python}
     with (
