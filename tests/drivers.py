@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import FULL, Reply, elements, replies, request
-from tests.talking import DEADLINE_S, PAUSE_S, Client, until
+from tests.talking import DEADLINE_S, Client, until
 
 
 class Driver(Client, ABC):
@@ -42,18 +42,6 @@ class Driver(Client, ABC):
     async def moves(self, joints: Sequence[float]) -> int:
         """Sends all joints to positions (rad), slowly where that can be said; the error, 0 where accepted."""
 
-    @abstractmethod
-    async def moving(self) -> bool: ...
-
-    async def until_at_rest(self) -> int:
-        """Polls; how often the robot still moved."""
-        asked = 0
-        async with asyncio.timeout(DEADLINE_S):
-            while await self.moving():
-                asked += 1
-                await asyncio.sleep(PAUSE_S)
-        return asked
-
 
 class IiwaDriver(Driver):
     DIALECT = "iiwa"
@@ -67,9 +55,6 @@ class IiwaDriver(Driver):
         if await self.ask(f"joint move : {numbers}") == "done":
             return 0
         return int((await self.ask("get error")).split()[0])
-
-    async def moving(self) -> bool:
-        return await self.ask("get status") == "moving"
 
 
 def _answer(message_id: int, command: int, **values: int) -> bytes:

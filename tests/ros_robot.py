@@ -81,12 +81,5 @@ def ptp(identifier: int, joints: Sequence[float], **fields: Any) -> dict[str, An
 def command(
     identifier: int, kind: str, pose_type: str, pose: Sequence[float], **fields: Any
 ) -> dict[str, Any]:
-    speed = {"velocity_type": "%", "velocity": [0.5]}
-    return {
-        "command_id": identifier,
-        "command_type": kind,
-        "pose_type": pose_type,
-        "pose": list(pose),
-        **speed,
-        **fields,
-    }
+    whither = {"command_id": identifier, "command_type": kind, "pose_type": pose_type, "pose": list(pose)}
+    return {**whither, "velocity_type": "%", "velocity": [0.5], **fields}

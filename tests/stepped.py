@@ -162,25 +162,17 @@ def worst_loads(robot: SteppedRobot) -> dict[str, float]:
     stopping, direct = (
         np.array([False] * 3 + flags + [flags[-1]] * 3) for flags in (robot.stopping, robot.direct)
     )
-    velocity = [limits.velocity] * 2
     worst = {}
-    for order, name, planned, stop in (
-        (1, "velocity", velocity, velocity),
-        (
-            2,
-            "acceleration",
-            [limits.acceleration, limits.direct_acceleration],
-            [limits.stop_acceleration, limits.direct_stop_acceleration],
-        ),
-        (3, "jerk", [limits.jerk, limits.direct_jerk], [limits.stop_jerk, limits.direct_stop_jerk]),
-    ):
-        differences = np.abs(np.diff(q, n=order, axis=0)) / robot.tick_s**order
+    for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
+        # Of velocity there is one limit, in each mode and for stops, too.
+        modes, parts = (("", "direct_"), ("", "stop_")) if order > 1 else (("", ""), ("", ""))
+        bounds = np.array([[getattr(limits, mode + part + name) for mode in modes] for part in parts])
         stopped, stiff = (
             np.lib.stride_tricks.sliding_window_view(flags, order + 1).any(axis=1)
             for flags in (stopping, direct)
         )
-        bound = np.where(stopped[:, None], np.array(stop)[stiff * 1], np.array(planned)[stiff * 1])
-        worst[name] = float((differences / bound).max())
+        differences = np.abs(np.diff(q, n=order, axis=0)) / robot.tick_s**order
+        worst[name] = float((differences / bounds[stopped * 1, stiff * 1]).max())
     return worst
 
 

@@ -50,11 +50,14 @@ class Client:
         async with asyncio.timeout(DEADLINE_S):
             return (await self._reader.readuntil(b"\n"))[:-1].decode()
 
+    async def moving(self) -> bool:
+        return await self.ask("get status") == "moving"
+
     async def until_stopped(self) -> int:
-        """Asks for the status until the robot has stopped; how often it was still moving."""
+        """Asks until the robot has stopped; how often it was still moving."""
         asked = 0
         async with asyncio.timeout(DEADLINE_S):
-            while await self.ask("get status") == "moving":
+            while await self.moving():
                 asked += 1
                 await asyncio.sleep(PAUSE_S)
         return asked

@@ -73,7 +73,7 @@ async def test_a_fault_of_the_robot_stops_it_and_refuses_moves_until_the_bench_r
         assert await driver.moves(scene.far) == 0
     await under_way(simulator)
     await told(bench, line)
-    await driver.until_at_rest()
+    await driver.until_stopped()
     assert not await other.moving()
     assert simulator.joints != pytest.approx(scene.far, abs=0.1), "and what waited is forgotten"
     home = simulator.cell.start
@@ -84,7 +84,7 @@ async def test_a_fault_of_the_robot_stops_it_and_refuses_moves_until_the_bench_r
         assert await driver.moves(home) == code, "it has to be reset besides"
     await told(bench, "reset error", "set override : 1")
     assert await driver.moves(home) == 0
-    await driver.until_at_rest()
+    await driver.until_stopped()
     assert simulator.joints == pytest.approx(home)
     await other.leaves()
 
@@ -145,7 +145,7 @@ async def test_a_surface_is_touched_by_a_line_of_the_krc4(
     top_mm = z_mm - 30.0
     await told(bench, f"add box : table {x_mm} {y_mm} {top_mm - 20} 0 0 0 400 400 40 20000 0 0")
     assert (await driver.message("LIN", x_mm, y_mm, top_mm - 1.0, *turned)).error is None
-    await driver.until_at_rest()
+    await driver.until_stopped()
     seen = simulator.state()
     assert max(map(abs, seen.cartesian_force)) == pytest.approx(20.0, rel=1e-3), "20 N/mm, 1 mm deep"
     assert any(seen.joint_torque)
@@ -174,7 +174,7 @@ async def test_a_servo_mode_of_one_dialect_and_its_timeout_concern_the_other(
     assert await other.ask(smart) == "done"
     assert await driver.moves(simulator.cell.start) == 0, "which stops what the servo did"
     assert await other.ask("get mode") == "normal"
-    await driver.until_at_rest()
+    await driver.until_stopped()
     assert simulator.joints == pytest.approx(simulator.cell.start)
     await other.leaves()
 
@@ -194,7 +194,7 @@ async def test_who_goes_while_a_move_of_its_own_is_not_done_stops_the_robot(
     else:
         goes.sends_no_more()
         assert await goes.rest() == b""
-    await driver.until_at_rest()
+    await driver.until_stopped()
     assert simulator.joints != pytest.approx(scene.far, abs=0.1)
     await driver.is_served()
     await goes.leaves()
@@ -210,7 +210,7 @@ async def test_who_only_looks_on_may_go(
     looks_on.vanishes()
     await until(lambda: number not in simulator.backdoor.connections())
     await told(bench, "set override : 1", "set clock : fast")
-    await driver.until_at_rest()
+    await driver.until_stopped()
     assert simulator.joints == pytest.approx(scene.far)
 
 
@@ -235,7 +235,7 @@ async def test_exclusive_means_one_after_the_other_of_all_dialects(scene: Scene,
         await second.whole_reply()  # whether the robot still brakes is up to the machine
         await second.whole_reply()
         await second.whole_reply()
-        await second.until_at_rest()
+        await second.until_stopped()
         assert third.unread == b"", "one at a time"
         assert simulator.joints != pytest.approx(scene.far, abs=0.1)
         await second.leaves()

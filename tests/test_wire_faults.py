@@ -185,7 +185,7 @@ async def test_a_connection_that_ends_now_stops_its_move(bench: Bench, line: str
             await bench.driver.rest()
     else:
         assert await bench.driver.rest() == b""
-    await bench.other.until_at_rest()
+    await bench.other.until_stopped()
     assert bench.simulator.joints != pytest.approx(bench.scene.far, abs=0.1)
 
 

@@ -38,14 +38,6 @@ class Original(TCPServer):
         """Bytes that have been read and answered, or not answered for good, by the client's port."""
         super().__init__(("127.0.0.1", 0), BaseRequestHandler)
         self.port: int = self.socket.getsockname()[1]
-        self._thread = threading.Thread(target=self.serve_forever, args=[0.01])
-        self._thread.start()
-
-    def close(self) -> None:
-        """Listens no more."""
-        self.shutdown()
-        self._thread.join(DEADLINE_S)
-        self.server_close()
 
     def finish_request(self, request: Any, client_address: Any) -> None:
         """One client, until it goes or has said bye."""
@@ -153,8 +145,11 @@ Moving = _but("its robot moves", reply=lambda self, text: reply(self, text).repl
 @contextmanager
 def serving(kind: type[Original]) -> Iterator[Original]:
     """A server of a kind, until the context is left."""
-    server = kind()
-    try:
-        yield server
-    finally:
-        server.close()
+    with kind() as server:
+        thread = threading.Thread(target=server.serve_forever, args=[0.01])
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join(DEADLINE_S)

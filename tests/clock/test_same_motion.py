@@ -134,6 +134,6 @@ async def dialogue(scene: Scene, pace: Pace) -> list[tuple[float, ...]]:
         simulator.resume()
         if pace is STEPPED:
             simulator.run_until_stopped()
-        await driver.until_at_rest()
+        await driver.until_stopped()
         await driver.leaves()
     return joints

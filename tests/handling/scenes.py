@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from iiwa_sim.cell.cell import Cell, robot_alone
@@ -20,6 +21,7 @@ CLOSE = 1
 HOLDS = 3
 WIRING = Wiring(CLOSE, open_input=1, closed_input=2, holds_input=HOLDS)
 TABLE_MM = 300.0
+MOST_TICKS = 20_000
 DOWN = (3.14159265359, 0.0, 3.14159265359)
 TABLE = Surface(
     "table", Box(0.4, 0.5, 0.02), Frame(600.0, 0.0, TABLE_MM - 20.0, 0, 0, 0).to_transform(), 2e4, 0.0, 0.3
@@ -74,16 +76,15 @@ class Scene:
         """Until the jaws are where they stay."""
         self.controller.io.set_output(CLOSE, closed)
         self.robot.step(2)
-        for _ in range(5000):
-            if self.handling.gripper.settled(-1 if closed else 1):
-                return
-            self.robot.step()
-        raise AssertionError("the jaws do not come to rest")
+        self._steps_until(lambda: self.handling.gripper.settled(-1 if closed else 1))
 
-    def rests(self, most: int = 20_000) -> None:
+    def rests(self) -> None:
         """Until ticks change nothing."""
-        for _ in range(most):
-            if self.controller.resting:
+        self._steps_until(lambda: self.controller.resting)
+
+    def _steps_until(self, holds: Callable[[], bool]) -> None:
+        for _ in range(MOST_TICKS):
+            if holds():
                 return
             self.robot.step()
         raise AssertionError("it does not come to rest")

@@ -18,7 +18,7 @@ JOINT = f"joint move : {JOINTS} 1 1 1 1 1 1 1"
 
 
 def recorded(text: str, robot: str = "lbr_iiwa_7_r800", rate_hz: int = 500) -> Recording:
-    return record(parse_script("moves.txt", text.encode()), robot_alone(robot), rate_hz)
+    return recorded_in(robot_alone(robot), text, rate_hz)
 
 
 def recorded_in(cell: Cell, text: str, rate_hz: int = 500) -> Recording:
