@@ -248,9 +248,10 @@ class Aside(ArmWay):
         x, y, _ = body.pose.translation
         if not face.has(x, y):
             flush = self._pieces.flush_with(face, x, y)
-            if flush is None:
+            if flush is not None:
+                body, face = body._replace(on=flush.name), flush
+            elif not self._pieces.keeps(body, face):
                 return Body(body.part, body.pose, body.velocity, FALLS)
-            body, face = body._replace(on=flush.name), flush
         if body.bottom - face.top > STEP_M:
             return Body(body.part, body.pose, body.velocity, FALLS)
         if not pressed and _speed(body) < SLOW_M_PER_S:
@@ -263,13 +264,11 @@ class Aside(ArmWay):
         pieces, middle = self._pieces, before.pose.translation
         pieces.put_aside(after)
         self._tell(after, before)
-        if after.state == FALLS:
-            return None
         for each in riders:
             off = _from(middle, each.pose.translation)
             x, y, _ = turned(off, way[3])
             gone: Way = (way[0] + (x - off[0]), way[1] + (y - off[1]), way[2], way[3])
-            now = each._replace(pose=gone_by(each.pose, gone))
+            now = pieces.bodies[each.part.name]._replace(pose=gone_by(each.pose, gone))
             pieces.put_aside(now)
             self._tell(now, each)
         return None

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform
-from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
+from iiwa_sim.handling.falling import FALLS, LEVEL_M, LIES, STILL, Body, has_no_room, landed
 from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
 from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.room import Outline, outline_of
 
 CLOSE_M = 1e-3
 """What is no farther above a face, or in it, at the beginning, lies on it."""
@@ -23,6 +24,8 @@ class Lying:
         self._surfaces = tuple(surfaces)
         self._solid: list[Surface] | None = None  # these, and parts that lie
         self._grounds: list[Ground] | None = None  # level faces of surfaces
+        self._round: list[Outline] | None = None  # surfaces from above
+        self._outlines: dict[str, tuple[Transform, Outline | None]] = {}  # parts that lie, where they were
         self.lying_changes = 0
         """How many times a part has come to lie, or has ceased to."""
         self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
@@ -67,14 +70,45 @@ class Lying:
             self._grounds = grounds_of(self._surfaces)
         return self._grounds
 
-    def _grounds_but(self, name: str) -> list[Ground]:
-        found = list(self._level())
-        for other, each in self._bodies.items():
-            if other != name and each.state == LIES and each.velocity == STILL:
-                ground = ground_of(other, each.part.shape, each.pose, each.part.stiffness)
-                if ground is not None:
-                    found.append(ground)
+    def _beside(self, name: str) -> list[Outline]:
+        """All that stands or lies, but for one part, from above."""
+        if self._round is None:
+            seen = (outline_of(each.name, each.shape, each.pose, each.stiffness) for each in self._surfaces)
+            self._round = [each for each in seen if each is not None]
+        found = list(self._round)
+        for other in self.lying:
+            each = self._bodies[other]
+            known = self._outlines.get(other)
+            if known is None or known[0] is not each.pose:
+                seen_now = outline_of(other, each.part.shape, each.pose, each.part.stiffness)
+                own = None if seen_now is None else seen_now._replace(is_part=True)
+                known = self._outlines[other] = each.pose, own
+            if other != name and known[1] is not None:
+                found.append(known[1])
         return found
+
+    def _grounds_but(self, name: str, beside: Sequence[Outline] | None = None) -> list[Ground]:
+        """The faces on which a part may lie: of surfaces, and of parts that lie."""
+        parts = (each.face for each in (beside or self._beside(name)) if each.is_part)
+        return [*self._level(), *(face for face in parts if face is not None)]
+
+    def _shares(self, body: Body) -> tuple[Body, Body | None]:
+        """A part that has just landed, and what moves of what it lies on, if anything: both go on as fast as
+        their momentum says."""
+        below = self._bodies.get(body.on)
+        while below is not None and below.state == LIES and below.settled:
+            below = self._bodies.get(below.on)
+        if below is None or below.state != LIES:
+            return body, None
+        mass = below.part.mass_kg + sum(each.part.mass_kg for each in self.riders(below.part.name))
+        share = mass / (mass + body.part.mass_kg)
+        (x, y, z), (u, v, _) = below.velocity, body.velocity
+        fast = (share * x + (1.0 - share) * u, share * y + (1.0 - share) * v, share * z)
+        return body._replace(velocity=STILL), below._replace(velocity=fast, spin=share * below.spin)
+
+    def keeps(self, body: Body, face: Ground) -> bool:
+        """Whether a part whose middle is beside a face lies on it for want of room."""
+        return has_no_room(body, face.name, self._beside(body.part.name))
 
     def _all_solid(self) -> list[Surface]:
         """Surfaces, and parts that lie."""
@@ -85,6 +119,23 @@ class Lying:
                     part = each.part
                     self._solid.append(Surface(name, part.shape, each.pose, part.stiffness, 0.0, 0.0))
         return self._solid
+
+
+def taken_along(body: Body, before: Body, after: Body) -> Body:
+    """What lies on another, which has gone straight on."""
+    (x, y, z), start, end = body.pose.translation, before.pose.translation, after.pose.translation
+    return body._replace(
+        pose=body.pose._replace(translation=(x + end[0] - start[0], y + end[1] - start[1], z))
+    )
+
+
+def pressed_into(body: Body, faces: Iterable[Ground], from_above: Callable[[str], bool]) -> str:
+    """The name of the level face into which a part, as it is let go of, is pressed from above, if any: where
+    that is deep, the arm has felt it."""
+    (x, y, _), bottom = body.pose.translation, body.bottom
+    below = [each for each in faces if bottom < each.top and each.has(x, y)]
+    found = [each for each in below if each.top - bottom <= LEVEL_M or from_above(each.name)]
+    return max(found, key=lambda each: each.top).name if found else ""
 
 
 def start(parts: Iterable[tuple[Part, Transform]], surfaces: Sequence[Surface]) -> list[Body]:

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import Transform
+from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, moved, ridden
 from iiwa_sim.handling.grip import ROUNDING_M, Between, Grasp, between_pads
 from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper
 from iiwa_sim.handling.ground import ground_of, grounds_of
 from iiwa_sim.handling.held_kernel import Held, Slip
-from iiwa_sim.handling.lying import Lying
+from iiwa_sim.handling.lying import Lying, pressed_into, taken_along
 from iiwa_sim.handling.part import Y
 from iiwa_sim.wrench import NO_WRENCH, Wrench
 
@@ -106,13 +106,14 @@ class Workpieces(Lying):
         else:
             self._lively.add(name)
         if body.state != LIES:
-            self._unsettle(name)
+            self.pushed.update(each.part.name for each in self.riders(name))
+            self._unsettle(name, body.velocity)
 
     def surfaces_are(self, surfaces: Sequence[Surface]) -> None:
         """What stands there from now on: parts ride up with what they lie on, and fall where it goes from
         below them."""
         self._surfaces = tuple(surfaces)
-        self._grounds = None
+        self._grounds = self._round = None
         self._look_again()
         faces = grounds_of(self._surfaces)
         lying = [each for each in self._bodies.values() if each.state == LIES]
@@ -185,22 +186,11 @@ class Workpieces(Lying):
         held = self._held
         if held is None:
             return
-        name, pressed_into = held.part.name, self._pressed_into(held)
+        name, body = held.part.name, self.bodies[held.part.name]
+        onto = pressed_into(body, self._grounds_but(name), held.touching.pressed_from_above)
         self._held = None
-        self._put(Body(held.part, held.pose, held.velocity, FALLS, pressed_into))
+        self._put(Body(held.part, held.pose, held.velocity, FALLS, onto))
         self._lively.add(name)
-
-    def _pressed_into(self, held: Held) -> str:
-        """The name of the level face into which the held part is pressed from above, if any."""
-        (x, y, _), bottom = held.pose.translation, self.bodies[held.part.name].bottom
-        if not held.touching.pushed:
-            return ""
-        faces = [
-            each
-            for each in self._grounds_but(held.part.name)
-            if each.top > bottom and each.has(x, y) and held.touching.pressed_from_above(each.name)
-        ]
-        return max(faces, key=lambda each: each.top).name if faces else ""
 
     def remove(self, name: str) -> None:
         """Take a part away."""
@@ -225,7 +215,7 @@ class Workpieces(Lying):
             self.crowd.restore(parts.met)
         self.changes += 1
         self._surfaces = tuple(surfaces)
-        self._solid = self._grounds = None
+        self._solid = self._grounds = self._round = None
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
         for name, each in self._bodies.items():
             if each.state == HELD and parts.held is not None:
@@ -255,13 +245,13 @@ class Workpieces(Lying):
         if self._held is not None:
             self._held.look_again()
 
-    def _unsettle(self, name: str) -> None:
-        """What lies on a part falls."""
+    def _unsettle(self, name: str, velocity: Vector = STILL) -> None:
+        """What lies on a part, and on that, falls, as fast (m/s) as that."""
         self._look_again()
-        for other, each in self._bodies.items():
-            if each.on == name and each.state == LIES:
-                self._put(each._replace(state=FALLS, spin=0.0, wound=(), on=""))
-                self._lively.add(other)
+        for each in list(self.riders(name)):
+            fast = each.velocity if velocity == STILL else velocity
+            self._put(each._replace(state=FALLS, velocity=fast, spin=0.0, wound=(), on=""))
+            self._lively.add(each.part.name)
 
     def _push(self, name: str, each: Body, tcp: Transform, way_m: float) -> None:
         """A jaw pushes a part that is not held, along y of the TCP."""
@@ -269,7 +259,7 @@ class Workpieces(Lying):
         up = 0.0 if each.state == LIES else way_m * r[7]
         pose = Transform(each.pose.rotation, (x + way_m * r[1], y + way_m * r[4], z + up))
         if each.state == LIES:  # perhaps over an edge
-            each = each._replace(state=FALLS, spin=0.0, wound=(), on="")
+            each = each._replace(state=FALLS, spin=0.0, wound=())
             self._lively.add(name)
         self._put(each._replace(pose=pose))
         self._unsettle(name)
@@ -284,15 +274,22 @@ class Workpieces(Lying):
     def _move(self, name: str) -> None:
         """A tick of a part that falls or slides."""
         each = self._bodies[name]
-        after = moved(each, self._grounds_but(name), self._tick_s)
-        self._put(after)
+        beside = self._beside(name)
+        after = moved(each, self._grounds_but(name, beside), self._tick_s, beside)
         if after.state == LIES and (each.state, each.on) != (LIES, after.on):
+            after, below = self._shares(after)
+            if below is not None:
+                self._put(below)
             self.crowd.parted(list(self._bodies).index(name))
+        self._put(after)
         if after.settled:
             self._lively.discard(name)
             self._look_again()
-        if (each.on and after.on != each.on) or after.pose != each.pose:
-            self._unsettle(name)
+        if each.state == after.state == LIES and after.on == each.on:
+            for rider in list(self.riders(name)):
+                self._put(taken_along(rider, each, after))
+        elif each.on or after.pose != each.pose:
+            self._unsettle(name, each.velocity)
 
 
 def _height(body: Body) -> tuple[float, str]:
