@@ -92,10 +92,10 @@ def measure() -> list[Figure]:
         for name, command in (("joint moves", joint), ("LIN moves", lin)):
             rates[name].append(_rate(robot, command))
             back_home()
-    at_least = {"joint moves": 1200, "LIN moves": 900}
-    missed = 3.0  # including planning, which takes most of the time
+    # With margins where they are missed, some 580 and 380: most of a line is planning.
+    goals: dict[str, tuple[int, float | None]] = {"joint moves": (1200, None), "LIN moves": (900, 2.4)}
     others = [
-        ("LIN moves pressed on a table", pressing, slide, TICKS_PER_BLOCK, 500, missed),
+        ("LIN moves pressed on a table", pressing, slide, TICKS_PER_BLOCK, 500, 2.0),
         ("stiffness moves pressed on a table", yielding, slide_softly, TICKS_PER_BLOCK, 250, None),
         ("gravity hold pressed on a table", held, hold, HOLD_TICKS, 250, None),
         ("joint trajectory, smoothed", following, follow, TICKS_PER_BLOCK, 400, None),
@@ -106,9 +106,9 @@ def measure() -> list[Figure]:
                 f"stepped core, {name}",
                 median(found),
                 "x real time",
-                at_least=at_least[name],
+                at_least=goals[name][0],
                 kind=Kind.CPU,
-                margin=missed,
+                margin=goals[name][1],
             )
             for name, found in rates.items()
         ),
