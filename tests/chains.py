@@ -185,9 +185,7 @@ class Recorder:
         if self.tick <= run.first:  # still stopping, or at rest: nothing has begun
             run.moves.clear()
         else:
-            twin = self._twin()
-            twin.stop()
-            twin.runs_until_stopped()
+            twin = self._stopped()
             run.stopped_at, run.last = self.tick, len(twin.joints) - 1
             self.runs.append(Run(self.robot, run.last, twin.controller.joints, []))
         self.scout.goes_to(self.runs[-1].start)
@@ -202,9 +200,7 @@ class Recorder:
     def cancel(self) -> None:
         """Cancels the move that runs; the others are to be run from where the robot comes to rest."""
         run, tick = self.runs[-1], self.tick
-        twin = self._twin()
-        twin.stop()
-        twin.runs_until_stopped()
+        twin = self._stopped()
         rest_tick, rest = len(twin.joints) - 1, twin.controller.joints
         before = self._pending()
         self.robot.cancel()
@@ -228,9 +224,7 @@ class Recorder:
     def clear(self) -> bool:
         """Clears the queue; whether the move that runs goes on to its target."""
         run, tick = self.runs[-1], self.tick
-        twin = self._twin()
-        twin.stop()
-        twin.runs_until_stopped()
+        twin = self._stopped()
         before = self._pending()
         running = before[0] if before else 0
         goes_on = self.robot.clears_queue(running.number) if running else False
@@ -303,6 +297,13 @@ class Recorder:
         """Ticks until the robot rests, the chain sent at the same ticks with or without blending."""
         return len(self._twin(blending, to_end=True).joints) - 1
 
+    def _stopped(self) -> SteppedRobot:
+        """A twin that is stopped now, and rests."""
+        twin = self._twin()
+        twin.stop()
+        twin.runs_until_stopped()
+        return twin
+
     def _twin(self, blending: bool = True, to_end: bool = False) -> SteppedRobot:
         """Another robot to which the same was sent at the same ticks."""
         twin = SteppedRobot(self.robot.description, self.robot.tick_s)
@@ -363,20 +364,6 @@ def send(robot: SteppedRobot, item: ChainMove | Between, last: Sequence[float] |
     end = robot.controller.end_of_queue
     target = aimed(item, robot, end, (robot.controller.joints if last is None else last, end))
     return _accepted(_order(item.kind, *target, item.speeds, item.blending_mm), robot.controller, True)
-
-
-def run(robot: SteppedRobot, chain: list[Any]) -> int:
-    """Sends a chain at its ticks, and waits for the end; how much of it was accepted."""
-    accepted = 0
-    for item in chain:
-        accepted += send(robot, item)
-        if item.wait == UNTIL_STOPPED:
-            robot.runs_until_stopped()
-        else:
-            robot.step(item.wait)
-    robot.runs_until_stopped()
-    robot.step(3)
-    return accepted
 
 
 def _random_parts(seed: int, count: int) -> tuple[float, ...]:

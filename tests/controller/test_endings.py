@@ -18,8 +18,9 @@ from iiwa_sim.controller.errors import (
     SUCCESS,
     Refused,
 )
+from iiwa_sim.robot.description import load_robot
 from tests.asked import gravity_hold, joint_move, lin_move_at, ptp_force_move, smart_joint_move
-from tests.chains import chains, run
+from tests.chains import Recorder, chains
 from tests.samples import some
 from tests.stepped import ARMS, SteppedRobot
 
@@ -174,10 +175,11 @@ def test_what_nobody_wants_to_hear_of_is_not_kept(robot: SteppedRobot) -> None:
 @settings(max_examples=some(15), deadline=None)
 @given(st.data(), st.sampled_from(ARMS))
 def test_every_move_of_a_program_ends_once(data: st.DataObject, name: str) -> None:
-    robot = SteppedRobot(name)
+    recorder = Recorder(load_robot(name))
+    robot = recorder.robot
     told: list[Ending] = []
     robot.controller.endings.listeners.append(told.append)
-    run(robot, data.draw(chains(len(robot.description.joints), stops=True, longest=8)))
+    recorder.run(data.draw(chains(len(robot.description.joints), stops=True, longest=8)))
     assert sorted(ending.move for ending in told) == list(range(1, robot.controller.accepted + 1))
     assert {ending.code for ending in told} <= {SUCCESS, STOP_TRIGGERED}
 

@@ -56,7 +56,7 @@ def test_chains_sent_at_once_keep_paths_regions_speeds_and_limits(name: str, dat
     assert_keeps_all_promises(recorded(data.draw(chains_of(name, at_once=True)), name))
 
 
-@pytest.mark.requirement("FRC012", "FRC015", "FRC003", "FRC013", "FRC016")
+@pytest.mark.requirement("FRC002", "FRC003", "FRC006", "FRC012", "FRC013", "FRC014", "FRC015", "FRC016")
 @pytest.mark.parametrize("name", ALL_ROBOTS)
 @SETTINGS
 @given(data=st.data())
