@@ -313,6 +313,13 @@ def test_what_is_no_xml_is_answered_without_ids_and_ends_the_connection(wire: by
     assert robot.controller.last_error.code == 3040
 
 
+@pytest.mark.parametrize(("wire", "told"), [(b"hello\r\n", True), (b"<Cmd></Res>", False)])
+def test_only_who_sends_lines_of_text_is_told_of_the_other_dialect(wire: bytes, told: bool) -> None:
+    _, talk = at_home()
+    talk.says(wire)
+    assert ("--dialect iiwa" in talk.journal.refusals[0][3]) == told
+
+
 @given(st.binary(max_size=120), st.integers(0, 200))
 @settings(max_examples=some(60), deadline=None)
 def test_no_bytes_move_the_robot_or_make_it_fail(wire: bytes, place: int) -> None:
@@ -361,6 +368,7 @@ def test_a_client_that_vanishes_with_its_move_to_be_done_stops_the_robot() -> No
     Talk(robot.controller).session.lost()  # another one, who has moved nothing
     assert talk.journal.stops == []
     talk.session.lost()
+    assert talk.session.closing
     assert talk.journal.stops == [("a test", True)]
     robot.runs_until_stopped(0.2)
     assert deg(robot.controller.joints) != pytest.approx(AWAY_DEG)
