@@ -14,11 +14,11 @@ from iiwa_sim.motion.limits import Array, JointLimits
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 
 LOWEST_SHARE = 1e-6
-"""Of the robot's limits: a lower acceleration is refused, as a speed is."""
+"""The least part of the robot's limits: a lower acceleration is refused, as a lower speed is."""
 PLACES = 129
-"""Of a line, where it is looked at."""
+"""Number of places of a line that are looked at."""
 HALVINGS = 40
-"""Of an interval in which a share of the limits is searched: far below what floats tell apart."""
+"""Halvings of the interval in which a share of the limits is searched: far below what floats tell apart."""
 
 
 class AccelerationUnit(Enum):
@@ -27,9 +27,9 @@ class AccelerationUnit(Enum):
     RELATIVE = "relative"
     """Shares of the robot's joint acceleration limits, above 0 and up to 1."""
     RAD_S2 = "rad/s^2"
-    """Of joints, in every kind of move."""
+    """Acceleration of joints, in every kind of move."""
     TCP_M_S2 = "m/s^2"
-    """Of the TCP along the line of a LIN."""
+    """Acceleration of the TCP along the line of a LIN."""
 
 
 class AccelerationCap(NamedTuple):

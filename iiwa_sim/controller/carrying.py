@@ -31,10 +31,10 @@ class ToolLoad(NamedTuple):
 
     mass_kg: float
     centre: Vector
-    """Of mass, in the flange (m)."""
+    """The centre of mass, in the flange (m)."""
 
     def told(self) -> tuple[float, float, float, float]:
-        """As it is told: kg, and the centre in mm."""
+        """The load as commands have it: kg, and the centre in mm."""
         x, y, z = self.centre
         return self.mass_kg, 1e3 * x, 1e3 * y, 1e3 * z
 

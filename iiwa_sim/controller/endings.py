@@ -13,7 +13,7 @@ class Ending(NamedTuple):
     """The end of a move."""
 
     move: int
-    """Its number."""
+    """The number of the move."""
     code: int
     """0 where it came to its target or a force ended it as asked for, else a result code, see `errors`."""
     reason: str
@@ -29,7 +29,7 @@ class PendingMove(NamedTuple):
 
     number: int
     when_ended: WhenEnded | None
-    """Of whoever asked for it."""
+    """The function of whoever asked for the move, to be told of its end."""
     guard: ForceGuard | None
     """What the forces may not do while it is under way."""
 

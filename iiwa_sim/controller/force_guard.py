@@ -11,7 +11,7 @@ from iiwa_sim.wrench import Wrench
 AXES = ("x", "y", "z")
 
 Thresholds = tuple[float | None, float | None, float | None]
-"""Of the force along x, y and z of the TCP (N); None where it is not watched."""
+"""Thresholds of the force along x, y and z of the TCP (N); None where it is not watched."""
 
 
 class Contact(NamedTuple):

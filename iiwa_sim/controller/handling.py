@@ -44,7 +44,7 @@ class PartState(msgspec.Struct, frozen=True):
 
     name: str
     frame: Frame
-    """Of its middle, in the base: mm, rad."""
+    """Pose of the middle of the part, in the base: mm, rad."""
     state: str
     """lies, falls, held, gone"""
 
@@ -212,7 +212,7 @@ class Handling:
 
     @property
     def state(self) -> GripperState:
-        """As it is, whatever its sensors tell."""
+        """The gripper as it is, whatever its sensors tell."""
         gripper = self.gripper
         state = "holds" if gripper.holds else "open" if gripper.is_open else "between"
         return GripperState(1e3 * gripper.opening_m, "closed" if gripper.is_closed else state)

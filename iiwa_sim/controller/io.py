@@ -23,7 +23,7 @@ class Io:
         input_names: tuple[str, ...] = DEFAULT_INPUTS,
         output_names: tuple[str, ...] = DEFAULT_OUTPUTS,
     ) -> None:
-        """As many of each as there are names."""
+        """There are as many inputs and outputs as names."""
         self.input_names = input_names
         self.output_names = output_names
         self.inputs = (False,) * len(self.input_names)

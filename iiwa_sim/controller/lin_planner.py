@@ -19,7 +19,7 @@ from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATIO
 _REMEDY = "PTP gets there"
 """What a refusal of a line advises where only its end can be reached."""
 ROUNDING_RAD = 1e-9
-"""So far beyond a limit a joint may seem to be that stands on it."""
+"""How far (rad) beyond its limit a joint may seem to be by rounding that stands on it."""
 SAME_RAD = 1e-6
 """Joint positions that differ by less are the same."""
 

@@ -10,14 +10,14 @@ from iiwa_sim.frames import Vector
 from iiwa_sim.wording import harmless
 
 SELF_COLLISION_EVERY_S = 0.1
-"""So often a moving arm is looked at for links that are in each other (s, simulated)."""
+"""Time (s, simulated) between two looks at a moving arm for links that are in each other."""
 
 
 class LinkTouch(msgspec.Struct, frozen=True):
     """A link that touches a surface."""
 
     link: str
-    """Its name in the URDF."""
+    """The name of the link in the URDF."""
     surface: str
     point: Vector
     """Where (mm, in the base)."""

@@ -9,8 +9,8 @@ from iiwa_sim.controller.force_guard import Thresholds
 from iiwa_sim.frames import Frame
 
 JOINT_BLENDING = 0.1
-"""Of PTP to joint positions, as published for the original: it blends into the next move where each joint has
-no more than that part of its way to go."""
+"""Blending of PTP to joint positions, as published for the original: it blends into the next move where each
+joint has no more than that part of its way to go."""
 
 
 class Kind(Enum):
@@ -46,7 +46,7 @@ class Compliance(NamedTuple):
     """How the TCP gives way around its move."""
 
     stiffness_n_per_m: float
-    """Of the springs in translation, 0 to 5000."""
+    """Stiffness of the springs in translation, 0 to 5000."""
     balanced: Sequence[float]
     """Force (N) and torque (Nm) at the TCP, along its axes, that would push it off: the controller adds their
     negative."""
@@ -77,7 +77,7 @@ class MoveRequest(NamedTuple):
     hold_nm_per_rad: float = 0.0
     """Stiffness of every joint in a hold, 0 to 5000."""
     tcp_speed_m_s: float | None = None
-    """Of LIN to a frame, instead of a relative speed: the TCP is nowhere faster, and comes to this speed
-    where the joints have the least to do."""
+    """Speed of the TCP of LIN to a frame, instead of a relative one: the TCP is nowhere faster, and comes to
+    this speed where the joints have the least to do."""
     acceleration: AccelerationCap | None = None
     """Caps the robot's own."""

@@ -36,7 +36,7 @@ class Targets:
                 velocity, np.array(description.direct_acceleration), np.array(description.direct_jerk)
             ),
         }
-        """Of each servo mode, at full speed."""
+        """The limits of each servo mode, at full speed."""
 
     def find(
         self, request: MoveRequest, mode: Mode, present: Joints, moving: bool

@@ -76,7 +76,7 @@ class _Active:
         self.path, self.goal, self.goal_time_s, self.end_s = path, goal, goal_time_s, end_s
         self.compares_path = min(*path.position, *path.velocity) < inf
         self.outcome = Outcome.ENDED
-        """Of an end that is no success."""
+        """How the trajectory counts as ended where it does not come to its goal."""
 
 
 class Trajectories:
@@ -149,7 +149,7 @@ class Trajectories:
 
     @property
     def progress(self) -> Progress | None:
-        """Of the trajectory that is followed; None while there is none."""
+        """How far the trajectory that is followed has come; None while there is none."""
         motions, active = self._core.motions, self._active
         followed = motions.tracked
         if followed is None or active is None:

@@ -4,7 +4,7 @@ from math import hypot
 from typing import NamedTuple
 
 JAW_M = (0.02, 0.008, 0.05)
-"""Of each jaw along x y z of the TCP, where a cell does not say how large they are."""
+"""Size of each jaw along x y z of the TCP (m), where a cell does not say it."""
 
 
 class Jaws(NamedTuple):
@@ -13,15 +13,15 @@ class Jaws(NamedTuple):
     stroke_m: float
     """Greatest distance between the jaws."""
     speed_m_per_s: float
-    """By which that distance changes."""
+    """Speed at which the distance between the jaws changes."""
     force_n: float
-    """With which each jaw presses on what it holds."""
+    """Force with which each jaw presses on what it holds."""
     pad_wide_m: float = 0.02
-    """Of the pads along x of the TCP, which is in the middle of that."""
+    """Width of the pads along x of the TCP, which is in the middle of it."""
     pad_long_m: float = 0.02
-    """Of the pads along z of the TCP, up to the TCP."""
+    """Length of the pads along z of the TCP, up to the TCP."""
     jaw_m: tuple[float, float, float] = JAW_M
-    """Of each jaw, along x y z of the TCP: they end at the TCP, and have their distance between them."""
+    """Size of each jaw along x y z of the TCP: jaws end at the TCP, and have their distance between them."""
 
 
 OPENS, STAYS, CLOSES = 1, 0, -1

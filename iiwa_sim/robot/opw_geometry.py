@@ -43,7 +43,7 @@ class Geometry(NamedTuple):
 
     @property
     def lengths(self) -> tuple[float, float]:
-        """Of upper arm and forearm."""
+        """Lengths of upper arm and forearm (m)."""
         (ux, uz), (fx, fz) = self.upper_arm, self.forearm
         return sqrt(ux * ux + uz * uz), sqrt(fx * fx + fz * fz)
 
