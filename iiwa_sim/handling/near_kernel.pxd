@@ -2,6 +2,9 @@
 from iiwa_sim.contact.world_kernel cimport World
 
 cdef object touched(World world)
+cdef double away_from(
+    double[:, ::1] shapes, int[::1] kinds, Py_ssize_t s, double x, double y, double z
+) noexcept
 
 cdef class Near:
     cdef readonly object points        # `Points`
@@ -13,8 +16,11 @@ cdef class Near:
     cdef double[::1] _looked           # where its middle was when surfaces were looked for (m)
     cdef bint _has_looked
     cdef dict _near                    # surfaces found then, as it feels them, by name
-    cdef double[:, ::1] _shapes        # of these: rotation, place, three sizes
+    cdef object _all                   # all surfaces that were looked at, and the same of them
+    cdef double[:, ::1] _all_shapes
+    cdef int[::1] _all_kinds
+    cdef double[::1] _extents          # no point of one is farther from its place (m)
+    cdef double[:, ::1] _shapes        # of those that are near: rotation, place, three sizes
     cdef int[::1] _kinds
     cdef bint _look(self, double x, double y, double z, object surfaces) except? -1
     cdef object _take_near(self, object near)
-    cdef double _away(self, Py_ssize_t s, double x, double y, double z) noexcept

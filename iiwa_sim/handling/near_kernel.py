@@ -43,6 +43,7 @@ class Near:
         self._has_looked = False
         self._near: dict[str, Surface] = {}
         self.worlds: dict[int, World] = {}
+        self._all: Any = None
         self._take_near({})
 
     @cython.cfunc
@@ -52,20 +53,21 @@ class Near:
         others than before."""
         self._looked[0], self._looked[1], self._looked[2] = x, y, z
         self._has_looked = True
+        if surfaces is not self._all:
+            self._all = surfaces
+            self._all_shapes, self._all_kinds = _numbers_of(surfaces)
+            self._extents = np.array([each.shape.extent for each in surfaces])
         reach: cython.double = self._extent + 2.0 * _NEAR
-        part, at_once = self._part, self.points.at_once
+        part, at_once, r = self._part, self.points.at_once, self._all_shapes
         pushing = {name for world in self.worlds.values() for name in touched(world)}
         near = {}
-        for each in surfaces:
-            if each.name not in pushing:
-                px: cython.double
-                py: cython.double
-                pz: cython.double
-                extent: cython.double = each.shape.extent
-                px, py, pz = each.pose.translation
-                px, py, pz = x - px, y - py, z - pz
-                if sqrt(px * px + py * py + pz * pz) - extent > reach or each.nearest(x, y, z)[0] > reach:
-                    continue
+        for s in range(self._all_kinds.shape[0]):
+            px, py, pz = x - r[s, 9], y - r[s, 10], z - r[s, 11]
+            far: cython.bint = sqrt(px * px + py * py + pz * pz) - self._extents[s] > reach
+            far = far or away_from(r, self._all_kinds, s, x, y, z) > reach
+            if far and not (pushing and surfaces[s].name in pushing):
+                continue
+            each = surfaces[s]
             stiffness = 1.0 / (1.0 / each.stiffness + 1.0 / part.stiffness) / at_once
             near[each.name] = each._replace(stiffness=stiffness, friction=part.friction)
         if near == self._near:
@@ -79,29 +81,41 @@ class Near:
     def _take_near(self, near: Any) -> object:
         """These surfaces are near."""
         self._near = near
-        rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in near.values()]
-        self._shapes = np.array(rows).reshape(len(rows), 15)
-        self._kinds = np.array([KINDS[type(each.shape)] for each in near.values()], dtype=np.intc)
+        self._shapes, self._kinds = _numbers_of(near.values())
         return None
 
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _away(
-        self, s: cython.Py_ssize_t, x: cython.double, y: cython.double, z: cython.double
-    ) -> cython.double:
-        """How far (m) a place is from a surface that is near, less than 0 in it."""
-        r = self._shapes
-        x, y, z = x - r[s, 9], y - r[s, 10], z - r[s, 11]
-        distance, _nx, _ny, _nz = nearest(
-            self._kinds[s],
-            r[s, 12],
-            r[s, 13],
-            r[s, 14],
-            r[s, 0] * x + r[s, 3] * y + r[s, 6] * z,
-            r[s, 1] * x + r[s, 4] * y + r[s, 7] * z,
-            r[s, 2] * x + r[s, 5] * y + r[s, 8] * z,
-        )
-        return distance
+
+@cython.cfunc
+def _numbers_of(surfaces: Any) -> object:
+    """Of surfaces rotation, place, three sizes; and kinds."""
+    rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in surfaces]
+    kinds = np.array([KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
+    return np.array(rows).reshape(len(rows), 15), kinds
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
+def away_from(
+    shapes: cython.double[:, ::1],
+    kinds: cython.int[::1],
+    s: cython.Py_ssize_t,
+    x: cython.double,
+    y: cython.double,
+    z: cython.double,
+) -> cython.double:
+    """How far (m) a place is from one of these shapes, less than 0 in it."""
+    r = shapes
+    x, y, z = x - r[s, 9], y - r[s, 10], z - r[s, 11]
+    distance, _nx, _ny, _nz = nearest(
+        kinds[s],
+        r[s, 12],
+        r[s, 13],
+        r[s, 14],
+        r[s, 0] * x + r[s, 3] * y + r[s, 6] * z,
+        r[s, 1] * x + r[s, 4] * y + r[s, 7] * z,
+        r[s, 2] * x + r[s, 5] * y + r[s, 8] * z,
+    )
+    return distance
 
 
 @cython.cfunc

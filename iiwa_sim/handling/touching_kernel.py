@@ -23,11 +23,11 @@ from iiwa_sim.handling.part import LEVEL, Part
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.at_tcp_kernel import farthest, take
     from cython.cimports.iiwa_sim.contact.world_kernel import World
-    from cython.cimports.iiwa_sim.handling.near_kernel import Near, touched
+    from cython.cimports.iiwa_sim.handling.near_kernel import Near, away_from, touched
 else:
     from iiwa_sim.contact.at_tcp_kernel import farthest, take
     from iiwa_sim.contact.world_kernel import World
-    from iiwa_sim.handling.near_kernel import Near, touched
+    from iiwa_sim.handling.near_kernel import Near, away_from, touched
 
 _NEAR = cython.declare(cython.double, NEAR_M)
 # Of surfaces farther away than this (m) it is not asked how far which point is.
@@ -238,7 +238,7 @@ class Touching(Near):
         close: list[int] = []
         others: cython.double = 1e9
         for s in range(count):
-            least = self._away(s, p[9], p[10], p[11]) - self._extent
+            least = away_from(self._shapes, self._kinds, s, p[9], p[10], p[11]) - self._extent
             if least <= radius + _FAR:
                 close.append(s)
             else:
@@ -252,7 +252,7 @@ class Touching(Near):
             z: cython.double = (p[6] * own[n, 0] + p[7] * own[n, 1] + p[8] * own[n, 2]) + p[11]
             away = others
             for s in close:
-                away = min(away, self._away(s, x, y, z))
+                away = min(away, away_from(self._shapes, self._kinds, s, x, y, z))
             away -= radius
             world = self.worlds.get(n)
             if away > 2.0 * _CLOSE and not (world is not None and touched(world)):
