@@ -65,6 +65,7 @@ class ExternalLoad(Acting):
     """No joint's axis is farther from the TCP (m), wherever the robot is; base first."""
     _model: Any
     _coming_tcp: Tcp  # each remembers one pose
+    _coming_joints: Any  # where it was asked for; None where it is that of this tick
     _tool: Any  # what is worn
     _jaws: Any
     _parts: Any  # that lie near, by name
@@ -89,8 +90,7 @@ class ExternalLoad(Acting):
         self._coming_tcp = Tcp(model.fixed_poses, tool_in_flange)
         self.world = World((), 0.0) if world is None else world
         self._tool = tuple(Worn(capsule, SURFACES + PARTS) for capsule in tool)
-        self._jaws = ()
-        self._parts = {}
+        self._jaws, self._parts = (), {}
         fixed, at = model.tcp_of_flange.fixed, model.description
         self.itself = Itself(
             fixed, capsules_of(at), [each.capsule for each in self._tool], at.home, at.velocity
@@ -98,14 +98,21 @@ class ExternalLoad(Acting):
         self.looks_at_itself = 0
         self._surrounded = self._settled = NEVER
         self._at_world = TcpTouch(self.world)
-        self._joints = ()
+        self._joints, self._coming_joints = (), None
         self.levers_m = self._tcp.longest_levers()
         self._put(joints)
 
     def coming_tcp(self, joints: Sequence[float]) -> Transform:
         """The pose of the TCP in the base in the next tick, at joint positions (rad)."""
+        self._coming_joints = joints
         pose: Transform = self._coming_tcp.pose(joints)
         return pose
+
+    def tcp(self, joints: Sequence[float]) -> Transform:
+        """The pose of the TCP in the base, at joint positions (rad)."""
+        if joints == self._coming_joints:  # it has come there: the pose is known
+            self._tcp, self._coming_tcp, self._coming_joints = self._coming_tcp, self._tcp, None
+        return Acting.tcp(self, joints)
 
     @property
     def links(self) -> Links:
@@ -159,8 +166,8 @@ class ExternalLoad(Acting):
     @property
     def changes(self) -> bool:
         """Whether a tick may change a reading: it cannot without noise far from surfaces."""
-        touches: bool = self._at_world.known or not self.world.empty
-        return touches or self._noise is not None or self._motion is not None
+        touches = self._at_world.known or not self.world.empty
+        return bool(touches) or self._noise is not None or self._motion is not None
 
     def is_idle(self, tick: cython.long) -> bool:
         """Whether nothing acts in the tick of this number, and nothing can begin to."""
@@ -171,8 +178,7 @@ class ExternalLoad(Acting):
         """Whether ticks change only the noise as long as the robot stays where it is."""
         if self._motion is not None and not self._motion.still:
             return False
-        settled: bool = not self._at_world.known if self.world.empty else self._settled == self.world.changes
-        return settled
+        return bool(not self._at_world.known if self.world.empty else self._settled == self.world.changes)
 
     def step(
         self,
@@ -193,7 +199,7 @@ class ExternalLoad(Acting):
         if self._noise is not None:
             self._noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._carried_at):
-            self._motion.step(self._tcp.pose(joints) if contact is None else contact[0], tick_s, coming)
+            self._motion.step(self.tcp(joints) if contact is None else contact[0], tick_s, coming)
             self._carried, self._carried_at = self._motion.wrench(self._at_tcp), joints
         touch = self._at_world
         if self.world.empty:
@@ -226,7 +232,7 @@ class ExternalLoad(Acting):
         """The robot is at rest at `joints` (rad) with this tool, without any contact history."""
         self._tcp = self._model.tcp(tool_in_flange)
         self._coming_tcp = Tcp(self._model.fixed_poses, tool_in_flange)
-        self.levers_m = self._tcp.longest_levers()
+        self._coming_joints, self.levers_m = None, self._tcp.longest_levers()
         self.world.forget()
         self._part_links()
         self._folded, self.looks_at_itself, self._settled, self.judged = None, 0, NEVER, False
