@@ -64,11 +64,11 @@ def test_on_the_table_the_table_carries_it() -> None:
     scene.picks(600, 50, TOP)
     scene.rests()
     assert scene.body("block").state == HELD
-    assert scene.controller.cartesian_force() == pytest.approx((0.0,) * 6, abs=1e-6)
+    assert scene.controller.cartesian_force() == pytest.approx((0.0,) * 6, abs=1e-4)  # `INSET_M` of a spring
     half_mm = 0.5 * 1e3 * BLOCK.mass_kg * G / (1.0 / (1.0 / 2e4 + 1.0 / 5e4))
     scene.goes(down(600, 50, TOP + half_mm))
     scene.rests()
-    assert scene.controller.cartesian_force()[2] == pytest.approx(0.5 * BLOCK.mass_kg * G)
+    assert scene.controller.cartesian_force()[2] == pytest.approx(0.5 * BLOCK.mass_kg * G, abs=1e-4)
 
 
 def test_a_force_move_puts_it_down() -> None:
