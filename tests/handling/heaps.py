@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from math import hypot
+from itertools import permutations, product
+from math import dist, hypot
 
 import numpy as np
 
 from iiwa_sim.backdoor import surfaces
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.cell import Cell, robot_alone
-from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
+from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.handling import Kept
-from iiwa_sim.frames import IDENTITY, Frame, Rotation, Transform, compose, inverse
-from iiwa_sim.handling.falling import FALLS, GONE, HELD, STILL, Body
+from iiwa_sim.frames import IDENTITY, Frame, Rotation, Transform, apply, compose, inverse
+from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body
 from iiwa_sim.handling.grip import grip_width
 from iiwa_sim.handling.part import Part, Y, Z
+from iiwa_sim.handling.pressing import solid_of
 from iiwa_sim.handling.workpieces import Parts
 from tests.asked import lin_move
 from tests.handling.books import Books, G
@@ -247,6 +250,29 @@ class HeapScene:
                 controller.move(lin_move(down(x_mm, y_mm, high_mm), fast, 0.0))
             while controller.moving:
                 self.step()
+
+
+def deepest_mm(bodies: Iterable[Body]) -> float:
+    """How deep parts that lie are in each other, at worst: places within each of them, in the others."""
+    lying = [solid_of(each) for each in bodies if each.state == LIES]
+    return 1e3 * max((_depth_m(a, b) for a, b in permutations(lying, 2)), default=0.0)
+
+
+def _depth_m(one: Surface, other: Surface) -> float:
+    if dist(one.pose.translation, other.pose.translation) > one.shape.extent + other.shape.extent:
+        return 0.0
+    halves = _halves(one.shape)
+    grid = product((-0.99, -0.5, 0.0, 0.5, 0.99), repeat=3)
+    places = [tuple(part * half for part, half in zip(each, halves, strict=True)) for each in grid]
+    within = [each for each in places if one.shape.nearest(*each)[0] < 0.0]
+    return max(-other.nearest(*apply(one.pose, each))[0] for each in within)
+
+
+def _halves(shape: Shape) -> tuple[float, float, float]:
+    if isinstance(shape, Box):
+        return (shape.half_x, shape.half_y, shape.half_z)
+    radius = shape.extent if isinstance(shape, Sphere) else shape.radius  # type: ignore[union-attr]
+    return (radius, radius, shape.half_z if isinstance(shape, Cylinder) else radius)
 
 
 def _goes_on(body: Body) -> bool:

@@ -16,7 +16,7 @@ from iiwa_sim.contact.shapes import Box
 from iiwa_sim.handling.falling import LIES
 from iiwa_sim.handling.part import Part
 from tests.handling.books import ROUNDING_J
-from tests.handling.heaps import LOW_MM, HeapScene, heap, row, straight_row
+from tests.handling.heaps import LOW_MM, HeapScene, deepest_mm, heap, row, straight_row
 from tests.handling.scenes import TABLE_MM
 from tests.samples import some
 
@@ -34,7 +34,7 @@ def falls(seed: int) -> dict[str, float]:
     scene = heaped(seed)
     scene.falls()
     assert scene.fastest < 1e-9, "nobody has pushed"
-    return check(scene)
+    return {**check(scene), "in each other, mm": deepest_mm(scene.books.pieces.bodies.values())}
 
 
 def ploughs(seed: int) -> dict[str, float]:
