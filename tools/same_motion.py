@@ -17,7 +17,6 @@ from math import degrees
 from pathlib import Path
 
 from iiwa_sim.cell.cell import Cell, load_cell, robot_alone
-from iiwa_sim.controller.controller import Controller
 from iiwa_sim.dialect.dialects import dialect_for
 from iiwa_sim.dialect.ports import IIWA, KRC4
 from iiwa_sim.dialect.wire.canned import CannedReplies
@@ -136,13 +135,8 @@ def digest(seed: int) -> str:
     """The digest of one program."""
     program = Program(seed)
     cell, seen = program.cell, sha256()
-    controller = Controller(
-        cell.description,
+    controller = cell.controller(
         TICK_S,
-        start=cell.start,
-        tool_in_flange=cell.tool_in_flange,
-        world=cell.world(),
-        noise=cell.noise(),
         servo_timeout_s=0.5,
         on_fault=lambda code, reason: seen.update(f"fault {code} {reason}".encode()),
         on_contact=lambda contact: seen.update(f"contact {contact}".encode()),
