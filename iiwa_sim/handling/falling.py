@@ -101,13 +101,16 @@ def landed(body: Body, face: Ground) -> Body:
     return Body(part, pose, STILL, LIES, face.name)
 
 
-def ridden(body: Body, faces: Sequence[Ground]) -> Body:
-    """What lies, after surfaces have moved: taken along upwards by the face on which it lies, or it falls."""
+def ridden(body: Body, faces: Sequence[Ground], moved_faces: Sequence[Ground]) -> Body:
+    """What lies, after surfaces have moved: taken along upwards by the face on which it lies, or it falls.
+
+    Onto what has moved in between it falls, too; in what stands it may have been before.
+    """
     (x, y, z), bottom = body.pose.translation, body.bottom
     face = next((each for each in faces if each.name == body.on and each.has(x, y)), None)
     if face is None:
         return body._replace(state=FALLS, spin=0.0, wound=(), on="")
-    between = [each for each in faces if face.top < each.top <= z and bottom < each.top and each.has(x, y)]
+    between = [each for each in moved_faces if max(face.top, bottom) < each.top <= z and each.has(x, y)]
     if between:
         onto = max(between, key=lambda each: each.top)
         return body._replace(state=FALLS, spin=0.0, wound=(), on=onto.name)
@@ -183,7 +186,7 @@ def _fallen(
     lies = landed(body, on)
     own = _outline(lies)
     others = [each for each in beside if each.name != on.name and each.top > on.top + LEVEL_M]
-    way = None if own is None else way_to_room(own, between_heights(others, own.low, own.top))
+    way = None if own is None else way_to_room(own, between_heights(others, own.low, own.top), lands=True)
     if way is not None and way != (0.0, 0.0):
         if not on.has(lies.pose.translation[0] + way[0], lies.pose.translation[1] + way[1]):
             return _gone_aside(body, way), left - time

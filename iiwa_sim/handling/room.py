@@ -110,15 +110,18 @@ def outline_of(name: str, shape: Shape, pose: Transform, stiffness: float) -> Ou
     return None
 
 
-def way_to_room(own: Outline, others: Sequence[Outline]) -> Way | None:
-    """The shortest way (m) to where it is in none of the others, straight out of one of them and no farther
-    than its own half length; None where there is no such place."""
+def way_to_room(own: Outline, others: Sequence[Outline], *, lands: bool = False) -> Way | None:
+    """The shortest way (m) to where it is in none of the others, straight out of one of them; None where
+    there is no such place. It is no longer than its own half length, where it lands with that of a part.
+    """
     near = [each for each in others if own.is_in(each)]
     if not near:
         return 0.0, 0.0
-    most = max(own.half) + CLEAR_M
-    ways = sorted(way for each in near for way in own.ways_out(each) if way[0] + CLEAR_M <= most)
-    for depth, a, b in ways:
+    ways = []
+    for each in near:
+        most = max(own.half) + (max(each.half) if lands and each.is_part else 0.0)
+        ways += [way for way in own.ways_out(each) if way[0] <= most]
+    for depth, a, b in sorted(ways):
         far = depth + CLEAR_M
         there = own.gone((far * a, far * b))
         if not any(there.is_in(each) for each in others):

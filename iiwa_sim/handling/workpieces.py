@@ -112,14 +112,16 @@ class Workpieces(Lying):
     def surfaces_are(self, surfaces: Sequence[Surface]) -> None:
         """What stands there from now on: parts ride up with what they lie on, and fall where it goes from
         below them."""
+        before = self._level()
         self._surfaces = tuple(surfaces)
         self._grounds = self._round = None
         self._look_again()
         faces = grounds_of(self._surfaces)
+        others = [each for each in faces if each not in before]
         lying = [each for each in self._bodies.values() if each.state == LIES]
         for each in sorted(lying, key=_height):
             name = each.part.name
-            now = ridden(each, faces)
+            now = ridden(each, faces, others)
             if now != each:
                 self._put(now)
             if now.state != LIES:

@@ -143,3 +143,28 @@ def test_what_has_come_down_beside_another_is_not_shot_off_as_that_is_pushed(
         scene.robot.step()
         for each in pieces_of(scene).bodies.values():
             assert hypot(*each.velocity) < 0.4
+
+
+@pytest.mark.parametrize("other", [CUBE, Sphere(0.02), Cylinder(0.015, 0.02)])
+def test_what_falls_in_each_other_comes_to_lie_beside_each_other(other: Box | Cylinder | Sphere) -> None:
+    """Parts in the air meet nothing; the one that lands last is moved."""
+    scene = Scene(
+        (part("one"), at(600, 0, TABLE_MM + 100)), (part("other", other), at(610, 4, TABLE_MM + 101))
+    )
+    scene.rests()
+    one, two = outlines(scene)
+    assert one.depth(two) <= 0.0
+
+
+def test_a_table_that_rises_lifts_what_lies_on_it_and_nothing_onto_what_that_lies_in() -> None:
+    scene = Scene(
+        (part("stands", Box(0.02, 0.02, 0.01)), at(600, 0, TABLE_MM + 10)),
+        (part("beside", Box(0.01, 0.01, 0.03)), at(700, 0, TABLE_MM + 30)),
+    )
+    pieces = pieces_of(scene)
+    inside = pieces.bodies["beside"]._replace(pose=at(600, 0, TABLE_MM + 29.7))
+    pieces.put_aside(inside)
+    pieces.surfaces_are([TABLE._replace(pose=at(600, 0, TABLE_MM - 20.0 + 0.5))])
+    scene.rests()
+    assert place(scene, "beside")[2] == pytest.approx(TABLE_MM + 30.0, abs=0.6)
+    assert scene.body("beside").on == "table"
