@@ -26,7 +26,7 @@ print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, os.nice(0) - nice, flu
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux knows slices")
-@pytest.mark.parametrize("policy", ["SCHED_OTHER", "SCHED_BATCH", "SCHED_IDLE"])
+@pytest.mark.parametrize("policy", ["SCHED_OTHER", "SCHED_BATCH"])  # SCHED_IDLE may never run
 def test_policy_and_nice_value_stay_as_they_are_for_children_too(policy: str) -> None:
     number = getattr(os, policy)
     done = subprocess.run(
