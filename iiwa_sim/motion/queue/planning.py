@@ -37,7 +37,7 @@ NOWHERE_S = np.empty(0)
 MANY_SAMPLES = 400
 """A nominal motion of fewer samples of x is planned in one slice."""
 CELLS_IN_SLICE = 40
-"""So many cells are asked at once what bounds the clock over them."""
+"""Most cells that one slice asks for the bounds of their clock."""
 STILL = 1e-12
 """rad per unit of x: a joint that goes less bounds nothing."""
 SHORTEST_S = 1e-4

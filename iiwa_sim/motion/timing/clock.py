@@ -19,14 +19,15 @@ from iiwa_sim.motion.timing.loads_kernel import beyond, inner_loads
 CELL_STEPS = 1600
 """Newton steps times cells in a slice: some 0.3 ms."""
 FEW_CELLS, LOOK_STEPS = 20, 3
-"""So many cells at the least are looked into at once: as long as so many steps, as to make their rows."""
+"""Least number of cells that one look asks about, and how many Newton steps such a look takes as long as."""
 IDLE = 0.15
 """Rows at less than this part of their limit are left out when a clock is gone on with."""
 BESIDE = 16
 """So many cells on either side of one that gets a row are changed for it."""
 MOST_STEPS, MOST_AGAIN = 40, 15
-"""Newton steps of a clock, and of one that is gone on with for another row."""
+"""Most Newton steps of a clock that is found afresh, and of one that is found again for a further row."""
 REPAIRS = 8
+"""Most times that a clock is found again for rows that a look inside cells has added."""
 STEADY = 0.97
 """A clock that goes evenly begins at this part of what limits allow."""
 AT_FIRST = 2

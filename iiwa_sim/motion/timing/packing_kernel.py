@@ -64,8 +64,8 @@ def merged(
     rows: cython.double[:, ::1],
     cuts: NDArray[np.float64],
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64], cython.double[:, ::1]]:
-    """The same with cuts (M, 7), see `Rows`, as groups of their own behind those of their cells; in the same
-    rows, if there are as many left."""
+    """Groups and rows of cells (see `packed`) with cuts (M, 7), see `Rows`, as groups of their own behind
+    those of their cells: in the rows that are given, if these have room for them."""
     g: cython.Py_ssize_t = of.shape[0]
     m: cython.Py_ssize_t = cuts.shape[0]
     groups: cython.Py_ssize_t = g + m
