@@ -21,7 +21,7 @@ SEED = 4
 TICK_S = 0.002
 TICKS = 20_000
 RUNS = 3
-MISSED = 6.0  # 70 and 45 beside other work, with a third of a processor; machines differ by a factor of two
+MISSED = 2.0  # 166 to 174 and 75 to 79 beside other work on both processors
 
 
 def measure() -> list[Figure]:
