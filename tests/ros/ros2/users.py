@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import socket
@@ -58,12 +59,9 @@ def domain() -> int:
         except OSError:
             lock.close()
         else:
-            _LOCKS.append(lock)
+            atexit.register(lock.close)
             return number
     raise AssertionError("all domains are in use")
-
-
-_LOCKS: list[socket.socket] = []  # kept until the process ends
 
 
 def compiled(python: Path) -> None:
