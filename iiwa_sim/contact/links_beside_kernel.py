@@ -156,10 +156,10 @@ class LinksBeside(LinkForces):
     @cython.exceptval(-1.0, check=True)
     def gap_at(self, s: cython.Py_ssize_t) -> cython.double:
         """How far (m) the arm, where `goes` was told that it is, is at least from the part of that number,
-        less than 0 in it."""
+        less than 0 in it; 0 where it stands in that without being pushed out, until it has been out."""
         least: cython.double = 1e9
         if self._muted[s]:
-            return least
+            return 0.0
         for c in range(self._capsule_count):
             if self._can_feel(c, s):
                 self._recall(c, s)

@@ -213,17 +213,17 @@ class Aside(ArmWay):
         if pieces.face_below(name) is None:
             return False
         still: cython.bint = body.settled and not body.wound
-        pressing: list[Presses] = []
         row: cython.Py_ssize_t = self._rows.get(name, -1)
-        if row >= 0:
-            pressing += by_the_arm(body.part, self._load.surround(joints), joints, self._tick)
+        links: LinksBeside = self._load.surround(joints)
+        pressing: list[Presses] = [*by_the_arm(body.part, links, joints, self._tick)] if row >= 0 else []
+        stands_in: cython.bint = row >= 0 and links._muted[links._shape_count - links._part_count + row] != 0
         if held is not None:
             number = parts.numbers[held.part.name]
             pressing += by_what_is_held(held, number, self._held_there(held, tcp), body)
         deepest: cython.double = pieces.crowd.look(parts.numbers[name], pressing, bool(still))
         deepest = max(deepest, -SEEN_M)
         if row >= 0:
-            self._due[row] = self._way if deepest > -_CLOSE else self._way - deepest - _CLOSE
+            self._due[row] = self._way + (0.0 if stands_in else max(0.0, -deepest - _CLOSE))
         return not still or deepest > 0.0
 
     @cython.cfunc

@@ -90,6 +90,21 @@ def bodies(scene: Scene) -> list[Body]:
     return list(scene.handling.workpieces.bodies.values())
 
 
+def test_an_arm_that_has_come_out_of_a_part_it_stood_in_pushes_that_from_then_on() -> None:
+    """Its jaws are in the part from the start, which they do not push."""
+    wide = BLOCK._replace(shape=Box(0.02, 0.06, 0.06))
+    scene = Scene((wide, at(600, 0, TABLE_MM + 60.0)))
+    x, y, z = (1e3 * each for each in scene.controller.tcp().translation)
+    assert (round(x), round(y)) == (600, 0)
+    assert TABLE_MM < z < TABLE_MM + 120.0
+    for beside, height in [(600.0, z + 40.0), (540.0, z + 40.0), (540.0, z - 30.0)]:
+        scene.goes(down(beside, 0.0, height))
+    assert place_mm(scene)[0] == 600.0
+    pushes(scene, 600.0, 0.0, z - 30.0)
+    assert place_mm(scene)[0] > 620.0
+    assert scene.controller.last_error is None
+
+
 def test_parts_that_move_are_taken_in_the_order_of_the_cell() -> None:
     """In that of a set of names the same commands would lead to other bits in another process."""
     names = [f"part {number}" for number in range(12)]
