@@ -21,7 +21,7 @@ SEED = 4
 TICK_S = 0.002
 TICKS = 20_000
 RUNS = 3
-MISSED = 2.0  # 166 to 174 and 75 to 79 beside other work on both processors
+MISSED = 3.0  # 156 to 174 and 67 to 79: a machine may be half as fast for a while
 
 
 def measure() -> list[Figure]:
