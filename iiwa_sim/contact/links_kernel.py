@@ -37,8 +37,6 @@ _NEAR_M = cython.declare(cython.double, NEAR_M)
 STANDS_M = 0.02
 """A floor may reach so far into the base."""
 _STANDS_M = cython.declare(cython.double, STANDS_M)
-# Whether the arm has come out of what it stands in is asked again after so much of its way (m).
-_COMES_OUT_M = cython.declare(cython.double, 1e-3)
 
 
 @cython.cclass
@@ -229,7 +227,7 @@ class Links(LinksBeside):
                 if self._is_out(s, 0.0):
                     self._muted[s] = 0
                 else:
-                    least = min(least, _COMES_OUT_M)  # it is looked at again now and then
+                    least = min(least, _NEAR_M)  # it is looked at again now and then
                     continue
             away: cython.double = 1e9
             nearest: cython.double = 1e9
