@@ -130,5 +130,5 @@ def way_to_room(own: Outline, others: Sequence[Outline], *, lands: bool = False)
 
 
 def between_heights(others: Sequence[Outline], low: float, high: float) -> list[Outline]:
-    """Those of which something is there."""
+    """The outlines of bodies that have something of themselves between two heights (m)."""
     return [each for each in others if each.top > low and each.low < high]

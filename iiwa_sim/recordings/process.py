@@ -66,7 +66,7 @@ class WritingProcess:
 
     @property
     def number(self) -> int:
-        """That of the system."""
+        """The number of the process in the system."""
         return self._process.pid
 
     @property

@@ -20,7 +20,7 @@ from iiwa_sim.recordings.signs import ALIVE, FAULT, LONGEST_SIGN, WHOLE
 from iiwa_sim.slices import run_soon
 
 MOST_BYTES = 8 * 1024 * 1024
-"""That wait for the process, some 30 s of a robot at 500 Hz; beyond, messages are lost."""
+"""Most bytes that wait for the writing process, some 30 s of a robot at 500 Hz; what comes then is lost."""
 SOCKET_BYTES = 1024 * 1024
 """Asked for, to be on the way; systems grant less."""
 PATIENCE_S = 5.0

@@ -326,7 +326,7 @@ def contact(seed: int) -> dict[str, float]:
 
 
 def held(seed: int) -> dict[str, float]:
-    """The same of a part that is held."""
+    """Energy that a held part in contact has gained and given back, of the scene with this seed."""
     return check(HeldScene(seed))
 
 

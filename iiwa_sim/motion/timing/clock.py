@@ -23,7 +23,7 @@ FEW_CELLS, LOOK_STEPS = 20, 3
 IDLE = 0.15
 """Rows at less than this part of their limit are left out when a clock is gone on with."""
 BESIDE = 16
-"""So many cells on either side of one that gets a row are changed for it."""
+"""Number of cells on either side of one that gets a row whose clock is changed for that row."""
 MOST_STEPS, MOST_AGAIN = 40, 15
 """Most Newton steps of a clock that is found afresh, and of one that is found again for a further row."""
 REPAIRS = 8
@@ -31,7 +31,7 @@ REPAIRS = 8
 STEADY = 0.97
 """A clock that goes evenly begins at this part of what limits allow."""
 AT_FIRST = 2
-"""So many slices the clock of a move that sets out alone is planned for."""
+"""Most slices of planning for the clock of a move that sets out alone."""
 KEPT = 1.004
 """Of acceleration and jerk between knots; more is repaired."""
 ACCEPTED = 0.3
