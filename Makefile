@@ -1,4 +1,5 @@
-# make run | test | test-slow | lint | requirements | docs | bench | image, each with ARGS="..."; the first one makes .venv and installs everything into it.
+# make run | test | test-slow | requirements | docs | bench | mutants, each with ARGS="..." if need be, or make lint | image;
+# all but the last make .venv when there is none, and install everything into it.
 # Kernels (iiwa_sim/**/*_kernel.py) whose text was edited are compiled before; make kernels does only that.
 PYTHON ?= python3
 BIN := .venv/bin

@@ -45,6 +45,11 @@ EXAMPLES = Path(__file__).parent.parent / "examples"
         (["--status-port", "0", "--status-rate", "0"], "argument --status-rate: '0' is not a whole number"),
         (["--status-port", "0", "--status-rate", "501"], "from 1 to 500"),
         (["--status-rate", "50"], "argument --status-rate: expected --status-port with it"),
+        (["--record-rate", "50"], "argument --record-rate: expected --record with it"),
+        (["--ros-rate", "50"], "--ros-rate: expected --rosbridge-port or --ros or --ros2 with it"),
+        (["--ros-stamps", "simulated"], "--ros-stamps: expected --rosbridge-port or --ros or --ros2 with it"),
+        (["--ros-result", "2024"], "--ros-result: expected --rosbridge-port or --ros or --ros2 with it"),
+        (["--ros-reference", "apply"], "--ros-reference: expected --rosbridge-port or --ros or --ros2 with"),
         (
             ["--status-port", "0", "--rate", "100", "--status-rate", "101"],
             "argument --status-rate: 101 is above the 100 ticks per second of --rate",

@@ -99,3 +99,10 @@ def test_what_a_page_names_is_there(page: Path) -> None:
         if not there:
             missing.append(word)
     assert not missing
+
+
+def test_the_makefile_says_which_of_its_targets_take_options() -> None:
+    text = (ROOT / "Makefile").read_text("utf-8")
+    (said,) = re.findall(r'^# make (.*), each with ARGS="\.\.\."', text)
+    rules = re.findall(r"^([a-z-]+):.*\n((?:\t.*\n)+)", text, re.MULTILINE)
+    assert said.split(" | ") == [target for target, recipe in rules if "$(ARGS)" in recipe]

@@ -8,11 +8,13 @@ from iiwa_sim.cli.parsing import Error
 from iiwa_sim.cli.reach import BACKDOOR, PAGE, check_token
 
 BACKDOOR_PORTS = ("backdoor_port", "backdoor_http_port")
+ON_ROS = ("rosbridge_port", "ros", "ros2")
 NEEDS = {
     "status_rate": ("status_port",),
     "record_rate": ("record",),
     **dict.fromkeys(("rosbridge_secret", "rosbridge_origin", "rosbridge_host"), ("rosbridge_port",)),
     **dict.fromkeys(("ros2_python", "ros_namespace"), ("ros2",)),
+    **dict.fromkeys(("ros_result", "ros_reference", "ros_rate", "ros_stamps"), ON_ROS),
     **dict.fromkeys(("backdoor_host", "backdoor_token", "backdoor_token_file"), BACKDOOR_PORTS),
     **dict.fromkeys(("view_host", "view_token", "view_token_file"), ("view_port",)),
 }

@@ -11,7 +11,7 @@ from iiwa_sim.cli.reach import secret_in
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ, MAX_RATE_HZ, MIN_RATE_HZ
 from iiwa_sim.dialect.ports import MAX_PORT
 from iiwa_sim.robot.description import DEFAULT_ROBOT, built_in_robots
-from iiwa_sim.ros.conventions import COMMON_RATE_HZ, RESULT_TYPES, Conventions, Reference, RosOptions, Stamps
+from iiwa_sim.ros.conventions import RESULT_TYPES, TODAYS, Conventions, Reference, RosOptions, Stamps
 from iiwa_sim.serve.web_access import WebAccess
 from iiwa_sim.wording import shortened
 
@@ -127,16 +127,14 @@ def add_ros_conventions(parser: Parser) -> None:
         "--ros-result",
         type=int,
         choices=RESULT_TYPES,
-        default=max(RESULT_TYPES),
         help="the year of robot_movement_interface whose type /command_result has; clients on ROS 1 with the "
-        "type of another year receive no results (default: %(default)s)",
+        f"type of another year receive no results (default: {max(RESULT_TYPES)})",
     )
     parser.add_argument(
         "--ros-reference",
         choices=[each.value for each in Reference],
-        default=Reference.APPLY.value,
         help="what to do with a pose_reference_frame with values, unless pose_reference names the base: "
-        "apply it, or ignore it where poses are in the base already (default: %(default)s)",
+        f"apply it, or ignore it where poses are in the base already (default: {TODAYS.reference.value})",
     )
 
 
@@ -166,10 +164,9 @@ def add_ros_rate(parser: Parser) -> None:
     parser.add_argument(
         "--ros-rate",
         type=whole(1, MAX_RATE_HZ),
-        default=COMMON_RATE_HZ,
         metavar="HZ",
         help="how often to publish joint states, transforms, wrench and /clock in a second of simulated "
-        "time, no more often than ticks (default: %(default)s)",
+        f"time, no more often than ticks (default: {TODAYS.rate_hz})",
     )
 
 
@@ -177,16 +174,19 @@ def add_ros_stamps(parser: Parser) -> None:
     parser.add_argument(
         "--ros-stamps",
         choices=[each.value for each in Stamps],
-        default=Stamps.REAL.value,
         help="the time in headers: real, or simulated as on /clock, for nodes with use_sim_time and for "
-        "clocks other than real (default: %(default)s)",
+        f"clocks other than real (default: {TODAYS.stamps.value})",
     )
 
 
 def ros_options(options: argparse.Namespace) -> RosOptions:
     """What the options say of a robot on ROS; those of stamps are there only where they were added."""
-    stamps = Stamps(getattr(options, "ros_stamps", Stamps.REAL.value))
-    reference = Reference(options.ros_reference)
+    conventions = Conventions(
+        RESULT_TYPES[options.ros_result or max(RESULT_TYPES)],
+        Reference(options.ros_reference or TODAYS.reference),
+        Stamps(getattr(options, "ros_stamps", None) or TODAYS.stamps),
+        options.ros_rate or TODAYS.rate_hz,
+    )
     return RosOptions(
         host=options.host,
         rosbridge_port=options.rosbridge_port,
@@ -197,7 +197,7 @@ def ros_options(options: argparse.Namespace) -> RosOptions:
         ros2=options.ros2,
         ros2_python=options.ros2_python,
         ros_namespace=options.ros_namespace,
-        ros_conventions=Conventions(RESULT_TYPES[options.ros_result], reference, stamps, options.ros_rate),
+        ros_conventions=conventions,
     )
 
 

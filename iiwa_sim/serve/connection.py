@@ -11,6 +11,10 @@ from iiwa_sim.serve.listening import peer_of, why
 if TYPE_CHECKING:
     from iiwa_sim.serve.server import Server
 
+CLOSING_S = 1.0
+"""Time (s) in which a client may close after the end of the stream. If the server closed first with data
+unread, the system would reset the connection and the last answer could be lost."""
+
 logger = logging.getLogger(__name__)
 
 
@@ -34,6 +38,7 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._share = server.budget.share(self._work)
         self._received = b""
         self._sent_end = False
+        self._owes_end = False  # the end of the stream is to be sent behind what the system has not taken yet
         self._is_told = False  # the log has it as connected
         self._limit: asyncio.TimerHandle | None = None  # until the client has to act
 
@@ -63,6 +68,10 @@ class Connection(asyncio.BufferedProtocol, ABC):
         self._share.ask()
         return True  # the transport stays open for what is to be sent
 
+    def resume_writing(self) -> None:
+        if self._owes_end:
+            self._loop.call_soon(self._send_end)  # not at once: asyncio is about to look what this leaves
+
     def connection_lost(self, exc: Exception | None) -> None:
         self._share.leave()
         if self._limit is not None:
@@ -87,6 +96,20 @@ class Connection(asyncio.BufferedProtocol, ABC):
     @abstractmethod
     def _work(self, until_s: float) -> bool:
         """Do what waits, up to `until_s`; returns whether there is more. Lets no exception out."""
+
+    def _send_end(self) -> None:
+        """Send the end of the stream behind what was written; then the client has CLOSING_S to close.
+
+        While the system has not taken all of that, this waits for `resume_writing`. asyncio would do so, too,
+        but it lets out the system's error where the client has gone meanwhile.
+        """
+        self._owes_end = self._transport.get_write_buffer_size() > 0
+        if not self._owes_end:
+            self._grant(CLOSING_S)
+            try:
+                self._transport.write_eof()
+            except OSError:
+                self.abort()
 
     def _drop(self, fault: Exception) -> None:
         """End the connection, in whose work this has been raised."""

@@ -23,9 +23,6 @@ LONGEST_HEAD = 16_384
 """Most bytes of a request's first line and headers that are buffered; more are answered 431."""
 IDLE_S = 60.0
 """Time (s) in which a client has to send its next request completely."""
-CLOSING_S = 1.0
-"""Time (s) in which a client may close after its last answer. If the server closed first with data unread,
-the system would reset the connection and the answer could be lost."""
 
 _BAD_REQUEST, _TOO_LARGE, _INTERNAL = 400, 413, 500
 _JSON = "application/json"
@@ -90,6 +87,7 @@ class HttpConnection(Connection):
         self._ends = False  # all further input is discarded
 
     def _begin(self) -> None:
+        self._transport.set_write_buffer_limits(0)
         find_out(self._transport.get_extra_info("socket"))
         self._grant(IDLE_S)
 
@@ -108,6 +106,7 @@ class HttpConnection(Connection):
         self._unread = True
 
     def resume_writing(self) -> None:
+        super().resume_writing()
         self._unread = False
         self._share.ask()
 
@@ -220,9 +219,8 @@ class HttpConnection(Connection):
 
     def _end(self) -> None:
         self._ends = True
-        self._transport.write_eof()
         self._transport.resume_reading()
-        self._grant(CLOSING_S)
+        self._send_end()
 
     def _write(self, event: h11.Event) -> None:
         data = self._http.send(event)

@@ -61,6 +61,7 @@ NEEDED_WITH = {
     "rosbridge_secret": ("--rosbridge-port", "0"),
     "rosbridge_origin": ("--rosbridge-port", "0"),
     "rosbridge_host": ("--rosbridge-port", "0"),
+    **dict.fromkeys(("ros_result", "ros_reference", "ros_rate", "ros_stamps"), ("--rosbridge-port", "0")),
     "ros2_python": ("--ros2",),
     "ros_namespace": ("--ros2",),
     "backdoor_host": ("--backdoor-port", "0"),

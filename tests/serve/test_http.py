@@ -3,20 +3,30 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import socket
 from collections.abc import AsyncIterator
 
 import pytest
 
-from iiwa_sim.serve import http
-from iiwa_sim.serve.http import LONGEST_BODY, LONGEST_HEAD, HttpAnswer, HttpRequest, HttpServer
+from iiwa_sim.serve import connection, http
+from iiwa_sim.serve.http import (
+    LONGEST_BODY,
+    LONGEST_HEAD,
+    HttpAnswer,
+    HttpConnection,
+    HttpRequest,
+    HttpServer,
+)
 from tests.talking import DEADLINE_S, Client, until
 
 POST = b"POST /echo?x=1 HTTP/1.1\r\nHost: a\r\nContent-Length: 5\r\n\r\nhello"
 GET = b"GET /echo HTTP/1.1\r\nHost: a\r\n\r\n"
+LARGE = b"x" * 8_000_000  # more than the system takes for a client that does not read
 
 
 class Echo:
-    """Answers with what was asked; /slow when told, /broken never."""
+    """Answers with what was asked, or with much; /slow when told, /broken never."""
 
     def __init__(self) -> None:
         self.requests: list[HttpRequest] = []
@@ -29,6 +39,8 @@ class Echo:
             return asyncio.get_running_loop().create_task(self._slow())
         if request.path == "/broken":
             raise ZeroDivisionError
+        if request.path == "/large":
+            return HttpAnswer(200, LARGE, "text/plain")
         return HttpAnswer(200, f"{request.method} {request.path} ".encode() + request.body, "text/plain")
 
     async def _slow(self) -> HttpAnswer:
@@ -134,6 +146,45 @@ async def test_who_says_close_is_closed(connected: Clients, server: HttpServer) 
     client = await connected(server)
     client.send(GET[:-2] + b"Connection: close\r\n\r\n")
     assert (await client.rest()).endswith(b"GET /echo ")
+
+
+GET_LARGE = b"GET /large HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"
+
+
+async def test_who_says_close_may_take_its_time_to_read(
+    connected: Clients, server: HttpServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it has for closing begins behind the answer: it ended what was sent in the midst."""
+    monkeypatch.setattr(connection, "CLOSING_S", 0.0)
+    client = await connected(server)
+    client.send(GET_LARGE)
+    await client.sent()
+    for _ in range(10):  # turns of the loop in which nothing is read
+        await asyncio.sleep(0)
+    assert (await client.rest()).endswith(LARGE)
+
+
+async def test_who_goes_before_the_end_of_the_stream_is_no_fault(
+    server: HttpServer, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """When the system has just taken the last of its answer."""
+    loop, resumes = asyncio.get_running_loop(), HttpConnection.resume_writing
+    client = socket.create_connection(server.address)
+    client.setblocking(False)
+
+    def goes(of: HttpConnection) -> None:
+        client.close()
+        resumes(of)
+
+    monkeypatch.setattr(HttpConnection, "resume_writing", goes)
+    await loop.sock_sendall(client, GET_LARGE)
+    async with asyncio.timeout(DEADLINE_S):
+        while client.fileno() >= 0:
+            with contextlib.suppress(BlockingIOError):
+                client.recv(65_536)
+            await asyncio.sleep(0)
+    await until(lambda: not server.connections)
+    assert caplog.text == ""
 
 
 async def test_a_head_has_no_body(connected: Clients, server: HttpServer) -> None:

@@ -15,7 +15,7 @@ from websockets.http11 import Request
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from iiwa_sim.serve.connection import Connection
+from iiwa_sim.serve.connection import CLOSING_S, Connection
 from iiwa_sim.serve.socket_options import find_out
 
 if TYPE_CHECKING:
@@ -30,8 +30,6 @@ MOST_UNREAD_BYTES = 65_536
 """Bytes of answers to pings that a client may leave unread before nothing more is read from it."""
 OPENING_S = 10.0
 """Seconds for a client to complete the opening handshake."""
-CLOSING_S = 1.0
-"""Seconds for a client to answer the closing handshake."""
 POLICY_VIOLATION = 1008
 FORBIDDEN = 403
 
@@ -94,6 +92,7 @@ class RosbridgeConnection(Connection):
         self._unread = True
 
     def resume_writing(self) -> None:
+        super().resume_writing()
         self._unread = False
         self._share.ask()
 
@@ -196,8 +195,7 @@ class RosbridgeConnection(Connection):
             if data:
                 self._transport.write(data)
             else:  # the end of the stream, after which the client may still send
-                self._transport.write_eof()
-                self._grant(CLOSING_S)
+                self._send_end()
 
     def _turn_out(self) -> None:
         """Send why the client is refused, and close."""

@@ -1,0 +1,138 @@
+"""Clients that close or reset their connection on any port of a simulator, at any stage of what they say."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import socket
+from itertools import product
+
+from iiwa_sim.client import Iiwa
+from iiwa_sim.serve.socket_options import reset_at_close
+from tests.processes import Process, running
+from tests.talking import DEADLINE_S
+
+OPENING = (
+    b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+def frame(opcode: int, text: bytes) -> bytes:
+    """One of a client on a WebSocket, with a mask of zeros."""
+    return bytes([0x80 | opcode, 0x80 | len(text)]) + b"\0\0\0\0" + text
+
+
+def request(method: str, path: str, body: str = "", *headers: str) -> bytes:
+    length = () if method == "GET" else (f"Content-Length: {len(body)}",)
+    head = (f"{method} {path} HTTP/1.1", "Host: 127.0.0.1", *length, *headers, "", "")
+    return "\r\n".join(head).encode() + body.encode()
+
+
+ANSWER_S = 0.01  # for an answer, where there is one
+TEXT, CLOSE, PING = 1, 8, 9
+SUBSCRIBED = b'{"op": "subscribe", "topic": "/joint_states"}'
+CALLED = b'{"op": "call_service", "service": "/nothing"}'
+SAID = {
+    "iiwa": [
+        b"get status\r\nget mode\r\n",
+        b"get st",
+        b"\xff\xfb\x01",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"bye\r\n",
+        b"nonsense\r\n" * 3000,
+    ],
+    "krc4": [b"<RobotCommand/>", b"<", b"bye\r\n", b"<a></b>", b"GET / HTTP/1.1\r\n\r\n"],
+    "status": [b"stop\r\n", b"sto", b"GET / HTTP/1.1\r\n\r\n"],
+    "backdoor": [b"hello\r\nrelease when gone\r\npush : 9 0 0 0 0 0\r\n", b"advance : 0.1\r\n", b"bye\r\n"],
+    "HTTP": [
+        b"hello\r\n\r\n",
+        request("GET", "/state"),
+        request("GET", "/state")[:20],
+        request("GET", "/state", "", "Connection: close"),
+        request("HEAD", "/nowhere"),
+        request("HEAD", "/state", "", "Connection: close"),
+        request("POST", "/backdoor/advance", '{"time": 0.1}'),
+        request("POST", "/backdoor/advance", '{"time": 0.1}', "Connection: close"),
+        request("POST", "/backdoor/advance", "x" * 70_000),
+        request("POST", "/backdoor/advance", "", "Expect: 100-continue"),
+    ],
+    "rosbridge": [
+        b"hello\r\n\r\n",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n",
+        OPENING[:40],
+        OPENING,
+        OPENING.replace(b"127.0.0.1", b"evil.example"),
+        OPENING + frame(TEXT, SUBSCRIBED) + frame(TEXT, CALLED),
+        OPENING + frame(TEXT, b"nonsense"),
+        OPENING + frame(TEXT, CALLED)[:9],
+        OPENING + frame(PING, b"") + frame(CLOSE, b"\x03\xe8"),
+        OPENING + frame(TEXT, b"\xff\xff"),
+        OPENING + frame(3, b"of no kind"),
+    ],
+    "page": [
+        b"hello\r\n\r\n",
+        request("GET", "/")[:20],
+        request("GET", "/"),
+        OPENING,
+        OPENING + frame(2, b"nonsense"),
+    ],
+}
+"""What a client says on a port before it resets the connection."""
+
+
+def goes(process: Process, port: int, said: bytes, stage: str) -> None:
+    """A client that is gone before the simulator, halted meanwhile, reads a byte; or when it is answered."""
+    halted = stage != "resets, answered"
+    if halted:
+        process.process.send_signal(signal.SIGSTOP)
+    try:
+        with socket.create_connection(("127.0.0.1", port), DEADLINE_S) as connection:
+            connection.setblocking(not halted)
+            connection.send(said)
+            if not halted:
+                connection.settimeout(ANSWER_S)
+                with contextlib.suppress(TimeoutError, ConnectionError):
+                    connection.recv(1)
+            if stage == "sends no more, resets":
+                connection.shutdown(socket.SHUT_WR)
+            if stage != "closes":
+                reset_at_close(connection)
+    finally:
+        process.process.send_signal(signal.SIGCONT)
+
+
+STAGES = ("closes", "resets", "sends no more, resets", "resets, answered")
+PORTS = ("krc4", "status", "rosbridge", "backdoor", "HTTP", "page")
+OPTIONS = (
+    "--dialect",
+    "iiwa,krc4",
+    "--status-port",
+    "0",
+    "--backdoor-port",
+    "0",
+    "--backdoor-http-port",
+    "0",
+)
+OPTIONS += ("--rosbridge-port", "0", "--view-port", "0")
+
+
+def test_clients_that_go_at_any_moment_are_no_fault() -> None:
+    with running(*OPTIONS) as process:
+        ports = {"iiwa": process.port}
+        for name in PORTS:
+            said = process.line().strip().rstrip("/")
+            assert name in said
+            ports[name] = int(said.rpartition(":")[2])
+        for port, line in [(ports[name], line) for name in SAID for line in SAID[name]]:
+            for length, stage in product({0, 1, len(line) // 2, len(line)}, STAGES):
+                goes(process, port, line[:length], stage)
+        with Iiwa("127.0.0.1", process.port) as robot:
+            assert robot.get_status() == "stopped"
+        for port in ports.values():
+            socket.create_connection(("127.0.0.1", port), DEADLINE_S).close()
+        code, log = process.ends(signal.SIGTERM)
+    assert code == 0
+    assert "error" not in log
+    assert "Traceback" not in log
