@@ -70,6 +70,15 @@ class WritingProcess:
         return self._process.pid
 
     @property
+    def computed(self) -> int | None:
+        """CPU time that it has had so far, in ticks of the system's; None where that is not known."""
+        try:
+            fields = Path(f"/proc/{self.number}/stat").read_bytes().rpartition(b")")[2].split()
+            return int(fields[11]) + int(fields[12])
+        except (OSError, IndexError):
+            return None
+
+    @property
     def there(self) -> bool:
         """Whether it can be given something."""
         return self.of == os.getpid() and self._process.poll() is None

@@ -26,7 +26,9 @@ SOCKET_BYTES = 1024 * 1024
 PATIENCE_S = 5.0
 """So long the file may take nothing, before who can wait, and the end of the recording, wait no longer."""
 STARTS_S = 60.0
-"""So long instead while the process has given no sign of life: it takes its time to start."""
+"""So long instead while the process has given no sign of life, where the system does not tell whether it
+computes: it may take its time to start."""
+_UNKNOWN = -1
 _LOOK_S = 0.25
 """Between two looks at what found no room before, where nobody puts any more."""
 _NO_SIGNAL = getattr(socket, "MSG_NOSIGNAL", 0)
@@ -121,10 +123,17 @@ class Writer:
 
     @property
     def _patience_s(self) -> float:
-        return PATIENCE_S if self._signs else STARTS_S
+        return STARTS_S if self._starting() == _UNKNOWN else PATIENCE_S
 
-    def _progress(self) -> tuple[int, int]:
-        return self._sent, self._signs
+    def _progress(self) -> tuple[int, int, int]:
+        return self._sent, self._signs, self._starting()
+
+    def _starting(self) -> int:
+        """How far the process has come that has given no sign of life yet, in CPU time; 0 once it has."""
+        if self._signs:
+            return 0
+        computed = self._process.computed
+        return _UNKNOWN if computed is None else computed
 
     def _append(self, frame: bytes) -> None:
         if self._over:

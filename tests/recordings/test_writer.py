@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import socket
 import threading
 from collections.abc import Callable, Iterator
@@ -48,6 +49,7 @@ class Other:
 
     number = 0
     hangs = False
+    computed: int | None = None
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         ours, self.theirs = socket.socketpair()
@@ -133,6 +135,21 @@ def test_in_haste_nobody_waits_for_ever(
     assert logged(caplog)[1:] == [f"{path}: the recording is cut off: the file takes nothing"]
     writer._listener.join(DEADLINE_S)
     assert len(logged(caplog)) == 2, "which is all that is said of it"
+
+
+@pytest.mark.usefixtures("other")
+def test_a_process_that_never_begins_is_not_waited_for_as_one_that_starts_slowly(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Nobody waited less than a minute for one that had been halted at its start."""
+    monkeypatch.setattr("iiwa_sim.recordings.writer.PATIENCE_S", 0.01)
+    path = tmp_path / "a.mcap"
+    writer = begun(path)
+    looks = itertools.count()
+    monkeypatch.setattr(Other, "computed", property(lambda _: min(next(looks), 50)))
+    assert not writer.close()
+    assert next(looks) > 50, "as long as it computes it is waited for"
+    assert logged(caplog) == [f"{path}: the recording is cut off: the file takes nothing"]
 
 
 @pytest.mark.parametrize(
