@@ -116,6 +116,30 @@ def test_in_fast_a_move_begins_only_when_the_driver_had_time_to_send_the_next(
         assert robot.get_queue() == 2, "behind the one that is about to run"
 
 
+def test_in_fast_a_move_begins_when_its_driver_only_asks_whether_it_is_done(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for name in ("HOLD_NS", "LONGEST_HOLD_NS"):
+        monkeypatch.setattr(clock, name, 10**15)
+    with (
+        Simulator(clock="fast") as simulator,
+        Iiwa(simulator.host, simulator.port) as robot,
+        Iiwa(simulator.host, simulator.port) as watcher,
+    ):
+        home = simulator.joints
+        for y_mm in (100, 0):
+            robot.lin_move([450, y_mm, 520, 0, -1.57079, 0], 0.5, 30)
+            for _ in range(10):
+                assert watcher.get_status() == "moving"
+            assert simulator.joints == home, "another client that asks is no news"
+            for ask in (robot.get_status, robot.get_queue) * 5:
+                ask()
+            assert simulator.joints == home, "who asks for this and that may do something else now"
+        while robot.get_status() == "moving":
+            pass
+        assert simulator.joints != home
+
+
 @pytest.mark.parametrize("name", ["krc4", "krc4 beside iiwa"])
 def test_and_so_with_krc4(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     for constant in ("HOLD_NS", "LONGEST_HOLD_NS"):

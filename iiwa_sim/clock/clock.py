@@ -32,7 +32,8 @@ SLICE_NS = 1_000_000
 
 HOLD_NS = 2_000_000
 """In haste, time stands still for so long after a move was accepted. A driver that sends moves one behind
-the other so gets them queued, and blended, as it would in real time, where that takes it one tick."""
+the other so gets them queued, and blended, as it would in real time, where that takes it one tick. It goes on
+when that driver does nothing but ask the same question."""
 
 LONGEST_HOLD_NS = 50_000_000
 """Time does not stand still longer than this for a driver that never stops sending moves."""
@@ -78,13 +79,11 @@ class Clock:
         self._now_ns = now_ns
         self._open_timer = timer
         self._timer: Timer | None = None
-        self._asked_ns = 0  # what the timer is set to
-        self._deadline_ns = 0  # of the next tick at the pace
-        self._paused = False
+        self._asked_ns = self._deadline_ns = 0  # what the timer is set to; of the next tick at the pace
+        self._paused = self._idles = False  # idle: no timer is set, since the robot is resting
         self._errands: deque[Errand] = deque()
         self._held_since_ns: int | None = None
         self._held_until_ns = self._accepted = 0  # what is accepted is no news
-        self._idles = False  # no timer is set, since the robot is resting
         self._faults = TickFaults()
         self._take(pace)
 
@@ -154,8 +153,8 @@ class Clock:
             self._count_anew()
             self._sleep()
 
-    def commanded(self) -> None:
-        """Commands may have been carried out: news in haste, and where the robot was resting."""
+    def commanded(self, awaited: bool = False) -> None:
+        """Commands may have been carried out; the newest move is `awaited` by who would send the next one."""
         if self._timer is None or not (self._pace.ticks_in_haste or self._idles):
             return
         if self._pace.ticks_in_haste and self._accepted != (accepted := self._robot.accepted):
@@ -164,6 +163,8 @@ class Clock:
             if self._held_since_ns is None:
                 self._held_since_ns = now_ns
             self._held_until_ns = min(now_ns + HOLD_NS, self._held_since_ns + LONGEST_HOLD_NS)
+        elif awaited:
+            self._held_until_ns = 1  # at once
         self._sleep()
 
     def catch_up(self) -> None:
@@ -277,8 +278,7 @@ class Clock:
 
     def _make_due(self, now_ns: int) -> None:
         """The ticks that are due at the pace."""
-        due = (now_ns - self._deadline_ns) // self._period_ns + 1
-        if due <= 0:
+        if (due := (now_ns - self._deadline_ns) // self._period_ns + 1) <= 0:
             return
         self._deadline_ns += due * self._period_ns
         if self._robot.resting:

@@ -29,6 +29,10 @@ class Session(Protocol):
     def pending(self) -> Pending | None:
         """What the next reply waits for; until it is done there is nothing to answer."""
 
+    @property
+    def awaits(self) -> bool:
+        """Whether the newest move is the client's own, and it waits for its end: it asks again and again."""
+
     def receive(self, data: bytes) -> None:
         """Take bytes from the client."""
 

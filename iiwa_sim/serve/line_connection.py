@@ -161,7 +161,7 @@ class LineConnection(SessionConnection):
             self._drop(fault)
             return False
         if answered and self._server.on_answered is not None:
-            self._server.on_answered()
+            self._server.on_answered(self._session.awaits)
         return self._goes_on()
 
     def _answer(self, until_s: float) -> None:

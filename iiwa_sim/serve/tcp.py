@@ -23,8 +23,8 @@ class TcpServer(Server[LineConnection]):
     `port` 0 picks a free one; `address` tells which. A host name stands for its first address, IPv4 before
     IPv6. A client that does not read its replies for `unread_s` is dropped. A client that waits to be
     admitted is connected, but nothing is read from it. `on_answered` is called after commands have been
-    carried out, `on_good_bye` after a client has said good-bye and been answered. `faults` are the wire
-    faults of its replies.
+    carried out, with what the session `awaits`, `on_good_bye` after a client has said good-bye and been
+    answered. `faults` are the wire faults of its replies.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class TcpServer(Server[LineConnection]):
         unread_s: float = UNREAD_S,
         admission: Admission | None = None,
         budget: Budget | None = None,
-        on_answered: Callable[[], None] | None = None,
+        on_answered: Callable[[bool], None] | None = None,
         on_good_bye: Callable[[], None] | None = None,
         faults: WireFaults | None = None,
         dialect: str = "",

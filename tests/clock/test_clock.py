@@ -245,6 +245,22 @@ class TestFast:
             clock.commanded()
         assert set(robot.at_ns) == {until_ns}
 
+    def test_time_goes_on_for_a_driver_that_sends_no_more(self) -> None:
+        time = HandTime()
+        robot = CountedRobot(time)
+        clock = started(robot, time, pace=FAST)
+        for _ in range(2):
+            robot.left = 100
+            robot.accepted += 1
+            clock.commanded(awaited=True)
+            assert time.asked_ns == time.now_ns + HOLD_NS, "what is accepted now is held"
+            clock.commanded(awaited=True)
+            assert time.asked_ns == 1, "at once"
+            time.pass_until_woken()
+            assert robot.left == 0
+        clock.commanded(awaited=True)
+        assert robot.ticks == 200
+
     def test_moves_of_before_are_no_news(self) -> None:
         time = HandTime()
         robot = CountedRobot(time)

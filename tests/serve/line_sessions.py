@@ -16,6 +16,7 @@ class EchoSession:
         self.ended = False
         self.closing = False
         self.pending = None
+        self.awaits = False
         self._lines_at_once = lines_at_once
         self._blow_up = blow_up
         self.waiting: deque[bytes] = deque()

@@ -50,6 +50,8 @@ class Krc4Session:
         """Whether the stream is broken: the shell sends what is to be sent and closes."""
         self.pending: Pending | None = None
         """Nothing that a reply waits for."""
+        self.awaits = False
+        """Whether the client waits for the end of its move: not known, no message is the one before."""
 
     def receive(self, data: bytes) -> None:
         """Bytes from the client."""

@@ -19,6 +19,8 @@ from iiwa_sim.dialect.wire.lines import OVERLONG, TIMING_MARK, WONT_TIMING_MARK,
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.table import ERROR, Refusal, Request, Table, with_hint
 
+ASKED_OFTEN = 3
+"""Times in a row that a client says the same line before it counts as one that waits."""
 LINES_AT_ONCE = 512
 """Lines answered in one batch, which takes a few milliseconds; then the event loop runs."""
 CANNED = "the reply to the next line is canned, nothing is carried out"
@@ -42,6 +44,7 @@ class LineSession(ABC):
         """What the next reply waits for."""
         self.ends_batch = False
         """Whether the present batch of replies ends with this line, which takes long."""
+        self._line, self._times = b"", 0  # the last one, and how many times in a row it came
         self._logs_commands = False
         self.reason = ""
         """Why the last line was refused, for the dialogue; empty where it was not."""
@@ -74,6 +77,7 @@ class LineSession(ABC):
                 replies.append(WONT_TIMING_MARK)
                 continue
             self.reason = ""
+            self._line, self._times = line, self._times + 1 if line == self._line else 1
             reply = self._reply(line)
             replies.append(reply)
             if dialogue.listeners:
@@ -81,6 +85,11 @@ class LineSession(ABC):
             if self.ends_batch:
                 break
         return b"".join(replies)
+
+    @property
+    def awaits(self) -> bool:
+        """Whether the newest move is the client's own, and it waits for its end; never without moves."""
+        return False
 
     def lost(self) -> None:
         """Notice that the connection has gone: waiting lines are dropped."""
