@@ -65,7 +65,7 @@ class Parts:
         self.load = ExternalLoad(model, d.tool_in_flange, d.home)
 
     def given(self) -> tuple[Any, ...]:
-        return self.kinematics, self.bounds, TICK_S, self.load, self.world.feel
+        return self.kinematics, self.bounds, TICK_S, self.load, self.world
 
 
 def both(model: Model) -> tuple[Parts, Parts]:

@@ -59,5 +59,5 @@ cdef class Contact:
     cdef void roll(self, double wx, double wy, double wz) noexcept
     cdef bint press(
         self, double px, double py, double pz, double vx, double vy, double vz, bint remember
-    ) except *
+    ) except? -1
     cdef void _find_depth(self, double px, double py, double pz, bint remember) except *

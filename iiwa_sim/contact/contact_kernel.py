@@ -126,7 +126,7 @@ class Contact:
         self._ax, self._ay, self._az, self._ux, self._uy, self._uz, self._wx, self._wy, self._wz = kept[4:]
 
     @cython.cfunc
-    @cython.exceptval(check=True)
+    @cython.exceptval(-1, check=True)
     def press(
         self,
         px: cython.double,

@@ -218,7 +218,8 @@ class ExternalLoad(Acting):
             touch.be_at(contact[0])
         touch.roll()
         if contact is not None and contact[1] is not None:
-            (fx, fy, fz), (tx, ty, tz) = contact[1]
+            felt = contact[1]
+            (fx, fy, fz), (tx, ty, tz) = felt.force, felt.torque
             self._touch = touch.along(fx, fy, fz, tx, ty, tz)
             touch.stay()
         elif stands and touch.stays():

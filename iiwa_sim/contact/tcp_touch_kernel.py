@@ -34,18 +34,18 @@ class TcpTouch:
     def go_to(self, tcp: Tcp, joints: Any) -> object:
         """The TCP is where joint positions (rad) bring it."""
         tcp.go_to(joints)
-        self._turned[:] = tcp.turned
-        self.at[:] = tcp.place
+        for k in range(9):
+            self._turned[k] = tcp.turned[k]
+        for k in range(3):
+            self.at[k] = tcp.place[k]
         return None
 
     @cython.cfunc
     def be_at(self, pose: Any) -> object:
         """The TCP is at a pose in the base."""
-        rotation, place = pose
-        for k in range(9):
-            self._turned[k] = rotation[k]
-        for k in range(3):
-            self.at[k] = place[k]
+        r, p = self._turned, self.at
+        r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8] = pose.rotation  # unpacking the pose costs more
+        p[0], p[1], p[2] = pose.translation
         return None
 
     @cython.cfunc
@@ -80,7 +80,8 @@ class TcpTouch:
     def stay(self) -> cython.void:
         """What surfaces do is known here."""
         self.known = True
-        self._place[:] = self.at
+        for k in range(3):
+            self._place[k] = self.at[k]
 
     @cython.cfunc
     def along(

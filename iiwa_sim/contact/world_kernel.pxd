@@ -1,7 +1,7 @@
 # For the kernel of loads, which feels the world in each tick.
-from iiwa_sim.contact.contact_kernel cimport Contact
+from iiwa_sim.robot.feeling_kernel cimport Feeling
 
-cdef class World:
+cdef class World(Feeling):
     cdef readonly double radius_m
     cdef readonly int changes          # how many times a surface has been put or taken away
     cdef dict _contacts                # by name
@@ -9,12 +9,7 @@ cdef class World:
     cdef double[::1] _turned           # how the TCP is turned, row by row, if that is known
     cdef bint _is_turned
     cdef double[::1] _coming
-    # What surfaces do, after `feel_at`.
-    cdef double fx
-    cdef double fy
-    cdef double fz
-    cdef double tx
-    cdef double ty
-    cdef double tz
     cdef void roll_to(self, double[::1] rotation) noexcept
-    cdef bint feel_at(self, double px, double py, double pz, double vx, double vy, double vz, bint remember) except *
+    cpdef bint feel_at(
+        self, double px, double py, double pz, double vx, double vy, double vz, bint remember
+    ) except? -1

@@ -3,7 +3,7 @@
 What one surface does is said in `contact_kernel`: how it pushes, holds, and lets go.
 """
 
-# mypy: allow-untyped-decorators
+# mypy: allow-untyped-decorators, allow-subclassing-any
 
 from __future__ import annotations
 
@@ -19,15 +19,17 @@ from iiwa_sim.wrench import NO_TOUCH, Touch
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.contact_kernel import Contact, turn_between
+    from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
 else:
     from iiwa_sim.contact.contact_kernel import Contact, turn_between
+    from iiwa_sim.robot.feeling_kernel import Feeling
 
 AT_REST: Vector = (0.0, 0.0, 0.0)
 _new = tuple.__new__  # calling the class costs twice as much
 
 
 @cython.cclass
-class World:
+class World(Feeling):
     """Surfaces, and a sphere round the TCP that touches them, and rolls on them.
 
     Each surface acts for itself: where two overlap, or meet flush, their forces add up. The attributes are
@@ -148,8 +150,8 @@ class World:
             return NO_TOUCH
         return _new(Touch, ((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz)))
 
-    @cython.cfunc
-    @cython.exceptval(check=True)
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
     def feel_at(
         self,
         px: cython.double,

@@ -16,7 +16,8 @@ from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.rate import PlannedTime
 from iiwa_sim.motion.servo import Servo
-from iiwa_sim.motion.surroundings import Feel, Pushes
+from iiwa_sim.motion.surroundings import Pushes
+from iiwa_sim.robot.feeling_kernel import Feeling
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
@@ -29,7 +30,7 @@ def motions_of(
     tick_s: float,
     limits: JointLimits,
     pushes: Pushes,
-    feel: Feel | None,
+    feeling: Feeling | None,
 ) -> Motions:
     """At rest at `start` (rad), for ticks of `tick_s`; `limits` are those of smart mode at full speed.
 
@@ -48,8 +49,8 @@ def motions_of(
     follower = Follower(
         start,
         tick_s,
-        Compliance(kinematics, bounds, tick_s, pushes, feel),
-        JointSprings(kinematics, bounds, tick_s, pushes, feel),
+        Compliance(kinematics, bounds, tick_s, pushes, feeling),
+        JointSprings(kinematics, bounds, tick_s, pushes, feeling),
         Braking(bounds, tick_s, *stop),
     )
     drive = Drive(start, time(), np.array(low), np.array(high))

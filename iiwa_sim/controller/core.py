@@ -233,5 +233,5 @@ class Core:
 
     def _motions_from(self, joints: Joints) -> Motions:
         limits = self.targets.limits[Mode.SMART]
-        pushes, feel = self.load.pushes, self.load.world.feel
-        return motions_of(self.model, self.tool_in_flange, joints, self.tick_s, limits, pushes, feel)
+        pushes, feeling = self.load.pushes, self.load.world
+        return motions_of(self.model, self.tool_in_flange, joints, self.tick_s, limits, pushes, feeling)

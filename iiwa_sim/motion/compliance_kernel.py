@@ -28,16 +28,18 @@ from iiwa_sim.motion.deflected_arm_kernel import INERTIA_KGM2, REDUNDANCY_INERTI
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.spring import damping, spring
-from iiwa_sim.motion.surroundings import Feel, Pushes
+from iiwa_sim.motion.surroundings import Pushes
 from iiwa_sim.wrench import TcpContact
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.deflected_arm_kernel import DeflectedArm
     from cython.cimports.iiwa_sim.motion.shift_kernel import Shift
+    from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
     from cython.cimports.iiwa_sim.robot.kinematics_kernel import Kinematics
 else:
     from iiwa_sim.motion.deflected_arm_kernel import DeflectedArm
     from iiwa_sim.motion.shift_kernel import Shift
+    from iiwa_sim.robot.feeling_kernel import Feeling
     from iiwa_sim.robot.kinematics_kernel import Kinematics
 
 ROTATIONAL_STIFFNESS_NM_PER_RAD = 200.0
@@ -86,6 +88,11 @@ class Compliance:
     _v: cython.double[::1]
     _forces: cython.double[::1]
     _forced: cython.bint  # whether any of these is not 0
+    _impedance: Any  # of the last tick, and what it says: stiffness (N/m), force (N) and torque (Nm)
+    _stiffness: cython.double
+    _control: cython.double[::1]
+    _joint_push: Any  # of the last tick
+    _joints_pushed: cython.bint  # whether any number of that is not 0
 
     def __init__(
         self,
@@ -93,9 +100,9 @@ class Compliance:
         bounds: JointBounds,
         tick_s: float,
         pushes: Pushes,
-        feel: Feel | None,
+        feeling: Feeling | None,
     ) -> None:
-        """`feel` is None where there is nothing to touch."""
+        """`feeling` is None where there is nothing to touch."""
         self._arm = DeflectedArm(kinematics, bounds)
         self._at, self._turned = self._arm.at, self._arm.turned
         self._tick_s = tick_s
@@ -103,7 +110,7 @@ class Compliance:
         self.tcp_contact: TcpContact | None = None
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
         self._in_contact = False
-        self._shift = Shift(tick_s, feel)
+        self._shift = Shift(tick_s, feeling)
         turn, swivel = ROTATIONAL_STIFFNESS_NM_PER_RAD, REDUNDANCY_STIFFNESS_NM_PER_RAD
         damped, swivel_damped = damping(INERTIA_KGM2, turn), damping(REDUNDANCY_INERTIA_KGM2, swivel)
         self._turning = spring(INERTIA_KGM2, turn, damped, tick_s)
@@ -113,6 +120,9 @@ class Compliance:
         self._x, self._start = np.zeros((2, 7))
         self._v = np.zeros(7)
         self._forces = np.zeros(7)
+        self._control = np.zeros(6)
+        self._impedance, self._joint_push = None, None
+        self._joints_pushed = False
 
     def start(self, joints: Joints, velocity: Sequence[float] | None = None) -> None:
         """On a plan that rests at joint positions (rad); the robot is there, too, with a velocity (rad/s)."""
@@ -126,7 +136,7 @@ class Compliance:
             k: cython.Py_ssize_t
             for k, v in enumerate((jacobian @ np.array(velocity)).tolist()):
                 self._v[k] = v
-        self._shift.start((self._at[9], self._at[10], self._at[11]))
+        self._shift.start(self._at)
         self.tcp_contact = None
 
     @property
@@ -157,19 +167,21 @@ class Compliance:
             self._moved[k] = self._at[9 + k] - self._was[k]
         self._find_forces(impedance)
         alone = not self._forced and not self._shift.touches
-        if alone and self._is_on_plan() and not self._shift.meets(self._at[9:], self._moved):
-            self._turned[:] = self._at[:9]
+        if alone and self._is_on_plan() and not self._shift.meets(self._at, self._moved):
+            for k in range(9):
+                self._turned[k] = self._at[k]
             arm.joints = nominal
             return nominal
         x = self._x
-        self._start[:] = x
-        self._swing(impedance)
+        for k in range(7):
+            self._start[k] = x[k]
+        self._swing()
         pose = arm.follow(x, before)
         if pose is None:
             for k in range(7):
                 self._v[k] = (x[k] - self._start[k]) / self._tick_s
         else:
-            self.tcp_contact = (pose, self._shift.touch if self._in_contact else None)
+            self.tcp_contact = (pose, self._shift.touch() if self._in_contact else None)
         if not self._forced and not self._shift.touches and self._is_home():
             self._x[:] = 0.0
             self._v[:] = 0.0
@@ -188,23 +200,24 @@ class Compliance:
     @cython.cfunc
     def _find_forces(self, impedance: Any) -> object:
         """What acts besides springs and contact, in base axes; the last is the torque on the redundancy."""
-        f, r = self._forces, self._turned
+        f, r, c = self._forces, self._turned, self._control
+        if impedance is not self._impedance:
+            stiffness, control = impedance
+            self._stiffness = stiffness
+            for n in range(6):
+                c[n] = control[n]
+            self._impedance = impedance
         joint_push = self._pushes.joint_push
+        if joint_push is not self._joint_push:
+            self._joint_push, self._joints_pushed = joint_push, any(joint_push)
         ax: cython.double
         ay: cython.double
         az: cython.double
         bx: cython.double
         by: cython.double
         bz: cython.double
-        px: cython.double
-        py: cython.double
-        pz: cython.double
-        qx: cython.double
-        qy: cython.double
-        qz: cython.double
         ax, ay, az, bx, by, bz = self._pushes.tcp_push
-        px, py, pz, qx, qy, qz = impedance[1]
-        ax, ay, az, bx, by, bz = ax + px, ay + py, az + pz, bx + qx, by + qy, bz + qz
+        ax, ay, az, bx, by, bz = ax + c[0], ay + c[1], az + c[2], bx + c[3], by + c[4], bz + c[5]
         f[0] = r[0] * ax + r[1] * ay + r[2] * az
         f[1] = r[3] * ax + r[4] * ay + r[5] * az
         f[2] = r[6] * ax + r[7] * ay + r[8] * az
@@ -212,11 +225,7 @@ class Compliance:
         f[4] = r[3] * bx + r[4] * by + r[5] * bz
         f[5] = r[6] * bx + r[7] * by + r[8] * bz
         f[6] = 0.0
-        pushed: cython.bint = False
-        push: cython.double
-        for push in joint_push:
-            pushed = pushed or push != 0.0
-        if pushed:
+        if self._joints_pushed:
             k: cython.Py_ssize_t
             for k, force in enumerate(self._arm.force_of(joint_push).tolist()):
                 f[k] += force
@@ -228,10 +237,10 @@ class Compliance:
         return None
 
     @cython.cfunc
-    def _swing(self, impedance: Any) -> object:
+    def _swing(self) -> object:
         """Move the deflection on by a tick, for the time being without regard to joints."""
         x, v, f, c = self._x, self._v, self._forces, self._turning
-        self._in_contact = self._shift.step(impedance[0], x, v, f, self._was, self._moved)
+        self._in_contact = self._shift.step(self._stiffness, x, v, f, self._was, self._moved)
         for k in range(3, 6):
             torque = f[k] + self._shift.torque[k - 3] if self._in_contact else f[k]
             y = x[k]

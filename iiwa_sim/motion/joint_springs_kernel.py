@@ -15,13 +15,14 @@ import numpy as np
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.spring import damping, spring
-from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Feel, Pushes
+from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Pushes
 from iiwa_sim.robot.kinematics_kernel import Kinematics
-from iiwa_sim.wrench import NO_TOUCH
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
     from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp
 else:
+    from iiwa_sim.robot.feeling_kernel import Feeling
     from iiwa_sim.robot.tcp_kernel import Tcp
 
 INERTIA_KGM2 = 0.5
@@ -47,7 +48,8 @@ class JointSprings:
     _bounds: Any
     _tick_s: cython.double
     _pushes: Any
-    _feel: Any
+    _feels: cython.bint  # whether there is anything to touch
+    _feeling: Feeling
     _substeps: cython.Py_ssize_t
     _joints: Any
     _spring: cython.double[::1]  # over a tick
@@ -64,15 +66,20 @@ class JointSprings:
     _kicks: cython.double[::1]  # what half a kick by that adds to the velocity of each joint
 
     def __init__(
-        self, kinematics: Kinematics, bounds: JointBounds, tick_s: float, pushes: Pushes, feel: Feel | None
+        self,
+        kinematics: Kinematics,
+        bounds: JointBounds,
+        tick_s: float,
+        pushes: Pushes,
+        feeling: Feeling | None,
     ) -> None:
-        """`feel` is None where there is nothing to touch."""
+        """`feeling` is None where there is nothing to touch."""
         self._tcp = kinematics.arm
         self._joint_count = count = kinematics.joint_count
         self._bounds: Any = bounds
         self._tick_s = tick_s
         self._pushes: Any = pushes
-        self._feel: Any = feel
+        self._feels, self._feeling = feeling is not None, feeling
         self._substeps = ceil(tick_s / LONGEST_SUBSTEP_S - 1e-9)
         self._x, self._v, self._torques = np.zeros(count), np.zeros(count), np.zeros(count)
         self._x_after, self._v_after = np.zeros(count), np.zeros(count)
@@ -91,10 +98,10 @@ class JointSprings:
         for k in range(self._joint_count):
             self._v[k] = velocity[k]
         self._touching = False
-        if self._feel is not None:
+        if self._feels:
             self._tcp.go_to(joints)
             p = self._tcp.place
-            self._touch((p[0], p[1], p[2]), NO_TOUCH[0], 0.0)
+            self._touch(p[0], p[1], p[2], 0.0, 0.0, 0.0, False)
 
     def step(self) -> Joints:
         """A tick."""
@@ -108,7 +115,7 @@ class JointSprings:
                 x_after[k] = c[0] * x[k] + c[1] * v[k] + c[2] * f[k]
                 v_after[k] = c[3] * x[k] + c[4] * v[k] + c[5] * f[k]
             after = self._turned()
-            if self._feel is not None and self._meets(after):
+            if self._feels and self._meets(after):
                 after = None
         if after is None:
             self._step_in_contact()
@@ -121,8 +128,8 @@ class JointSprings:
                 if way != wanted:
                     x_after[k], v_after[k] = x[k] + way, way / self._tick_s
             after = self._turned()
-        x[:] = x_after
-        v[:] = v_after
+        for k in range(self._joint_count):
+            x[k], v[k] = x_after[k], v_after[k]
         self._joints = self._bounds.within(after)
         turned: Joints = self._joints
         return turned
@@ -154,20 +161,33 @@ class JointSprings:
     def _meets(self, joints: Any) -> cython.bint:
         """Whether the TCP touches something at joint positions (rad)."""
         self._tcp.go_to(joints)
-        p = self._tcp.place
-        return self._feel((p[0], p[1], p[2]), NO_TOUCH[0], 0.0) != NO_TOUCH
+        p, f = self._tcp.place, self._feeling
+        if not f.feel_at(p[0], p[1], p[2], 0.0, 0.0, 0.0, False):
+            return False
+        return f.fx != 0.0 or f.fy != 0.0 or f.fz != 0.0 or f.tx != 0.0 or f.ty != 0.0 or f.tz != 0.0
 
     @cython.cfunc
-    def _touch(self, place: Any, velocity: Any, dt_s: cython.double) -> object:
+    def _touch(
+        self,
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        vx: cython.double,
+        vy: cython.double,
+        vz: cython.double,
+        remember: cython.bint,
+    ) -> object:
         """Feel the world with the TCP at a place (m), at a velocity (m/s)."""
-        t = self._acting
-        force, torque = self._feel(place, velocity, dt_s)
-        t[0], t[1], t[2] = force
-        t[3], t[4], t[5] = torque
+        t, f = self._acting, self._feeling
         self._touching = False
-        for i in range(6):
-            if t[i] != 0.0:
-                self._touching = True
+        if f.feel_at(px, py, pz, vx, vy, vz, remember):
+            t[0], t[1], t[2], t[3], t[4], t[5] = f.fx, f.fy, f.fz, f.tx, f.ty, f.tz
+            for i in range(6):
+                if t[i] != 0.0:
+                    self._touching = True
+        else:
+            for i in range(6):
+                t[i] = 0.0
         return None
 
     @cython.cfunc
@@ -213,7 +233,7 @@ class JointSprings:
                 rate = v[k] + kicks[k]
                 px, py, pz = px + j[0, k] * way, py + j[1, k] * way, pz + j[2, k] * way
                 vx, vy, vz = vx + j[0, k] * rate, vy + j[1, k] * rate, vz + j[2, k] * rate
-            self._touch((px, py, pz), (vx, vy, vz), self._tick_s / self._substeps)
+            self._touch(px, py, pz, vx, vy, vz, True)
             self._find_kicks()
             for k in range(self._joint_count):
                 v[k] += kicks[k]

@@ -10,11 +10,16 @@ from typing import Any
 import cython
 import numpy as np
 
-from iiwa_sim.frames import Vector
 from iiwa_sim.motion.spring import damping, spring
-from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S, Feel
-from iiwa_sim.wrench import NO_TOUCH
+from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S
+from iiwa_sim.wrench import NO_TOUCH, Touch
 
+if cython.compiled:
+    from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
+else:
+    from iiwa_sim.robot.feeling_kernel import Feeling
+
+_new = tuple.__new__  # calling the class costs twice as much
 MASS_KG = 5.0
 """Apparent mass of the TCP. Our decision: about what an iiwa's TCP weighs in the middle of its work space."""
 LEAST_DAMPING_NS_PER_M = 20.0
@@ -31,10 +36,11 @@ class Shift:
     surfaces.
     """
 
-    def __init__(self, tick_s: float, feel: Feel | None) -> None:
-        """`feel` is None where there is nothing to touch."""
+    def __init__(self, tick_s: float, feeling: Feeling | None) -> None:
+        """`feeling` is None where there is nothing to touch."""
         self._tick_s = tick_s
-        self._feel: Any = feel
+        self._feels = feeling is not None
+        self._feeling: Any = feeling
         self._substeps = ceil(tick_s / LONGEST_SUBSTEP_S - 1e-9)
         self._stiffness = -1.0  # N/m, of the two springs
         self._alone = np.zeros(6)
@@ -42,27 +48,35 @@ class Shift:
         self._acting = np.zeros(6)
         self._place, self._velocity = np.zeros(3), np.zeros(3)
         self.torque = np.zeros(3)
-        self.touch: Any = NO_TOUCH
         self.touches = False
 
     @cython.cfunc
     @cython.exceptval(check=True)
-    def start(self, position: Vector) -> cython.void:
-        """The TCP is at rest at a position (m)."""
-        self.touch = NO_TOUCH
+    def start(self, at: cython.double[::1]) -> cython.void:
+        """The TCP is at rest at a place (m), the last three of twelve numbers."""
         self.touches = False
-        if self._feel is not None:
-            self._touch(position, NO_TOUCH[0], 0.0)
+        for k in range(6):
+            self._acting[k] = 0.0
+        if self._feels:
+            self._touch(at[9], at[10], at[11], 0.0, 0.0, 0.0, False)
+
+    @cython.cfunc
+    def touch(self) -> object:
+        """What surfaces do to the TCP where it is."""
+        if not self.touches:
+            return NO_TOUCH
+        a = self._acting
+        return _new(Touch, ((a[0], a[1], a[2]), (a[3], a[4], a[5])))
 
     @cython.cfunc
     @cython.exceptval(-1)
-    def meets(self, position: cython.double[::1], moved: cython.double[::1]) -> cython.bint:
-        """Whether a surface acts at a position (m), at the end of a tick of moving so far (m)."""
-        if self._feel is None:
+    def meets(self, at: cython.double[::1], moved: cython.double[::1]) -> cython.bint:
+        """Whether a surface acts at a place (m), the last three of twelve numbers, at the end of a tick of
+        moving so far (m)."""
+        if not self._feels:
             return False
-        x, y, z = position[0], position[1], position[2]
-        vx, vy, vz = moved[0] / self._tick_s, moved[1] / self._tick_s, moved[2] / self._tick_s
-        return self._feel((x, y, z), (vx, vy, vz), 0.0) != NO_TOUCH
+        tick = self._tick_s
+        return self._is_pushed(at[9], at[10], at[11], moved[0] / tick, moved[1] / tick, moved[2] / tick)
 
     @cython.cfunc
     @cython.exceptval(-1)
@@ -92,10 +106,15 @@ class Shift:
                 a[k] = c[0] * x[k] + c[1] * v[k] + c[2] * force[k]
                 u[k] = c[3] * x[k] + c[4] * v[k] + c[5] * force[k]
             free: cython.bint = True
-            if self._feel is not None:
-                there = (was[0] + moved[0] + a[0], was[1] + moved[1] + a[1], was[2] + moved[2] + a[2])
-                velocity = (moved[0] / tick + u[0], moved[1] / tick + u[1], moved[2] / tick + u[2])
-                free = self._feel(there, velocity, 0.0) == NO_TOUCH
+            if self._feels:
+                free = not self._is_pushed(
+                    was[0] + moved[0] + a[0],
+                    was[1] + moved[1] + a[1],
+                    was[2] + moved[2] + a[2],
+                    moved[0] / tick + u[0],
+                    moved[1] / tick + u[1],
+                    moved[2] / tick + u[2],
+                )
             if free:
                 for k in range(3):
                     x[k], v[k] = a[k], u[k]
@@ -104,18 +123,45 @@ class Shift:
         return True
 
     @cython.cfunc
+    @cython.exceptval(-1)
+    def _is_pushed(
+        self,
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        vx: cython.double,
+        vy: cython.double,
+        vz: cython.double,
+    ) -> cython.bint:
+        """Whether a surface would act at a place (m), at a velocity (m/s)."""
+        f = self._feeling
+        if not f.feel_at(px, py, pz, vx, vy, vz, False):
+            return False
+        return f.fx != 0.0 or f.fy != 0.0 or f.fz != 0.0 or f.tx != 0.0 or f.ty != 0.0 or f.tz != 0.0
+
+    @cython.cfunc
     @cython.exceptval(check=True)
-    def _touch(self, place: Any, velocity: Any, dt_s: cython.double) -> cython.void:
+    def _touch(
+        self,
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        vx: cython.double,
+        vy: cython.double,
+        vz: cython.double,
+        remember: cython.bint,
+    ) -> cython.void:
         """Feel the world with the TCP at a place (m), at a velocity (m/s)."""
-        acting = self._acting
-        self.touch = self._feel(place, velocity, dt_s)
-        force, torque = self.touch
-        acting[0], acting[1], acting[2] = force
-        acting[3], acting[4], acting[5] = torque
+        a, f = self._acting, self._feeling
         self.touches = False
-        for k in range(6):
-            if acting[k] != 0.0:
-                self.touches = True
+        if f.feel_at(px, py, pz, vx, vy, vz, remember):
+            a[0], a[1], a[2], a[3], a[4], a[5] = f.fx, f.fy, f.fz, f.tx, f.ty, f.tz
+            for k in range(6):
+                if a[k] != 0.0:
+                    self.touches = True
+        else:
+            for k in range(6):
+                a[k] = 0.0
 
     @cython.cfunc
     @cython.exceptval(check=True)
@@ -144,7 +190,7 @@ class Shift:
                 p[k] += moved[k] / count
                 # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
                 u[k] = moved[k] / count / part_s + v[k] + half * acting[k]
-            self._touch((p[0] + x[0], p[1] + x[1], p[2] + x[2]), (u[0], u[1], u[2]), part_s)
+            self._touch(p[0] + x[0], p[1] + x[1], p[2] + x[2], u[0], u[1], u[2], True)
             for k in range(3):
                 v[k] += half * acting[k]
                 self.torque[k] += acting[3 + k]

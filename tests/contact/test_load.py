@@ -11,7 +11,7 @@ import pytest
 from iiwa_sim.contact.noise import Noise, NoiseLevels
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.frames import Frame, Transform, Vector, rotate
+from iiwa_sim.frames import Frame, Transform, rotate
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.wrench import NO_WRENCH, Touch
 from tests.asked import joint_move, lin_move, lin_stiff_move
@@ -170,10 +170,13 @@ class CountingWorld(World):
         super().__init__([table], RADIUS)
         self.count = 0
 
-    def feel(self, position: Vector, velocity: Vector, dt_s: float) -> Touch:
+    def feel_at(
+        self, px: float, py: float, pz: float, vx: float, vy: float, vz: float, remember: bool
+    ) -> bool:
         self.count += 1
-        self.last = super().feel(position, velocity, dt_s)
-        return self.last
+        touches: bool = super().feel_at(px, py, pz, vx, vy, vz, remember)
+        self.last = Touch((self.fx, self.fy, self.fz), (self.tx, self.ty, self.tz))
+        return touches
 
 
 def test_what_is_told_in_a_stiffness_move_is_what_acted_and_is_felt_once_in_each_part_of_a_tick() -> None:

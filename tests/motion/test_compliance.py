@@ -20,13 +20,14 @@ from iiwa_sim.motion.compliance_kernel import (
 from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.shift_kernel import LEAST_DAMPING_NS_PER_M, MASS_KG
 from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.feeling_kernel import Feeling
 from iiwa_sim.robot.inverse import inverse_of
 from iiwa_sim.robot.kinematics_kernel import Kinematics
 from iiwa_sim.robot.model import Model
 from tests.samples import some, spread
 
 
-class Plane:
+class Plane(Feeling):  # type: ignore[misc]  # mypy knows no compiled class
     """Half a space: stiffness k (N/m) and, as b k d d', damping b (s/m), without friction. It never pulls."""
 
     def __init__(
@@ -41,15 +42,17 @@ class Plane:
     def depth(self, position: Vector) -> float:
         return max(float((self._point - np.array(position)) @ self._normal), 0.0)
 
-    def feel(self, position: Vector, velocity: Vector, dt_s: float) -> tuple[Vector, Vector]:
-        depth = self.depth(position)
+    def feel_at(
+        self, px: float, py: float, pz: float, vx: float, vy: float, vz: float, remember: bool
+    ) -> bool:
+        depth = self.depth((px, py, pz))
         if depth == 0.0:
-            return ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-        if dt_s > 0.0:
+            return False
+        if remember:
             self.deepest_m = max(self.deepest_m, depth)
-        damped = max(1.0 - self.damping * float(np.array(velocity) @ self._normal), 0.0)
-        x, y, z = (self.stiffness * depth * damped * self._normal).tolist()
-        return ((x, y, z), (0.0, 0.0, 0.0))
+        damped = max(1.0 - self.damping * float(np.array((vx, vy, vz)) @ self._normal), 0.0)
+        self.fx, self.fy, self.fz = (self.stiffness * depth * damped * self._normal).tolist()
+        return True
 
 
 class Arm:
@@ -95,8 +98,7 @@ class Yielding:
         bounds = JointBounds(
             tick_s, d.position_min, d.position_max, d.velocity, d.stop_acceleration, d.stop_jerk
         )
-        feel = None if plane is None else plane.feel
-        self.compliance = Compliance(arm.kinematics, bounds, tick_s, self.load, feel)
+        self.compliance = Compliance(arm.kinematics, bounds, tick_s, self.load, plane)
         self.compliance.start(joints)
         self.nominal = self.joints = joints
 
