@@ -24,7 +24,7 @@ STARTS = 50
 MOVING = 10
 TARGETS = ("0.8 0.6 0.2 -1.2 0.3 1.4 0.5", "-0.8 0.3 -0.2 -0.9 -0.3 1.7 -0.5")
 MOVES = 12
-"""Of each robot that moves: more than it does in the time."""
+"""Moves that each robot that moves is sent: more than it makes in the time."""
 
 
 def measure() -> list[Figure]:

@@ -22,7 +22,7 @@ RATE_HZ = 500
 PERIOD_NS = 1_000_000_000 // RATE_HZ
 BLOCK_S = 5
 BLOCKS = 4
-"""Of each kind, in turn: recorded and not."""
+"""Blocks of each kind, in turn: recorded and not."""
 LINES_HZ = 50
 """A driver that asks for the joints so often."""
 MINUTE_S = 60.0

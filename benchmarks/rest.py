@@ -78,7 +78,7 @@ def _at_rest(count: int, share: float) -> Figure:
 
 
 def _replies(fleet: Fleet) -> list[Figure]:
-    """Of the first and the last robot, beside those of an echo."""
+    """Time to a reply of the first and the last robot, beside that of an echo server."""
     taken: dict[str, list[float]] = {"first": [], "last": [], "echo": []}
     with contextlib.ExitStack() as stack:
         address = stack.enter_context(listening(ECHO))

@@ -62,7 +62,7 @@ class Tests:
         self.of: dict[str, list[str]] = defaultdict(list)
         """Tests by the ids they are marked with, each test once for each of its parameters."""
         self.results: dict[str, str] = {}
-        """Of those that have run, by node id."""
+        """Results of the tests that have run, by node id."""
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         for item in session.items:

@@ -13,7 +13,7 @@ PACKAGES = {
     "industrial_msgs": "What the status of a robot is told with",
     "robot_movement_interface": "Commands, results and services of drag&amp;bot's robot drivers",
 }
-"""Of which there are none in a distribution of ROS 2, with their descriptions."""
+"""Packages that no distribution of ROS 2 has, with their descriptions."""
 VERSION = "0.1.0"
 _IN_ROS2 = {"Header": "std_msgs/Header", "time": "builtin_interfaces/Time"}
 _TYPE = re.compile(rf"^({'|'.join(_IN_ROS2)})(?=(\[\])? )", re.MULTILINE)

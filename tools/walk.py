@@ -23,7 +23,7 @@ ROOM = Path(iiwa_sim.__file__).parent
 ELSEWHERE = ""
 RISE_MM = 20.0
 TICKS = 200
-"""Of the move, which takes longer."""
+"""Ticks of the move that are looked at; it takes longer."""
 
 
 class Step(NamedTuple):

@@ -63,8 +63,8 @@ class Bodies:
         return None
 
     def stand(self, surfaces: Sequence[Surface], ids: Sequence[int]) -> None:
-        """These surfaces are there from now on; each is known by a number of its own, from that of parts
-        on."""
+        """Surfaces that are there from now on; each is known by a number of its own, above the numbers of
+        parts."""
         before: Any = [np.asarray(each)[: self._parts].copy() for each in self._all_arrays()]
         self._make_room(self._parts + len(surfaces))
         for now, old in zip(self._all_arrays(), before, strict=True):

@@ -78,7 +78,7 @@ class Capsules:
         self._shape_count = 0
 
     def stand(self, surfaces: Sequence[Surface]) -> None:
-        """These are the shapes, by their numbers."""
+        """Set the surfaces, whose shapes are then known by their places in this sequence."""
         rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in surfaces]
         self._shape_count = len(rows)
         self._shapes = np.array(rows).reshape(len(rows), 15)

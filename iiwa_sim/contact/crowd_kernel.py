@@ -88,10 +88,10 @@ class Crowd(Stored):
             self._deep[n] = 0.0
 
     def look(self, part: int, balls: Sequence[Presses], still: bool) -> float:
-        """These may press on a part in this tick; how deep (m) the deepest of them, or of places of the part
-        in the held one, is, less than 0 where none is in it.
+        """Note which balls may press on a part in this tick; gives how deep (m) the deepest of them, or of
+        places of the part in the held one, is: less than 0 where none is in it.
 
-        They do not count where a part rests and none is in it: whether somebody looks must change nothing.
+        Balls do not count where a part rests and none is in it: whether somebody looks must change nothing.
         """
         n: cython.Py_ssize_t = part
         self._balls[part] = balls

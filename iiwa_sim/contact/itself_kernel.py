@@ -29,14 +29,14 @@ else:
     from iiwa_sim.contact.capsules_kernel import Capsules
 
 STIFFNESS_N_PER_M = 5e4
-"""Of links against each other; no arm's data sheet tells it."""
+"""Stiffness of links against each other; no arm's data sheet tells it."""
 _STIFFNESS = cython.declare(cython.double, STIFFNESS_N_PER_M)
 ALLOWED_M = 0.01
 """Capsules may be in each other by this: the shapes of a URDF are coarse, and no pose in which the real arm
 is clear is to be a touch."""
 _ALLOWED_M = cython.declare(cython.double, ALLOWED_M)
 LEAST_LINKS_BETWEEN = 3
-"""Of two links that are looked at one is moved by so many joints more, at least."""
+"""Least number of joints between two links that are looked at."""
 
 
 @cython.cclass

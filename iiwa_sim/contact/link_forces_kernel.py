@@ -48,7 +48,7 @@ class LinkContact(NamedTuple):
     link: str
     surface: str
     point: Vector
-    """Of the link, where the surface acts (m, in the base)."""
+    """Point of the link at which the surface acts (m, in the base)."""
     force: Vector
     """N, in the base, acting on the robot."""
 

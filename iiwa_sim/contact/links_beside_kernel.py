@@ -21,14 +21,14 @@ else:
     from iiwa_sim.contact.link_forces_kernel import LinkForces
 
 NEAR_M = 0.02
-"""Of a pair that is farther apart (m) only a bound of the distance is found."""
+"""Distance (m) beyond which only a bound of it is found for a pair of link and part."""
 _NEAR_M = cython.declare(cython.double, NEAR_M)
 _TOUCHES_M = cython.declare(cython.double, 1e-3)  # who asks whether a part may be touched needs no more
 _PARTS = cython.declare(cython.int, PARTS)
 
 
 class Ball(NamedTuple):
-    """Of a link, or of what the arm wears, the ball that is nearest to a part."""
+    """Ball of a link, or of what the arm wears, that is nearest to a part."""
 
     middle: Vector
     """m, in the base"""
@@ -76,7 +76,7 @@ class LinksBeside(LinkForces):
 
     @cython.cfunc
     def _speeds(self, joints: Any, tick_s: cython.double) -> object:
-        """Of the joints (rad/s) since the last tick."""
+        """Velocities of the joints (rad/s) since the last tick."""
         if tick_s <= 0.0:
             return [0.0] * self._count
         return [(joints[k] - self._before[k]) / tick_s for k in range(self._count)]

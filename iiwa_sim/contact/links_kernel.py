@@ -116,7 +116,7 @@ class Links(LinksBeside):
         joints: Sequence[float],
         parts: Mapping[str, Surface] | None = None,
     ) -> None:
-        """These are the surfaces, and the parts that lie near, from now on, and the robot is at joint
+        """Set the surfaces, and the parts that lie near, that are there from now on, with the robot at joint
         positions (rad).
 
         A surface of a name that was there before may have been moved.

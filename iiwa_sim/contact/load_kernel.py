@@ -38,9 +38,9 @@ class Felt(NamedTuple):
     links: object
     parts: dict[str, Surface]
     wrenches: tuple[Wrench, Wrench]
-    """Of surfaces at the TCP, and on tool and jaws."""
+    """Wrenches of surfaces at the TCP, and on tool and jaws."""
     torques: tuple[tuple[float, ...] | None, tuple[float, ...] | None]
-    """Of surfaces on links, and of links on links."""
+    """Joint torques (Nm) of surfaces on links, and of links on links; None where there are none."""
 
 
 NEVER = -1

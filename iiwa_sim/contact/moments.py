@@ -36,7 +36,7 @@ NO_MOMENTS = Moments(*[0.0] * 10)
 
 
 def body(mass_kg: float, centre: Vector, inertia: Sequence[float] = (0.0,) * 6) -> Moments:
-    """Of a body with its centre of mass at a place (m) and an inertia about that.
+    """Moments of a body with its centre of mass at a place (m) and an inertia about that.
 
     `inertia` (kg m^2) has ixx, iyy, izz, ixy, ixz, iyz along the axes of the frame, with the signs of URDF:
     ixy is minus the integral of x y.
@@ -59,7 +59,7 @@ def body(mass_kg: float, centre: Vector, inertia: Sequence[float] = (0.0,) * 6) 
 
 
 def added(a: Moments, b: Moments) -> Moments:
-    """Of both bodies."""
+    """Moments of two bodies together."""
     return Moments(*(one + other for one, other in zip(a, b, strict=True)))
 
 

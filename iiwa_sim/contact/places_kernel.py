@@ -263,7 +263,7 @@ class Places(Bodies):
     @cython.cfunc
     @cython.exceptval(check=False)
     def _depth(self, m: cython.Py_ssize_t) -> cython.double:
-        """Of a place, as a plane, at the ways that are tried."""
+        """Depth (m) of a place, taken for a plane, when parts have gone the ways that are tried."""
         c, t = self._c, self._t
         depth: cython.double = c[m, 13]
         k = self._i[m, 4]

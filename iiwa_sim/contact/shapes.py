@@ -193,8 +193,8 @@ class Cylinder(NamedTuple):
     def _through_the_mantle(
         self, came: CameIn, start: Point | None, end: Point, around: float
     ) -> tuple[Nearest, CameIn] | None:
-        """Of `follow`, for a point that has come in through the mantle and is still within its length; None
-        if it has not, or is not."""
+        """Part of `follow` for a point that has come in through the mantle and is still within its length;
+        None for any other."""
         half_way, beside = 0.5 * (self.radius + around), self.radius + around
         x, y, z = end
         if abs(z) > self.half_z:
@@ -244,7 +244,7 @@ Shape = Plane | Box | Sphere | Cylinder
 def _through_a_face(
     shape: Box | Cylinder, came: CameIn, start: Point | None, end: Point
 ) -> tuple[Nearest, CameIn]:
-    """Of `follow`, as far as flat faces are concerned."""
+    """Part of `follow` that concerns flat faces."""
     if isinstance(came, tuple) and not isinstance(came, Round):
         through = shape.behind(came, *end)
         return (shape.nearest(*end), None) if through is None else (through, came)

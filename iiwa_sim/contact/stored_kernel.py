@@ -122,7 +122,7 @@ class Stored(Balance):
     @cython.cfunc
     @cython.exceptval(check=False)
     def _energy(self, k: cython.Py_ssize_t, share: cython.double) -> cython.double:
-        """Of motion (J): before, or for a share of the way."""
+        """Energy of motion (J) of one part: before, or for a share of the way."""
         n = self._group[k]
         total: cython.double = 0.0
         fast: cython.double

@@ -153,7 +153,7 @@ def _through_a_face(
     ny: cython.double,
     nz: cython.double,
 ) -> tuple[cython.double, cython.double, cython.double, cython.double]:
-    """Of a box: the nearest of the faces to which what is remembered points, where the place is behind it."""
+    """Way out of a box: the nearest face to which what is remembered points and which the place is behind."""
     side: cython.double
     off: cython.double
     least: cython.double = -1e300
@@ -193,8 +193,8 @@ def _into_a_cylinder(
     ny: cython.double,
     nz: cython.double,
 ) -> tuple[cython.double, cython.double, cython.double, cython.double]:
-    """Of a cylinder: through the end, or the mantle, to which what is remembered points, whichever is nearer,
-    where the place is behind it."""
+    """Way out of a cylinder: through the end or the mantle to which what is remembered points and which the
+    place is behind, whichever is nearer."""
     least: cython.double = -1e300
     off = sqrt(x * x + y * y)
     if fabs(mz) > _SAME_SIDE and off <= a:

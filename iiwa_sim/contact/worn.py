@@ -14,6 +14,6 @@ class Worn(NamedTuple):
     capsule: Capsule
     """As in the flange."""
     feels: int
-    """Of `SURFACES` and `PARTS`; 0 for nothing now."""
+    """What the capsule feels: `SURFACES`, `PARTS`, or the sum of both; 0 for nothing now."""
     share: float = 1.0
     """What it feels of a surface's stiffness: with others side by side a part of it."""

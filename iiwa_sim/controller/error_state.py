@@ -41,16 +41,16 @@ class RobotErrors:
             self.standing = ErrorRecord(code, reason)
 
     def press_emergency_stop(self) -> None:
-        """It takes the place of any other cause: it has to be released before a reset."""
+        """Cut the drives off, in place of any other cause of error: no reset works before the release."""
         self.e_stopped, self.drives_powered = True, False
         self.standing = ErrorRecord(EMERGENCY_STOP, PRESSED)
 
     def release_emergency_stop(self) -> None:
-        """The error state lasts until it is reset."""
+        """Release the emergency stop; the error state lasts until it is reset."""
         self.e_stopped = False
 
     def switch_drives(self, on: bool) -> None:
-        """Switched off, they are a cause of error, which has to be reset when they are on again."""
+        """Switch the drives: off, they are a cause of error, to be reset when they are on again."""
         self._switched_off = not on
         if not on:
             self.drives_powered = False

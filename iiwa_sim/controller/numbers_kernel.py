@@ -58,7 +58,7 @@ class Numbers:
     def velocities(
         self, joints: Sequence[float], before: Sequence[float], tick_s: cython.double
     ) -> list[float]:
-        """Of the joints (rad/s), between their positions and those a tick ago (rad)."""
+        """Velocities of the joints (rad/s), between their positions and those a tick ago (rad)."""
         velocity: cython.double
         now: cython.double
         then: cython.double

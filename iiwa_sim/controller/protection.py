@@ -15,7 +15,7 @@ from iiwa_sim.frames import Vector
 EASE = 1.02
 """What is beyond its limit when the error is reset may grow by this factor before it stops the robot anew."""
 GREATEST = 1e5
-"""Of the thresholds (N, Nm)."""
+"""Greatest threshold that can be set (N, Nm)."""
 ROUNDING = 1e-6
 """Part of a speed by which differences of places may be off."""
 

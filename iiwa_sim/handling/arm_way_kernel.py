@@ -57,7 +57,7 @@ class ArmWay:
 
     @cython.cfunc
     def _watch(self, names: Any) -> object:
-        """These are near the arm: those that were so before are looked at as they were to be, others now."""
+        """Set the parts near the arm: what was near before is looked at when it was to be, others now."""
         rows, was = self._rows, self._due
         row: cython.Py_ssize_t
         before: cython.Py_ssize_t

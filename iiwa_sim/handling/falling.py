@@ -27,7 +27,7 @@ DEEPEST_M = -10.0
 STILL: Vector = (0.0, 0.0, 0.0)
 LIES, FALLS, HELD, GONE = "lies", "falls", "held", "gone"
 HALVINGS = 50
-"""Of a time in which a part slides over an edge."""
+"""How often the time in which a part slides over an edge is halved."""
 _ROUNDING_M = 1e-9
 LEVEL_M = 1e-3
 """What is higher or lower by no more than this is as high."""
@@ -40,7 +40,7 @@ class Body(NamedTuple):
 
     part: Part
     pose: Transform
-    """Of its middle, in the base."""
+    """Pose of the part's middle, in the base."""
     velocity: Vector
     """m/s"""
     state: str
@@ -150,7 +150,7 @@ def _fallen(
     bottom = body.bottom
 
     def when(face: Ground | Outline, deep: float) -> float:
-        """Its lowest place is as high as that."""
+        """When the lowest place of the part has come down to a face."""
         if bottom < face.top:
             return 0.0 if bottom >= face.top - deep - _ROUNDING_M else inf
         return (vz + sqrt(vz * vz + 2.0 * GRAVITY_M_S2 * (bottom - face.top))) / GRAVITY_M_S2

@@ -25,7 +25,7 @@ class Grasp(NamedTuple):
     before: Transform
     """In the tick before."""
     velocity: Vector
-    """Of the part (m/s), in the base."""
+    """Velocity of the part (m/s), in the base."""
 
 
 class Between(NamedTuple):
@@ -33,14 +33,14 @@ class Between(NamedTuple):
 
     name: str
     in_tcp: Transform
-    """Its pose in the TCP."""
+    """Pose of the part in the TCP."""
     width_m: float
     """Along y of the TCP."""
 
 
 def between_pads(parts: Iterable[tuple[Part, Transform]], tcp: Transform, gripper: Gripper) -> list[Between]:
-    """Of parts at poses in the base, those of which both pads would meet what is outermost along y, with the
-    TCP there, and which are between the jaws where these are open."""
+    """Parts, given with their poses in the base, that are between the open jaws with the TCP there, and of
+    which both pads would meet what is outermost along y."""
     seen, found = inverse(tcp), []
     (_, _, _, r3, r4, r5, _, _, _), (_, ty, _) = seen
     for part, pose in parts:
@@ -56,7 +56,7 @@ def between_pads(parts: Iterable[tuple[Part, Transform]], tcp: Transform, grippe
 
 
 def grip_width(part: Part, in_tcp: Transform) -> float:
-    """Its width (m) between the jaws, along y of the TCP."""
+    """Width (m) of a part between the jaws, along y of the TCP."""
     return 2.0 * part.reach(in_tcp.rotation, Y)
 
 
@@ -76,8 +76,8 @@ def on_pads(part: Part, in_tcp: Transform, jaws: Jaws) -> bool:
 
 
 def patch(part: Part, in_tcp: Transform) -> tuple[Span, Span]:
-    """Of what is outermost along y of the TCP: along x and along z, how far its middle is from the middle of
-    the part, and half its size (m). On the other side it is that far the other way."""
+    """Spans along x and z of what is outermost of a part along y of the TCP: how far its middle is from the
+    middle of the part, and half its size (m). On the other side it is that far the other way."""
     rotation, shape = in_tcp.rotation, part.shape
     spans = []
     for axis in (X, Z):

@@ -62,7 +62,7 @@ class Gripped:
 
     @property
     def pose(self) -> Transform:
-        """Of its middle, in the base; the same object until it has moved."""
+        """Pose of the part's middle, in the base; the same object until it has moved."""
         if self._pose is None:
             self._place()
             self._pose = as_transform(self._at)
@@ -71,7 +71,7 @@ class Gripped:
 
     @property
     def velocity(self) -> Vector:
-        """Of its middle in the last tick (m/s), in the base."""
+        """Velocity of the part's middle in the last tick (m/s), in the base."""
         before = apply(as_transform(self._was), (self._was_x, 0.0, self._was_z))
         return velocity_between(before, self.pose.translation, self._tick)
 
@@ -102,7 +102,7 @@ class Gripped:
 
     @cython.cfunc
     def _shift(self) -> object:
-        """It is elsewhere in the TCP: find how far it reaches from there, and its moments."""
+        """Note that the part is elsewhere in the TCP: find how far it reaches from there, and its moments."""
         m, a = self._moments, self._about
         mass: cython.double = self._mass
         x, z = self._in[9], self._in[11]
@@ -121,7 +121,7 @@ class Gripped:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _stay(self) -> cython.void:
-        """It has been where it is a tick ago."""
+        """Take the part to have been a tick ago where it is now."""
         for k in range(12):
             self._was[k] = self._tcp[k]
         self._was_x, self._was_z = self._in[9], self._in[11]
@@ -130,6 +130,6 @@ class Gripped:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _go(self, x: cython.double, z: cython.double, u: cython.double, w: cython.double) -> cython.void:
-        """It is where a tick brings it from there in the TCP, as fast as that (m/s) along x and z."""
+        """Put the part where a tick brings it from (x, z) in the TCP (m) at velocities u and w (m/s)."""
         self._in[9], self._in[11] = x + u * self._tick, z + w * self._tick
         self._placed, self._pose = False, None

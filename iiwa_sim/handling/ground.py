@@ -16,9 +16,9 @@ class Ground(NamedTuple):
     """A level face, seen from above."""
 
     name: str
-    """Of what it belongs to."""
+    """Name of the surface or part that the face belongs to."""
     top: float
-    """Its height in the base (m)."""
+    """Height of the face in the base (m)."""
     stiffness: float
     """N/m"""
     centre: tuple[float, float]
@@ -38,7 +38,7 @@ class Ground(NamedTuple):
         return abs(c * x + s * y) <= length and abs(c * y - s * x) <= width
 
     def stiffness_below(self, part: Part) -> float:
-        """Of face and part in a row (N/m)."""
+        """Stiffness of the face and a part on it, one behind the other (N/m)."""
         return 1.0 / (1.0 / self.stiffness + 1.0 / part.stiffness)
 
 

@@ -108,7 +108,7 @@ class Held(Gripped):
         self.quiet = False
 
     def rest(self, tcp: Transform, solid: Solid, slip: Slip = (0.0, 0.0)) -> None:
-        """It has been put where it is, with the TCP at rest: it weighs, and is pressed."""
+        """Take the part as put where it is, with the TCP at rest: it weighs, and is pressed."""
         motion = self._motion
         take(tcp, self._tcp)
         self._stay()
@@ -136,7 +136,7 @@ class Held(Gripped):
         return self.touching.kept(), self.wrench, self.weight
 
     def feel_again(self, felt: Any) -> None:
-        """It goes on touching that, where it is, as if it had been there all the time."""
+        """Go on touching what `felt` kept, as if the part had been there all the time."""
         touching, self.wrench, self.weight = felt
         self.touching.restore(touching)
 
@@ -211,8 +211,8 @@ class Held(Gripped):
     def _slide(
         self, u: cython.double, w: cython.double, pull_x: cython.double, pull_z: cython.double
     ) -> object:
-        """It goes on in the jaws as fast as that (m/s), by what pulls it besides surfaces (N), along x and z
-        of the TCP: into surfaces no deeper, and then no faster, than the energy is there for."""
+        """Slide the part on in the jaws at velocities u and w (m/s), by what pulls it besides surfaces (N),
+        along x and z of the TCP: into surfaces no deeper, and then no faster, than there is energy for."""
         x, z, bu, bw = self._in[9], self._in[11], self._u, self._w
         touching, pull = self.touching, (pull_x, pull_z)
         close: cython.bint = len(touching.worlds) > 0

@@ -79,7 +79,7 @@ class Near:
 
     @cython.cfunc
     def _take_near(self, near: Any) -> object:
-        """These surfaces are near."""
+        """Set the surfaces that are near."""
         self._near = near
         self._shapes, self._kinds = _numbers_of(near.values())
         return None
@@ -87,7 +87,7 @@ class Near:
 
 @cython.cfunc
 def _numbers_of(surfaces: Any) -> object:
-    """Of surfaces rotation, place, three sizes; and kinds."""
+    """Rows of surfaces (rotation, place, three sizes), and their kinds."""
     rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in surfaces]
     kinds = np.array([KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
     return np.array(rows).reshape(len(rows), 15), kinds

@@ -25,7 +25,7 @@ class Part(NamedTuple):
     """N/m, in a row with that of what it lies on."""
 
     def moments(self, pose: Transform) -> Moments:
-        """Its weight and inertia in a frame in which it is at `pose`."""
+        """Weight and inertia of the part in a frame in which it is at `pose`."""
         mass, shape = self.mass_kg, self.shape
         if isinstance(shape, Box):
             x, y, z = (each * each for each in shape)

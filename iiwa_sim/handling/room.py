@@ -51,7 +51,7 @@ class Outline(NamedTuple):
         return length * abs(c * x + s * y) + width * abs(c * y - s * x)
 
     def gone(self, way: Way) -> Outline:
-        """The same, elsewhere."""
+        """This outline, moved along x and y."""
         return self._replace(centre=(self.centre[0] + way[0], self.centre[1] + way[1]))
 
     def nearest(self, x: float, y: float) -> Way:

@@ -43,7 +43,7 @@ class Touching(Near):
     """What acts on one part, tick by tick; the attributes are declared in the .pxd."""
 
     def __init__(self, part: Part, upright: bool) -> None:
-        """It has touched nothing before; a cylinder that is `upright` touches with its rims."""
+        """Begin with a part that has touched nothing; a cylinder that is `upright` touches with its rims."""
         Near.__init__(self, part, upright)
         self._measured, self._pose = np.zeros((2, 12))
         self._known = 0.0
@@ -78,11 +78,11 @@ class Touching(Near):
         self._has_looked, self._free = False, 0.0
 
     def slides(self) -> None:
-        """It goes some way that `passes` is not told of."""
+        """Note that the part goes some way that `passes` is not told of."""
         self._free = 0.0
 
     def forget(self) -> None:
-        """It has been put somewhere else, and has touched nothing before."""
+        """Forget what was touched: the part has been put somewhere else."""
         self._has_looked = self._has_measured = False
         self._free = 0.0
         self.worlds: Any = {}

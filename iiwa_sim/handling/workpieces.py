@@ -68,7 +68,7 @@ class Workpieces(Lying):
 
     @property
     def weight(self) -> Wrench:
-        """Of that its weight alone."""
+        """Weight of what is held, at the TCP, without what else acts on it."""
         return NO_WRENCH if self._held is None else self._held.weight
 
     @property
@@ -78,7 +78,7 @@ class Workpieces(Lying):
 
     @property
     def width_m(self) -> float:
-        """Of what is held, between the jaws; 0 for nothing."""
+        """Width (m) of what is held, between the jaws; 0 for nothing."""
         return 0.0 if self._held is None else self._held.width_m
 
     @property

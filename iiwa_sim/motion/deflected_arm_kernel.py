@@ -34,7 +34,7 @@ of the mass on the stiffest spring, 31.6 rad/s."""
 REDUNDANCY_INERTIA_KGM2 = 0.2
 """Apparent moment of inertia of the arm when it swivels round a TCP that stays. Our decision."""
 JOINT_INERTIA_KGM2 = 1e-4
-"""Of each joint for itself: felt only near singular poses."""
+"""Moment of inertia of each joint for itself: felt only near singular poses."""
 _new = tuple.__new__  # calling the class costs twice as much
 
 

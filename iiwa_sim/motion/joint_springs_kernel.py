@@ -146,7 +146,7 @@ class JointSprings:
 
     @cython.cfunc
     def _find_torques(self) -> object:
-        """Of the pushes (Nm), on each joint."""
+        """Find the torques (Nm) of the pushes on each joint."""
         wrench, push = self._pushes.tcp_push, self._pushes.joint_push
         if any(wrench):
             made = self._tcp.torques(self._joints, wrench)
@@ -193,7 +193,7 @@ class JointSprings:
     @cython.cfunc
     @cython.exceptval(check=False)
     def _find_kicks(self) -> cython.void:
-        """Of what surfaces do now, by the columns that are there."""
+        """Find the kicks of what surfaces do now, by the columns that are there."""
         j = self._tcp.columns
         for k in range(self._joint_count):
             torque: cython.double = 0.0

@@ -37,7 +37,7 @@ class Pursuit:
     """
 
     def __init__(self, move: Move, limits: JointLimits, drive: Drive, servo: Servo, tick_s: float) -> None:
-        """Of a move that is carried out within these limits, in place of what one of the two does."""
+        """Pursue a move within these limits, in place of what drive or servo does."""
         self.move = move
         self._limits = limits
         self._drive = drive

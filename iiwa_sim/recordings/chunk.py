@@ -20,7 +20,7 @@ _OPCODE_AND_LENGTH = 9
 _BEFORE_DATA = _MESSAGE.size - _OPCODE_AND_LENGTH
 _PAIR = 16  # log_time and offset
 _LEVEL = 1
-"""Of zstd: digits that are as good as random become no smaller at a higher one."""
+"""Level of zstd: digits that are as good as random become no smaller at a higher one."""
 
 
 class ChunkBuilder:

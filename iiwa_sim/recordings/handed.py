@@ -35,7 +35,7 @@ class States(msgspec.Struct, frozen=True, array_like=True, tag=0):
 
     readings: list[Reading]
     real_ns: list[int]
-    """Of each of them, since 1970."""
+    """Real time of each reading (ns since 1970)."""
 
 
 class Said(msgspec.Struct, frozen=True, array_like=True, tag=1):

@@ -29,7 +29,7 @@ from iiwa_sim.recordings.opening import MAGIC
 from iiwa_sim.recordings.schemas import channels
 
 CHUNK_BYTES = 64 * 1024
-"""Of messages; each chunk is compressed at once. Larger ones take longer at a time, for no smaller files."""
+"""Messages of a chunk, which is compressed at once: larger ones take longer, for no smaller files."""
 
 METADATA = "iiwa_sim"
 """The name of the metadata record by which a recording of ours is known."""

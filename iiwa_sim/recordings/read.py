@@ -134,7 +134,7 @@ class Recorded:
                 return
 
     def states(self) -> Iterator[Snapshot]:
-        """Of the robot, in the order of time. Raises RecordingFault for a message that is none."""
+        """States of the robot, in the order of time. Raises RecordingFault for a message that is none."""
         for state in self._decoded(STATE, Snapshot):
             if len(state.joint_position) != len(self.head.joints):
                 raise RecordingFault(f"{self.path}: {STATE}: expected {len(self.head.joints)} joints")

@@ -181,7 +181,7 @@ class Recorder:
 
     @property
     def has_commands(self) -> bool:
-        """It never makes the robot move."""
+        """False: a recorder never makes the robot move."""
         return False
 
     def event(self, event: Event) -> None:

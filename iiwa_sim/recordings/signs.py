@@ -1,7 +1,7 @@
 """What the process that writes a recording says of it, a line each."""
 
 ALIVE = b""
-"""It has begun, or has written what it was given."""
+"""The process has begun, or has written what it was given."""
 WHOLE = b"whole"
 """The file has its end; the last sign."""
 FAULT = b"fault "

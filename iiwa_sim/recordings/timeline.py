@@ -72,9 +72,9 @@ class Timeline:
         tick = int(first[1].get("tick", 0))
         self._epoch_ns = first[0] - tick * 1_000_000_000 // rate_hz  # of tick 0
         self.start_s: float = self._seconds(first[0])
-        """Of the first state."""
+        """Simulated time of the first state."""
         self.end_s: float = self._seconds(last[0])
-        """Of the last one."""
+        """Simulated time of the last state."""
 
     @property
     def cut_at_s(self) -> float:

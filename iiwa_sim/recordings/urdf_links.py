@@ -10,7 +10,7 @@ from iiwa_sim.recordings.foxglove import Message, rounded_vector
 from iiwa_sim.robot.urdf_joints import UrdfJoint
 
 GREY = (0.8, 0.8, 0.8, 1.0)
-"""Of what the URDF gives no colour."""
+"""Colour of links that the URDF gives none."""
 
 
 class Joint(NamedTuple):

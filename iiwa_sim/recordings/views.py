@@ -14,7 +14,7 @@ from iiwa_sim.recordings.scene import TCP, Arm
 from iiwa_sim.recordings.schemas import FRAMES, JOINTS, MOVES, STATE, TARGETS, WRENCH
 
 VIEW_RATE_HZ = 25
-"""Of these, in simulated time: as often as a film has pictures, a twentieth of what every tick would cost."""
+"""Rate of the views, in simulated time: that of a film, a twentieth of what every tick would cost."""
 _PERIOD_NS = 1_000_000_000 // VIEW_RATE_HZ
 
 

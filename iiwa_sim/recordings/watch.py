@@ -19,9 +19,9 @@ class Event(NamedTuple):
     move: int = 0
     """Number of the move it is about; 0 for none."""
     code: int = 0
-    """Of robot_movement_interface; 0 for none."""
+    """Error code of robot_movement_interface; 0 for none."""
     goal: tuple[float, ...] = ()
-    """Of a move that begins: the TCP in the base, x y z (mm) alpha beta gamma (rad)."""
+    """Goal of a move that begins: the TCP in the base, x y z (mm) alpha beta gamma (rad)."""
 
 
 MODE = "mode"

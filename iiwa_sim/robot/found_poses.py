@@ -32,7 +32,7 @@ class FoundPoses(NamedTuple):
 
 
 def poses_checksum(urdf: str, joints: Sequence[str], flange: str, poses: Sequence[Transform]) -> int:
-    """Of all that the fixed poses depend on, and of their numbers."""
+    """Checksum of all that the fixed poses depend on, and of their numbers."""
     numbers = map(repr, (number for pose in poses for number in (*pose.rotation, *pose.translation)))
     return crc32("\0".join([urdf, *joints, flange, *numbers]).encode())
 

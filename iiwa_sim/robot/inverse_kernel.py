@@ -159,8 +159,8 @@ class Inverse:
     def nearest(
         self, flange: Transform, redundancy: float, statuses: Iterable[int], present: Sequence[float]
     ) -> tuple[tuple[float, ...], int] | None:
-        """Of the positions that `within_limits` finds on some branches those nearest to the present ones, and
-        the status of their branch; None where there are none."""
+        """Joint positions nearest to the present ones, of those that `within_limits` finds on some branches,
+        and the status of their branch; None where there are none."""
         best: tuple[tuple[float, ...], int] | None = None
         least: cython.double = 0.0
         for status in statuses:

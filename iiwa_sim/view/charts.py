@@ -35,7 +35,7 @@ class Samples:
         self._number = 0  # of the newest sample, in EVERY_S from the start of simulated time
 
     def add(self, time_s: float, values: Sequence[float]) -> None:
-        """These are the values from this time on. Time that goes back begins anew."""
+        """Add the values that hold from this time on. Time that goes back begins anew."""
         number = int(time_s / EVERY_S)
         if number < self._number or number - self._number >= SAMPLES:
             empty = (0.0,) * len(values)

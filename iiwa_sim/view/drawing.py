@@ -24,9 +24,9 @@ Wxyz = tuple[float, float, float, float]
 Colour = tuple[int, int, int]
 
 GREY: Colour = (170, 172, 176)
-"""Of a shape without a colour of its own."""
+"""Colour of a shape that has none of its own."""
 ROD_RADIUS_M = 0.03
-"""Of the rod drawn for a link whose looks are in a file (a mesh), or that has none."""
+"""Radius of the rod drawn for a link whose looks are in a file (a mesh), or that has none."""
 SHORTEST_ROD_M = 0.01
 
 
@@ -41,7 +41,7 @@ class Shape:
     kind: str
     """box, sphere, cylinder"""
     size_m: tuple[float, ...]
-    """Of a box its edges, of a sphere the radius, of a cylinder radius and length."""
+    """Sizes (m): the edges of a box, the radius of a sphere, radius and length of a cylinder."""
     pose: Transform
     colour: Colour
 
@@ -52,9 +52,9 @@ class Link:
 
     name: str
     parent: int | None
-    """Its place among the links of the drawing, which comes before it."""
+    """Place, among the links of the drawing, of the link that holds this one; None where none does."""
     pose: Transform
-    """In its parent, with its joint at zero (m)."""
+    """Pose in its parent, with its joint at zero (m)."""
     axis: Vector = (0.0, 0.0, 1.0)
     """The joint's, in the link's frame: a unit vector."""
     joint: int | None = None
@@ -62,7 +62,7 @@ class Link:
     shapes: list[Shape] = field(default_factory=list)
 
     def pose_at(self, joints: Sequence[float]) -> Transform:
-        """In its parent, with the joints at these positions (rad)."""
+        """Pose in its parent (m), with the joints at these positions (rad)."""
         if self.joint is None:
             return self.pose
         turned = multiply(self.pose.rotation, rotation_about(self.axis, joints[self.joint]))
@@ -80,7 +80,7 @@ class Drawing:
 
     @classmethod
     def of_urdf(cls, urdf: str, joints: Sequence[str], flange: str) -> Drawing:
-        """Of the text of a URDF, with the names of its joints, base first, and of its flange, a link.
+        """The drawing of a URDF, with the names of its joints, base first, and of its flange, a link.
 
         Boxes, cylinders and spheres are drawn as they are; a link with other shapes, or with none, gets rods
         to the links that it holds. Raises DrawingFault for a URDF that has not got these joints and link.
@@ -120,7 +120,7 @@ class Drawing:
         return cls(tuple(links), names.index(flange), len(joints))
 
     def poses(self, joints: Sequence[float]) -> list[Transform]:
-        """Of all links in the base (m), with the joints at these positions (rad)."""
+        """Poses of all links in the base (m), with the joints at these positions (rad)."""
         found: list[Transform] = []
         for link in self.links:
             pose = link.pose_at(joints)

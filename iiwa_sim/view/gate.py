@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 MOST_BYTES = 65_536
-"""Of a message from a browser: the longest that ours sends is a line that somebody has typed."""
+"""Longest message from a browser: the longest that our page sends is a line that somebody has typed."""
 MESSAGES_PER_S = 200.0
 """What is beyond waits: a browser of ours sends some 60 while the mouse is dragged."""
 AT_ONCE = 200

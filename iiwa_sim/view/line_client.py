@@ -13,7 +13,7 @@ CONNECT_S = 2.0
 ANSWER_S = 5.0
 """Until an answer is given up; who asks for what takes time says how long."""
 MOST_BYTES = 4_000_000
-"""Of an answer."""
+"""Longest answer."""
 
 Address = tuple[str, int]
 
@@ -23,7 +23,7 @@ class Unanswered(Exception):
 
 
 class Refusal(Exception):
-    """It has answered `error`. The message is the rest of that line."""
+    """The server has answered `error`. The message is the rest of that line."""
 
 
 class Lines:

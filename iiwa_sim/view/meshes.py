@@ -15,7 +15,7 @@ Faces = NDArray[np.int64]
 AROUND = 28
 """Edges of what is round."""
 RINGS = 14
-"""Of a sphere, from pole to pole."""
+"""Rings of a sphere, from pole to pole."""
 
 
 def mesh_of(shape: Shape) -> tuple[Points, Points, Faces]:

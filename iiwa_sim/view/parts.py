@@ -25,7 +25,7 @@ class Parts:
         self._numbers = 0
 
     def are(self, told: Sequence[Mapping[str, Any]]) -> None:
-        """These parts are there, and no others, as the backdoor's `get cell` tells them."""
+        """Show these parts, and no others, as the backdoor's `get cell` tells them."""
         if told == self._told:
             return
         self._told = told

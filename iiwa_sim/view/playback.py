@@ -35,7 +35,7 @@ SLIDER_STEP_S = 0.01
 JUMP_S = 0.5
 """More simulated time than that between two frames is no playing, but a jump."""
 PATH_STATES = 60
-"""Of those before a jump's end that the path is drawn through."""
+"""How many states before a jump's end the path is drawn through."""
 PLAY, PAUSE = "Play", "Pause"
 STEPS = {"Tick back": -1, "Tick forward": 1}
 

@@ -43,7 +43,7 @@ class Grabbed(NamedTuple):
     """A point of the arm that somebody pulls at."""
 
     link: int
-    """Its place in the drawing."""
+    """Place of the link among those of the drawing."""
     point: Vector
     """In the link's frame (m)."""
     target: Vector

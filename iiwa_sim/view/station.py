@@ -45,15 +45,15 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
     """Where a robot is reached."""
 
     name: str = ""
-    """Of one of several."""
+    """Name of the robot, where it is one of several."""
     status: tuple[str, int]
     backdoor: tuple[str, int] | None = None
     token: str = ""
-    """Of the backdoor."""
+    """Token of the backdoor."""
     driver: tuple[str, int] | None = None
     """The port on which it speaks the iiwa's text protocol."""
     robot: str | None = None
-    """Its name or folder, where there is no backdoor to tell it."""
+    """Name or folder of the robot, where there is no backdoor to tell it."""
 
 
 class Station:

@@ -17,7 +17,7 @@ AGAIN_S = 0.5
 LOOKS_S = 0.25
 """Between two looks whether it is still wanted, where nothing comes."""
 MOST_BYTES = 1_000_000
-"""Of a line that does not end."""
+"""Longest line; a longer one is taken for one that does not end."""
 RECEIVE_BYTES = 16_384
 """What the system holds for us at least: what waits there is old."""
 

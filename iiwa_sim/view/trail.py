@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import viser
 
 SECONDS = 10.0
-"""Of simulated time that are shown."""
+"""Simulated time that is shown."""
 PIECE_S = 1.0
 """What is older is sent no more, and goes as a whole."""
 SHORTEST_M = 0.001

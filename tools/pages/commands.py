@@ -20,7 +20,7 @@ from tools.pages.refusals import Refusal
 from tools.requirements import REQUIREMENTS
 
 JOINTS = 7
-"""Of the robot with which the page of the backdoor counts joints."""
+"""Joints of the robot of which the page of the backdoor tells."""
 PROBES = (*lines.PROBES, *numbers.PROBES, *connections.PROBES, *motion.PROBES)
 
 
@@ -109,7 +109,7 @@ def _reply(command: Command) -> str:
 
 
 def _refusals(found: Sequence[tuple[str, str]], asked: Sequence[Refusal] = ()) -> str:
-    """Those of the dialogues, and of what was asked for those with codes that they have not."""
+    """Refusals of the dialogues, and of what was asked besides for codes that these have not."""
     shown = {told.partition(" ")[0] for _, told in found}
     rows = [("", line, told) for line, told in dict(found).items()]
     rows += [

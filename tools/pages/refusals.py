@@ -27,7 +27,7 @@ from iiwa_sim.simulator import Simulator
 PATIENCE_S = 60.0
 SIX_AXES = "kr_6_r900_sixx"
 FAREWELL = "bye"
-"""It ends the connection, and nothing refuses it."""
+"""The command that ends the connection, and that nothing refuses."""
 
 FINE: dict[str, float] = {
     "speed": 0.5,
@@ -95,14 +95,14 @@ HOLDS = "start gravity : 100"
 
 @contextmanager
 def asker() -> Iterator[Asker]:
-    """Of the default robot, in the iiwa's protocol."""
+    """Somebody who asks the default robot, in the iiwa's protocol."""
     with Simulator(clock="stepped") as simulator, LineAsker(simulator) as found:
         yield found
 
 
 @contextmanager
 def krc4_asker() -> Iterator[Asker]:
-    """Of a robot with six axes, in KRC4 messages."""
+    """Somebody who asks a robot with six axes, in KRC4 messages."""
     with (
         Simulator(SIX_AXES, dialects=["krc4"], clock="stepped") as simulator,
         MessageAsker(simulator) as found,
@@ -145,7 +145,7 @@ class Asker(ABC):
 
     @property
     def situations(self) -> tuple[str, ...]:
-        """Those it can get into."""
+        """Situations that the robot asked can get into."""
         return tuple(SITUATIONS)
 
     @abstractmethod

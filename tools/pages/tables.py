@@ -73,7 +73,7 @@ def errors() -> str:
 
 
 def options() -> str:
-    """Of the program and all its subcommands, as their --help has them."""
+    """The page of options: those of the program and all its subcommands, as their --help has them."""
     text = OPTIONS.format(rule=RULE)
     parsers = {"iiwa-sim": server_parser()}
     for name in SUBCOMMANDS:

@@ -54,7 +54,7 @@ def _nodes_and_weights(degree: int) -> tuple[Array, Array]:
 
 
 NODES_AND_WEIGHTS = (_nodes_and_weights(16), _nodes_and_weights(32))
-"""Of the degrees of the polynomials that are tried; the nodes of the first are among those of the second."""
+"""Nodes and weights of the degrees that are tried; the nodes of the first are among those of the second."""
 
 
 @cython.ccall

@@ -86,7 +86,7 @@ class Chain:
         self.clock = clock
         self._rows = rows
         self.version = 0
-        """Its number among the chains that its owner has had under way, one after the other."""
+        """Number of this chain among those that its owner has had under way, one after the other."""
         self.rough = rough
         """Whether it was planned quickly, and may be made faster."""
         k = len(times) - 1

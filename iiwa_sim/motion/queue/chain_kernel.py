@@ -140,8 +140,8 @@ class Way:
     def limit(
         self, k: cython.Py_ssize_t, c: cython.Py_ssize_t, order: cython.int, joint: cython.Py_ssize_t
     ) -> cython.double:
-        """Of velocity (order 0), acceleration or jerk on the move k; in the corner c, if that is one, the
-        larger of two."""
+        """Limit of velocity (order 0), acceleration or jerk on the move k; in the corner c, if that is one,
+        the larger of its two moves'."""
         most: cython.double = self.limits[k, order, joint]
         if c >= 0:
             most = max(self.limits[c - 1, order, joint], self.limits[c, order, joint])

@@ -56,7 +56,7 @@ class Side:
         jerk: cython.double[::1],
         at_end: cython.bint,
     ) -> None:
-        """Of a path, at its end or its beginning, and the limits (n,) of the move."""
+        """One side of a corner: a path, at its end or its beginning, and the limits (n,) of its move."""
         n: cython.Py_ssize_t = path.joint_count
         speed: cython.double = 0.0  # 1 over them
         building: cython.double = 0.0
@@ -96,7 +96,7 @@ class Side:
 @cython.cfunc
 @cython.exceptval(check=False)
 def _cosine(ending: Side, leaving: Side) -> cython.double:
-    """Of the angle by which the joints turn, each counted by its acceleration."""
+    """Cosine of the angle by which the joints turn, each counted by its acceleration."""
     product: cython.double = 0.0
     square: cython.double = 0.0
     other_square: cython.double = 0.0

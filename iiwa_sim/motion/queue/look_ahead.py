@@ -27,7 +27,7 @@ ENOUGH_S = 0.3
 MOST_WAIT_S = 0.1
 """The longest that the robot waits for short moves to be planned."""
 WORTH_WAITING = 0.5
-"""It waits no longer than this part of the time that planning them together can gain."""
+"""Part of the time that planning short moves together can gain, longer than which the robot does not wait."""
 SHORTEST_S = 0.08
 """A chain that takes less is not planned on into short moves: they are planned together while it runs. For
 two moves, the first of which takes more alone, the robot does not wait at all."""

@@ -68,7 +68,7 @@ class Waiting:
             (self.planned or self.again).popleft()
 
     def put_back(self, moves: Sequence[Move]) -> None:
-        """These moves wait again, before all others."""
+        """Put moves back, which wait again, before all others."""
         self.planned.extendleft(reversed(moves))
 
     def clear(self) -> None:

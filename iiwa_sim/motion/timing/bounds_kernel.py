@@ -60,7 +60,7 @@ class Rows:
     """
 
     def __init__(self, starts: cython.Py_ssize_t[::1], joints: int, kept: Rows | None) -> None:
-        """Of as many cells as `starts` has, the first of them as they were kept."""
+        """Bounds of the cells between `starts`, the first of them as they were kept."""
         cells: cython.Py_ssize_t = starts.shape[0] - 1
         self.bounds = Bounds(cells, joints)
         self.starts, self.inner = starts, np.empty((starts[cells], 3, joints))

@@ -33,11 +33,11 @@ STEADY = 0.97
 AT_FIRST = 2
 """Most slices of planning for the clock of a move that sets out alone."""
 KEPT = 1.004
-"""Of acceleration and jerk between knots; more is repaired."""
+"""Part of a limit of acceleration or jerk that is left as it is between knots; more is repaired."""
 ACCEPTED = 0.3
 """Part of what is too much that is accepted, where no better clock was found."""
 ROOM = 0.9998
-"""Of limits: what is kept of an old clock has so much room to all."""
+"""Part of each limit within which what is kept of an old clock is to stay."""
 KEPT_VELOCITY = 1.0009
 MU, LEAST = 0.1, 0.2
 """With which a clock begins (see `Steps.begin`)."""

@@ -74,7 +74,7 @@ class Steps:
     dual: cython.double
 
     def __init__(self, given: Rows, fixed: int) -> None:
-        """Of a chain with such rows. The first coefficients, none or two, are `fixed`."""
+        """The problem of a chain with these rows, whose first coefficients, none or two, are `fixed`."""
         self.cells, self.fixed = given.bounds.cells, fixed
         self.of, self.first, self.weights, self.rows = merged(*packed(given, fixed), np.asarray(given.cuts))
         self.band, self.vectors = np.empty((self.cells + 2, 3)), np.empty((2, self.cells + 2))

@@ -17,7 +17,7 @@ from iiwa_sim.motion.path.extremes_kernel import Outside, first_outside
 from iiwa_sim.motion.path.piecewise_kernel import Polynomial
 
 ROWS = 6
-"""Of the coefficients of a piece: it is a quintic at most."""
+"""Rows of coefficients of a piece, which is a quintic at most."""
 
 
 class Knot(NamedTuple):
@@ -58,7 +58,7 @@ class Reference:
     still."""
 
     def __init__(self, knots: Sequence[Knot]) -> None:
-        """Of two knots at least, whose times rise; the last of them lies behind 0."""
+        """A curve through two knots at least, whose times rise; the last of them lies behind 0."""
         self.times = np.array([knot.time_s for knot in knots])
         """(pieces + 1,)"""
         self.start = knots[0].positions
