@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import io
+import logging
 import re
 import subprocess
 import sys
@@ -10,6 +10,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 from iiwa_sim.cli import main
@@ -55,14 +56,19 @@ def fails(*options: str | Path, program: Sequence[str] = IIWA_SIM) -> str:
 
 
 def refused(*options: str | Path) -> str:
-    """The same of options that are found wrong before anything starts, without a process of its own."""
-    out, err = io.StringIO(), io.StringIO()
-    with redirect_stdout(out), redirect_stderr(err):
-        try:
-            code = main([str(each) for each in options])
-        except SystemExit as ends:
-            code = int(str(ends.code))
-    return _one_line(code, out.getvalue(), err.getvalue())
+    """What a call says that cannot work, by the same rules, without a process of its own."""
+    handlers = logging.getLogger().handlers
+    before = list(handlers)
+    with TemporaryFile("w+") as out, TemporaryFile("w+") as err:
+        with redirect_stdout(out), redirect_stderr(err):
+            try:
+                code = main([str(each) for each in options])
+            except SystemExit as ends:
+                code = int(str(ends.code))
+        handlers[:] = before  # what the program logs to ends here
+        out.seek(0)
+        err.seek(0)
+        return _one_line(code, out.read(), err.read())
 
 
 def _one_line(code: int, out: str, err: str) -> str:

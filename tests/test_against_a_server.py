@@ -14,7 +14,7 @@ from iiwa_sim.client import CommandError, Iiwa
 from iiwa_sim.simulator import Simulator
 from tests.check.original import Bare, Mortal, Moving, serving
 from tests.krc4_talking import Krc4Client
-from tests.processes import IIWA_SIM, Process, fails, running, succeeds
+from tests.processes import IIWA_SIM, Process, refused, running, succeeds
 from tests.talking import DEADLINE_S
 
 Run = Callable[..., tuple[int, str, str]]
@@ -163,7 +163,7 @@ def test_a_server_of_krc4_messages_is_not_checked(capsys: pytest.CaptureFixture[
 
 
 def test_a_transcript_that_cannot_be_written(tmp_path: Path) -> None:
-    told = fails("--port", "0", "--transcript", tmp_path / "none" / "session.txt")
+    told = refused("--port", "0", "--transcript", tmp_path / "none" / "session.txt")
     assert told == f"iiwa-sim: {tmp_path}/none/session.txt: cannot be written: No such file or directory\n"
 
 

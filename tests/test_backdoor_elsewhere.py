@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.client import Iiwa
 from iiwa_sim.simulator import Simulator
-from tests.processes import fails, running
+from tests.processes import fails, refused, running
 from tests.talking import DEADLINE_S
 
 TOKEN = "swordfish"
@@ -175,5 +175,5 @@ def test_without_the_library_it_is_said_what_to_install() -> None:
 def test_a_port_that_is_taken_leaves_nothing_open() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        told = fails("--port", "0", "--backdoor-port", "0", "--backdoor-http-port", port)
+        told = refused("--port", "0", "--backdoor-port", "0", "--backdoor-http-port", port)
     assert told == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"

@@ -58,7 +58,11 @@ def test_elsewhere_it_asks_for_what_it_needs(
 
 
 @pytest.mark.parametrize(
-    ("name", "told"), [("pinocchio", "pip install pin"), ("ruckig", "pip install ruckig")]
+    ("name", "told"),
+    [
+        ("pinocchio", "pip install pin"),
+        pytest.param("ruckig", "pip install ruckig", marks=pytest.mark.slow),
+    ],
 )
 def test_a_library_that_is_not_installed_is_told_in_one_line(name: str, told: str, tmp_path: Path) -> None:
     """For a robot of a user's own: those that come along start without Pinocchio."""

@@ -10,7 +10,7 @@ import pytest
 from iiwa_sim.cli import main
 from iiwa_sim.log import LEVELS
 from iiwa_sim.robot.description import built_in_robots
-from tests.processes import fails
+from tests.processes import refused
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -103,7 +103,7 @@ def test_a_cell_that_is_not_there(
     ],
 )
 def test_no_name_is_said_to_be_none(arguments: list[str], told: str) -> None:
-    assert fails(*arguments).startswith(f"iiwa-sim: {told}")
+    assert refused(*arguments).startswith(f"iiwa-sim: {told}")
 
 
 def test_check_cell_tells_what_is_in_a_cell(capsys: pytest.CaptureFixture[str]) -> None:

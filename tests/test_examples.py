@@ -44,6 +44,7 @@ def assert_there_and_back(done: subprocess.CompletedProcess[str], axes: int = 7)
     assert said["back"] == pytest.approx(start, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.requirement("FRA005")
 def test_the_client_in_cpp(cpp_client: Path) -> None:
     with running() as simulator:
@@ -65,6 +66,7 @@ def test_the_client_of_krc4_messages() -> None:
     assert "refused: 3021" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_client_in_cpp_without_a_robot(cpp_client: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as listener:
         port = str(listener.getsockname()[1])

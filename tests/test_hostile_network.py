@@ -161,6 +161,7 @@ def answers_and_ends(process: subprocess.Popen[bytes]) -> None:
             process.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
 def test_a_terminal_that_is_stopped_from_the_beginning_stops_nothing() -> None:
     """Ctrl-S before the program says where it listens, and how to try it."""

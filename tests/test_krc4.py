@@ -25,7 +25,7 @@ from iiwa_sim.robot.description import RobotFault
 from iiwa_sim.robot.nearest import JOINT_LIMIT, OUT_OF_REACH, ROBOT_CONFIGURATION
 from iiwa_sim.simulator import Simulator
 from tests.krc4_talking import IDS, Krc4Client, attributes, replies, request
-from tests.processes import Process, fails, running
+from tests.processes import Process, refused, running
 from tests.talking import DEADLINE_S
 
 SIX_AXES = ("--robot", "kr_6_r900_sixx", "--dialect", "krc4")
@@ -134,7 +134,7 @@ def test_both_dialects_move_one_robot() -> None:
 
 
 def test_the_iiwas_protocol_has_no_words_for_six_axes() -> None:
-    told = fails("--robot", "kr_6_r900_sixx")
+    told = refused("--robot", "kr_6_r900_sixx")
     expected = "expected 7 joints for dialect iiwa; for 6 there is: krc4 (--dialect krc4)\n"
     assert told.endswith(expected)
     with pytest.raises(RobotFault, match="for dialect iiwa"):

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from iiwa_sim.client import Iiwa
-from tests.processes import IIWA_SIM, ended, fails, running
+from tests.processes import IIWA_SIM, ended, fails, refused, running
 from tests.talking import DEADLINE_S
 
 FAR = ((1, 1, 1, -1.5, 1, 1, 1), (0.1,) * 7)
@@ -93,18 +93,18 @@ def test_a_port_in_use() -> None:
 def test_a_robot_folder_with_a_fault(tmp_path: Path) -> None:
     (tmp_path / "robot.toml").write_text("name = 7\n")
     (tmp_path / "robot.urdf").write_text("<robot/>")
-    assert str(tmp_path / "robot.toml") in fails("--robot", str(tmp_path), "--port", "0")
+    assert str(tmp_path / "robot.toml") in refused("--robot", str(tmp_path), "--port", "0")
 
 
 @pytest.mark.parametrize("command", [("--port", "0"), pytest.param(("check-cell",), marks=pytest.mark.slow)])
 def test_a_cell_with_a_fault(tmp_path: Path, command: tuple[str, ...]) -> None:
     (tmp_path / "cell.toml").write_text("[[plane]]\nname = 'table'\nstiffness_n_per_m = 0\n")
-    told = fails(*command, str(tmp_path / "cell.toml"))
+    told = refused(*command, str(tmp_path / "cell.toml"))
     assert "cell.toml: plane[0].stiffness_n_per_m = 0.0: expected a number from 1 to 10000000 N/m" in told
 
 
 def test_a_robot_that_is_not_there() -> None:
-    assert "no_such_robot" in fails("--robot", "no_such_robot", "--port", "0")
+    assert "no_such_robot" in refused("--robot", "no_such_robot", "--port", "0")
 
 
 @pytest.mark.parametrize(

@@ -624,6 +624,7 @@ def test_tests_may_share_a_robot(project: Project) -> None:
     result.stdout.fnmatch_lines(["*iiwa_session dialogue*", "*joint move*", "*iiwa_session state*"])
 
 
+@pytest.mark.slow
 def test_a_program_that_has_loaded_the_simulator_may_call_pytest(pytester: pytest.Pytester) -> None:
     program = pytester.makepyfile(
         program="""

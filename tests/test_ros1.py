@@ -20,7 +20,17 @@ from iiwa_sim.ros.conventions import RESULT_TYPES
 from iiwa_sim.ros.rmi.definitions import full_text, message_md5, result_message, service_md5
 from iiwa_sim.ros.rmi.node import PUBLISHED, SUBSCRIBED
 from iiwa_sim.serve.socket_options import reset_at_close
-from tests.processes import IIWA_SIM, Process, ended, fails, killed_unless_done, next_line, running, started
+from tests.processes import (
+    IIWA_SIM,
+    Process,
+    ended,
+    fails,
+    killed_unless_done,
+    next_line,
+    refused,
+    running,
+    started,
+)
 from tests.ros1_tools import SYSTEM_PYTHON, Terminal, master, needs_ros
 from tests.talking import DEADLINE_S
 
@@ -397,6 +407,7 @@ def test_a_stuck_subscriber_delays_neither_others_nor_the_end(environment: Termi
         stuck.close()
 
 
+@pytest.mark.slow
 def test_messages_that_are_none_are_refused_in_one_line(terminal: Terminal, robot: Process) -> None:
     """A publisher whose header is right and whose bytes are not, and one with a list that is too long."""
     terminal.python(
@@ -459,6 +470,7 @@ def test_a_master_that_is_started_anew_is_told_of_the_node(
             assert anew.nodes_at("/joint_states") == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_a_bridge_is_a_node_too(terminal: Terminal) -> None:
     with running() as server:
@@ -501,6 +513,7 @@ def test_in_a_process_that_is_a_node_the_robot_becomes_part_of_it(terminal: Term
     assert done.stdout.splitlines() == 2 * [f"{terminal.master_uri} True", "gone"], done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_a_process_starts_one_node() -> None:
     script = (
@@ -526,12 +539,10 @@ def test_without_a_master_one_line_says_so(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.requirement("FRA005")
-def test_without_rospy_one_line_says_what_to_install() -> None:
-    script = (
-        "import sys; sys.modules['rospy'] = None; from iiwa_sim.cli import main; "
-        "sys.exit(main(['--port', '0', '--ros']))"
-    )
-    said = fails(program=(sys.executable, "-c", script))
+def test_without_rospy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rospy", None)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    said = refused("--port", "0", "--ros")
     assert said.startswith("iiwa-sim: --ros needs rospy (")
     assert "apt install python3-rospy" in said
 

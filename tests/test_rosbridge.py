@@ -302,7 +302,7 @@ async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
     try:
         await ros.says("subscribe", topic="/joint_states", queue_length=1000)
         first = (await ros.hears())["msg"]["header"]["seq"]
-        for k in range(1, 31):
+        for k in range(1, 11):
             assert (await ros.hears())["msg"]["header"]["seq"] == first + k
         await ros.says("unsubscribe", topic="/joint_states")
         for _ in range(5):

@@ -13,7 +13,7 @@ from iiwa_sim.client import Iiwa
 from iiwa_sim.serve.listening import ListenFault
 from iiwa_sim.simulator import Simulator
 from tests.drivers import SCENES, Driver, Krc4Driver, Scene, connect
-from tests.processes import fails, running
+from tests.processes import refused, running
 from tests.states import state
 from tests.talking import DEADLINE_S, Client, until
 
@@ -245,5 +245,5 @@ def test_as_a_process() -> None:
 def test_the_port_of_the_process_in_use() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        told = fails("--port", "0", "--status-port", str(port))
+        told = refused("--port", "0", "--status-port", str(port))
     assert told == f"iiwa-sim: cannot listen on 127.0.0.1:{port}: Address already in use\n"

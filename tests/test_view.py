@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import pytest
 
 from iiwa_sim.view.line_client import Lines
-from tests.processes import IIWA_SIM, fails, refused, running, started
+from tests.processes import IIWA_SIM, refused, running, started
 from tests.talking import DEADLINE_S, wait_until
 from tests.view.viewer import viewing
 
@@ -44,6 +44,7 @@ def test_a_page_of_its_own_shows_a_robot_elsewhere() -> None:
         assert simulator.ends(signal.SIGTERM) == (0, "")
 
 
+@pytest.mark.slow
 def test_a_page_of_its_own_shows_robots_of_several_addresses() -> None:
     with running("--status-port", "0") as left, running("--status-port", "0") as right:
         statuses = [each.line().split()[-1] for each in (left, right)]
@@ -87,11 +88,11 @@ def pushed(bench: Lines) -> bool:
 def test_a_port_that_is_taken_is_told_in_one_line(command: Sequence[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        assert f"cannot listen on 127.0.0.1:{port}: Address already in use" in fails(*command, port)
+        assert f"cannot listen on 127.0.0.1:{port}: Address already in use" in refused(*command, port)
 
 
 def test_nobody_at_a_status_port_is_told_in_one_line() -> None:
-    told = fails("view", "127.0.0.1:1", "--port", "0")
+    told = refused("view", "127.0.0.1:1", "--port", "0")
     assert "the status port 127.0.0.1:1: Connection refused" in told
 
 

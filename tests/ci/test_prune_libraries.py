@@ -8,6 +8,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 from tools.prune_libraries import LACKING
 
 ROOT = Path(__file__).parents[2]
@@ -27,6 +29,7 @@ def imported(text: str) -> set[str]:
     return found
 
 
+@pytest.mark.slow
 def test_each_library_that_a_module_imports_is_in_an_image_or_known_to_lack() -> None:
     texts = (path.read_text() for path in (ROOT / "iiwa_sim").rglob("*.py"))
     others = set[str]().union(*map(imported, texts)) - set(sys.stdlib_module_names) - {"iiwa_sim"}

@@ -88,7 +88,8 @@ def digest(name: str, seed: int) -> str:
     return hashlib.sha256(np.array(recorder.robot.joints).tobytes()).hexdigest()
 
 
-@pytest.mark.parametrize("name", [ARMS[0], pytest.param(ARMS[1], marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
 def test_the_same_chain_is_the_same_bit_for_bit_in_another_process_too(name: str) -> None:
     call = f"print(digest({name!r}, 3), digest({name!r}, 8))"
     script = f"from tests.motion.test_tight_corners import digest; {call}"

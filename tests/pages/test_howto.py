@@ -12,6 +12,7 @@ PAGES = sorted(HOWTO.glob("*.md"))
 PYTHON = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
+@pytest.mark.slow
 def test_the_tests_of_the_pages_pass(pytester: pytest.Pytester) -> None:
     assert PAGES
     count = 0

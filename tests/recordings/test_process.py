@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.client import Iiwa
 from iiwa_sim.recordings.read import Recorded
 from iiwa_sim.simulator import Simulator
-from tests.processes import Process, ended, fails, killed_unless_done, running, started
+from tests.processes import Process, ended, killed_unless_done, refused, running, started
 from tests.recordings.recorded import FAR, Robot, is_whole, states_by_now
 from tests.talking import DEADLINE_S, wait_until
 
@@ -94,7 +94,7 @@ def test_the_robot_goes_on_where_the_disk_is_full(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_from_the_start_is_told_at_once() -> None:
-    told = fails("--port", "0", "--record", "/dev/full")
+    told = refused("--port", "0", "--record", "/dev/full")
     assert told == "iiwa-sim: /dev/full: cannot be written: No space left on device\n"
 
 
@@ -144,6 +144,7 @@ def test_a_robot_that_is_killed_leaves_a_whole_file_though_a_child_holds_its_con
             os.kill(child, signal.SIGKILL)
 
 
+@pytest.mark.slow
 @LINUX
 def test_what_ends_a_group_of_processes_leaves_a_whole_file(tmp_path: Path) -> None:
     """Such as a CI job that is cancelled, or Ctrl-C; and what is meant for the one that writes, too."""
@@ -233,6 +234,7 @@ def test_the_program_that_records_is_not_run_again(tmp_path: Path) -> None:
     assert check_whole(tmp_path / "run.mcap") == 50
 
 
+@pytest.mark.slow
 def test_modules_of_a_user_that_are_called_as_one_of_pythons_come_last(tmp_path: Path) -> None:
     """Such as those beside a test, whose folder pytest puts in front; Python leaves out what is no text."""
     folder = tmp_path / "tests"

@@ -18,7 +18,7 @@ from iiwa_sim.recordings.timeline import Timeline
 from iiwa_sim.simulator import Simulator
 from iiwa_sim.view.page import open_page
 from iiwa_sim.view.playback import Playback, drawing_of, run_playback
-from tests.processes import IIWA_SIM, fails, started
+from tests.processes import IIWA_SIM, refused, started
 from tests.talking import DEADLINE_S
 from tests.view.viewer import Message, Viewer, viewing
 
@@ -143,4 +143,4 @@ def test_a_file_that_is_no_recording_is_told_in_one_line(content: bytes | None, 
     path = tmp_path / "a.mcap"
     if content is not None:
         path.write_bytes(content)
-    assert fails("show", path, "--port", "0").startswith(f"iiwa-sim: {path}: ")
+    assert refused("show", path, "--port", "0").startswith(f"iiwa-sim: {path}: ")

@@ -16,7 +16,7 @@ from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.ros2 import environment
 from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
 from iiwa_sim.simulator import Simulator
-from tests.processes import fails, running, succeeds
+from tests.processes import refused, running, succeeds
 from tests.ros.ros2.users import CELL
 from tests.talking import Client, until
 
@@ -84,6 +84,7 @@ rclpy.shutdown()
 """Of a user: sends what is refused."""
 
 
+@pytest.mark.slow
 def test_a_users_node_sees_the_robot_and_sends_a_trajectory(python: Path) -> None:
     with running("--ros2", "--ros2-python", str(python), "--ros-namespace", CELL) as process:
         assert process.line() == NODE
@@ -142,17 +143,17 @@ async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:
 
 
 def test_a_namespace_that_is_none_is_told(python: Path) -> None:
-    said = fails(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
+    said = refused(*ROS2, "--ros2-python", str(python), "--ros-namespace", "a b")
     assert said.startswith("iiwa-sim: ROS 2: no node: Invalid namespace: ")
 
 
 def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    said = fails(*ROS2, "--ros2-python", sys.executable)
+    said = refused(*ROS2, "--ros2-python", sys.executable)
     assert "has no rclpy that works" in said
     assert said.endswith("iiwa-sim ros2-env makes an environment that has it\n")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
-    said = fails(*ROS2)
+    said = refused(*ROS2)
     assert said.startswith("iiwa-sim: --ros2 needs a Python that has rclpy: make one by iiwa-sim ros2-env")
 
 
@@ -165,7 +166,7 @@ def test_without_rclpy_one_line_says_what_to_install(monkeypatch: pytest.MonkeyP
     ],
 )
 def test_a_program_that_is_no_such_python_is_told(program: str, told: str) -> None:
-    assert fails(*ROS2, "--ros2-python", program).endswith(told)
+    assert refused(*ROS2, "--ros2-python", program).endswith(told)
 
 
 def test_an_interpreter_is_found_where_a_distribution_is_sourced(
@@ -190,5 +191,5 @@ def test_no_environment_is_made_where_there_are_no_wheels(
 
 
 def test_a_fleet_needs_a_namespace_for_each() -> None:
-    said = fails(*ROS2, "--count", "2")
+    said = refused(*ROS2, "--count", "2")
     assert "--ros-namespace: expected one of its own for each robot on ROS 2" in said
