@@ -20,7 +20,7 @@ LARGEST = {
     "lbr_iiwa_7_r800": corners.LARGEST,
     "kr_6_r900_sixx": corners.KR_6_MARGIN * corners.LARGEST,
 }
-"""Of the duration over the optimum: that of the KR 6 misses its goal at two corners."""
+"""Of the duration over the optimum: that of the KR 6 misses its goal at one corner."""
 both = pytest.mark.parametrize("robot", corners.ROBOTS)
 
 

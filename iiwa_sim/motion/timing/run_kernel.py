@@ -11,7 +11,6 @@ from cython.cimports.libc.math import fabs, sqrt
 
 # A joint that goes less than this per unit of x (rad) bounds nothing.
 STILL = cython.declare(cython.double, 1e-9)
-BEYOND = cython.declare(cython.double, 1.0)
 SLOWEST = cython.declare(cython.double, 1e-9)
 CREEP = cython.declare(cython.double, 1e-12)
 # A loop scales numbers between these two.
@@ -107,8 +106,11 @@ def caps(
     jerk: cython.double[:, ::1],
     squares: cython.double[::1],
 ) -> cython.void:
-    """Write the largest (dx/dt)^2 at samples (m,) that velocities, and accelerations of any two joints,
-    allow; and BEYOND times what jerks would allow an even speed.
+    """Write the largest (dx/dt)^2 at samples (m,) that velocities, accelerations and jerks allow at an even
+    speed.
+
+    Where a joint turns back between two samples, the acceleration that bends its path is all there is: what a
+    change of speed would add to it at either sample, the other one takes away.
 
     `derivatives` (m, 4, n) are q, dq/dx, d2q/dx2, d3q/dx3; `velocity`, `acceleration` and `jerk` (m, n)
     limits.
@@ -116,7 +118,6 @@ def caps(
     m: cython.Py_ssize_t = derivatives.shape[0]
     n: cython.Py_ssize_t = derivatives.shape[2]
     cap: cython.double
-    room: cython.double
     y: cython.double
     for k in range(m):
         cap = 1e12
@@ -127,28 +128,12 @@ def caps(
                 if y * y < cap:
                     cap = y * y
             y = fabs(derivatives[k, 2, i])
-            if rate <= STILL and y * cap > acceleration[k, i]:
+            if y * cap > acceleration[k, i]:
                 cap = acceleration[k, i] / y
             y = fabs(derivatives[k, 3, i])
-            room = cap / BEYOND
-            if y * y * room * room * room > jerk[k, i] * jerk[k, i]:
+            if y * y * cap * cap * cap > jerk[k, i] * jerk[k, i]:
                 y = root(jerk[k, i] / y)
-                cap = BEYOND * y * y
-        for i in range(n):
-            rate = fabs(derivatives[k, 1, i])
-            if rate <= STILL:
-                continue
-            bend = derivatives[k, 2, i] / derivatives[k, 1, i]
-            room = acceleration[k, i] / rate
-            for o in range(i):
-                other = fabs(derivatives[k, 1, o])
-                if other <= STILL:
-                    continue
-                # The two joints must leave a common d2x/dt2.
-                closing = fabs(bend - derivatives[k, 2, o] / derivatives[k, 1, o])
-                y = room + acceleration[k, o] / other
-                if closing * cap > y:
-                    cap = y / closing
+                cap = y * y
         squares[k] = cap
 
 
