@@ -10,6 +10,10 @@ cdef class Contact:
     cdef double _damping
     cdef double _friction
     cdef bint _is_plane
+    cdef bint _is_box
+    cdef double _half_x                # of a box (m)
+    cdef double _half_y
+    cdef double _half_z
     # The rotation of the shape, row by row, and its place (m).
     cdef double _r0
     cdef double _r1
@@ -51,6 +55,12 @@ cdef class Contact:
     cdef double _wy
     cdef double _wz
     cdef object _came
+    cdef int _axis                     # of a box: of the face by which it has come in, -1 where by none
+    cdef double _side
+    cdef double _out_x                 # and the way out of that
+    cdef double _out_y
+    cdef double _out_z
+    cdef double _behind
     # And a place in its frame round which nothing touches: how far (m).
     cdef double _gx
     cdef double _gy
@@ -61,3 +71,5 @@ cdef class Contact:
         self, double px, double py, double pz, double vx, double vy, double vz, bint remember
     ) except? -1
     cdef void _find_depth(self, double px, double py, double pz, bint remember) except *
+    cdef object _come(self, object came)
+    cdef bint _is_behind(self, double x, double y, double z) noexcept

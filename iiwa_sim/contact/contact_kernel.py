@@ -28,7 +28,7 @@ import cython
 import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.contact.shapes import Plane
+from iiwa_sim.contact.shapes import Box, Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import apply, inverse, rotate, transpose
 
@@ -69,13 +69,14 @@ class Contact:
         reach = surface.shape.extent + radius
         self._reach_squared = reach * reach
         self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
-        self._is_plane = isinstance(surface.shape, Plane)
+        self._is_plane, self._is_box = isinstance(surface.shape, Plane), isinstance(surface.shape, Box)
+        self._half_x, self._half_y, self._half_z = surface.shape if self._is_box else (0.0, 0.0, 0.0)
         self.touched = self._anchored = False
         self._ax = self._ay = self._az = 0.0
         self._ux = self._uy = self._uz = 0.0
         self._known = False
         self._wx = self._wy = self._wz = 0.0
-        self._came: Any = None
+        self._come(None)
         self._gx = self._gy = self._gz = self._gap = 0.0
         self._put(surface)
 
@@ -122,7 +123,8 @@ class Contact:
 
     def restore(self, kept: Any) -> None:
         """Remember that again."""
-        self.touched, self._anchored, self._known, self._came = kept[:4]
+        self.touched, self._anchored, self._known, came = kept[:4]
+        self._come(came)
         self._ax, self._ay, self._az, self._ux, self._uy, self._uz, self._wx, self._wy, self._wz = kept[4:]
 
     @cython.cfunc
@@ -213,23 +215,25 @@ class Contact:
         gx: cython.double = ax - self._gx
         gy: cython.double = ay - self._gy
         gz: cython.double = az - self._gz
-        if self._came is None and gx * gx + gy * gy + gz * gz < self._gap * self._gap:
+        if self._came is None and (
+            gx * gx + gy * gy + gz * gz < self._gap * self._gap
+            or x * x + y * y + z * z >= self._reach_squared
+        ):
             # Nor has it met anything on the way, which began within the same ball: most ticks.
             if remember:
                 self._known, self._wx, self._wy, self._wz = True, ax, ay, az
             return
-        found = None
-        if self._came is not None or x * x + y * y + z * z < self._reach_squared:
+        distance: cython.double
+        if self._axis >= 0 and self._is_behind(ax, ay, az):
+            distance, x, y, z = self._behind, self._out_x, self._out_y, self._out_z
+        else:
             was = (self._wx, self._wy, self._wz) if self._known else None
             found, came = self.surface.shape.follow(self._came, was, (ax, ay, az), self._radius)
+            distance, x, y, z = found
             if remember:
-                self._came = came
+                self._come(came)
         if remember:
             self._known, self._wx, self._wy, self._wz = True, ax, ay, az
-        if found is None:
-            return
-        distance: cython.double
-        distance, x, y, z = found
         if self._radius - distance <= 0.0:
             if remember:  # else the way here has begun elsewhere
                 self._gx, self._gy, self._gz, self._gap = ax, ay, az, distance - self._radius
@@ -238,3 +242,30 @@ class Contact:
         self._nx = self._r0 * x + self._r1 * y + self._r2 * z
         self._ny = self._r3 * x + self._r4 * y + self._r5 * z
         self._nz = self._r6 * x + self._r7 * y + self._r8 * z
+
+    @cython.cfunc
+    def _come(self, came: Any) -> object:
+        """The TCP has come in by this way."""
+        self._came: Any = came
+        self._axis = -1
+        if came is not None and self._is_box:
+            self._axis, self._side = came
+            self._out_x, self._out_y, self._out_z = [self._side * (self._axis == k) for k in range(3)]
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _is_behind(self, x: cython.double, y: cython.double, z: cython.double) -> cython.bint:
+        """Whether a place is behind the face of a box by which the TCP has come in, as `Box.behind`; its
+        distance (m) is in `_behind`."""
+        off_x: cython.bint = fabs(x) > self._half_x
+        off_y: cython.bint = fabs(y) > self._half_y
+        off_z: cython.bint = fabs(z) > self._half_z
+        if self._axis == 0:
+            self._behind = self._side * x - self._half_x
+            return self._behind <= 0.0 and not (off_y or off_z)
+        if self._axis == 1:
+            self._behind = self._side * y - self._half_y
+            return self._behind <= 0.0 and not (off_x or off_z)
+        self._behind = self._side * z - self._half_z
+        return self._behind <= 0.0 and not (off_x or off_y)

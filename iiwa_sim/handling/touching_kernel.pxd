@@ -9,6 +9,8 @@ cdef class Touching(Near):
     cdef double _free                  # so far they may go from where they are, and touch nothing for sure (m)
     cdef double[:, ::1] _was           # where the points that are close were in the tick before (m)
     cdef char[::1] _has_been
+    cdef object _least_of              # surfaces, and the least stiffness of them (N/m)
+    cdef double _least
     cdef double[::1] _pose             # for who has no array
     # What acts on it: force (N), torque (Nm) about its middle, in base axes.
     cdef double fx

@@ -50,6 +50,7 @@ class Touching(Near):
         self._was = np.zeros((len(self._own), 3))
         self._has_been: Any = np.zeros(len(self._own), dtype=np.int8)
         self.besides: tuple[Vector, Vector] | None = None
+        self._least_of, self._least = None, 1.0
         self.forget()
 
     @property
@@ -99,10 +100,12 @@ class Touching(Near):
     def stored_at(self, pose: cython.double[::1]) -> cython.double:
         """What would be in its springs (J) at a pose close to the last one; nothing remembers that."""
         soft: cython.double = 0.0
-        least: cython.double
         n: cython.Py_ssize_t
         world: World
         p, own = pose, self._own
+        if self._least_of is not self._near:
+            self._least_of: Any = self._near
+            self._least = min([each.stiffness for each in self._near.values()], default=1.0)
         for point, world in self.worlds.items():
             n = point
             x: cython.double = (p[0] * own[n, 0] + p[1] * own[n, 1] + p[2] * own[n, 2]) + p[9]
@@ -111,8 +114,7 @@ class Touching(Near):
             if world.feel_at(x, y, z, 0.0, 0.0, 0.0, False):
                 fx, fy, fz = world.fx, world.fy, world.fz
                 if fx != 0.0 or fy != 0.0 or fz != 0.0:
-                    least = min([each.stiffness for each in world.surfaces.values()])
-                    soft += (fx * fx + fy * fy + fz * fz) / least
+                    soft += (fx * fx + fy * fy + fz * fz) / self._least
         return 0.5 * soft
 
     def memory(self) -> object:
