@@ -69,8 +69,9 @@ class Contact:
         reach = surface.shape.extent + radius
         self._reach_squared = reach * reach
         self._stiffness, self._damping, self._friction = surface.stiffness, surface.damping, surface.friction
-        self._is_plane, self._is_box = isinstance(surface.shape, Plane), isinstance(surface.shape, Box)
-        self._half_x, self._half_y, self._half_z = surface.shape if self._is_box else (0.0, 0.0, 0.0)
+        shape = surface.shape
+        self._is_plane, self._is_box = isinstance(shape, Plane), isinstance(shape, Box)
+        self._half_x, self._half_y, self._half_z = shape if isinstance(shape, Box) else (0.0, 0.0, 0.0)
         self.touched = self._anchored = False
         self._ax = self._ay = self._az = 0.0
         self._ux = self._uy = self._uz = 0.0

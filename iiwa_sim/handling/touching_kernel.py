@@ -50,7 +50,8 @@ class Touching(Near):
         self._was = np.zeros((len(self._own), 3))
         self._has_been: Any = np.zeros(len(self._own), dtype=np.int8)
         self.besides: tuple[Vector, Vector] | None = None
-        self._least_of, self._least = None, 1.0
+        self._least_of: Any = None
+        self._least = 1.0
         self.forget()
 
     @property
@@ -104,7 +105,7 @@ class Touching(Near):
         world: World
         p, own = pose, self._own
         if self._least_of is not self._near:
-            self._least_of: Any = self._near
+            self._least_of = self._near
             self._least = min([each.stiffness for each in self._near.values()], default=1.0)
         for point, world in self.worlds.items():
             n = point

@@ -12,7 +12,7 @@ from iiwa_sim.dialect.ports import IIWA
 from iiwa_sim.dialect.wire.canned import CannedReplies
 from iiwa_sim.dialect.wire.decimals import format_decimals
 from iiwa_sim.dialect.wire.dialogue import Dialogue
-from iiwa_sim.dialect.wire.line_session import ASKED_OFTEN, CommandSession
+from iiwa_sim.dialect.wire.line_session import CommandSession
 from iiwa_sim.dialect.wire.log import DialectLog
 from iiwa_sim.dialect.wire.own_moves import OwnMoves
 from iiwa_sim.dialect.wire.table_file import load_table
@@ -46,10 +46,8 @@ class IiwaSession(CommandSession):
         self._written: dict[str, tuple[tuple[float, ...], bytes]] = {}
         self.dialogue.event(name, "connected", IIWA)
 
-    @property
-    def awaits(self) -> bool:
-        """Whether the newest move is the client's own, and it waits for its end: it repeats a line."""
-        return self._times >= ASKED_OFTEN and self.controller.accepted in self.moves
+    def _moved_last(self) -> bool:
+        return self.controller.accepted in self.moves
 
     def lost(self) -> None:
         """Notice that the connection has gone: stop the robot if a move of this session is pending."""

@@ -45,6 +45,8 @@ class LineSession(ABC):
         self.ends_batch = False
         """Whether the present batch of replies ends with this line, which takes long."""
         self._line, self._times = b"", 0  # the last one, and how many times in a row it came
+        self.awaits = False
+        """Whether the newest move is the client's own, and it waits for its end: it repeats a line."""
         self._logs_commands = False
         self.reason = ""
         """Why the last line was refused, for the dialogue; empty where it was not."""
@@ -78,6 +80,7 @@ class LineSession(ABC):
                 continue
             self.reason = ""
             self._line, self._times = line, self._times + 1 if line == self._line else 1
+            self.awaits = self._times >= ASKED_OFTEN and self._moved_last()
             reply = self._reply(line)
             replies.append(reply)
             if dialogue.listeners:
@@ -86,9 +89,8 @@ class LineSession(ABC):
                 break
         return b"".join(replies)
 
-    @property
-    def awaits(self) -> bool:
-        """Whether the newest move is the client's own, and it waits for its end; never without moves."""
+    def _moved_last(self) -> bool:
+        """Whether the newest move is the client's own, and has not ended."""
         return False
 
     def lost(self) -> None:
