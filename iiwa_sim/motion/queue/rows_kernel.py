@@ -26,13 +26,13 @@ _UNIT_S = cython.declare(cython.double, 0.01)
 # Jerks inside a cell count as larger than those at its ends by this factor at most.
 PEAK = cython.declare(cython.double, 1.1)
 # Limits are looked at in so many places of a cell, its ends included: outside of corners, and in corners.
-PLAIN = cython.declare(cython.int, 5)
+PLAIN = cython.declare(cython.int, 3)
 BENT = cython.declare(cython.int, 7)
 # The first and last so many cells of a chain, where the clock may bend most, get so many more places.
 ENDS = cython.declare(cython.Py_ssize_t, 3)
 MORE = cython.declare(cython.int, 4)
 # A long cell gets one more place for each such part of x, up to so many in all.
-LONG = cython.declare(cython.double, 0.005)
+LONG = cython.declare(cython.double, 0.0101)
 MOST = cython.declare(cython.int, 24)
 # A jump of the third derivative is looked at on both sides: at the edge of a corner so near to it, as a part
 # of the corner, and as a part of the cell; at any other jump so near, as a part of the cell.
