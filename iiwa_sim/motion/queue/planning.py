@@ -17,7 +17,8 @@ from iiwa_sim.motion.queue.rows_kernel import UNIT_S, layout, write
 from iiwa_sim.motion.queue.straight_kernel import Evenly
 from iiwa_sim.motion.slices import Slices, at_once
 from iiwa_sim.motion.timing.bounds_kernel import Rows
-from iiwa_sim.motion.timing.clock import fastest, guess, quick, steady
+from iiwa_sim.motion.timing.clock import fastest, guess, quick
+from iiwa_sim.motion.timing.guess_kernel import steady
 from iiwa_sim.motion.timing.run_kernel import caps, moving_average, phases, rest_to_rest, run
 from iiwa_sim.motion.timing.widths_kernel import switches, widths
 
@@ -58,7 +59,7 @@ def planned(course: Course, front: Front) -> Slices[Chain | None]:
         # The clock of before as far as x is kept, then one at an even pace.
         c = np.concatenate([front.clock[frozen:-2], guess(rows, cells_s / UNIT_S, front.clock[-2:])])
     else:
-        c = steady(rows, cells_s / UNIT_S)
+        c = steady(rows.bounds, cells_s / UNIT_S)
     if not (yield from fastest(rows, c, 2 if frozen else 0, front.kept if frozen else 0)):
         return None
     return Chain(course, controls, np.concatenate([front.clock[:frozen], c]), front.times[: frozen + 1], rows)
@@ -71,7 +72,7 @@ def begun(move: Move) -> Chain:
         return _straight(course)
     controls, cells_s = _checked(at_once(_nominal(course, front)))
     rows = at_once(_rows_along(course.way, controls, None))
-    c = steady(rows, cells_s / UNIT_S)
+    c = steady(rows.bounds, cells_s / UNIT_S)
     if not isfinite(float(np.asarray(rows.bounds.j3).sum())):
         raise ArithmeticError(f"move {move.number}: no joint positions along its path")
     rough = not quick(rows, c)
@@ -201,7 +202,7 @@ def _long(end_x: float, limits: Array, lengths: Array, jerks: Array) -> tuple[Ar
     controls = through(np.zeros(3), motion, cells_s, end_x)
     # The clock is planned for one joint, which is x.
     rows = at_once(_rows_along(_as_one_joint(end_x, limits), controls, None))
-    c = steady(rows, cells_s / UNIT_S)
+    c = steady(rows.bounds, cells_s / UNIT_S)
     at_once(fastest(rows, c, 0, 0, STRAIGHT_ENOUGH))
     return controls, c
 

@@ -13,7 +13,7 @@ from iiwa_sim.motion.slices import Slices
 from iiwa_sim.motion.timing.bounds_kernel import Rows
 from iiwa_sim.motion.timing.clock_kernel import Steps, lifted
 from iiwa_sim.motion.timing.cuts_kernel import cut
-from iiwa_sim.motion.timing.guess_kernel import going_on, knot_loads, steady_loads
+from iiwa_sim.motion.timing.guess_kernel import going_on, knot_loads
 from iiwa_sim.motion.timing.loads_kernel import beyond, inner_loads
 
 CELL_STEPS = 1600
@@ -28,8 +28,6 @@ MOST_STEPS, MOST_AGAIN = 40, 15
 """Most Newton steps of a clock that is found afresh, and of one that is found again for a further row."""
 REPAIRS = 8
 """Most times that a clock is found again for rows that a look inside cells has added."""
-STEADY = 0.97
-"""A clock that goes evenly begins at this part of what limits allow."""
 AT_FIRST = 2
 """Most slices of planning for the clock of a move that sets out alone."""
 KEPT = 1.004
@@ -43,15 +41,6 @@ MU, LEAST = 0.1, 0.2
 """With which a clock begins (see `Steps.begin`)."""
 ENOUGH = 0.03
 """Part of the time that may be left to gain by what the multipliers say: a tenth of it is."""
-
-
-def steady(rows: Rows, widths: Array) -> Array:
-    """The clock (N + 2,) that goes evenly over cells of nominal times (N,), as fast as all limits allow,
-    almost."""
-    c: Array = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
-    squares, cubes = steady_loads(rows.bounds, c)
-    scaled: Array = c * (STEADY * min(1.0 / max(squares, 1e-12), max(cubes, 1e-18) ** (-2.0 / 3.0)))
-    return scaled
 
 
 def quick(rows: Rows, c: Array) -> bool:

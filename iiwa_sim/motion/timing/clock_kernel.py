@@ -76,10 +76,11 @@ class Steps:
     def __init__(self, given: Rows, fixed: int) -> None:
         """The problem of a chain with these rows, whose first coefficients, none or two, are `fixed`."""
         self.cells, self.fixed = given.bounds.cells, fixed
-        self.of, self.first, self.weights, self.rows = merged(*packed(given, fixed), np.asarray(given.cuts))
+        self.of, self.first, self.weights, self.rows = packed(given, fixed)
+        if given.cuts.shape[0] > 0:
+            self._merge(np.asarray(given.cuts))
         self.band, self.vectors = np.empty((self.cells + 2, 3)), np.empty((2, self.cells + 2))
         self.primal = self.dual = 0.0
-        self._look_at(0, self.cells)
 
     @cython.cfunc
     def _look_at(self, begins: cython.Py_ssize_t, ends: cython.Py_ssize_t) -> cython.void:
@@ -87,7 +88,20 @@ class Steps:
         self.begins, self.ends = begins, ends
         self.least = begins + 2 if begins > 0 else self.fixed
         self.most = ends if ends < self.cells else ends + 2
-        self.group, self.last_group = np.searchsorted(self.of, (begins, ends)).tolist()
+        self.group, self.last_group = self._first_of(begins), self._first_of(ends)
+
+    @cython.cfunc
+    def _first_of(self, cell: cython.Py_ssize_t) -> cython.Py_ssize_t:
+        """The first group of a cell or of those behind it."""
+        low: cython.Py_ssize_t = 0
+        high: cython.Py_ssize_t = self.of.shape[0]
+        while low < high:
+            middle = (low + high) // 2
+            if self.of[middle] < cell:
+                low = middle + 1
+            else:
+                high = middle
+        return low
 
     def begin(self, c: cython.double[::1], mu: cython.double, least: cython.double) -> None:
         """Slacks as they are at c (N + 2,), but not below a part of w, and multipliers that let `mu` times
@@ -111,10 +125,13 @@ class Steps:
         self._settle()
         if idle > 0.0:
             self._leave_out(c, idle)
+        self._merge(cuts)
+
+    @cython.cfunc
+    def _merge(self, cuts: NDArray[np.float64]) -> cython.void:
         self.of, self.first, self.weights, self.rows = merged(
             self.of, self.first, self.weights, self.rows, cuts
         )
-        self._look_at(0, self.cells)
 
     def go_on(self, c: cython.double[::1], begins: cython.Py_ssize_t, ends: cython.Py_ssize_t) -> None:
         """Go on in the cells begins..ends - 1 from what was found for these before.

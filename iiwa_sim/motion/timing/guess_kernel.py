@@ -7,7 +7,9 @@ c and theta as in `clock_kernel`, rows as in `bounds_kernel`.
 # mypy: allow-untyped-decorators
 
 import cython
+import numpy as np
 from cython.cimports.libc.math import fabs, sqrt
+from numpy.typing import NDArray
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
@@ -16,6 +18,8 @@ else:
     from iiwa_sim.motion.timing.bounds_kernel import Bounds, Rows
     from iiwa_sim.motion.timing.run_kernel import root
 
+# A clock that goes evenly begins at this part of what limits allow.
+STEADY = cython.declare(cython.double, 0.97)
 # A first guess goes at this part of the even pace that the limits of a cell and its neighbours allow.
 PACE = cython.declare(cython.double, 0.98)
 # The square of its pace is at most this part of the nominal one.
@@ -29,18 +33,18 @@ FADE = cython.declare(cython.double, 0.8187307530779818)
 GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
 
 
-def steady_loads(
-    bounds: Bounds,
-    c: cython.double[::1],
-) -> tuple[float, float]:
-    """How near a clock comes to the limits, as loads: values over their limits.
-
-    The largest load of squared velocities and of accelerations, which goes with b, and that of jerks, which
-    goes with b^(3/2).
-    """
+def steady(bounds: Bounds, widths: cython.double[::1]) -> NDArray[np.float64]:
+    """The clock (N + 2,) that goes evenly over cells of nominal times (N,), as fast as all limits allow,
+    almost."""
     cells: cython.Py_ssize_t = bounds.cells
-    square: cython.double = 0.0
-    cube: cython.double = 0.0
+    # Loads: of squared velocities and of accelerations, which go with b, and of jerks, with b^(3/2).
+    square: cython.double = 1e-12
+    cube: cython.double = 1e-18
+    found: NDArray[np.float64] = np.empty(cells + 2)
+    c: cython.double[::1] = found
+    for k in range(cells + 2):
+        width = widths[min(max(k - 1, 0), cells - 1)]
+        c[k] = 1.0 / (width * width)
     for k in range(cells + 1):
         b = 0.5 * (c[k] + c[k + 1])
         d = c[k + 1] - c[k]
@@ -55,7 +59,11 @@ def steady_loads(
         d = c[k + 1] - c[k]
         for i in range(bounds.counts[o // 2, 1 + o % 2]):
             cube = max(cube, sqrt(b) * fabs(bounds.j3[o, i] * b + bounds.j2[o, i] * d + bounds.j1[o, i] * dd))
-    return square, cube
+    cube = root(cube)
+    square = STEADY / max(square, cube * cube)
+    for k in range(cells + 2):
+        c[k] *= square
+    return found
 
 
 def knot_loads(

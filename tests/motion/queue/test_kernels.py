@@ -142,8 +142,7 @@ def inside_of(rows: Any) -> list[Array]:
 def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
     """Some steps to a clock over these cells, and all that is found on the way."""
     cells = rows.cells
-    c = 1.0 / np.concatenate([widths[:1], widths, widths[-1:]]) ** 2
-    c *= 0.3 / max(kernels.guess.steady_loads(rows.bounds, c))
+    c = 0.5 * kernels.guess.steady(rows.bounds, widths)
     c[2:] *= 1.5  # which breaks something
     loads, ends = np.empty((cells, 3)), np.empty((cells + 1, 4))
     kernels.loads.inner_loads(rows, c, 0, cells, loads)
