@@ -98,7 +98,6 @@ class Polynomial:
         Outside of all pieces they are those of the first or last one, continued.
         """
         piece: cython.Py_ssize_t = self._piece_at(s)
-        coefficients = self._coefficients
         count: cython.Py_ssize_t = self.joint_count
         i: cython.Py_ssize_t
         j: cython.Py_ssize_t
@@ -108,9 +107,9 @@ class Polynomial:
         x: cython.double = (s - self._borders[piece]) * scale - 1.0
         if self.straight:  # the same in short
             for j in range(count):
-                values[0, row, j] = coefficients[0, j] + coefficients[1, j] * x
+                values[0, row, j] = self._coefficients[0, j] + self._coefficients[1, j] * x
                 if orders > 0:
-                    values[1, row, j] = coefficients[1, j] * scale
+                    values[1, row, j] = self._coefficients[1, j] * scale
                 for k in range(2, orders + 1):
                     values[k, row, j] = 0.0
             return
@@ -122,7 +121,7 @@ class Polynomial:
         # Sums of eight joints at once are kept in registers.
         for j in range(0, count, 8):
             for i in range(8):
-                y0[i] = coefficients[first, j + i]
+                y0[i] = self._coefficients[first, j + i]
                 y1[i] = y2[i] = y3[i] = 0.0
             # T(k) and its derivatives d, e, f; those of k - 1 (before) and their next.
             t0: cython.double = 1.0
@@ -136,7 +135,7 @@ class Polynomial:
             if orders == 0:
                 for k in range(first + 1, last):
                     for i in range(8):
-                        y0[i] += coefficients[k, j + i] * t1
+                        y0[i] += self._coefficients[k, j + i] * t1
                     t = double_x * t1 - t0
                     t0 = t1
                     t1 = t
@@ -145,7 +144,7 @@ class Polynomial:
                 continue
             for k in range(first + 1, last):
                 for i in range(8):
-                    c = coefficients[k, j + i]
+                    c = self._coefficients[k, j + i]
                     y0[i] += c * t1
                     y1[i] += c * d1
                     y2[i] += c * e1

@@ -154,18 +154,16 @@ class Way:
         the corner it is in, or -1."""
         n: cython.Py_ssize_t = self.joint_count
         c: cython.Py_ssize_t = self.corner_at(x, k)
-        one: cython.double[:, :, ::1] = self.here
-        other: cython.double[:, :, ::1] = self.other
         if c < 0:
             length = self.targets[k + 1] - self.targets[k]
             path: Polynomial = self.paths[k]
-            path.evaluate((x - self.targets[k]) / length, order, one, 0)
+            path.evaluate((x - self.targets[k]) / length, order, self.here, 0)
             if order > 0:
                 v = 1.0 / length
                 for i in range(n):
-                    one[1, 0, i] *= v
-                    one[2, 0, i] *= v * v
-                    one[3, 0, i] *= v * v * v
+                    self.here[1, 0, i] *= v
+                    self.here[2, 0, i] *= v * v
+                    self.here[3, 0, i] *= v * v * v
             return c
         first_x = self.before[c] * (self.targets[c] - self.targets[c - 1])
         second_x = self.after[c] * (self.targets[c + 1] - self.targets[c])
@@ -174,11 +172,11 @@ class Way:
         v = corner_part(x - self.targets[c], first_x, second_x, rho, height)
         first: Polynomial = self.paths[c - 1]
         second: Polynomial = self.paths[c]
-        first.evaluate(1.0 - self.before[c] * shape(1.0 - v, rho, height, 0), order, one, 0)
-        second.evaluate(self.after[c] * shape(v, rho, height, 0), order, other, 0)
+        first.evaluate(1.0 - self.before[c] * shape(1.0 - v, rho, height, 0), order, self.here, 0)
+        second.evaluate(self.after[c] * shape(v, rho, height, 0), order, self.other, 0)
         for i in range(n):
             # The second begins where the first ends, at the values of their polynomials.
-            one[0, 0, i] += other[0, 0, i] - self.starts[c, i]
+            self.here[0, 0, i] += self.other[0, 0, i] - self.starts[c, i]
         if order == 0:
             return c
         a1 = shape(1.0 - v, rho, height, 1)
@@ -203,13 +201,20 @@ class Way:
         b2 = y1 * (b2 * v1 * v1 + b1 * v2)
         b1 = y1 * b1 * v1
         for i in range(n):
-            y1 = one[1, 0, i] * a1
-            y2 = one[2, 0, i] * a1 * a1 + one[1, 0, i] * a2
-            y3 = one[3, 0, i] * a1 * a1 * a1 + 3.0 * one[2, 0, i] * a1 * a2 + one[1, 0, i] * a3
-            one[1, 0, i] = y1 + other[1, 0, i] * b1
-            one[2, 0, i] = y2 + other[2, 0, i] * b1 * b1 + other[1, 0, i] * b2
-            one[3, 0, i] = (
-                y3 + other[3, 0, i] * b1 * b1 * b1 + 3.0 * other[2, 0, i] * b1 * b2 + other[1, 0, i] * b3
+            y1 = self.here[1, 0, i] * a1
+            y2 = self.here[2, 0, i] * a1 * a1 + self.here[1, 0, i] * a2
+            y3 = (
+                self.here[3, 0, i] * a1 * a1 * a1
+                + 3.0 * self.here[2, 0, i] * a1 * a2
+                + self.here[1, 0, i] * a3
+            )
+            self.here[1, 0, i] = y1 + self.other[1, 0, i] * b1
+            self.here[2, 0, i] = y2 + self.other[2, 0, i] * b1 * b1 + self.other[1, 0, i] * b2
+            self.here[3, 0, i] = (
+                y3
+                + self.other[3, 0, i] * b1 * b1 * b1
+                + 3.0 * self.other[2, 0, i] * b1 * b2
+                + self.other[1, 0, i] * b3
             )
         return c
 

@@ -232,7 +232,7 @@ def write(
                 rows.bounds.j2[o, i] = 1.5 * scratch[7, i] * y
                 rows.bounds.j3[o, i] = scratch[8, i] * y
             rows.bounds.counts[k, 1 + half] = chosen(
-                rows.bounds.j1[o], rows.bounds.j2[o], rows.bounds.j3[o], n, 3, scratch
+                rows.bounds.j1, rows.bounds.j2, rows.bounds.j3, o, n, 3, scratch
             )
 
 
@@ -256,5 +256,5 @@ def _knot(
         if y * y * rows.bounds.cap[k] > 1.0:
             rows.bounds.cap[k] = 1.0 / (y * y)
     rows.bounds.counts[k, 0] = chosen(
-        rows.bounds.a1[k], rows.bounds.a2[k], rows.bounds.a2[k], scratch.shape[1], 2, scratch
+        rows.bounds.a1, rows.bounds.a2, rows.bounds.a2, k, scratch.shape[1], 2, scratch
     )

@@ -12,14 +12,15 @@ SURE = cython.declare(cython.double, 1.5)
 @cython.cfunc
 @cython.exceptval(check=False)
 def chosen(
-    first: cython.double[::1],
-    second: cython.double[::1],
-    third: cython.double[::1],
+    first: cython.double[:, ::1],
+    second: cython.double[:, ::1],
+    third: cython.double[:, ::1],
+    k: cython.Py_ssize_t,
     n: cython.Py_ssize_t,
     orders: cython.int,
     scratch: cython.double[:, ::1],
 ) -> cython.Py_ssize_t:
-    """Bring to the front the rows of joints that matter, and give their number.
+    """Bring to the front what rows of joints at the place k matter, and give their number.
 
     A row does not matter that is a part of another one, or so small beside others that the load of such a
     part would not be passed. Rows 6 to 9 of the scratch are used.
@@ -30,14 +31,14 @@ def chosen(
     v: cython.double = 1e-300
     w: cython.double = 1e-300
     for i in range(n):
-        u = max(u, fabs(first[i]))
-        v = max(v, fabs(second[i]))
-        w = max(w, fabs(third[i]))
+        u = max(u, fabs(first[k, i]))
+        v = max(v, fabs(second[k, i]))
+        w = max(w, fabs(third[k, i]))
     u, v, w = 1.0 / u, 1.0 / v, (1.0 / w if orders == 3 else 0.0)
     for i in range(n):
-        scratch[6, i] = first[i] * u
-        scratch[7, i] = second[i] * v
-        scratch[8, i] = third[i] * w
+        scratch[6, i] = first[k, i] * u
+        scratch[7, i] = second[k, i] * v
+        scratch[8, i] = third[k, i] * w
         scratch[9, i] = (
             scratch[6, i] * scratch[6, i] + scratch[7, i] * scratch[7, i] + scratch[8, i] * scratch[8, i]
         )
@@ -50,10 +51,10 @@ def chosen(
             y = scratch[6 + o, best]
             scratch[6 + o, best] = scratch[6 + o, kept]
             scratch[6 + o, kept] = y
-        first[best], first[kept] = first[kept], first[best]
-        second[best], second[kept] = second[kept], second[best]
+        first[k, best], first[k, kept] = first[k, kept], first[k, best]
+        second[k, best], second[k, kept] = second[k, kept], second[k, best]
         if orders == 3:
-            third[best], third[kept] = third[kept], third[best]
+            third[k, best], third[k, kept] = third[k, kept], third[k, best]
         rest = 2.0
         for m in range(kept):
             part = (
@@ -74,10 +75,10 @@ def chosen(
                 y = scratch[6 + o, left]
                 scratch[6 + o, left] = scratch[6 + o, kept]
                 scratch[6 + o, kept] = y
-            first[left], first[kept] = first[kept], first[left]
-            second[left], second[kept] = second[kept], second[left]
+            first[k, left], first[k, kept] = first[k, kept], first[k, left]
+            second[k, left], second[k, kept] = second[k, kept], second[k, left]
             if orders == 3:
-                third[left], third[kept] = third[kept], third[left]
+                third[k, left], third[k, kept] = third[k, kept], third[k, left]
         else:
             kept += 1
     return max(kept, 1)
