@@ -28,10 +28,10 @@ RUN python -c "import tomllib; p = tomllib.load(open('pyproject.toml', 'rb'))['p
 # with it there the image takes nothing from apt.
 WORKDIR /opt/iiwa-sim/lib/python/site-packages
 RUN rm -rf include cmeel.prefix/bin cmeel.prefix/share \
-        numpy/distutils numpy/f2py numpy/fft numpy/ma numpy/testing \
-        websockets/legacy websockets/sync websockets/trio \
+        numpy/_pyinstaller numpy/distutils numpy/f2py numpy/fft numpy/ma numpy/polynomial numpy/testing \
+        websockets/asyncio websockets/legacy websockets/sync websockets/trio \
     && find . -type d '(' -name include -o -name tests -o -name cmake -o -name pkgconfig ')' -prune -exec rm -rf {} + \
-    && find . '(' -name '*.a' -o -name '*.pyi' ')' -delete \
+    && find . '(' -name '*.a' -o -name '*.pxd' -o -name '*.pyi' ')' -delete \
     && rdfind -makesymlinks true -makeresultsfile false cmeel.prefix \
     && cp -L /usr/lib/*-linux-gnu/libgomp.so.1 cmeel.prefix/lib
 
@@ -67,7 +67,7 @@ RUN python -c "import tomllib; p = tomllib.load(open('/src/pyproject.toml', 'rb'
     && /opt/pip/bin/pip install --no-cache-dir --target . --requirement /src/view.txt \
     && numpy="/opt/over$(realpath /opt/iiwa-sim/lib/python)/site-packages/numpy" \
     && mkdir -p "$numpy" \
-    && mv numpy/fft numpy/ma numpy/testing "$numpy" \
+    && mv numpy/fft numpy/ma numpy/polynomial numpy/testing "$numpy" \
     && rm -rf bin msgspec* numpy numpy-* numpy.libs \
     && mv /opt/view /opt/over/opt \
     && find /opt/over -type d -name tests -prune -exec rm -rf {} + \
