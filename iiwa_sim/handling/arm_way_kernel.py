@@ -135,6 +135,8 @@ class ArmWay:
         links: LinksBeside = self._load.links
         reach: cython.double = 0.0 if held is None else held._reach
         lever: cython.double
-        for k, lever in enumerate(self._load.levers_m):
+        k: cython.Py_ssize_t = 0
+        for lever in self._load.levers_m:
             self._levers[k] = max(links._levers[k] + self._stroke, lever + reach)
+            k += 1
         return None

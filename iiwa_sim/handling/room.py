@@ -111,22 +111,39 @@ def outline_of(name: str, shape: Shape, pose: Transform, stiffness: float) -> Ou
 
 
 def way_to_room(own: Outline, others: Sequence[Outline], *, lands: bool = False) -> Way | None:
-    """The shortest way (m) to where it is in none of the others, straight out of one of them; None where
-    there is no such place. It is no longer than its own half length, where it lands with that of a part.
+    """The shortest way (m) to where it is in none of the others, straight out of one of them. It is no longer
+    than its own half length, and None where there is no such place; of what lands it goes on out of all that
+    is in the way.
     """
     near = [each for each in others if own.is_in(each)]
     if not near:
         return 0.0, 0.0
-    ways = []
-    for each in near:
-        most = max(own.half) + (max(each.half) if lands and each.is_part else 0.0)
-        ways += [way for way in own.ways_out(each) if way[0] <= most]
-    for depth, a, b in sorted(ways):
+    ways = sorted(way for each in near for way in own.ways_out(each))
+    for depth, a, b in ways:
         far = depth + CLEAR_M
-        there = own.gone((far * a, far * b))
-        if not any(there.is_in(each) for each in others):
+        if depth <= max(own.half) and not any(own.gone((far * a, far * b)).is_in(each) for each in others):
             return far * a, far * b
-    return None
+    if not lands:
+        return None
+    far, a, b = min((_way_out_of_all(own, others, a, b), a, b) for _, a, b in ways)
+    return far * a, far * b
+
+
+def _way_out_of_all(own: Outline, others: Sequence[Outline], a: float, b: float) -> float:
+    """How far (m) it goes along a direction until it is in none of the others."""
+    far = 0.0
+    while True:
+        there = own.gone((far * a, far * b))
+        into = next((each for each in others if there.is_in(each)), None)
+        if into is None:
+            return far
+        # It is out where both are apart along its way, or along another direction.
+        x, y = there.centre[0] - into.centre[0], there.centre[1] - into.centre[1]
+        goes = [own.reach(a, b) + into.reach(a, b) - (a * x + b * y)]
+        for depth, u, v in there.ways_out(into):
+            if a * u + b * v > 0.0:
+                goes.append(depth / (a * u + b * v))
+        far += min(goes) + CLEAR_M
 
 
 def between_heights(others: Sequence[Outline], low: float, high: float) -> list[Outline]:

@@ -156,6 +156,19 @@ def test_what_falls_in_each_other_comes_to_lie_beside_each_other(other: Box | Cy
     assert one.depth(two) <= 0.0
 
 
+def test_what_lands_in_a_ball_goes_past_what_is_beside_that() -> None:
+    """Straight out of the ball it would be in the other part, and back it is farther than both are long."""
+    scene = Scene(
+        (part("ball", Sphere(0.025)), at(600, 0, TABLE_MM + 25)),
+        (part("beside"), at(650, 0, TABLE_MM + 20)),
+        (part("falls", Cylinder(0.015, 0.02)), at(606, 0, TABLE_MM + 120)),
+    )
+    scene.rests()
+    for one, other in combinations(outlines(scene), 2):
+        assert one.depth(other) <= 0.0
+    assert scene.body("falls").on == "table"
+
+
 def test_a_table_that_rises_lifts_what_lies_on_it_and_nothing_onto_what_that_lies_in() -> None:
     scene = Scene(
         (part("stands", Box(0.02, 0.02, 0.01)), at(600, 0, TABLE_MM + 10)),
