@@ -135,8 +135,8 @@ class ArmWay:
         links: LinksBeside = self._load.links
         reach: cython.double = 0.0 if held is None else held._reach
         lever: cython.double
-        k: cython.Py_ssize_t = 0
-        for lever in self._load.levers_m:
+        levers = self._load.levers_m
+        for k in range(self._levers.shape[0]):
+            lever = levers[k]
             self._levers[k] = max(links._levers[k] + self._stroke, lever + reach)
-            k += 1
         return None
