@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.frames import Vector
 
 Wrench = tuple[float, float, float, float, float, float]
 """Force (N) and torque (Nm) at the TCP, acting on the robot, along the axes of the TCP unless stated
@@ -19,10 +19,6 @@ class Touch(NamedTuple):
 
 
 NO_TOUCH = Touch((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-
-TcpContact = tuple[Transform, Touch | None]
-"""The pose of the TCP in the base at the end of a tick, and what surfaces do to it there, None where that has
-yet to be found. A motion that has found both hands them on, so that nobody finds them again."""
 
 
 def add(a: Wrench, b: Wrench) -> Wrench:

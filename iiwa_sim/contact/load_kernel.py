@@ -17,17 +17,19 @@ from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
-from iiwa_sim.wrench import NO_WRENCH, TcpContact, Wrench
+from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 if not cython.compiled:
     from iiwa_sim.contact.acting_kernel import Acting
     from iiwa_sim.contact.tcp_touch_kernel import TcpTouch
     from iiwa_sim.contact.world_kernel import World
+    from iiwa_sim.robot.feeling_kernel import Reached
     from iiwa_sim.robot.tcp_kernel import Tcp
 else:
     from cython.cimports.iiwa_sim.contact.acting_kernel import Acting  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.tcp_touch_kernel import TcpTouch  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.world_kernel import World  # type: ignore[no-redef]
+    from cython.cimports.iiwa_sim.robot.feeling_kernel import Reached  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp  # type: ignore[no-redef]
 
 
@@ -185,7 +187,7 @@ class ExternalLoad(Acting):
         joints: Sequence[float],
         tick: cython.long,
         tick_s: cython.double,
-        contact: TcpContact | None = None,
+        contact: Reached | None = None,
         coming: Transform | None = None,
     ) -> None:
         """The tick of this number has moved the robot to `joints` (rad): find what acts there, and take new
@@ -199,7 +201,7 @@ class ExternalLoad(Acting):
         if self._noise is not None:
             self._noise.next()
         if self._motion is not None and not (self._motion.still and joints == self._carried_at):
-            self._motion.step(self.tcp(joints) if contact is None else contact[0], tick_s, coming)
+            self._motion.step(self.tcp(joints) if contact is None else contact.pose, tick_s, coming)
             self._carried, self._carried_at = self._motion.wrench(self._at_tcp), joints
         touch = self._at_world
         if self.world.empty:
@@ -215,12 +217,11 @@ class ExternalLoad(Acting):
         if contact is None:
             touch.go_to(self._tcp, joints)
         else:
-            touch.be_at(contact[0])
+            touch.be_at(contact.at)
         touch.roll()
-        if contact is not None and contact[1] is not None:
-            felt = contact[1]
-            (fx, fy, fz), (tx, ty, tz) = felt.force, felt.torque
-            self._touch = touch.along(fx, fy, fz, tx, ty, tz)
+        if contact is not None and contact.felt:
+            a = contact.acting
+            self._touch = touch.along(a[0], a[1], a[2], a[3], a[4], a[5])
             touch.stay()
         elif stands and touch.stays():
             before = self.world.memory()

@@ -9,7 +9,7 @@ cdef class TcpTouch:
     cdef double[::1] _turned           # how the TCP is turned in the base now, row by row
     cdef double[::1] at                # and where it is (m)
     cdef object go_to(self, Tcp tcp, object joints)
-    cdef object be_at(self, object pose)
+    cdef void be_at(self, double[::1] at) noexcept
     cdef bint stays(self) noexcept
     cdef void roll(self) noexcept
     cdef object feel(self, double tick_s)

@@ -41,12 +41,13 @@ class TcpTouch:
         return None
 
     @cython.cfunc
-    def be_at(self, pose: Any) -> object:
-        """The TCP is at a pose in the base."""
-        r, p = self._turned, self.at
-        r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8] = pose.rotation  # unpacking the pose costs more
-        p[0], p[1], p[2] = pose.translation
-        return None
+    @cython.exceptval(check=False)
+    def be_at(self, at: cython.double[::1]) -> cython.void:
+        """The TCP is at a pose in the base: its rotation row by row, and its place (m)."""
+        for k in range(9):
+            self._turned[k] = at[k]
+        for k in range(3):
+            self.at[k] = at[9 + k]
 
     @cython.cfunc
     @cython.exceptval(check=False)

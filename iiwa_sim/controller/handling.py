@@ -16,8 +16,8 @@ from iiwa_sim.handling.lying import start
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.workpieces import Parts, Workpieces
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.feeling_kernel import Reached
 from iiwa_sim.wording import harmless
-from iiwa_sim.wrench import TcpContact
 
 SENSORS = ("open", "closed", "holds")
 NOTHING = 0
@@ -116,7 +116,7 @@ class Handling:
         """Whether a part is held."""
         return self.workpieces is not None and self.workpieces.in_jaws is not None
 
-    def step(self, joints: Joints, contact: TcpContact | None, coming: Transform | None = None) -> None:
+    def step(self, joints: Joints, contact: Reached | None, coming: Transform | None = None) -> None:
         """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, and `coming`
         where the next tick brings the TCP, if that is known."""
         driven, pieces = self._driven(), self.workpieces
@@ -130,7 +130,7 @@ class Handling:
         if self._changes != world.changes:
             self._changes = world.changes
             pieces.surfaces_are(list(world.surfaces.values()))
-        tcp, news = self._load.tcp(joints) if contact is None else contact[0], False
+        tcp, news = self._load.tcp(joints) if contact is None else contact.pose, False
         if not self.gripper.settled(driven) or (self.gripper.blocked and not pieces.held):
             was_m = self.gripper.opening_m
             self.gripper.step(driven, pieces.width_m, self._tick_s)

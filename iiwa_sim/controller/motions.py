@@ -12,7 +12,7 @@ from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.way import Followed, Way, way_along
-from iiwa_sim.wrench import TcpContact
+from iiwa_sim.robot.feeling_kernel import Reached
 
 
 class Motions:
@@ -42,7 +42,7 @@ class Motions:
         """Whether the servo is active for a trajectory, and has not been stopped."""
 
     @property
-    def tcp_contact(self) -> TcpContact | None:
+    def tcp_contact(self) -> Reached | None:
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
         return self._follower.tcp_contact
 

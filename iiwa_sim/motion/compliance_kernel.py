@@ -29,17 +29,16 @@ from iiwa_sim.motion.joint_bounds_kernel import JointBounds
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.spring import damping, spring
 from iiwa_sim.motion.surroundings import Pushes
-from iiwa_sim.wrench import TcpContact
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.motion.deflected_arm_kernel import DeflectedArm
     from cython.cimports.iiwa_sim.motion.shift_kernel import Shift
-    from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
+    from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling, Reached
     from cython.cimports.iiwa_sim.robot.kinematics_kernel import Kinematics
 else:
     from iiwa_sim.motion.deflected_arm_kernel import DeflectedArm
     from iiwa_sim.motion.shift_kernel import Shift
-    from iiwa_sim.robot.feeling_kernel import Feeling
+    from iiwa_sim.robot.feeling_kernel import Feeling, Reached
     from iiwa_sim.robot.kinematics_kernel import Kinematics
 
 ROTATIONAL_STIFFNESS_NM_PER_RAD = 200.0
@@ -72,6 +71,7 @@ class Compliance:
     """
 
     tcp_contact: Any = cython.declare(object, visibility="readonly")
+    _reached: Reached
     _arm: DeflectedArm
     _pushes: Any
     _shift: Shift
@@ -107,7 +107,8 @@ class Compliance:
         self._at, self._turned = self._arm.at, self._arm.turned
         self._tick_s = tick_s
         self._pushes = pushes
-        self.tcp_contact: TcpContact | None = None
+        self._reached = Reached()
+        self.tcp_contact: Reached | None = None
         """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
         self._in_contact = False
         self._shift = Shift(tick_s, feeling)
@@ -176,18 +177,31 @@ class Compliance:
         for k in range(7):
             self._start[k] = x[k]
         self._swing()
-        pose = arm.follow(x, before)
-        if pose is None:
+        if arm.follow(x, before):
+            self.tcp_contact = self._reached
+            self._hand_on()
+        else:
             for k in range(7):
                 self._v[k] = (x[k] - self._start[k]) / self._tick_s
-        else:
-            self.tcp_contact = (pose, self._shift.touch() if self._in_contact else None)
         if not self._forced and not self._shift.touches and self._is_home():
             self._x[:] = 0.0
             self._v[:] = 0.0
             arm.joints, self.tcp_contact = nominal, None
         joints: Joints = arm.joints
         return joints
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _hand_on(self) -> cython.void:
+        """Tell where the TCP is, and what it feels there if that was found."""
+        reached, shift = self._reached, self._shift
+        for k in range(9):
+            reached.at[k] = self._turned[k]
+        for k in range(3):
+            reached.at[9 + k] = self._at[9 + k] + self._x[k]
+        reached.felt = self._in_contact
+        for k in range(6):
+            reached.acting[k] = shift.acting[k]
 
     @cython.cfunc
     @cython.exceptval(check=False)

@@ -1,9 +1,10 @@
 # For the kernel of compliance.
+from iiwa_sim.motion.joint_bounds_kernel cimport JointBounds
 from iiwa_sim.robot.kinematics_kernel cimport Kinematics
 
 cdef class DeflectedArm:
     cdef Kinematics kinematics
-    cdef object _bounds
+    cdef JointBounds _bounds
     cdef object _weights
     cdef object joints                 # where the arm is (rad)
     cdef object planned                # where the plan is (rad)
@@ -11,7 +12,7 @@ cdef class DeflectedArm:
     cdef double redundancy             # of the plan (rad)
     cdef double[::1] turned            # the rotation of the TCP in the base, of the arm
     cdef object plan(self, object planned)
-    cdef object follow(self, double[::1] x, object before)
+    cdef bint follow(self, double[::1] x, object before) except? -1
     cdef object force_of(self, object torques)
     cdef void _turn(self, double a, double b, double c) noexcept
     cdef object _follow_within_bounds(self, object before, object wanted, double redundancy)

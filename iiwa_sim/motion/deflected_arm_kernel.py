@@ -22,9 +22,11 @@ from iiwa_sim.motion.least_constraint import least_deviation
 from iiwa_sim.motion.shift_kernel import MASS_KG
 
 if cython.compiled:
+    from cython.cimports.iiwa_sim.motion.joint_bounds_kernel import JointBounds
     from cython.cimports.iiwa_sim.robot.kinematics_kernel import Kinematics
     from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
 else:
+    from iiwa_sim.motion.joint_bounds_kernel import JointBounds
     from iiwa_sim.robot.kinematics_kernel import Kinematics
     from iiwa_sim.robot.trigonometry_kernel import cosine, sine
 
@@ -35,7 +37,6 @@ REDUNDANCY_INERTIA_KGM2 = 0.2
 """Apparent moment of inertia of the arm when it swivels round a TCP that stays. Our decision."""
 JOINT_INERTIA_KGM2 = 1e-4
 """Moment of inertia of each joint for itself: felt only near singular poses."""
-_new = tuple.__new__  # calling the class costs twice as much
 
 
 @cython.cclass
@@ -46,8 +47,8 @@ class DeflectedArm:
     redundancy (rad).
     """
 
-    def __init__(self, kinematics: Kinematics, bounds: Any) -> None:
-        """The bounds are the `JointBounds` of this arm."""
+    def __init__(self, kinematics: Kinematics, bounds: JointBounds) -> None:
+        """The bounds are those of this arm."""
         self.kinematics = kinematics
         self._bounds = bounds
         masses = [MASS_KG] * 3 + [INERTIA_KGM2] * 3 + [REDUNDANCY_INERTIA_KGM2]
@@ -72,26 +73,25 @@ class DeflectedArm:
         return None
 
     @cython.cfunc
-    def follow(self, x: cython.double[::1], before: Any) -> object:
-        """Move the joints after a deflection; gives the pose of the TCP, or None where they could not follow.
+    @cython.exceptval(-1)
+    def follow(self, x: cython.double[::1], before: Any) -> cython.bint:
+        """Move the joints after a deflection; says whether they could follow.
 
         `before` are the planned joints of the tick before. Where the joints could not follow, the deflection
         becomes the one that they have come to.
         """
         r, at = self.turned, self.at
         self._turn(x[3], x[4], x[5])
-        rotation = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
-        wanted = _new(Transform, (rotation, (at[9] + x[0], at[10] + x[1], at[11] + x[2])))
+        px, py, pz = at[9] + x[0], at[10] + x[1], at[11] + x[2]
         redundancy = self.redundancy + x[6]
-        joints = self.kinematics.joints_for(
-            r, at[9] + x[0], at[10] + x[1], at[11] + x[2], redundancy, self.joints
-        )
+        joints = self.kinematics.joints_for(r, px, py, pz, redundancy, self.joints)
         if joints is not None and self._bounds.allow(self.joints, joints):
             self.joints = joints
-            return wanted
-        self._follow_within_bounds(before, wanted, redundancy)
+            return True
+        rotation = (r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
+        self._follow_within_bounds(before, Transform(rotation, (px, py, pz)), redundancy)
         self._find_deflection(x)
-        return None
+        return False
 
     @cython.cfunc
     def force_of(self, torques: Any) -> object:

@@ -20,22 +20,11 @@ _ROUNDING_RAD = cython.declare(cython.double, 1e-9)
 
 @cython.cclass
 class JointBounds:
-    """The bounds of one robot.
+    """The bounds of one robot; the attributes are declared in the .pxd.
 
     A joint goes no faster than its velocity limit, and towards a position limit only so fast that it comes
     to rest before it when it brakes from any tick on, from constant speed, with the limits of a stop.
     """
-
-    _tick_s: cython.double
-    _joint_count: cython.Py_ssize_t
-    # Of each joint: the limits of its position, how far it may go in a tick, the room before a limit that is
-    # ample for that, and the limits of acceleration and jerk of a stop.
-    _low: cython.double[::1]
-    _high: cython.double[::1]
-    _full: cython.double[::1]
-    _ample: cython.double[::1]
-    _acceleration: cython.double[::1]
-    _jerk: cython.double[::1]
 
     def __init__(
         self,
@@ -69,7 +58,9 @@ class JointBounds:
             greatest.append(self._way(self._high[k] - q, k))
         return least, greatest
 
-    def allow(self, joints: Joints, after: Joints) -> bool:
+    @cython.ccall
+    @cython.exceptval(-1)
+    def allow(self, joints: Joints, after: Joints) -> cython.bint:
         """Whether joints may go from one place to another (rad) in the next tick."""
         q: cython.double
         way: cython.double
@@ -124,7 +115,9 @@ class JointBounds:
         return min(v * tick, room)
 
 
-def largest_way(before: Joints, after: Joints) -> float:
+@cython.ccall
+@cython.exceptval(-1.0)
+def largest_way(before: Joints, after: Joints) -> cython.double:
     """The way (rad) of the joint that goes farthest."""
     largest: cython.double = 0.0
     a: cython.double
@@ -132,7 +125,7 @@ def largest_way(before: Joints, after: Joints) -> float:
     for k in range(len(before)):
         a, b = before[k], after[k]
         largest = max(largest, fabs(b - a))
-    return float(largest)
+    return largest
 
 
 @cython.ccall

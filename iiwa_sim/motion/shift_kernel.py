@@ -12,14 +12,12 @@ import numpy as np
 
 from iiwa_sim.motion.spring import damping, spring
 from iiwa_sim.motion.surroundings import LONGEST_SUBSTEP_S
-from iiwa_sim.wrench import NO_TOUCH, Touch
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Feeling
 else:
     from iiwa_sim.robot.feeling_kernel import Feeling
 
-_new = tuple.__new__  # calling the class costs twice as much
 MASS_KG = 5.0
 """Apparent mass of the TCP. Our decision: about what an iiwa's TCP weighs in the middle of its work space."""
 LEAST_DAMPING_NS_PER_M = 20.0
@@ -45,7 +43,7 @@ class Shift:
         self._stiffness = -1.0  # N/m, of the two springs
         self._alone = np.zeros(6)
         self._in_contact = np.zeros(6)
-        self._acting = np.zeros(6)
+        self.acting = np.zeros(6)
         self._place, self._velocity = np.zeros(3), np.zeros(3)
         self.torque = np.zeros(3)
         self.touches = False
@@ -56,17 +54,9 @@ class Shift:
         """The TCP is at rest at a place (m), the last three of twelve numbers."""
         self.touches = False
         for k in range(6):
-            self._acting[k] = 0.0
+            self.acting[k] = 0.0
         if self._feels:
             self._touch(at[9], at[10], at[11], 0.0, 0.0, 0.0, False)
-
-    @cython.cfunc
-    def touch(self) -> object:
-        """What surfaces do to the TCP where it is."""
-        if not self.touches:
-            return NO_TOUCH
-        a = self._acting
-        return _new(Touch, ((a[0], a[1], a[2]), (a[3], a[4], a[5])))
 
     @cython.cfunc
     @cython.exceptval(-1)
@@ -152,7 +142,7 @@ class Shift:
         remember: cython.bint,
     ) -> cython.void:
         """Feel the world with the TCP at a place (m), at a velocity (m/s)."""
-        a, f = self._acting, self._feeling
+        a, f = self.acting, self._feeling
         self.touches = False
         if f.feel_at(px, py, pz, vx, vy, vz, remember):
             a[0], a[1], a[2], a[3], a[4], a[5] = f.fx, f.fy, f.fz, f.tx, f.ty, f.tz
@@ -176,7 +166,7 @@ class Shift:
         count: cython.double = self._substeps
         part_s: cython.double = self._tick_s / count
         half: cython.double = 0.5 * part_s / _MASS_KG
-        c, acting, p, u = self._in_contact, self._acting, self._place, self._velocity
+        c, acting, p, u = self._in_contact, self.acting, self._place, self._velocity
         for k in range(3):
             self.torque[k] = 0.0
             p[k] = was[k]

@@ -9,3 +9,8 @@ cdef class Feeling:
     cpdef bint feel_at(
         self, double px, double py, double pz, double vx, double vy, double vz, bint remember
     ) except? -1
+
+cdef class Reached:
+    cdef double[::1] at                # the rotation of the TCP in the base, row by row, and its place (m)
+    cdef bint felt                     # whether it is known what surfaces do there,
+    cdef double[::1] acting            # force (N) and torque (Nm) about the TCP, along the axes of the base

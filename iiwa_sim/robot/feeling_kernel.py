@@ -1,10 +1,14 @@
-"""What a robot that yields feels at its TCP, in the form in which motions ask for it: heirs find it."""
+"""What a robot that yields feels at its TCP: how motions ask for it, and how they hand on what they found."""
 
 # mypy: allow-untyped-decorators
 
 from __future__ import annotations
 
 import cython
+import numpy as np
+
+from iiwa_sim.frames import Transform
+from iiwa_sim.wrench import Touch
 
 
 @cython.cclass
@@ -30,3 +34,28 @@ class Feeling:
         If what is felt now is to be remembered, friction goes on from here; else nothing changes.
         """
         raise NotImplementedError
+
+
+@cython.cclass
+class Reached:
+    """Where a tick has brought a TCP, and what it feels there, by a motion that has found both: numbers for
+    kernels, declared in the .pxd, and poses and vectors for others."""
+
+    def __init__(self) -> None:
+        """Not known yet."""
+        self.at = np.zeros(12)
+        self.acting = np.zeros(6)
+        self.felt = False
+
+    @property
+    def pose(self) -> Transform:
+        """The pose of the TCP in the base."""
+        a = self.at
+        rotation = (a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], a[8])
+        return Transform(rotation, (a[9], a[10], a[11]))
+
+    @property
+    def touch(self) -> Touch | None:
+        """What surfaces do there; None where that has yet to be found."""
+        a = self.acting
+        return Touch((a[0], a[1], a[2]), (a[3], a[4], a[5])) if self.felt else None
