@@ -18,6 +18,7 @@ cdef class Gripped:
     cdef double[::1] _moments          # of the part, in the TCP
     cdef double[::1] _about            # and about its middle
     cdef double _reach                 # no point of it is farther from the TCP (m)
+    cpdef bint stays(self, object tcp, object coming) except? -1
     cdef double way(self, double[::1] tcp, double x, double z, double[::1] now) noexcept
     cdef void _place(self) noexcept
     cdef object _shift(self)

@@ -44,13 +44,15 @@ class Gripped:
         self._moments = np.zeros(10)
         self._shift()
 
-    def stays(self, tcp: Transform, coming: Transform | None) -> bool:
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
+    def stays(self, tcp: Transform, coming: Transform | None) -> cython.bint:
         """Whether the TCP is where it has been, and stays there as far as is known."""
         take(tcp, self._there)
         for k in range(12):
             if self._there[k] != self._tcp[k]:
                 return False
-        return coming is None or coming == tcp
+        return coming is None or bool(coming == tcp)
 
     @property
     def in_tcp(self) -> Transform:

@@ -21,6 +21,7 @@ cdef class Held(Gripped):
     cdef double _qx
     cdef double _qy
     cdef double _qz
+    cpdef bint step(self, object tcp, object coming, object solid) except? -1
     cdef double _most(self) except? -1.0
     cdef void _press(self) noexcept
     cdef bint _hold(self) except? -1

@@ -79,7 +79,9 @@ class Held(Gripped):
         self._u, across, self._w = rotate(transpose(tcp.rotation), gone)
         self._blow = self._at_middle(0.0, self._mass * across / self._tick, 0.0)
 
-    def step(self, tcp: Transform, coming: Transform | None, solid: Solid) -> bool:
+    @cython.ccall
+    @cython.exceptval(-1, check=True)
+    def step(self, tcp: Transform, coming: Transform | None, solid: Solid) -> cython.bint:
         """A tick has brought the TCP there, from where the next one is to bring it to `coming`, if that is
         known. Says whether the jaws still hold it."""
         motion, touching = self._motion, self.touching
@@ -100,7 +102,7 @@ class Held(Gripped):
         self.weight = (motion.gx, motion.gy, motion.gz, motion.hx, motion.hy, motion.hz)
         holds: cython.bint = self._hold()
         self.quiet = kept is not None and motion.still and kept == (self.pose, self.wrench, touching.memory())
-        return bool(holds)
+        return holds
 
     def look_again(self) -> None:
         """Surfaces may have come, moved or gone."""

@@ -7,29 +7,29 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform
 from iiwa_sim.handling.falling import FALLS, LEVEL_M, LIES, STILL, Body, has_no_room, landed
+from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.handling.ground import Ground, ground_of, grounds_of
 from iiwa_sim.handling.part import Part
+from iiwa_sim.handling.pieces_kernel import Pieces
 from iiwa_sim.handling.room import Outline, outline_of
 
 CLOSE_M = 1e-3
 """What is no farther above a face, or in it, at the beginning, lies on it."""
 
 
-class Lying:
+class Lying(Pieces):
     """Parts among surfaces: what each lies on, and what it may touch."""
 
-    def __init__(self, bodies: Iterable[Body], surfaces: Sequence[Surface]) -> None:
+    def __init__(self, bodies: Iterable[Body], surfaces: Sequence[Surface], gripper: Gripper) -> None:
         """Parts where they are at the beginning, and what stands round them."""
+        super().__init__(gripper)
         self._bodies = {each.part.name: each for each in bodies}
         self._surfaces = tuple(surfaces)
         self._solid: list[Surface] | None = None  # these, and parts that lie
         self._grounds: list[Ground] | None = None  # level faces of surfaces
         self._round: list[Outline] | None = None  # surfaces from above
         self._outlines: dict[str, tuple[Transform, Outline | None]] = {}  # parts that lie, where they were
-        self.lying_changes = 0
-        """How many times a part has come to lie, or has ceased to."""
         self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
-        """The names of the parts that lie."""
 
     @property
     def surfaces(self) -> Sequence[Surface]:

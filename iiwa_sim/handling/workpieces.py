@@ -10,12 +10,11 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, moved, ridden
 from iiwa_sim.handling.grip import ROUNDING_M, Between, Grasp, between_pads
-from iiwa_sim.handling.gripper import CLOSES, OPENS, Gripper
+from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.handling.ground import ground_of, grounds_of
 from iiwa_sim.handling.held_kernel import Held, Slip
 from iiwa_sim.handling.lying import Lying, pressed_into, taken_along
 from iiwa_sim.handling.part import Y
-from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 
 class Parts(NamedTuple):
@@ -38,20 +37,12 @@ class Workpieces(Lying):
         self, bodies: Iterable[Body], surfaces: Sequence[Surface], gripper: Gripper, tick_s: float
     ) -> None:
         """Parts where they are at the beginning, and what stands round them."""
-        super().__init__(bodies, surfaces)
-        self._gripper = gripper
+        super().__init__(bodies, surfaces, gripper)
         self._tick_s = tick_s
-        self._tcp: Transform | None = None  # where it has been in the last tick, if that is known
-        self._held: Held | None = None  # the part between the jaws
         self._closing_on: tuple[tuple[Transform, int], list[Between]] | None = None  # when, and on what
-        self._lost = ""  # the name of a part that they cannot hold until they have opened
         self._lively = {name for name, each in self._bodies.items() if not each.settled}
         self.crowd = Crowd(len(self._bodies), tick_s)
         """How they push each other."""
-        self.changes = 0
-        """How many times a part has been put somewhere."""
-        self.pushed: set[str] = set()
-        """The names of those that something else moves in this tick."""
 
     @property
     def bodies(self) -> dict[str, Body]:
@@ -60,41 +51,6 @@ class Workpieces(Lying):
         if held is not None and bodies[held.part.name].pose is not held.pose:
             bodies[held.part.name] = Body(held.part, held.pose, STILL, HELD)
         return bodies
-
-    @property
-    def wrench(self) -> Wrench:
-        """What the held part does to the TCP, along its axes."""
-        return NO_WRENCH if self._held is None else self._held.wrench
-
-    @property
-    def weight(self) -> Wrench:
-        """Weight of what is held, at the TCP, without what else acts on it."""
-        return NO_WRENCH if self._held is None else self._held.weight
-
-    @property
-    def held(self) -> str:
-        """The name of the part that is held, if any."""
-        return "" if self._held is None else self._held.part.name
-
-    @property
-    def width_m(self) -> float:
-        """Width (m) of what is held, between the jaws; 0 for nothing."""
-        return 0.0 if self._held is None else self._held.width_m
-
-    @property
-    def settled(self) -> bool:
-        """Whether ticks change nothing as long as TCP and jaws stay where they are."""
-        return not self._lively and (self._held is None or self._held.quiet)
-
-    @property
-    def moving(self) -> list[str]:
-        """The names of the parts that lie and move, as the cell orders them: a set does so otherwise."""
-        return [name for name in self.lying if name in self._lively] if self._lively else []
-
-    @property
-    def in_jaws(self) -> Held | None:
-        """The part between the jaws."""
-        return self._held
 
     def put_aside(self, body: Body) -> None:
         """A part has been pushed."""
@@ -159,29 +115,9 @@ class Workpieces(Lying):
             self._closing_on = now, between_pads(there, tcp, self._gripper)
         return self._closing_on[1]
 
-    def step(self, tcp: Transform, coming: Transform | None = None) -> None:
-        """A tick has brought the TCP there, and the jaws to where they are; the next one is to bring it to
-        `coming`, if that is known."""
-        self._tcp = tcp
-        if self._gripper.driven != CLOSES:
-            self._lost = ""
-        held = self._held
-        if held is not None:
-            if self._gripper.driven == OPENS and self._gripper.opening_m > held.width_m:
-                self._let_go()
-            elif not (held.quiet and held.stays(tcp, coming)):
-                holds = held.step(tcp, coming, self._all_solid)
-                self.changes += 1
-                if not holds:
-                    self.lose()
-        if self._lively:
-            for each in sorted((self._bodies[name] for name in self._lively - self.pushed), key=_height):
-                self._move(each.part.name)
-
-    def lose(self) -> None:
-        """What is held is lost: it falls, and is not held again before the jaws have opened."""
-        self._lost = self.held
-        self._let_go()
+    def _move_lively(self) -> None:
+        for each in sorted((self._bodies[name] for name in self._lively - self.pushed), key=_height):
+            self._move(each.part.name)
 
     def _let_go(self) -> None:
         """What is held goes on as fast as it is."""
