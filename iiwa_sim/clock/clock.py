@@ -10,7 +10,7 @@ from iiwa_sim.clock.errands import Errand, StillMoving, errand
 from iiwa_sim.clock.pace import REAL, Pace
 from iiwa_sim.clock.stepped import Stepped
 from iiwa_sim.clock.tick_faults import TickFaults
-from iiwa_sim.timer import Timer, open_timer
+from iiwa_sim.timer import AT_ONCE, Timer, open_timer
 
 MIN_RATE_HZ = 100
 MAX_RATE_HZ = 1000
@@ -164,14 +164,14 @@ class Clock:
                 self._held_since_ns = now_ns
             self._held_until_ns = min(now_ns + HOLD_NS, self._held_since_ns + LONGEST_HOLD_NS)
         elif awaited:
-            self._held_until_ns = 1  # at once
+            self._held_until_ns = AT_ONCE
         self._sleep()
 
     def catch_up(self) -> None:
         """Make the ticks that are due by now: for whoever is about to do something else."""
         if self._idles:
             self._make_up_for_rest()
-        elif 1 < self._asked_ns <= self._now_ns() and not self._hastens:
+        elif AT_ONCE < self._asked_ns <= self._now_ns() and not self._hastens:
             self._wake()  # what is in haste is not due, and may be a move that `commanded` will hold
 
     def look(self) -> None:
@@ -231,9 +231,9 @@ class Clock:
             return
         self._idles = False
         if self._errands:
-            instant_ns = 1  # at once, after the loop's turn
+            instant_ns = AT_ONCE
         elif self._hastens:
-            instant_ns = 1 if self._held_since_ns is None else self._held_until_ns
+            instant_ns = AT_ONCE if self._held_since_ns is None else self._held_until_ns
         elif self._paused or not self._pace.speed:
             return  # a wake-up asked for before finds nothing to do
         elif self._robot.resting:

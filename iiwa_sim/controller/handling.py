@@ -6,6 +6,7 @@ import msgspec
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.errors import EXECUTION, Refused
+from iiwa_sim.controller.handling_kernel import HandlingTicks
 from iiwa_sim.controller.io import Io
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.aside_kernel import Aside
@@ -15,8 +16,6 @@ from iiwa_sim.handling.gripper import CLOSES, OPENS, STAYS, Gripper, Jaws
 from iiwa_sim.handling.lying import start
 from iiwa_sim.handling.part import Part
 from iiwa_sim.handling.workpieces import Parts, Workpieces
-from iiwa_sim.motion.joints import Joints
-from iiwa_sim.robot.feeling_kernel import Reached
 from iiwa_sim.wording import harmless
 
 SENSORS = ("open", "closed", "holds")
@@ -73,26 +72,20 @@ class GripperState(msgspec.Struct, frozen=True):
     """open, closed, holds, or between for neither of these"""
 
 
-class Handling:
+class Handling(HandlingTicks):
     """The gripper of one robot and the parts in its cell, in their ticks."""
 
     def __init__(self, handled: Handled, io: Io, load: ExternalLoad, tick_s: float) -> None:
         """What a part does to the robot is told to `load`, whose surfaces parts lie on."""
-        self.gripper = Gripper(handled.jaws)
+        super().__init__(Gripper(handled.jaws), io, load)
         self._wiring = handled.wiring
-        self._io = io
-        self._load = load
         self._tick_s = tick_s
         self._driven_by: tuple[bool, ...] | None = None  # outputs, when it was asked how they drive the jaws
         self._drives = STAYS
         self._wrong: dict[str, bool] = {}
         self._told: tuple[bool, ...] = ()
-        self._changes = load.world.changes
         self._radius_m = load.world.radius_m
         self._jaws_at: tuple[float, Transform] | None = None  # how far apart, and where the TCP is
-        self.workpieces: Workpieces | None = None
-        """The parts, if there are any."""
-        self._aside: Aside | None = None  # what pushes these
         if handled.parts:
             surfaces = list(load.world.surfaces.values())
             bodies = start(handled.parts, surfaces)
@@ -111,42 +104,20 @@ class Handling:
             pieces is None or (pieces.settled and self._changes == self._load.world.changes)
         )
 
-    @property
-    def holds(self) -> bool:
-        """Whether a part is held."""
-        return self.workpieces is not None and self.workpieces.in_jaws is not None
+    def _jaws_rest(self) -> bool:
+        pieces, gripper = self.workpieces, self.gripper
+        lets_go = pieces is not None and gripper.blocked and not pieces.held
+        return gripper.settled(self._driven()) and not lets_go
 
-    def step(self, joints: Joints, contact: Reached | None, coming: Transform | None = None) -> None:
-        """A tick, which has moved the robot to `joints` (rad); `contact` is what it has felt, and `coming`
-        where the next tick brings the TCP, if that is known."""
-        driven, pieces = self._driven(), self.workpieces
-        if pieces is None:
-            if not self.gripper.settled(driven):
-                self.gripper.step(driven, 0.0, self._tick_s)
-                self._place_jaws()
-                self._tell()
-            return
-        world = self._load.world
-        if self._changes != world.changes:
-            self._changes = world.changes
-            pieces.surfaces_are(list(world.surfaces.values()))
-        tcp, news = self._load.tcp(joints) if contact is None else contact.pose, False
-        if not self.gripper.settled(driven) or (self.gripper.blocked and not pieces.held):
-            was_m = self.gripper.opening_m
-            self.gripper.step(driven, pieces.width_m, self._tick_s)
-            news = True
-            if driven == CLOSES and self.gripper.opening_m < was_m and not pieces.held:
-                width_m = pieces.grip(tcp, was_m)
-                if width_m > 0.0:
-                    self.gripper.block(width_m)
-        if news:
-            self._place_jaws()
-        if self._aside is not None:
-            self._aside.step(tcp, joints, self.gripper.opening_m)
-        pieces.step(tcp, coming)
-        self._load.hand(pieces.wrench, pieces.weight)
-        if news:
-            self._tell()
+    def _move_jaws(self, tcp: Transform | None) -> None:
+        pieces, driven, was_m = self.workpieces, self._driven(), self.gripper.opening_m
+        self.gripper.step(driven, 0.0 if pieces is None else pieces.width_m, self._tick_s)
+        closes = driven == CLOSES and self.gripper.opening_m < was_m
+        if closes and pieces is not None and tcp is not None and not pieces.held:
+            width_m = pieces.grip(tcp, was_m)
+            if width_m > 0.0:
+                self.gripper.block(width_m)
+        self._place_jaws()
 
     def _place_jaws(self) -> None:
         """Tell the arm where its jaws are."""
@@ -175,6 +146,7 @@ class Handling:
         self.gripper.opening_m = kept.opening_m
         self.gripper.driven = self._driven()
         self.gripper.blocked = kept.parts.held is not None
+        self._rest = None
         self._place_jaws()
         if self._aside is not None:
             self._aside.forget()
@@ -220,6 +192,7 @@ class Handling:
     def stick(self, stuck: bool) -> None:
         """A fault: the jaws stay where they are, until they are told not to."""
         self.gripper.stuck = stuck
+        self._rest = None
 
     def mistake(self, sensor: str, tells: bool) -> None:
         """A fault: a sensor tells this, whatever is so. Raises `Refused` where there is no such sensor."""
@@ -232,7 +205,7 @@ class Handling:
 
     def repair(self) -> None:
         """End all faults of the gripper."""
-        self.gripper.stuck = False
+        self.stick(False)
         self._wrong.clear()
         self._told = ()
         self._tell()

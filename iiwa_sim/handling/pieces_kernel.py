@@ -23,30 +23,20 @@ _OPENS = cython.declare(cython.int, OPENS)
 
 @cython.cclass
 class Pieces:
-    """The parts, as far as all ticks ask for them; what else becomes of them is up to heirs in Python."""
+    """The parts, as far as all ticks ask for them; what else becomes of them is up to heirs in Python.
 
-    changes: int = cython.declare(cython.long, visibility="public")
-    """How many times a part has been put somewhere."""
-    pushed: set[str] = cython.declare(set, visibility="public")
-    """The names of those that something else moves in this tick."""
-    lying: list[str] = cython.declare(list, visibility="public")
-    """The names of the parts that lie."""
-    lying_changes: int = cython.declare(cython.long, visibility="public")
-    """How many times a part has come to lie, or has ceased to."""
-    _gripper: Gripper = cython.declare(object, visibility="public")
-    _held: Held | None = cython.declare(Held, visibility="public")  # the part between the jaws
-    _lively: set[str] = cython.declare(set, visibility="public")  # the names of parts that do not rest
-    _lost: str = cython.declare(str, visibility="public")
-    # the name of a part that the jaws cannot hold until they have opened
-    _tcp: Transform | None = cython.declare(object, visibility="public")
-    # where it has been in the last tick, if that is known
+    The attributes are declared in the .pxd.
+    """
 
     def __init__(self, gripper: Gripper) -> None:
-        """Nothing is held."""
+        """Nothing is held, and nothing lies; what the attributes are is said in the .pxd."""
         self._gripper = gripper
         self.changes = self.lying_changes = 0
-        self.pushed, self.lying, self._lively = set(), [], set()
-        self._held = self._tcp = None
+        self.pushed: set[str] = set()
+        self.lying: list[str] = []
+        self._lively: set[str] = set()
+        self._held: Held | None = None
+        self._tcp: Transform | None = None
         self._lost = ""
 
     if TYPE_CHECKING:
