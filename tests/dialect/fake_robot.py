@@ -56,6 +56,10 @@ class FakeRobot:
         self.pending[len(self.moves)] = when_ended
         return len(self.moves)
 
+    @property
+    def accepted(self) -> int:
+        return len(self.moves)
+
     def end(self, *moves: int) -> None:
         """Moves of these numbers have ended."""
         for move in moves:
