@@ -16,7 +16,7 @@ from iiwa_sim.handling.part import Part
 
 
 class DescribedRobot(msgspec.Struct, frozen=True):
-    """The arm. One value per joint, base first."""
+    """The arm, by fields of `RobotDescription`. One value per joint, base first."""
 
     name: str
     joints: tuple[str, ...]
@@ -104,16 +104,7 @@ class MovesDescriber:
 
 def described_robot(controller: Controller) -> DescribedRobot:
     """The arm of a controller."""
-    robot = controller.description
-    return DescribedRobot(
-        name=robot.name,
-        joints=robot.joints,
-        flange=robot.flange,
-        position_min=robot.position_min,
-        position_max=robot.position_max,
-        velocity=robot.velocity,
-        urdf=robot.urdf,
-    )
+    return msgspec.convert(controller.description, DescribedRobot, from_attributes=True)
 
 
 def described_cell(controller: Controller) -> DescribedCell:

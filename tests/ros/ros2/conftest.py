@@ -1,4 +1,4 @@
-"""A robot on the graph of ROS 2 and a user, for all tests of a file that leave it at rest."""
+"""A robot on the graph of ROS 2 and a user, for all tests that leave it at rest."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from iiwa_sim.simulator import Simulator
 from tests.ros.ros2.users import CELL, User, compiled, rclpy_python, user
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def python() -> Iterator[Path]:
     """An interpreter that has rclpy."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         yield rclpy_python(monkeypatch)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def whole_python(python: Path) -> Path:
     """One that has the types that no wheel has, too."""
     compiled(python)
     return python
 
 
-@pytest.fixture(scope="module")
-def cell(whole_python: Path) -> Iterator[tuple[Simulator, User]]:
-    """A robot whose time runs ten times as fast, and a user. It stands where the test before has left it."""
+@pytest.fixture(scope="session")
+def shared(whole_python: Path) -> Iterator[tuple[Simulator, User]]:
+    """A robot whose time runs ten times as fast, and a user."""
     with (
         Simulator(
             clock="10x", ros2=True, ros2_python=whole_python, ros_namespace=CELL, rosbridge_port=0
@@ -35,3 +35,11 @@ def cell(whole_python: Path) -> Iterator[tuple[Simulator, User]]:
         user(whole_python) as someone,
     ):
         yield robot, someone
+
+
+@pytest.fixture
+def cell(shared: tuple[Simulator, User]) -> tuple[Simulator, User]:
+    """These two, with the robot as it was at its start."""
+    robot, _ = shared
+    robot.call(lambda: robot.backdoor.restore_state("start"))
+    return shared
