@@ -153,6 +153,8 @@ def write(
     e: cython.Py_ssize_t = 0
     limits: cython.double[:, ::1] = scratch[12:15]
     edges = way.edges
+    alike: cython.bint = False  # whether limits did not change in the cell before,
+    known: cython.bint  # and in this one
     if first >= last:
         return
     x = min(max(spline(controls, first, 0.0), way.first_x), way.end_x)
@@ -163,10 +165,13 @@ def write(
     for k in range(first, last):
         # Rows 0 to 2 of the scratch are the beginning of the cell, which `way` found last, 3 to 5 its end.
         _over_theta(way, controls, k, 0.0, scratch, 0)
-        for o in range(3):
-            for i in range(n):
-                limits[o, i] = 1e300
-        _narrow(way, move, corner, limits)
+        if not alike:
+            for o in range(3):
+                for i in range(n):
+                    limits[o, i] = 1e300
+            _narrow(way, move, corner, limits)
+        known = alike
+        alike = True
         x = spline(controls, k, 1.0)
         used = 0
         while e < edges.shape[0] and edges[e] < x and rows.starts[k] + used + 2 < rows.starts[k + 1]:
@@ -186,6 +191,7 @@ def write(
             corner = way.at(x, move, 3)
             if move != before_move or corner != before_corner:
                 _narrow(way, move, corner, limits)
+                alike = known = False
             _over_theta(way, controls, k, u, rows.inner[p], 0)
             if u - rows.parts[p - 1] < AT_ONCE:
                 rows.parts[p] = rows.parts[p - 1]
@@ -209,7 +215,7 @@ def write(
         for o in range(3):
             y *= _UNIT_S
             for i in range(n):
-                rows.per_limit[k, o, i] = 1.0 / (limits[o, i] * y)
+                rows.per_limit[k, o, i] = rows.per_limit[k - 1, o, i] if known else 1.0 / (limits[o, i] * y)
         _knot(scratch, 0, k, rows)
         if k == cells - 1:
             _knot(scratch, 3, k + 1, rows)
@@ -219,18 +225,17 @@ def write(
             for i in range(n):
                 y = rows.per_limit[k, 2, i]
                 most = PEAK * max(fabs(scratch[2, i]), fabs(scratch[5, i]))
-                scratch[6, i] = scratch[3 * half, i]
-                scratch[7, i] = scratch[3 * half + 1, i]
-                scratch[8, i] = scratch[3 * half + 2, i]
+                rows.bounds.j1[o, i] = 0.5 * scratch[3 * half, i] * y
+                rows.bounds.j2[o, i] = 1.5 * scratch[3 * half + 1, i] * y
+                rows.bounds.j3[o, i] = scratch[3 * half + 2, i] * y
+                if rows.peaks[k, 2, i] <= most:
+                    continue
                 for p in range(rows.starts[k], rows.starts[k + 1]):
                     if (rows.parts[p] < 0.5) == (half == 0) and fabs(rows.inner[p, 2, i]) > most:
                         most = fabs(rows.inner[p, 2, i])
-                        scratch[6, i] = rows.inner[p, 0, i]
-                        scratch[7, i] = rows.inner[p, 1, i]
-                        scratch[8, i] = rows.inner[p, 2, i]
-                rows.bounds.j1[o, i] = 0.5 * scratch[6, i] * y
-                rows.bounds.j2[o, i] = 1.5 * scratch[7, i] * y
-                rows.bounds.j3[o, i] = scratch[8, i] * y
+                        rows.bounds.j1[o, i] = 0.5 * rows.inner[p, 0, i] * y
+                        rows.bounds.j2[o, i] = 1.5 * rows.inner[p, 1, i] * y
+                        rows.bounds.j3[o, i] = rows.inner[p, 2, i] * y
             rows.bounds.counts[k, 1 + half] = chosen(
                 rows.bounds.j1, rows.bounds.j2, rows.bounds.j3, o, n, 3, scratch
             )

@@ -7,6 +7,8 @@ from cython.cimports.libc.math import fabs
 
 # A row is left out where another one bounds the clock more, with this margin.
 SURE = cython.declare(cython.double, 1.5)
+# With SURE, a row whose parts, of the largest of all rows, are together less than this is left out in any case.
+SMALL = cython.declare(cython.double, 0.19)
 
 
 @cython.cfunc
@@ -20,12 +22,12 @@ def chosen(
     orders: cython.int,
     scratch: cython.double[:, ::1],
 ) -> cython.Py_ssize_t:
-    """Bring to the front what rows of joints at the place k matter, and give their number.
+    """Bring to the front those rows of joints at the place k that matter, and give their number.
 
     A row does not matter that is a part of another one, or so small beside others that the load of such a
     part would not be passed. Rows 6 to 9 of the scratch are used.
     """
-    left: cython.Py_ssize_t = n
+    left: cython.Py_ssize_t = 0
     kept: cython.Py_ssize_t = 0
     u: cython.double = 1e-300
     v: cython.double = 1e-300
@@ -36,25 +38,29 @@ def chosen(
         w = max(w, fabs(third[k, i]))
     u, v, w = 1.0 / u, 1.0 / v, (1.0 / w if orders == 3 else 0.0)
     for i in range(n):
-        scratch[6, i] = first[k, i] * u
-        scratch[7, i] = second[k, i] * v
-        scratch[8, i] = third[k, i] * w
-        scratch[9, i] = (
-            scratch[6, i] * scratch[6, i] + scratch[7, i] * scratch[7, i] + scratch[8, i] * scratch[8, i]
-        )
+        x, y, z = first[k, i] * u, second[k, i] * v, third[k, i] * w
+        if fabs(x) + fabs(y) + fabs(z) < SMALL:
+            continue
+        scratch[6, left], scratch[7, left], scratch[8, left] = x, y, z
+        scratch[9, left] = x * x + y * y + z * z
+        first[k, left], second[k, left] = first[k, i], second[k, i]
+        if orders == 3:
+            third[k, left] = third[k, i]
+        left += 1
     while kept < left:
         best = kept
         for i in range(kept + 1, left):
             if scratch[9, i] > scratch[9, best]:
                 best = i
-        for o in range(4):
-            y = scratch[6 + o, best]
-            scratch[6 + o, best] = scratch[6 + o, kept]
-            scratch[6 + o, kept] = y
-        first[k, best], first[k, kept] = first[k, kept], first[k, best]
-        second[k, best], second[k, kept] = second[k, kept], second[k, best]
-        if orders == 3:
-            third[k, best], third[k, kept] = third[k, kept], third[k, best]
+        if best != kept:
+            for o in range(4):
+                y = scratch[6 + o, best]
+                scratch[6 + o, best] = scratch[6 + o, kept]
+                scratch[6 + o, kept] = y
+            first[k, best], first[k, kept] = first[k, kept], first[k, best]
+            second[k, best], second[k, kept] = second[k, kept], second[k, best]
+            if orders == 3:
+                third[k, best], third[k, kept] = third[k, kept], third[k, best]
         rest = 2.0
         for m in range(kept):
             part = (
@@ -69,16 +75,13 @@ def chosen(
             )
             rest = min(rest, y)
         if rest <= 1.0:
-            # To the end: it is left out.
+            # It is left out: the last one takes its place.
             left -= 1
             for o in range(4):
-                y = scratch[6 + o, left]
-                scratch[6 + o, left] = scratch[6 + o, kept]
-                scratch[6 + o, kept] = y
-            first[k, left], first[k, kept] = first[k, kept], first[k, left]
-            second[k, left], second[k, kept] = second[k, kept], second[k, left]
+                scratch[6 + o, kept] = scratch[6 + o, left]
+            first[k, kept], second[k, kept] = first[k, left], second[k, left]
             if orders == 3:
-                third[k, left], third[k, kept] = third[k, kept], third[k, left]
+                third[k, kept] = third[k, left]
         else:
             kept += 1
     return max(kept, 1)
