@@ -7,7 +7,7 @@ from cython.cimports.libc.math import fabs
 
 # A row is left out where another one bounds the clock more, with this margin.
 SURE = cython.declare(cython.double, 1.5)
-# With SURE, a row whose parts, of the largest of all rows, are together less than this is left out in any case.
+# A row whose parts of the largest of all rows are together less than this is left out in any case.
 SMALL = cython.declare(cython.double, 0.19)
 
 
