@@ -83,7 +83,7 @@ class OpenPorts:
 
     @property
     def _listeners(self) -> "list[TcpServer | StatusStream | RosSide | BackdoorPorts]":
-        """In the order of opening: who has reached the robot's own port finds all others open."""
+        """Listeners in the order of opening: who has reached the robot's own port finds all others open."""
         others = [each for each in (self._status, self._ros) if each is not None]
         return [*others, self._backdoor_ports, *self._servers.values()]
 

@@ -28,7 +28,7 @@ Settings = TypeVar("Settings")
 
 _PLACE = re.compile(r" - at `\$([\w.\[\]]*)`$")
 MISSING = "(missing)"
-"""In place of a value."""
+"""Shown in place of a value."""
 _IN_TOML = {
     "str": "a string",
     "int": "an integer",

@@ -33,7 +33,7 @@ from iiwa_sim.view.line_client import Lines
 
 EMERGENCY_STOP = 3030
 SLOW_S = 400.0
-"""So long a step may take; what a quick machine needs is some 20 s for all of them."""
+"""Longest time of a step; what a quick machine needs is some 20 s for all of them."""
 MS = 1000.0
 MISSED = Path("build", "shots", "missed.png")
 """A picture of the page when a step has not come to pass."""

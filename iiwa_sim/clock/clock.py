@@ -22,13 +22,13 @@ stalls for 100 ms must not answer with a burst of 50 ticks, which would keep cli
 robot that jumps: what lies further back is dropped."""
 
 SHORTEST_SLEEP_NS = 1_000_000
-"""Between two wake-ups. Where ticks are closer, several are made in one."""
+"""Shortest time between two wake-ups. Where ticks are closer, several are made in one."""
 
 REST_SLEEP_NS = 20_000_000
-"""Between two wake-ups in haste while the robot rests: a robot in a test costs next to nothing then."""
+"""Time between two wake-ups in haste while the robot rests: a robot in a test costs next to nothing then."""
 
 SLICE_NS = 1_000_000
-"""For so long ticks are made in haste before the loop, and other threads, get their turn."""
+"""Time for which ticks are made in haste before the loop, and other threads, get their turn."""
 
 HOLD_NS = 2_000_000
 """In haste, time stands still for so long after a move was accepted. A driver that sends moves one behind

@@ -43,7 +43,7 @@ class Presses(NamedTuple):
     rubbed: Vector = (0.0, 0.0, 0.0)
     """How far it has gone along the part (m), as friction holds that."""
     came: Vector = NOT_IN
-    """By which way it has come into the part, if that is remembered elsewhere."""
+    """Way by which the ball has come into the part, if that is remembered elsewhere."""
     held: int = -1
     """The number of the held part to which it belongs, and which of its places it is."""
     place: int = 0

@@ -12,7 +12,7 @@ class Worn(NamedTuple):
     """A capsule that is fixed to the flange."""
 
     capsule: Capsule
-    """As in the flange."""
+    """The capsule, in the flange."""
     feels: int
     """What the capsule feels: `SURFACES`, `PARTS`, or the sum of both; 0 for nothing now."""
     share: float = 1.0

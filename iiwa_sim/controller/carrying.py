@@ -19,9 +19,9 @@ from iiwa_sim.robot.capsules import Capsule
 
 GREATEST_MASS_KG = 1000.0
 FARTHEST_M = 10.0
-"""From the flange, along each axis."""
+"""Farthest place from the flange, along each axis."""
 WITHIN_REACH_M = 1.0
-"""From the flange: no part that a gripper holds has its middle farther away."""
+"""Distance from the flange: no part that a gripper holds has its middle farther away."""
 Inertia = tuple[float, float, float, float, float, float]
 """kg m^2: ixx, iyy, izz, ixy, ixz, iyz, about the centre of mass, with the signs of URDF."""
 
@@ -51,7 +51,7 @@ class Tool(NamedTuple):
     """The shape of the tool, in the flange: what of it touches surfaces."""
 
     def moments(self) -> Moments:
-        """In the flange."""
+        """Moments in the flange."""
         return body(*self.load, self.inertia)
 
 

@@ -27,7 +27,7 @@ class Contact(NamedTuple):
     """Force (N) along the axis when the move was accepted."""
     threshold_n: float
     tcp: Frame
-    """In the base, in the tick in which the force has changed by more than its threshold."""
+    """TCP in the base, in the tick in which the force has changed by more than its threshold."""
 
     def __str__(self) -> str:
         x_mm, y_mm, z_mm = (round(place, 3) for place in self.tcp[:3])
@@ -44,7 +44,7 @@ class ForceGuard(NamedTuple):
     move: int
     thresholds: Thresholds
     offset: Wrench
-    """At the command."""
+    """Wrench at the command."""
 
     def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
         """What ends the move, if a force does: of several the one that is farthest beyond its threshold."""

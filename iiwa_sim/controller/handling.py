@@ -27,15 +27,15 @@ class Wiring(NamedTuple):
     """Numbers of outputs and inputs, from 1; `NOTHING` for what is not wired."""
 
     close_output: int
-    """On closes. Off opens, where there is no other."""
+    """Output that closes when on, and opens when off where there is no other."""
     open_output: int = NOTHING
-    """On opens; with both on, or both off, the jaws stay where they are."""
+    """Output that opens when on; with both on, or both off, the jaws stay where they are."""
     open_input: int = NOTHING
-    """On while the jaws are open to the stroke."""
+    """Input that is on while the jaws are open to the stroke."""
     closed_input: int = NOTHING
-    """On while jaw lies on jaw."""
+    """Input that is on while jaw lies on jaw."""
     holds_input: int = NOTHING
-    """On while they press on a part."""
+    """Input that is on while the jaws press on a part."""
 
 
 class PartState(msgspec.Struct, frozen=True):
@@ -54,7 +54,7 @@ class Handled(NamedTuple):
     jaws: Jaws
     wiring: Wiring
     parts: tuple[tuple[Part, Transform], ...] = ()
-    """With the poses of their middles in the base."""
+    """Parts with the poses of their middles in the base."""
 
 
 class Kept(NamedTuple):

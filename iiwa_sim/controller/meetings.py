@@ -43,7 +43,7 @@ class Meetings:
         self._load = load
         self._tell = tell
         self.every = max(1, round(SELF_COLLISION_EVERY_S / tick_s))
-        """In ticks."""
+        """Ticks between two looks at links that may meet each other."""
         self._touching: set[tuple[str, str]] = set()
         self._folded: tuple[str, str] | None = None
 

@@ -88,7 +88,7 @@ class Planner:
         return self._plan(path, speed_rel, _sphere(path.end, request.blending, tcp))
 
     def _ptp_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float]) -> Plan:
-        """At a relative speed of each joint."""
+        """Plan PTP to joint positions (rad), at a relative speed of each joint."""
         end = self.joint_target(target, request.speeds)
         if not 0.0 <= request.blending <= 1.0:
             raise Refused(EXECUTION, f"blending over {request.blending:g} of the way: expected 0 to 1")
@@ -96,7 +96,7 @@ class Planner:
         return self._plan(ptp(start, end), request.speeds, zone)
 
     def _lin_to_joints(self, request: MoveRequest, start: Joints, target: Sequence[float], tcp: Tcp) -> Plan:
-        """To where the TCP is at joint positions (rad), ending in these."""
+        """Plan LIN to where the TCP is at joint positions (rad), ending in these."""
         self._check_joints(target)
         _check_speed(request.speed)
         line = self._lin.to_joints(start, tuple(target), tcp.tool_in_flange)

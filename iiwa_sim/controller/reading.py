@@ -24,12 +24,12 @@ class Reading(NamedTuple):
     joints_before: Joints
     """A tick ago (rad)."""
     goal: Joints
-    """As `Controller.goal_joints` (rad)."""
+    """Goal of the joints, as `Controller.goal_joints` (rad)."""
     tool_in_flange: Transform
     force: Wrench
     """The reading at the TCP, along its axes (N, Nm)."""
     torques: tuple[float, ...]
-    """From outside, on each joint (Nm)."""
+    """Torques from outside, on each joint (Nm)."""
     accepted: int
     """The number of the newest move."""
     under_way: int

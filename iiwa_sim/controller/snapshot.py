@@ -58,7 +58,7 @@ class Snapshot(msgspec.Struct, frozen=True, kw_only=True):
     """Links that touch surfaces."""
     robot_status: RobotStatus
     inputs: tuple[bool, ...]
-    """From number 1 on."""
+    """Digital inputs, from number 1 on."""
     outputs: tuple[bool, ...]
     error: ErrorState
 

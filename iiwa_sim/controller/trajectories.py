@@ -42,7 +42,7 @@ class Outcome(Enum):
     GOAL_TOLERANCE = "goal tolerance"
     CANCELLED = "cancelled"
     ENDED = "ended"
-    """By a stop, another motion, another trajectory or a fault."""
+    """Ended by a stop, another motion, another trajectory or a fault."""
 
 
 class TrajectoryEnd(NamedTuple):

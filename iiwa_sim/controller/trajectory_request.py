@@ -57,7 +57,7 @@ class TrajectoryRequest(NamedTuple):
     path_tolerance: Mapping[str, Tolerance] = {}
     """Along the way, by joints' names. By default nothing is compared."""
     goal_tolerance: Mapping[str, Tolerance] = {}
-    """At the end. By default joints have to be slower than `STOPPED_RAD_S`."""
+    """Tolerances at the end. By default joints have to be slower than `STOPPED_RAD_S`."""
     goal_time_s: float = 0.0
     """How long after its end the goal tolerances have to be kept; 0 for any time."""
     may_end_fast: bool = False

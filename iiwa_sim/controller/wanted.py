@@ -28,7 +28,7 @@ class Planned(NamedTuple):
     """Where a move, or a servo, is to go."""
 
     number: int
-    """As with `Target`."""
+    """Number of the move, as with `Target`."""
     joints: Joints
     """Joint positions (rad) at its end."""
     blending_m: float

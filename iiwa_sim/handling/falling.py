@@ -21,7 +21,7 @@ from iiwa_sim.handling.part import Part, Z
 from iiwa_sim.handling.room import Outline, between_heights, outline_of, way_to_room
 
 FARTHEST_M = 100.0
-"""From the base: what falls or slides further is gone."""
+"""Distance from the base: what falls or slides further is gone."""
 DEEPEST_M = -10.0
 """Height below which it is gone."""
 STILL: Vector = (0.0, 0.0, 0.0)
@@ -32,7 +32,7 @@ _ROUNDING_M = 1e-9
 LEVEL_M = 1e-3
 """What is higher or lower by no more than this is as high."""
 MOST_EVENTS = 8
-"""In a tick; what is left then waits for the next."""
+"""Most events of one part in a tick; what is left then waits for the next."""
 
 
 class Body(NamedTuple):

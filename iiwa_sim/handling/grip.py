@@ -23,7 +23,7 @@ class Grasp(NamedTuple):
 
     tcp: Transform
     before: Transform
-    """In the tick before."""
+    """Pose of the part in the tick before."""
     velocity: Vector
     """Velocity of the part (m/s), in the base."""
 

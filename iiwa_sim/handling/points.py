@@ -21,7 +21,7 @@ class Points(NamedTuple):
     """Small spheres that stand for a part."""
 
     places: tuple[Vector, ...]
-    """In the part (m)."""
+    """Places in the part (m)."""
     radius_m: float
     at_once: int
     """How many of them touch a face on which it lies: each has this part of the stiffness."""

@@ -17,7 +17,7 @@ from iiwa_sim.handling.points import points_of
 from iiwa_sim.motion.joints import Joints
 
 SEEN_M = 0.05
-"""So far from a part near the arm its distance is found exactly."""
+"""Distance of a part up to which it is found exactly."""
 
 
 def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> Iterator[Presses]:

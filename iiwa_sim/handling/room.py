@@ -39,7 +39,7 @@ class Outline(NamedTuple):
     half: tuple[float, float]
     """Half its edges (m); the radius and 0 of a disc."""
     face: Ground | None
-    """On which something may lie."""
+    """Face of it on which something may lie."""
     is_part: bool = False
 
     def reach(self, x: float, y: float) -> float:

@@ -53,7 +53,7 @@ class Courses:
     """Finds courses that pass no position limit, which Ruckig does not know of."""
 
     def __init__(self, position_min: Joints, position_max: Joints) -> None:
-        """With these limits of positions (rad)."""
+        """Courses within these limits of positions (rad)."""
         self._position_min, self._position_max = position_min, position_max
         self._ruckig = Ruckig(len(position_min))
 

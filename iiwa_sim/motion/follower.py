@@ -14,7 +14,7 @@ STILL_S = 0.05
 HARDLY_MOVING_RAD_PER_S = 1e-9
 """A robot slower than this need not brake."""
 NO_SPRINGS = CartesianImpedance(0.0, (0.0,) * 6)
-"""Before the first move, whose own replaces it when that begins."""
+"""Impedance before the first move, whose own replaces it when that begins."""
 
 
 class Follower:
@@ -122,7 +122,7 @@ class Follower:
 
     @property
     def _velocity(self) -> list[float]:
-        """In the last tick (rad/s)."""
+        """Velocities of the joints in the last tick (rad/s)."""
         return [(a - b) / self._tick_s for a, b in zip(self.joints, self._before, strict=True)]
 
     @property

@@ -11,11 +11,11 @@ from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 
 REPLAN_S = 0.008
-"""So often a robot that has been sent elsewhere in mid-motion is headed for another point of its path."""
+"""Time after which a robot sent elsewhere in mid-motion is headed for another point of its path."""
 AHEAD = 1.5
 """The point headed for is so many braking times ahead, so that the robot does not brake before the end."""
 STEPS = 16
-"""In so many steps that point is looked for, over the way there."""
+"""Steps in which that point is looked for, over the way there."""
 
 LONGEST_PERIOD_S = 0.12
 """Moves that come so soon one after the other are a stream."""
@@ -100,7 +100,7 @@ class Stream:
         self._period_s = inf  # between that and the one before
 
     def advance(self, planned_s: float) -> None:
-        """So much planned time has passed."""
+        """Go on by so much planned time."""
         self._since_s += planned_s
 
     def heard(self) -> None:

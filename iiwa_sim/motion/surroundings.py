@@ -14,7 +14,7 @@ class Pushes(Protocol):
 
     @property
     def tcp_push(self) -> Wrench:
-        """At the TCP, along its axes."""
+        """Push at the TCP, along its axes."""
 
     @property
     def joint_push(self) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from iiwa_sim.plot.record import Array, Recording
 from iiwa_sim.robot.model import Model
 
 INSTANTS = 5
-"""At which a picture shows the arm, unless it does not move."""
+"""Instants at which a picture shows the arm, unless it does not move."""
 
 
 def arm_mm(recording: Recording, tick: int) -> Array:

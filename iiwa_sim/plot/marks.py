@@ -13,7 +13,7 @@ SURFACE, SURFACE_ALPHA = "#7a8f88", 0.25
 PART, JAW, TOUCH, FORCE = "#c8862b", "#46484e", "#c92a2a", "#e8590c"
 """Colours of parts, jaws, places where links touch surfaces, and the force at the TCP."""
 MOST_NUMBERS = 40
-"""With more targets than this no numbers are drawn, as they would cover each other."""
+"""Most targets that are drawn with numbers: those of more would cover each other."""
 _MOST_AT_ONE_PLACE = 4
 
 Place = tuple[float, ...]

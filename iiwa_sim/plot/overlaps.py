@@ -8,7 +8,7 @@ _NEAR = 0.008  # part of the panel's height: less than a line is thick
 _LEAST = 0.5  # part of the time in which anything moves: a curve that is hidden for longer is hardly seen
 
 _DASHES: tuple[tuple[float, float], ...] = ((6.0, 6.0), (3.0, 9.0), (1.5, 10.5))
-"""On and off, by how many curves lie below: the more, the shorter."""
+"""Dashes, on and off, by how many curves lie below: the more, the shorter."""
 
 
 def dashes(values: Array, height: float) -> list[tuple[float, tuple[float, float]] | str]:

@@ -49,7 +49,7 @@ def outline(surface: Surface | Solid, axes: tuple[int, int]) -> Array | None:
 
 
 def _faces(surface: Surface | Solid) -> Sequence[Array | Sequence[Sequence[float]]]:
-    """In the frame of the shape, m."""
+    """Faces of a solid, in the frame of its shape (m)."""
     shape = surface.shape
     if isinstance(shape, Box):
         return _box(shape)

@@ -22,7 +22,7 @@ class Solid(NamedTuple):
 
     shape: Shape
     pose: Transform
-    """In the base (m)."""
+    """Pose in the base (m)."""
 
 
 class Things(NamedTuple):

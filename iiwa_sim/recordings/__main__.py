@@ -13,7 +13,7 @@ import threading
 from contextlib import suppress
 
 LOOKS_S = 1.0
-"""Between two looks whether the process that has started this one is there."""
+"""Time between two looks whether the process that has started this one is there."""
 
 
 def main(descriptor: int, process: int) -> None:

@@ -22,7 +22,7 @@ class Beginning(msgspec.Struct, frozen=True):
     description: RobotDescription
     metadata: dict[str, str]
     attachments: dict[str, tuple[str, bytes]]
-    """By their names: media type and content."""
+    """Attachments by their names: media type and content."""
     tick_rate_hz: int
     began_ns: int
     """Since 1970."""

@@ -42,7 +42,7 @@ class Head(NamedTuple):
 
     metadata: Mapping[str, str]
     attachments: Mapping[str, tuple[str, bytes]]
-    """By their names: media type and content."""
+    """Attachments by their names: media type and content."""
     began_ns: int
     """Since 1970."""
 

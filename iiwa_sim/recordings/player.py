@@ -31,7 +31,7 @@ class Player:
         self.time_s = min(max(time_s, self.start_s), self.end_s)
 
     def passes(self, real_s: float) -> None:
-        """So much time passes for the viewer. At the end it stands still."""
+        """Go on by so much time of the viewer. At the end the recording stands still."""
         if self.playing:
             self.go_to(self.time_s + real_s * self.speed)
             self.playing = self.time_s < self.end_s

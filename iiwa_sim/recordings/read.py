@@ -30,7 +30,7 @@ class Head(NamedTuple):
 
     metadata: dict[str, str]
     attachments: dict[str, bytes]
-    """By their names: robot.urdf, robot.toml, and cell.toml where there was one."""
+    """Attachments by their names: robot.urdf, robot.toml, and cell.toml where there was one."""
 
     @property
     def tick_rate_hz(self) -> int:

@@ -33,7 +33,7 @@ NO_MOVES: Content = {"count": 0, "moves": []}
 
 class _Chunk(NamedTuple):
     begins: int
-    """In the file."""
+    """Place in the file at which the chunk begins."""
     first_ns: int
     channels: frozenset[int]
     """Channels that have messages in it."""
@@ -139,7 +139,7 @@ class Timeline:
                 yield at_ns, self._content(topic, content)
 
     def _backwards(self, topic: str, time_s: float | None) -> Iterator[tuple[int, Content]]:
-        """From an instant, or the end, on."""
+        """Messages backwards from an instant, or from the end."""
         if time_s is None:
             limit_ns, place = None, len(self._chunks)
         else:

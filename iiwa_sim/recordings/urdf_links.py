@@ -14,14 +14,14 @@ GREY = (0.8, 0.8, 0.8, 1.0)
 
 
 class Joint(NamedTuple):
-    """Between two links."""
+    """A joint between two links."""
 
     parent: str
     child: str
     translation: Message
-    """From the parent (m)."""
+    """Place in the parent (m)."""
     rotation: Quaternion
-    """In the parent, with the joint at zero."""
+    """Rotation in the parent, with the joint at zero."""
     axis: Vector
     place: int | None
     """Among the robot's joints; None for a fixed one."""

@@ -30,7 +30,7 @@ STARTS_S = 60.0
 computes: it may take its time to start."""
 _UNKNOWN = -1
 _LOOK_S = 0.25
-"""Between two looks at what found no room before, where nobody puts any more."""
+"""Time between two looks at what found no room before, where nobody puts any more."""
 _NO_SIGNAL = getattr(socket, "MSG_NOSIGNAL", 0)
 """A program may have set SIGPIPE to kill it."""
 

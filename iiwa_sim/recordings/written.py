@@ -24,7 +24,7 @@ from iiwa_sim.robot.model import Model
 from iiwa_sim.wording import harmless, shortened
 
 PERIOD_S = 0.4
-"""Between two looks at what has come: much at a time costs a third of what little by little would."""
+"""Time between two looks at what has come: much at a time costs a third of what little by little would."""
 FLUSH_S = 0.3
 """A chunk is ended no sooner than so long after the one before, however much comes."""
 _AT_ONCE_BYTES = 128 * 1024

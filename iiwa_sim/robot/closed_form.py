@@ -16,7 +16,7 @@ class Reach(NamedTuple):
     """x and z of the joint that tilts the upper arm, in the base, while the first joint is at zero."""
     upper: float
     fore: float
-    """From the elbow to the wrist point."""
+    """Length from the elbow to the wrist point."""
     wrist_in_flange: Vector
 
     def beyond(self, flange: Transform) -> float:

@@ -32,11 +32,11 @@ class Geometry(NamedTuple):
     shoulder: Plane
     """A2, in the base."""
     upper_arm: Plane
-    """From A2 to A3."""
+    """Upper arm, from A2 to A3."""
     forearm: Plane
-    """From A3 to the wrist point."""
+    """Forearm, from A3 to the wrist point."""
     hand: float
-    """From the wrist point to the flange, along x."""
+    """Length from the wrist point to the flange, along x."""
     signs: tuple[float, ...]
     unturned: Rotation
     """The base's orientation in the flange: poses are turned by it so that they are none at zero pose."""

@@ -19,7 +19,7 @@ class UrdfJoint(NamedTuple):
     origin: Transform
     """The child in the parent, with the joint at zero (m)."""
     axis: Vector
-    """In the child: a unit vector."""
+    """Axis in the child: a unit vector."""
 
     def at(self, position: float) -> Transform:
         """The child in the parent, with the joint there (rad)."""

@@ -24,7 +24,7 @@ RESULT_TYPES = {
     2023: ResultType.YEAR_2023,
     2024: ResultType.YEAR_2024,
 }
-"""By the year in which robot_movement_interface had them."""
+"""Types of results by the year in which robot_movement_interface had them."""
 
 
 class Reference(Enum):

@@ -76,7 +76,7 @@ class RosSide:
             self._ros2 = _ros2(graph, python, namespace, log, on_heard, budget)
 
     def tick(self) -> None:
-        """To be called after every tick."""
+        """Step node and arm; to be called after every tick."""
         self._node.step()
         self._arm.step()
 

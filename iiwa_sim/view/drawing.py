@@ -200,7 +200,7 @@ def _shapes(body: ET.Element | None, colours: dict[str, Colour]) -> list[Shape]:
 
 
 def _rods(held: list[Transform]) -> list[Shape]:
-    """From a link's frame to those of the links it holds."""
+    """Rods from a link's frame to those of the links it holds."""
     rods = []
     for pose in held:
         x, y, z = pose.translation

@@ -11,7 +11,7 @@ from iiwa_sim.wording import harmless, shortened
 
 CONNECT_S = 2.0
 ANSWER_S = 5.0
-"""Until an answer is given up; who asks for what takes time says how long."""
+"""Time until an answer is given up; who asks for what takes time says how long."""
 MOST_BYTES = 4_000_000
 """Longest answer."""
 

@@ -17,7 +17,7 @@ from iiwa_sim.view.station import Place, Station
 
 FRAME_S = 1.0 / 30.0
 IDLE_S = 0.1
-"""Between two looks whether somebody has opened the page."""
+"""Time between two looks whether somebody has opened the page."""
 
 logger = logging.getLogger(__name__)
 

@@ -125,7 +125,7 @@ def _no_url(_verbose: bool = True) -> None:
 
 
 class _Guard:
-    """Between the sockets and viser."""
+    """A guard between the sockets and viser."""
 
     def __init__(self, gate: Gate, port: int) -> None:
         self._gate = gate

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MOST_INPUTS = 64
 """The largest number of inputs that are shown, as switches."""
 HOLDS_S = 0.7
-"""For so long what a viewer has set stays, though the newest state does not show it yet."""
+"""Time for which what a viewer has set stays, though the newest state does not show it yet."""
 LONGEST_STEP_S = 60.0
 STEP_ANSWER_S = 30.0
 """Real time in which the ticks of a step are made."""

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 FRAME_S = 1.0 / 30.0
 IDLE_S = 0.1
-"""Between two looks whether somebody has opened the page."""
+"""Time between two looks whether somebody has opened the page."""
 LINES_EVERY_S = 0.4
 MOST_EVENTS = 30
 SLIDER_STEP_S = 0.01
@@ -127,7 +127,7 @@ class Playback:
         self._speed.on_update(acting(lambda _: self._set_speed()))
 
     def frame(self, real_s: float) -> None:
-        """So much time has passed for the viewer: show where the recording is now."""
+        """Show where the recording is after so much time of the viewer."""
         player = self._player
         was_playing = player.playing
         player.passes(real_s)

@@ -34,7 +34,7 @@ YIELDS = "impedance"
 """The mode of stiffness moves and gravity holds; in all others the robot is where its motion is."""
 
 RELEASE_WHEN_GONE = "release when gone"
-"""So what ends this process ends its push."""
+"""Option of a push that ends it with the process that asked for it."""
 
 logger = logging.getLogger(__name__)
 
@@ -45,7 +45,7 @@ class Grabbed(NamedTuple):
     link: int
     """Place of the link among those of the drawing."""
     point: Vector
-    """In the link's frame (m)."""
+    """Place of the point in the link's frame (m)."""
     target: Vector
     """Where the mouse is, in the base (m)."""
     client: Any

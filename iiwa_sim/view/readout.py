@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from iiwa_sim.view.scene import State
 
 WHOLE_NM = 10.0
-"""From here on torques are told in whole Nm."""
+"""Torque from which on torques are told in whole Nm."""
 EVERY_S = 0.1
 """Time between two changes of the figures (s)."""
 

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     import viser
 
 LOOKS_S = 0.5
-"""Between two questions for what the status lines do not tell: the cell, the clock, the states."""
+"""Time between two questions for what the status lines do not tell: the cell, the clock, the states."""
 MOVES_S = 0.2
-"""Between two questions for the moves that run and wait, while there are any."""
+"""Time between two questions for the moves that run and wait, while there are any."""
 FIRST_LINE_S = 5.0
 MOST_SAID = 200
 SAME_PLACE_M = 1e-3

@@ -13,9 +13,9 @@ from iiwa_sim.serve.listening import host_and_port, why
 from iiwa_sim.view.line_client import CONNECT_S, Address
 
 AGAIN_S = 0.5
-"""Until it is tried again to connect."""
+"""Time until it is tried again to connect."""
 LOOKS_S = 0.25
-"""Between two looks whether it is still wanted, where nothing comes."""
+"""Time between two looks whether it is still wanted, where nothing comes."""
 MOST_BYTES = 1_000_000
 """Longest line; a longer one is taken for one that does not end."""
 RECEIVE_BYTES = 16_384

@@ -21,13 +21,13 @@ class _Begun(NamedTuple):
     """Where a drag began."""
 
     mouse: Sequence[float]
-    """In the scene (m)."""
+    """Where the mouse took hold, in the scene (m)."""
     surface: dict[str, Any]
-    """As the backdoor told it then."""
+    """The surface, as the backdoor told it then."""
 
 
 class SurfaceDrags:
-    """For all surfaces of a station, also those that come later."""
+    """Drags of all surfaces of a station, also those that come later."""
 
     def __init__(self, station: Station) -> None:
         self._station = station

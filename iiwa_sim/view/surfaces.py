@@ -56,7 +56,7 @@ class Surfaces:
 
     def __init__(self, scene: viser.SceneApi, root: str) -> None:
         self.handles: dict[str, Any] = {}
-        """By the name of the surface."""
+        """Handles by the names of their surfaces."""
         self.surfaces: list[Surface] = []
         self._scene = scene
         self._root = root

@@ -16,7 +16,7 @@ OPACITY = 0.2
 AXES_M = 0.05
 
 Move = Mapping[str, Any]
-"""With the keys of the backdoor's `get moves`."""
+"""A move, with the keys of the backdoor's `get moves`."""
 
 
 class Targets:

@@ -18,7 +18,7 @@ PIECE_S = 1.0
 """What is older is sent no more, and goes as a whole."""
 SHORTEST_M = 0.001
 LONGEST_M = 0.5
-"""Between two states: beyond that the robot has been put elsewhere."""
+"""Longest way between two states: beyond that the robot has been put elsewhere."""
 FAST_M_S = 1.0
 """Drawn red, as is what is faster."""
 _SCALE: tuple[Colour, ...] = ((60, 90, 220), (50, 180, 120), (240, 200, 40), (220, 40, 40))

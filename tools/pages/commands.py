@@ -28,7 +28,7 @@ class Page(NamedTuple):
     """A page of the site."""
 
     path: str
-    """In the site, below its root."""
+    """Path in the site, below its root."""
     text: str
 
 

@@ -59,7 +59,7 @@ class Command(NamedTuple):
 
 class Krc4Table(NamedTuple):
     commands: Mapping[int, Command]
-    """By id."""
+    """Commands by their ids."""
 
 
 class _CommandRow(msgspec.Struct, forbid_unknown_fields=True):

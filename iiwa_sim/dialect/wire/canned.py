@@ -11,7 +11,7 @@ from iiwa_sim.dialect.wire.table_file import load_table
 from iiwa_sim.wording import harmless, shortened
 
 UNTIL_CLEARED = 0
-"""In place of a number of lines."""
+"""Given in place of a number of lines: until it is cleared."""
 _PROTOCOL = "iiwa"
 
 

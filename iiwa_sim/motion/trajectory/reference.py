@@ -65,7 +65,7 @@ class Reference:
         self.end = knots[-1].positions
         self._pieces = _chebyshev(self.times, knots)  # (pieces, ROWS, joints)
         self.curve = Polynomial(self.times, list(self._pieces), self.start, self.end)
-        """From the first knot to the last, over time."""
+        """Curve from the first knot to the last, over time."""
         self.end_s = knots[-1].time_s
 
     def at(self, time_s: float) -> tuple[Joints, Joints, Joints]:

@@ -27,7 +27,7 @@ class Way(NamedTuple):
     reference: Reference
     smoothed: Smoothed
     join: Course | None
-    """From where the robot is onto the smoothed curve; None where it is there already."""
+    """Course from where the robot is onto the smoothed curve; None where it is there already."""
     join_s: float
     """When it is there."""
     end_s: float

@@ -42,7 +42,7 @@ class Move(NamedTuple):
     blending: float = 0.0
     blending_unit: BlendingUnit = BlendingUnit.MM
     thresholds_n: tuple[float, float, float] | None = None
-    """For a force move: the change of the force at the TCP, along its axes, that ends it."""
+    """Thresholds of a force move (N): the change of the force at the TCP, along its axes, that ends it."""
     acceleration: AccelerationCap | None = None
     """Cap of the acceleration; None for the robot's own limit."""
     note: str = ""

@@ -21,7 +21,7 @@ class Types:
         halves = [half for each in called for half in (each.request, each.response)]
         self._made = _generated([*messages, *halves])
         self.services = {each.name: self._service(each.name) for each in called}
-        """In the form rospy expects."""
+        """Services in the form that rospy expects."""
 
     def message(self, name: str) -> Any:
         """The class of a published message."""

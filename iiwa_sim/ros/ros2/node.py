@@ -23,7 +23,7 @@ from iiwa_sim.serve.budget import Budget
 
 NAME = "iiwa_sim"
 WHO = "ros2"
-"""In the log."""
+"""Name of the node in the log."""
 ABSOLUTE = ("/clock",)
 """What is not put under the namespace: all robots of a graph have one time."""
 EMPTY = "structure_needs_at_least_one_member"
