@@ -24,8 +24,13 @@ cdef class Bodies:
     cdef long long[::1] _k             # keys
     cdef object _make_room(self, Py_ssize_t count)
     cdef object _put_body(self, Py_ssize_t n, object surface)
+    cdef int _axis_up(self, Py_ssize_t n) noexcept
     cdef double _apart(self, Py_ssize_t x, Py_ssize_t y) noexcept
+    cdef bint _is_far(
+        self, Py_ssize_t x, Py_ssize_t y, double lx, double ly, double lz, double reach, bint tall
+    ) noexcept
     cdef Py_ssize_t _find(self, long long key) noexcept
+    cdef bint _has_come_in(self, long long key) noexcept
     cdef object _sift(self)
     cdef Py_ssize_t _next(self, Py_ssize_t x, Py_ssize_t y, long long key) except *
     cdef void _recall(self, Py_ssize_t n) noexcept

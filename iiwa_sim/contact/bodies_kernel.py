@@ -10,13 +10,17 @@ from typing import Any
 
 import cython
 import numpy as np
-from cython.cimports.libc.math import fabs
+from cython.cimports.libc.math import fabs, sqrt
 
-from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.ways_in_kernel import KINDS
 
-_UPRIGHT = 1.0 - 1e-6
+_UPRIGHT = cython.declare(cython.double, 1.0 - 1e-6)
+_INF = cython.declare(cython.double, inf)
+_BOX = cython.declare(cython.int, 1)
+_SPHERE = cython.declare(cython.int, 2)
+_CYLINDER = cython.declare(cython.int, 3)
+_ROUNDING = cython.declare(cython.double, 1e-9)
 _MOST_PLACES = cython.declare(cython.longlong, 64)  # of a pair
 _MOST_BODIES = cython.declare(cython.longlong, 1048576)
 # Remembered of a place: the way out, where it was from the middle of the body, how far it rubbed, and how
@@ -93,27 +97,39 @@ class Bodies:
             self._pose[n, 9 + i] = place[i]
             self._size[n, i] = sizes[i]
         self._material[n, 0], self._material[n, 1] = surface.stiffness, surface.friction
-        self._upright[n] = -1
-        if isinstance(shape, Box):
-            axis = max((0, 1, 2), key=lambda each: abs(rotation[6 + each]))
-            if abs(rotation[6 + axis]) > _UPRIGHT:
-                self._upright[n] = axis
-        elif isinstance(shape, Cylinder) and abs(rotation[8]) > _UPRIGHT:
-            self._upright[n] = 2
-        rows = [rotation[0:3], rotation[3:6], rotation[6:9]]
+        self._upright[n] = self._axis_up(n)
+        p, size = self._pose, self._size
+        far: cython.double
+        along: cython.double
         for row in range(3):
-            r: Any = rows[row]
-            if isinstance(shape, Box):
-                far = sum(abs(a) * half for a, half in zip(r, shape, strict=True))
-            elif isinstance(shape, Sphere):
-                far = shape.radius
-            elif isinstance(shape, Cylinder):
-                far = abs(r[2]) * shape.half_z + shape.radius * max(0.0, 1.0 - r[2] * r[2]) ** 0.5
+            along = p[n, 3 * row + 2]
+            if self._kind[n] == _BOX:
+                far = fabs(p[n, 3 * row]) * size[n, 0] + fabs(p[n, 3 * row + 1]) * size[n, 1]
+                far += fabs(along) * size[n, 2]
+            elif self._kind[n] == _SPHERE:
+                far = size[n, 0]
+            elif self._kind[n] == _CYLINDER:
+                far = fabs(along) * size[n, 1] + size[n, 0] * sqrt(max(0.0, 1.0 - along * along))
             else:
-                far = inf
+                far = _INF
             self._reach[n, row] = far
         self._span[n, 0], self._span[n, 1] = place[2] - self._reach[n, 2], place[2] + self._reach[n, 2]
         return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _axis_up(self, n: cython.Py_ssize_t) -> cython.int:
+        """Which axis of a box or a cylinder that stands is vertical; -1 of all else."""
+        p = self._pose
+        axis: cython.int = 2
+        if self._kind[n] == _BOX:
+            axis = 0
+            for each in range(1, 3):
+                if fabs(p[n, 6 + each]) > fabs(p[n, 6 + axis]):
+                    axis = each
+        elif self._kind[n] != _CYLINDER:
+            return -1
+        return axis if fabs(p[n, 6 + axis]) > _UPRIGHT else -1
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -127,6 +143,28 @@ class Bodies:
 
     @cython.cfunc
     @cython.exceptval(check=False)
+    def _is_far(
+        self,
+        x: cython.Py_ssize_t,
+        y: cython.Py_ssize_t,
+        lx: cython.double,
+        ly: cython.double,
+        lz: cython.double,
+        reach: cython.double,
+        tall: cython.bint,
+    ) -> cython.bint:
+        """Whether a place of a body, from its middle, is farther (m) than that from the box round another,
+        which may have neither upper nor lower end."""
+        p, r = self._pose, self._reach
+        reach += _ROUNDING
+        return (
+            fabs(lx + p[x, 9] - p[y, 9]) > r[y, 0] + reach
+            or fabs(ly + p[x, 10] - p[y, 10]) > r[y, 1] + reach
+            or (not tall and fabs(lz + p[x, 11] - p[y, 11]) > r[y, 2] + reach)
+        )
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
     def _find(self, key: cython.longlong) -> cython.Py_ssize_t:
         """Where in the table a key is, or would be."""
         mask: cython.Py_ssize_t = self._table - 1
@@ -135,6 +173,16 @@ class Bodies:
         while self._keys[slot] != -1 and self._keys[slot] != key:
             slot = (slot + 1) & mask
         return slot
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _has_come_in(self, key: cython.longlong) -> cython.bint:
+        """Whether it is remembered by which way a place has come into a body."""
+        m = self._memory
+        slot: cython.Py_ssize_t = self._find(key)
+        if self._keys[slot] == -1:
+            return False
+        return m[slot, 0] != 0.0 or m[slot, 1] != 0.0 or m[slot, 2] != 0.0
 
     @cython.cfunc
     def _sift(self) -> object:

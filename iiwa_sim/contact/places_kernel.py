@@ -154,6 +154,8 @@ class Places(Bodies):
     ) -> object:
         """Note a place of a body, from its middle: a ball or a disc of a radius that may be in another."""
         key: cython.longlong = (self._id[x] * _MOST_BODIES + self._id[y]) * _MOST_PLACES + number
+        if self._is_far(x, y, lx, ly, lz, radius + reach, tall) and not self._has_come_in(key):
+            return None
         n: cython.Py_ssize_t = self._next(x, y, key)
         c = self._c
         self._i[n, 2], self._i[n, 3] = rim, 1 if tall else 0

@@ -27,6 +27,7 @@ class Lying(Pieces):
         self._surfaces = tuple(surfaces)
         self._solid: list[Surface] | None = None  # these, and parts that lie
         self._grounds: list[Ground] | None = None  # level faces of surfaces
+        self._upon: dict[str, list[str]] | None = None  # what lies on each
         self._round: list[Outline] | None = None  # surfaces from above
         self._outlines: dict[str, tuple[Transform, Outline | None]] = {}  # parts that lie, where they were
         self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
@@ -54,14 +55,18 @@ class Lying(Pieces):
 
     def riders(self, name: str) -> Iterator[Body]:
         """What lies on a part, and on that."""
-        for other in self.lying:
-            if self._bodies[other].on == name:
-                yield self._bodies[other]
-                yield from self.riders(other)
+        if self._upon is None:
+            self._upon = {}
+            for other in self.lying:
+                self._upon.setdefault(self._bodies[other].on, []).append(other)
+        for other in self._upon.get(name, ()):
+            yield self._bodies[other]
+            yield from self.riders(other)
 
     def _note_lying(self) -> None:
         """Other parts lie than before."""
         self.lying_changes += 1
+        self._upon = None
         self.lying = [name for name, each in self._bodies.items() if each.state == LIES]
 
     def _level(self) -> list[Ground]:

@@ -208,6 +208,8 @@ class Workpieces(Lying):
         self.changes += 1
         if (body.state == LIES) != (before.state == LIES):
             self._note_lying()
+        elif body.on != before.on:
+            self._upon = None
 
     def _move(self, name: str) -> None:
         """A tick of a part that falls or slides."""
