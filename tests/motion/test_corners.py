@@ -16,11 +16,6 @@ from tests.samples import ALL
 from tests.stepped import SteppedRobot, assert_within_limits
 
 TICK_S = 0.002
-LARGEST = {
-    "lbr_iiwa_7_r800": corners.LARGEST,
-    "kr_6_r900_sixx": corners.KR_6_MARGIN * corners.LARGEST,
-}
-"""Of the duration over the optimum: that of the KR 6 misses its goal at one corner."""
 both = pytest.mark.parametrize("robot", corners.ROBOTS)
 
 
@@ -34,7 +29,7 @@ def test_corners_are_near_their_optimum_and_never_later_than_exact_stops(robot: 
         ratios.append(taken.blended_s / corner.optimum_s)
     assert median(ratios) <= corners.MEDIAN
     assert percentile(ratios, 0.9) <= corners.P90
-    assert max(ratios) <= LARGEST[robot]
+    assert max(ratios) <= corners.LARGEST
 
 
 @pytest.mark.requirement("FRC012", "FRC015")

@@ -30,7 +30,9 @@ SHORTEST_S = cython.declare(cython.double, 0.004)
 SHORTEST_PART = cython.declare(cython.double, 0.05)
 LEAST_RHO = cython.declare(cython.double, 0.1)
 # The most at gentle turns: there speed hardly changes, and with this the bend changes the least at once.
-GENTLE_RHO = cython.declare(cython.double, 0.35)
+GENTLE_RHO = cython.declare(cython.double, 0.42)
+# Times the cosine of a turn by less than a right angle: by such a part accelerations build up for longer.
+LONGER = cython.declare(cython.double, 0.5)
 # The cosine of a turn. Sharper ones, up to a right angle, are taken more and more as the end of one move and
 # the beginning of another, with as large a part of either as it takes to build up acceleration.
 SHARP = cython.declare(cython.double, 0.5)
@@ -121,8 +123,8 @@ def _rho(
         return 0.0
     if cosine < SHARP and min(before_s, after_s) < SHORTEST_S:
         return 0.0
-    wanted = ending.acceleration / ending.jerk / before_s
-    wanted = min(wanted, leaving.acceleration / leaving.jerk / after_s)
+    wanted = ending.acceleration / ending.jerk * leaving.acceleration / leaving.jerk / (before_s * after_s)
+    wanted = sqrt(wanted) * (1.0 + LONGER * max(cosine, 0.0))
     sharpness = min(max(1.0 - cosine / SHARP, 0.0), 1.0)
     return min(max(wanted, LEAST_RHO), GENTLE_RHO + (1.0 - GENTLE_RHO) * sharpness)
 

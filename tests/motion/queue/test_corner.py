@@ -22,7 +22,7 @@ LIMITS = JointLimits(np.array(ROBOT.velocity), np.array(ROBOT.acceleration), np.
 LOWEST, HIGHEST = np.array(ROBOT.position_min), np.array(ROBOT.position_max)
 TARGET = np.array([0.2, 0.5, -0.1, -1.2, 0.3, 0.9, 0.1])
 V = np.linspace(0.0, 1.0, 201)
-GENTLE_RHO = 0.35
+GENTLE_RHO = 0.42
 """The most at gentle turns."""
 
 joint_ways = st.lists(st.floats(-0.5, 0.5), min_size=7, max_size=7).map(np.array)
