@@ -256,12 +256,15 @@ class Way:
         """Write q, dq/dx, d2q/dx2, d3q/dx3 (m, 4, n) at rising x (m,), and the limits that hold there (m, 3,
         n)."""
         k: cython.Py_ssize_t = 0
+        c: cython.Py_ssize_t = -1
         for p in range(x.shape[0]):
+            move, corner = k, c
             k = self.find(x[p], k)
             c = self.at(x[p], k, 3)
+            alike = p > 0 and k == move and c == corner
             for o in range(4):
                 for i in range(self.joint_count):
                     found[p, o, i] = self.here[o, 0, i]
             for o in range(3):
                 for i in range(self.joint_count):
-                    limits_there[p, o, i] = self.limit(k, c, o, i)
+                    limits_there[p, o, i] = limits_there[p - 1, o, i] if alike else self.limit(k, c, o, i)

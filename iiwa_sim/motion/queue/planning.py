@@ -153,13 +153,12 @@ def _nominal(course: Course, front: Front) -> Slices[tuple[Array, Array] | None]
     found, limits = course.at(samples)
     if many:
         yield
-    velocity, acceleration, jerk = (np.ascontiguousarray(limits[:, i]) for i in range(3))
     # The run, behind where it was a window before, and scratch.
     x_then, speeds, times, scratch = np.empty((4, len(samples) + 1))
     x_then[0], speeds[0], times[0] = *earlier, -window_s
     x_then[1:] = samples
-    caps(found, velocity, acceleration, jerk, scratch[1:])
-    run(samples, found, acceleration, scratch[1:], 0.0, speed, speeds[1:], times[1:])
+    caps(found, limits, scratch[1:])
+    run(samples, found, limits, scratch[1:], 0.0, speed, speeds[1:], times[1:])
     if many:
         yield
     cells_s = _widths(course, samples, times[1:], speeds[1:], front)

@@ -27,13 +27,16 @@ class Bounds:
     1, 3) of them count: at a knot, and at the beginning and the end of the cell behind it.
     """
 
-    def __init__(self, cells: int, joints: int) -> None:
+    def __init__(self, cells: cython.Py_ssize_t, joints: cython.Py_ssize_t) -> None:
         """No rows yet, over so many cells."""
         self.cells = cells
-        self.a1, self.a2 = np.zeros((cells + 1, joints)), np.zeros((cells + 1, joints))
+        # Parts of one array, which is made sooner than five.
+        m: cython.Py_ssize_t = 2 * (cells + 1)
+        block: cython.double[:, ::1] = np.zeros((m + 6 * cells, joints))
+        self.a1, self.a2 = block[: cells + 1], block[cells + 1 : m]
+        self.j1, self.j2 = block[m : m + 2 * cells], block[m + 2 * cells : m + 4 * cells]
+        self.j3 = block[m + 4 * cells :]
         self.cap, self.counts = np.zeros(cells + 1), np.zeros((cells + 1, 3), dtype=np.intp)
-        self.j1, self.j2 = np.zeros((2 * cells, joints)), np.zeros((2 * cells, joints))
-        self.j3 = np.zeros((2 * cells, joints))
 
     def part(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> Bounds:
         """The bounds of the cells first..last - 1."""

@@ -101,9 +101,7 @@ def phases(
 
 def caps(
     derivatives: cython.double[:, :, ::1],
-    velocity: cython.double[:, ::1],
-    acceleration: cython.double[:, ::1],
-    jerk: cython.double[:, ::1],
+    limits: cython.double[:, :, ::1],
     squares: cython.double[::1],
 ) -> cython.void:
     """Write the largest (dx/dt)^2 at samples (m,) that velocities, accelerations and jerks allow at an even
@@ -112,8 +110,8 @@ def caps(
     Where a joint turns back between two samples, the acceleration that bends its path is all there is: what a
     change of speed would add to it at either sample, the other one takes away.
 
-    `derivatives` (m, 4, n) are q, dq/dx, d2q/dx2, d3q/dx3; `velocity`, `acceleration` and `jerk` (m, n)
-    limits.
+    `derivatives` (m, 4, n) are q, dq/dx, d2q/dx2, d3q/dx3; `limits` (m, 3, n) those of velocity, acceleration
+    and jerk.
     """
     m: cython.Py_ssize_t = derivatives.shape[0]
     n: cython.Py_ssize_t = derivatives.shape[2]
@@ -124,15 +122,15 @@ def caps(
         for i in range(n):
             rate = fabs(derivatives[k, 1, i])
             if rate > STILL:
-                y = velocity[k, i] / rate
+                y = limits[k, 0, i] / rate
                 if y * y < cap:
                     cap = y * y
             y = fabs(derivatives[k, 2, i])
-            if y * cap > acceleration[k, i]:
-                cap = acceleration[k, i] / y
+            if y * cap > limits[k, 1, i]:
+                cap = limits[k, 1, i] / y
             y = fabs(derivatives[k, 3, i])
-            if y * y * cap * cap * cap > jerk[k, i] * jerk[k, i]:
-                y = root(jerk[k, i] / y)
+            if y * y * cap * cap * cap > limits[k, 2, i] * limits[k, 2, i]:
+                y = root(limits[k, 2, i] / y)
                 cap = y * y
         squares[k] = cap
 
@@ -141,7 +139,7 @@ def caps(
 @cython.exceptval(check=False)
 def _room(
     derivatives: cython.double[:, :, ::1],
-    acceleration: cython.double[:, ::1],
+    limits: cython.double[:, :, ::1],
     k: cython.Py_ssize_t,
     square: cython.double,
     sign: cython.double,
@@ -154,7 +152,7 @@ def _room(
         if fabs(rate) <= STILL:
             continue
         y = derivatives[k, 2, i] * square * sign
-        y = (acceleration[k, i] - y) / rate if rate > 0.0 else (acceleration[k, i] + y) / -rate
+        y = (limits[k, 1, i] - y) / rate if rate > 0.0 else (limits[k, 1, i] + y) / -rate
         if y < room:
             room = y
     return room
@@ -163,7 +161,7 @@ def _room(
 def run(
     x: cython.double[::1],
     derivatives: cython.double[:, :, ::1],
-    acceleration: cython.double[:, ::1],
+    limits: cython.double[:, :, ::1],
     squares: cython.double[::1],
     start_s: cython.double,
     start_speed: cython.double,
@@ -179,24 +177,24 @@ def run(
     for k in range(m - 1, 0, -1):
         b = speeds[k]
         width = x[k] - x[k - 1]
-        y = b + 2.0 * width * _room(derivatives, acceleration, k, b, -1.0)
+        y = b + 2.0 * width * _room(derivatives, limits, k, b, -1.0)
         if y < 0.0:
             # Not even from rest at the sample before is that to be reached: slower here, not at rest there.
             while y < b:
                 b *= 0.5
-                y = b + 2.0 * width * _room(derivatives, acceleration, k, b, -1.0)
+                y = b + 2.0 * width * _room(derivatives, limits, k, b, -1.0)
             speeds[k] = b
         speeds[k - 1] = min(squares[k - 1], y)
     b = start_speed * start_speed
     for k in range(m - 1):
         speeds[k] = b
         width = x[k + 1] - x[k]
-        y = b + 2.0 * width * _room(derivatives, acceleration, k, b, 1.0)
+        y = b + 2.0 * width * _room(derivatives, limits, k, b, 1.0)
         if y > speeds[k + 1]:
             y = speeds[k + 1]
             if b > squares[k]:
                 # Too fast already: no more braking than a joint can do at the least.
-                width = b - 2.0 * width * _room(derivatives, acceleration, k, 0.0, -1.0)
+                width = b - 2.0 * width * _room(derivatives, limits, k, 0.0, -1.0)
                 if width > y:
                     y = width
         b = max(0.0, y)

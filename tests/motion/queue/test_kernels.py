@@ -103,10 +103,9 @@ def run_along(kernels: SimpleNamespace, way: Any) -> tuple[Array, Array, Array, 
     samples = np.append(samples[:-1:3], samples[-1])  # enough of them
     found, limits = np.empty((len(samples), 4, JOINTS)), np.empty((len(samples), 3, JOINTS))
     way.derivatives(samples, found, limits)
-    velocity, acceleration, jerk = (np.ascontiguousarray(limits[:, i]) for i in range(3))
     squares, speeds, times = (np.empty(len(samples)) for _ in range(3))
-    kernels.run.caps(found, velocity, acceleration, jerk, squares)
-    kernels.run.run(samples, found, acceleration, squares, 0.0, 0.0, speeds, times)
+    kernels.run.caps(found, limits, squares)
+    kernels.run.run(samples, found, limits, squares, 0.0, 0.0, speeds, times)
     assume(times[-1] < LONGEST_S)  # where joints turn back at once the run all but stands still
     begins, ends = (np.interp(np.array(each), samples, times) for each in ((0.3, 0.8), (0.5, 1.0)))
     events = kernels.widths.switches(times, speeds)
