@@ -27,16 +27,17 @@ class Bounds:
     1, 3) of them count: at a knot, and at the beginning and the end of the cell behind it.
     """
 
-    def __init__(self, cells: cython.Py_ssize_t, joints: cython.Py_ssize_t) -> None:
+    def __init__(self, cells: int, joints: int) -> None:
         """No rows yet, over so many cells."""
         self.cells = cells
         # Parts of one array, which is made sooner than five.
-        m: cython.Py_ssize_t = 2 * (cells + 1)
-        block: cython.double[:, ::1] = np.zeros((m + 6 * cells, joints))
-        self.a1, self.a2 = block[: cells + 1], block[cells + 1 : m]
-        self.j1, self.j2 = block[m : m + 2 * cells], block[m + 2 * cells : m + 4 * cells]
-        self.j3 = block[m + 4 * cells :]
-        self.cap, self.counts = np.zeros(cells + 1), np.zeros((cells + 1, 3), dtype=np.intp)
+        n: cython.Py_ssize_t = cells
+        m: cython.Py_ssize_t = 2 * (n + 1)
+        block: cython.double[:, ::1] = np.zeros((m + 6 * n, joints))
+        self.a1, self.a2 = block[: n + 1], block[n + 1 : m]
+        self.j1, self.j2 = block[m : m + 2 * n], block[m + 2 * n : m + 4 * n]
+        self.j3 = block[m + 4 * n :]
+        self.cap, self.counts = np.zeros(n + 1), np.zeros((n + 1, 3), dtype=np.intp)
 
     def part(self, first: cython.Py_ssize_t, last: cython.Py_ssize_t) -> Bounds:
         """The bounds of the cells first..last - 1."""

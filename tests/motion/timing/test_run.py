@@ -25,10 +25,10 @@ def test_a_joint_that_turns_back_between_samples_does_not_stop_the_run(turns_at:
         ],
         axis=1,
     )
-    velocity, acceleration, jerk = (np.full((len(samples), 2), limit) for limit in LIMITS)
+    limits = np.ones((len(samples), 3, 2)) * np.array(LIMITS)[:, np.newaxis]
     squares, speeds, times = np.empty((3, len(samples)))
-    caps(derivatives, velocity, acceleration, jerk, squares)
-    run(samples, derivatives, acceleration, squares, 0.0, 0.0, speeds, times)
+    caps(derivatives, limits, squares)
+    run(samples, derivatives, limits, squares, 0.0, 0.0, speeds, times)
     even = np.sqrt(LIMITS[1] / 40.0)
     inside = np.abs(samples - turns_at) < 0.2
     assert speeds[inside].min() > 0.8 * even
