@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from iiwa_sim.serve.server import Server
     from iiwa_sim.serve.tcp import TcpServer
 
-CROWDED_BYTES = 4096
-"""Bytes read at once while other clients wait: parsing them takes time as well."""
 MOST_BYTES = 32_768
 """Bytes of replies sent at once."""
 
@@ -95,9 +93,8 @@ class LineConnection(SessionConnection):
         logger.info("%s is served", self._name, extra=self._mark)
         self._transport.resume_reading()
 
-    def get_buffer(self, _sizehint: int) -> memoryview:
-        server = self._server
-        return server.buffer[:CROWDED_BYTES] if server.budget.crowded else server.buffer
+    def get_buffer(self, _sizehint: int) -> memoryview:  # the base's, beside what comes next of a command
+        return self._server.buffer
 
     def buffer_updated(self, nbytes: int) -> None:  # the base's, without a call more for each command
         self._received += self._server.buffer[:nbytes]

@@ -10,6 +10,9 @@ from iiwa_sim.serve.budget import Budget
 from iiwa_sim.serve.line_connection import LineConnection
 from iiwa_sim.serve.server import Server
 
+READ_BYTES = 4096
+"""Bytes read from a client at once: making lines of them takes time, some ms where all of them are telnet's
+commands, in which nobody else is served and no tick is made."""
 UNREAD_S = 10.0
 """Time (s) for which a client may leave its replies unread once all buffers are full."""
 
@@ -46,7 +49,7 @@ class TcpServer(Server[LineConnection]):
 
         `dialect` names the dialect of this port, where `faults` are shared with ports of other dialects.
         """
-        super().__init__(lambda: LineConnection(self), host, port, budget)
+        super().__init__(lambda: LineConnection(self), host, port, budget, receive_bytes=READ_BYTES)
         self.open_session = open_session
         self.unread_s = unread_s
         self.admission = admission or Admission()

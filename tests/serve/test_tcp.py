@@ -15,7 +15,7 @@ import pytest
 from iiwa_sim.dialect.wire.wire_faults import Delay
 from iiwa_sim.serve.line_connection import MOST_LATE
 from iiwa_sim.serve.listening import ListenFault, host_and_port
-from iiwa_sim.serve.tcp import TcpServer
+from iiwa_sim.serve.tcp import READ_BYTES, TcpServer
 from tests.serve.line_sessions import EchoSession
 from tests.talking import DEADLINE_S, Client, until
 
@@ -90,6 +90,22 @@ async def test_lines_split_anywhere_are_answered_in_order() -> None:
             await client.sent()
             data = data[cut:]
         assert [await client.reply() for _ in lines] == lines
+
+
+async def test_a_client_is_not_read_from_for_long_though_nobody_else_waits() -> None:
+    """Noise that telnet's commands are found in held up ticks and others for 13 ms with each read."""
+    sizes = []
+
+    class Sizes(EchoSession):
+        def receive(self, data: bytes) -> None:
+            sizes.append(len(data))
+            super().receive(data)
+
+    async with serving(Sizes) as served:
+        client = await served.connect()
+        client.send(b"\xff" * 100_000 + b"\n")
+        await until(lambda: sum(sizes) > 100_000)
+    assert max(sizes) <= READ_BYTES
 
 
 async def test_replies_to_one_packet_leave_in_one_piece() -> None:

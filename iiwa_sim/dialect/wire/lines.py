@@ -32,10 +32,10 @@ _IAC = b"\xff"
 _OPTION = rb"(?:[^\xff\r\n]|\xff[^\xf0\r\n])"  # of a subnegotiation
 _OPTIONS = _OPTION + rb"{0,%d}+" % (MAX_SUBNEGOTIATION - 1)
 _TELNET = re.compile(
-    rb"\xff(?:"
-    rb"[^\xfa-\xfe\r\n]"  # IAC x
-    rb"|(\xfd\x06)"  # IAC DO TIMING-MARK
-    rb"|[\xfb-\xfe][\0-\xff]"  # IAC WILL/WONT/DO/DONT x
+    # IAC x, IAC WILL/WONT/DO/DONT x: all of a run at once, as noise may be nothing else
+    rb"(?:\xff(?:[^\xfa-\xfe\r\n]|(?!\xfd\x06)[\xfb-\xfe][\0-\xff]))++"
+    rb"|\xff(?:"
+    rb"(\xfd\x06)"  # IAC DO TIMING-MARK
     rb"|\xfa" + _OPTIONS + rb"(?:\xff\xf0|\xff?(?=[\r\n])|" + _OPTION + rb")"  # IAC SB ...
     rb"|(?=[\r\n]))"
     rb"|(\xff(?:[\xfb-\xfe]|\xfa" + _OPTIONS + rb"\xff?)?\Z)"  # cut short by the end of a packet
