@@ -9,6 +9,7 @@ import pytest
 
 from iiwa_sim.simulator import Simulator
 from tests.ros.ros2.users import CELL, User, compiled, rclpy_python, user
+from tests.talking import wait_until
 
 
 @pytest.fixture(scope="session")
@@ -39,7 +40,15 @@ def shared(whole_python: Path) -> Iterator[tuple[Simulator, User]]:
 
 @pytest.fixture
 def cell(shared: tuple[Simulator, User]) -> tuple[Simulator, User]:
-    """These two, with the robot as it was at its start."""
+    """These two, with the robot as it was at its start: the test before may have left it on its way."""
     robot, _ = shared
-    robot.call(lambda: robot.backdoor.restore_state("start"))
+
+    def begins() -> bool:
+        if robot.controller.moving:
+            robot.controller.stop()
+            return False
+        robot.backdoor.restore_state("start")
+        return True
+
+    wait_until(lambda: robot.call(begins))
     return shared
