@@ -41,20 +41,7 @@ _STANDS_M = cython.declare(cython.double, STANDS_M)
 
 @cython.cclass
 class Links(LinksBeside):
-    """The capsules of one arm, and what surfaces do to them."""
-
-    torques: Any = cython.declare(object, visibility="readonly")
-    """Torque (Nm) on each joint; None where no link touches anything."""
-    worn: Any = cython.declare(object, visibility="readonly")
-    """Force (N), and torque (Nm) about the origin, in the base, on what the arm wears; None for nothing."""
-    yielding_to: Any = cython.declare(object, visibility="readonly")
-    """Torque (Nm) on each joint that a yielding robot gives way to; None where no link touches anything."""
-    _own: Any  # capsules of the arm without what it wears
-    _link_count: cython.Py_ssize_t
-    _free: cython.double  # way (m) that any point of the arm can go before a link could touch something
-    _passed: cython.double  # way (m) that points of the arm may have gone since the last look
-    _ends_looked: cython.double[:, ::1]  # where capsules were then
-    _away: cython.double[::1]  # of each surface: it was so far (m) from all links then
+    """The capsules of one arm, and what surfaces do to them; the attributes are declared in the .pxd."""
 
     def __init__(self, fixed: NDArray[np.float64], capsules: Sequence[Capsule]) -> None:
         """`fixed` are the constant poses between joints, of a `Tcp` without a tool."""
@@ -181,7 +168,8 @@ class Links(LinksBeside):
         self._free = 0.0
         self._away[:] = 0.0
 
-    def step(self, joints: Sequence[float], tick_s: float) -> None:
+    @cython.ccall
+    def step(self, joints: Sequence[float], tick_s: cython.double) -> None:
         """A tick has moved the robot to joint positions (rad)."""
         way: cython.double = 0.0
         known: cython.bint = True

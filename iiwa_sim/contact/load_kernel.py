@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import cython
 
 from iiwa_sim.contact.itself_kernel import Itself
-from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
@@ -21,12 +20,14 @@ from iiwa_sim.wrench import NO_WRENCH, Wrench
 
 if not cython.compiled:
     from iiwa_sim.contact.acting_kernel import Acting
+    from iiwa_sim.contact.links_kernel import Links
     from iiwa_sim.contact.tcp_touch_kernel import TcpTouch
     from iiwa_sim.contact.world_kernel import World
     from iiwa_sim.robot.feeling_kernel import Reached
     from iiwa_sim.robot.tcp_kernel import Tcp
 else:
     from cython.cimports.iiwa_sim.contact.acting_kernel import Acting  # type: ignore[no-redef]
+    from cython.cimports.iiwa_sim.contact.links_kernel import Links  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.tcp_touch_kernel import TcpTouch  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.contact.world_kernel import World  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Reached  # type: ignore[no-redef]
@@ -71,8 +72,8 @@ class ExternalLoad(Acting):
     _tool: Any  # what is worn
     _jaws: Any
     _parts: Any  # that lie near, by name
-    _surrounded: Any  # the number of changes of the world that the links know of
-    _settled: Any  # and when a tick left all contacts unchanged
+    _surrounded: cython.int  # the number of changes of the world that the links know of
+    _settled: cython.int  # and when a tick left all contacts unchanged
     _at_world: TcpTouch  # the TCP
     _joints: Any  # at the last tick
 
@@ -272,7 +273,9 @@ class ExternalLoad(Acting):
     def _touch_links(self, joints: Any, tick_s: cython.double) -> object:
         """A tick has moved the robot to `joints` (rad): find what surfaces and parts do to its links, and to
         what it wears."""
-        links = self.surround(joints)
+        if self._surrounded != self.world.changes:
+            self.surround(joints)
+        links: Links = self._links
         links.step(joints, tick_s)
         self._link_torques, self._met = links.torques, NO_WRENCH
         worn = links.worn

@@ -3,6 +3,7 @@
 from iiwa_sim.controller.wanted import Hold, Planned, StiffnessMove, Target, Tracked, planned_of
 from iiwa_sim.controller.yielding import Yielding
 from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.even_kernel import EvenMotions
 from iiwa_sim.motion.follower import Follower
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
@@ -15,7 +16,7 @@ from iiwa_sim.motion.trajectory.way import Followed, Way, way_along
 from iiwa_sim.robot.feeling_kernel import Reached
 
 
-class Motions:
+class Motions(EvenMotions):
     """The motions of one robot, and what waits to become one.
 
     A nominal motion is made by the drive, in which normal moves queue, or by the servo, which heads for
@@ -27,13 +28,11 @@ class Motions:
     def __init__(self, nominal: Nominal, follower: Follower, override: Override) -> None:
         """All at rest in the same place, at the rate of this override."""
         self.joints = nominal.active.joints
-        """Joint positions (rad)."""
-        self._override = override
-        self._nominal = nominal
-        self.drive = nominal.drive
-        """Runs normal moves, the only ones that queue."""
+        self._override: Override = override
+        self._nominal: Nominal = nominal
+        self.drive: Drive = nominal.drive
         self._servo = nominal.servo
-        self._follower = follower
+        self._follower: Follower = follower
         self._yielding = Yielding(nominal, follower)
         self._next: Target | Tracked | StiffnessMove | Hold | None = None
         self._newest: int | None = None  # the number of the newest of these, until it is stopped or cancelled
@@ -51,10 +50,8 @@ class Motions:
         """Where the next tick brings the robot (rad) if nothing is asked for; None while it gives way."""
         return None if self._follower.active else self._nominal.active.coming
 
-    @property
-    def moving(self) -> bool:
-        """Whether anything moves, is being stopped, or waits."""
-        # Asked for in every tick: first what it mostly is.
+    def moves_otherwise(self) -> bool:
+        """Whether anything moves, is being stopped, or waits, with no chain in the drive."""
         return self.drive.moving or self._next is not None or self._nominal.moving or self._follower.moving
 
     @property
@@ -249,8 +246,8 @@ class Motions:
         elif not self._follower.yielding:
             self.drive.clear()
 
-    def step(self) -> None:
-        """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
+    def make_step(self) -> None:
+        """A tick of any kind."""
         follower, active = self._follower, self._nominal.active
         if not self._override.level:
             self._override.step(None if follower.active or active is not self.drive else self.drive)

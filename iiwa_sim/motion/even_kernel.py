@@ -1,6 +1,7 @@
 """Ticks in which planned time goes on evenly, to joint positions that are known: nearly all there are.
 
-What begins, changes and ends such ticks is up to heirs in Python: the override, planned time, the drive.
+What begins, changes and ends such ticks is up to heirs in Python: the override, planned time, the drive, the
+motions of a robot.
 """
 
 # mypy: allow-untyped-decorators
@@ -56,7 +57,9 @@ class EvenTime:
         """Whether the rate is decreasing to 0 for a stop, or has reached it."""
         return self._slowing is not None
 
-    def step_evenly(self) -> bool:
+    @cython.ccall
+    @cython.exceptval(-1)
+    def step_evenly(self) -> cython.bint:
         """Make one tick if the rate is constant and not 0 throughout it; otherwise returns False."""
         if self._slowing is not None or not self._pace.even or self._pace.advance_s == 0.0:
             return False
@@ -98,7 +101,9 @@ class EvenTicks:
             self._last = move.number
         return self._last
 
-    def step_evenly(self) -> bool:
+    @cython.ccall
+    @cython.exceptval(-1)
+    def step_evenly(self) -> cython.bint:
         """Make one tick if all it takes is to go on to joint positions that are known; otherwise returns
         False."""
         if (
@@ -110,3 +115,58 @@ class EvenTicks:
             self.joints = self._ahead.pop()
             return True
         return False
+
+
+@cython.cclass
+class GivesWay:
+    """Whether a robot is where its nominal motion is, or gives way around that."""
+
+    active: bool = cython.declare(cython.bint, visibility="public")
+    """Whether the robot yields or brakes, and is not where the nominal motion is but elsewhere."""
+
+
+@cython.cclass
+class Made:
+    """What makes the nominal motion of a robot."""
+
+    active: Any = cython.declare(object, visibility="public")
+    """What moves the robot, or has moved it last; stiff, it alone is stepped."""
+
+
+@cython.cclass
+class EvenMotions:
+    """The motions of one robot, in ticks in which all it takes is to go on: nearly all there are."""
+
+    joints: Joints = cython.declare(object, visibility="public")
+    """Joint positions (rad)."""
+    drive: Any = cython.declare(EvenTicks, visibility="public")
+    """Runs normal moves, the only ones that queue."""
+    _override: Any = cython.declare(Pace, visibility="public")
+    _nominal: Any = cython.declare(Made, visibility="public")
+    _follower: Any = cython.declare(GivesWay, visibility="public")
+
+    @property
+    def moving(self) -> bool:
+        """Whether anything moves, is being stopped, or waits."""
+        # Asked for in every tick: first what it mostly is.
+        return self.drive._chain is not None or bool(self.moves_otherwise())
+
+    def moves_otherwise(self) -> bool:
+        """Whether anything does, with no chain in the drive."""
+        raise NotImplementedError
+
+    def step(self) -> None:
+        """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
+        if (
+            self._override.level
+            and not self._follower.active
+            and self._nominal.active is self.drive
+            and self.drive.step_evenly()
+        ):
+            self.joints = self.drive.joints
+        else:
+            self.make_step()
+
+    def make_step(self) -> None:
+        """A tick of any kind."""
+        raise NotImplementedError

@@ -2,6 +2,7 @@
 
 from iiwa_sim.motion.braking import Braking
 from iiwa_sim.motion.compliance_kernel import CartesianImpedance, Compliance
+from iiwa_sim.motion.even_kernel import GivesWay
 from iiwa_sim.motion.joint_bounds_kernel import largest_way
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
@@ -17,7 +18,7 @@ NO_SPRINGS = CartesianImpedance(0.0, (0.0,) * 6)
 """Impedance before the first move, whose own replaces it when that begins."""
 
 
-class Follower:
+class Follower(GivesWay):
     """Joint positions (rad) over ticks, while the robot yields, or brakes because it did.
 
     It yields at the TCP around the nominal motion, as a stiffness move has asked for, or in every joint
@@ -32,7 +33,6 @@ class Follower:
         self.joints = joints
         """Where the robot has come to (rad), while this is active."""
         self.active = False
-        """Whether the robot yields or brakes, and is not where the nominal motion is but here."""
         self.yielding = False
         """Whether the robot gives way to forces."""
         self.holding = False

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from iiwa_sim.motion.drive import Drive
+from iiwa_sim.motion.even_kernel import Made
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.pursuit import Pursuit, Stream
@@ -10,7 +11,7 @@ from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 
 
-class Nominal:
+class Nominal(Made):
     """Where one robot would be (rad), over ticks, if no force acted on it: drive or servo is active.
 
     Stiff, the robot is there. A robot that yields does so around that, and has its moves replaced: one that
@@ -23,7 +24,6 @@ class Nominal:
         self.drive = drive
         self.servo = servo
         self.active: Drive | Servo = drive
-        """Which of both moves the robot, or has moved it last; stiff, it alone is stepped."""
         self._override = override
         self._pursuit: Pursuit | None = None
         self._stream = Stream()
