@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import ceil
-from operator import add
 from typing import Any
 
 import cython
@@ -148,12 +147,14 @@ class JointSprings:
     def _find_torques(self) -> object:
         """Find the torques (Nm) of the pushes on each joint."""
         wrench, push = self._pushes.tcp_push, self._pushes.joint_push
-        if any(wrench):
-            made = self._tcp.torques(self._joints, wrench)
-            push = tuple(map(add, push, made))
+        pushed: cython.bint = any(wrench)
+        if pushed:
+            self._tcp.find_torques(self._joints, wrench)
         torque: cython.double
         for k in range(self._joint_count):
             torque = push[k]
+            if pushed:
+                torque += self._tcp.torque[k]
             self._torques[k] = min(max(torque, -_LARGEST_TORQUE_NM), _LARGEST_TORQUE_NM)
         return None
 

@@ -12,8 +12,10 @@ cdef class Tcp:
     cdef double[:, ::1] _axes
     cdef double[:, ::1] _points
     cdef double[:, ::1] columns        # its Jacobian (6, n), after `find_columns`
+    cdef double[::1] torque            # on each joint (Nm), after `find_torques`
     cdef object _columns_array
     cdef object _pose
     cdef bint _has_columns
     cdef bint go_to(self, object joints) except? -1
+    cdef object find_torques(self, object joints, object wrench)
     cdef void find_columns(self) noexcept

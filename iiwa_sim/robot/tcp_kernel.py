@@ -47,6 +47,7 @@ class Tcp:
         self._points = np.empty((self.joint_count, 3))
         self._columns_array = np.empty((6, self.joint_count))
         self.columns = self._columns_array
+        self.torque = np.empty(self.joint_count)
         self._has_columns = False
         self._pose: Any = None
 
@@ -90,6 +91,12 @@ class Tcp:
 
     def torques(self, joints: Sequence[float], wrench: Sequence[float]) -> tuple[float, ...]:
         """Joint torques (Nm) of a wrench at the TCP along its axes (N, Nm), by the transposed Jacobian."""
+        self.find_torques(joints, wrench)
+        return tuple([self.torque[k] for k in range(self.joint_count)])
+
+    @cython.cfunc
+    def find_torques(self, joints: Any, wrench: Any) -> object:
+        """Compute `torques`."""
         fx: cython.double
         fy: cython.double
         fz: cython.double
@@ -106,11 +113,10 @@ class Tcp:
         bx = r[0] * tx + r[1] * ty + r[2] * tz
         by = r[3] * tx + r[4] * ty + r[5] * tz
         bz = r[6] * tx + r[7] * ty + r[8] * tz
-        torques = []
         for k in range(self.joint_count):
             force = j[0, k] * ax + j[1, k] * ay + j[2, k] * az
-            torques.append(force + (j[3, k] * bx + j[4, k] * by + j[5, k] * bz))
-        return tuple(torques)
+            self.torque[k] = force + (j[3, k] * bx + j[4, k] * by + j[5, k] * bz)
+        return None
 
     @cython.cfunc
     @cython.exceptval(-1)

@@ -7,6 +7,7 @@ import pytest
 
 from iiwa_sim.controller.motions import Motions
 from iiwa_sim.controller.wanted import Target
+from iiwa_sim.motion.even_kernel import EvenTicks, GivesWay
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.nominal import Nominal
 from iiwa_sim.motion.override import Override
@@ -17,13 +18,15 @@ LIMITS = JointLimits(np.ones(1), np.ones(1), np.ones(1))
 STOP_TICKS = 3
 
 
-class Motion:
+class Motion(EvenTicks):
     """A drive and a servo in one that goes where it is told in two ticks, and stops in STOP_TICKS."""
 
+    under_way = False
+
     def __init__(self) -> None:
+        self._ahead = []  # no tick is known before it is made
         self.joints: Joints = HERE
         self.goals: list[Joints] = []
-        self.under_way = False
         self.left = 0  # ticks of a stop
         self.fails = False
         self.running = None
@@ -85,7 +88,7 @@ class Motion:
             self.under_way = True
 
 
-class Stiff:
+class Stiff(GivesWay):
     """A follower that is never started."""
 
     active = yielding = holding = braking = moving = off_plan = False
