@@ -18,6 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from benchmarks import corner_problems as problems
 from benchmarks.corner_problems import DEGREE, TICK_S, Array, Corner, Line, Recorded, corners, recorded
 from benchmarks.dense_paths import STARTS
 from iiwa_sim.frames import compose
@@ -103,8 +104,8 @@ class Program:
         radius = min(0.001 * corner.moves[0].blending_mm, *halves)
         parts = np.linspace(0.0, HALF, BORDERS)
         borders = [
-            1.0 - _leaves([distance(lines[0].value(1.0 - part)) for part in parts], parts, radius),
-            _leaves([distance(lines[1].value(part)) for part in parts], parts, radius),
+            1.0 - problems.leaves([distance(lines[0].value(1.0 - part)) for part in parts], parts, radius),
+            problems.leaves([distance(lines[1].value(part)) for part in parts], parts, radius),
         ]
         inside = np.flatnonzero([distance(q) <= INSIDE * radius for q in known.blended])
         guess = self._guess(lines, known.blended, int(inside[0]), int(inside[-1]))
@@ -136,7 +137,12 @@ class Program:
                 guess.append([duration])
                 at = np.linspace(first, last, FREE_KNOTS + 1)
                 states = np.concatenate(
-                    [_at(q, at), _at(v, at) / self.velocity, _at(a, at) / self.acceleration], axis=1
+                    [
+                        problems.at(q, at),
+                        problems.at(v, at) / self.velocity,
+                        problems.at(a, at) / self.acceleration,
+                    ],
+                    axis=1,
                 )
             else:
                 at = np.linspace(first, last, PIECES * KNOTS + 1)
@@ -144,7 +150,7 @@ class Program:
                 s = line.place(q[first : last + 1])
                 ds = np.gradient(s, TICK_S)
                 states = np.stack(
-                    [_at(each, at - first) for each in (s, ds, np.gradient(ds, TICK_S))], axis=1
+                    [problems.at(each, at - first) for each in (s, ds, np.gradient(ds, TICK_S))], axis=1
                 )
                 states[:, 1:] /= SCALES[1:3]
             guess += [states.ravel(), np.zeros((len(at) - 1) * states.shape[1] // 3)]
@@ -256,20 +262,6 @@ class Program:
             rotation = ca.DM.eye(3) + ca.sin(q[k]) * cross + (1.0 - ca.cos(q[k])) * ca.mtimes(cross, cross)
             place = point + ca.mtimes(rotation, place - point)
         return place
-
-
-def _leaves(distances: list[float], parts: Array, radius: float) -> float:
-    """The part of a move at which it first leaves a sphere round one of its ends."""
-    outside = np.flatnonzero(np.array(distances) > radius)
-    return float(parts[outside[0]]) if len(outside) else HALF
-
-
-def _at(values: Array, at: Array) -> Array:
-    """Rows of ticks, interpolated linearly between ticks."""
-    ticks = np.arange(len(values))
-    if values.ndim == 1:
-        return np.interp(at, ticks, values)
-    return np.stack([np.interp(at, ticks, column) for column in values.T], axis=1)
 
 
 def main() -> None:

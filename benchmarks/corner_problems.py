@@ -193,3 +193,17 @@ def _between(start: Transform, end: Transform, s: float) -> Transform:
 
 def _rotation(pose: Transform) -> Array:
     return np.array(pose.rotation).reshape(3, 3)
+
+
+def leaves(distances: list[float], parts: Array, radius: float) -> float:
+    """The part of a move at which it first leaves a sphere round one of its ends."""
+    outside = np.flatnonzero(np.array(distances) > radius)
+    return float(parts[outside[0]]) if len(outside) else float(parts[-1])
+
+
+def at(values: Array, at: Array) -> Array:
+    """Rows of ticks, interpolated linearly between ticks."""
+    ticks = np.arange(len(values))
+    if values.ndim == 1:
+        return np.interp(at, ticks, values)
+    return np.stack([np.interp(at, ticks, column) for column in values.T], axis=1)

@@ -92,7 +92,7 @@ def over_ruckig(description: RobotDescription, line: Single) -> tuple[float, flo
 
 
 def _goal(at_most: float, margin: float) -> dict[str, Any]:
-    """A goal, and by how much the gate lets it be missed: lines of the KR 6 take 1.09 and 1.16, and no motion
+    """A goal, and by how much the gate lets it be missed: lines of the KR 6 take 1.08 and 1.16, and no motion
     within its limits of jerk could take less than 1.07 and 1.13."""
     return {"at_most": at_most, "kind": Kind.SIMULATED, "margin": margin}
 
