@@ -147,10 +147,13 @@ class Crowd(Stored):
         found: list[Gone] = []
         self.stored_j = 0.0
         n: cython.Py_ssize_t
+        farthest: cython.double = 0.0
+        for n in range(self._parts):
+            farthest = max(farthest, self._far(n))
         for part in parts:
             n = part
             if self._slot[n] == -1 and self._lies[n]:
-                self._gather(n)
+                self._gather(n, farthest)
                 if self._is_pushed():
                     self._join()
                     self._balance()
@@ -164,15 +167,15 @@ class Crowd(Stored):
         return found
 
     @cython.cfunc
-    def _gather(self, part: cython.Py_ssize_t) -> object:
-        """Find all that a part may meet in this tick, and these again; and the places at which they do."""
+    def _gather(self, part: cython.Py_ssize_t, farthest: cython.double) -> object:
+        """Find all that a part may meet in this tick, in which none goes farther (m) than the `farthest`, and
+        these again; and the places at which they do."""
         self._met, self._many = 0, 1
         self._group[0], self._bound[0] = part, 0.0
         self._slot[part] = 0
         k: cython.Py_ssize_t = 0
         n: cython.Py_ssize_t
         o: cython.Py_ssize_t
-        near: cython.bint
         while k < self._many:
             n = self._group[k]
             k += 1
@@ -180,6 +183,9 @@ class Crowd(Stored):
             self._bound[k - 1] = max(self._bound[k - 1], self._far(n))
             reach: cython.double = _NEAR + self._bound[k - 1]
             for o in range(self._bodies):
+                apart: cython.double = self._apart(n, o)
+                if apart > reach + farthest:
+                    continue
                 if o < self._parts:
                     if not self._lies[o] or 0 <= self._slot[o] < k or o == self._held:
                         continue
@@ -187,9 +193,8 @@ class Crowd(Stored):
                         continue
                 elif self._on[n] == o:
                     continue
-                if self._apart(n, o) > reach + (self._far(o) if o < self._parts else 0.0):
-                    continue
-                near = self._beside(n, o, reach + (self._far(o) if o < self._parts else 0.0))
+                goes = self._far(o) if o < self._parts else 0.0
+                near: cython.bint = apart <= reach + goes and self._beside(n, o, reach + goes)
                 if near and o < self._parts and self._slot[o] == -1:
                     self._slot[o] = self._many
                     self._group[self._many], self._bound[self._many] = o, self._bound[k - 1]

@@ -5,6 +5,7 @@ cdef class LinkForces(LinkFriction):
     cdef Py_ssize_t _own_count         # links of the arm
     cdef int[::1] _feels
     cdef object _names
+    cdef dict _numbers                 # of these
     cdef Py_ssize_t _part_count
     cdef double[:, ::1] _pushing       # force (N) on a link of a robot that yields, on the average
     # Of each capsule and surface: which way is out in the frame of that; zeros where they are apart.

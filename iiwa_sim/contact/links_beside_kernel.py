@@ -83,7 +83,7 @@ class LinksBeside(LinkForces):
 
     def balls(self, name: str, joints: Sequence[float], tick_s: float, near_m: float) -> list[Ball]:
         """What of the arm, at joint positions (rad), is no farther than this from a part that lies."""
-        s: cython.Py_ssize_t = self._names.index(name)
+        s: cython.Py_ssize_t = self._numbers[name]
         found: list[Ball] = []
         self.go_to(joints)
         if self._muted[s]:

@@ -48,6 +48,7 @@ class Links(LinksBeside):
         self._own = tuple(capsules)
         self._before = np.full(len(fixed) - 1, np.nan)
         self._names: Any = ()
+        self._numbers: Any = {}
         self._part_count = 0
         self._forget_forces()
         self._wear(fixed, ())
@@ -108,11 +109,12 @@ class Links(LinksBeside):
 
         A surface of a name that was there before may have been moved.
         """
-        before = {name: number for number, name in enumerate(self._names)}
+        before = self._numbers
         remembered = self._remembered() if before else ()
         lying: Any = {} if parts is None else parts
         everything = [*surfaces.values(), *lying.values()]
         self._names = (*surfaces, *lying)
+        self._numbers = {name: number for number, name in enumerate(self._names)}
         self._part_count = len(lying)
         self.stand(everything)
         self._muted: Any = np.zeros(max(len(everything), 1), dtype=np.int8)
@@ -133,7 +135,7 @@ class Links(LinksBeside):
 
     def shift(self, name: str, surface: Surface, way: Sequence[float]) -> None:
         """A part that lies is there now; it has gone that way, and turned by an angle: dx dy dz (m), rad."""
-        s: cython.Py_ssize_t = self._names.index(name)
+        s: cython.Py_ssize_t = self._numbers[name]
         r = self._shapes
         rotation, place = surface.pose
         for i in range(9):
@@ -147,6 +149,7 @@ class Links(LinksBeside):
     def forget(self) -> None:
         """Know of no surfaces: all of them are put anew by `surround`."""
         self._names, self._shape_count, self._part_count = (), 0, 0
+        self._numbers = {}
         self._forget_forces()
 
     def kept(self) -> Any:
