@@ -227,7 +227,7 @@ class Handling(HandlingTicks):
         """Switch the inputs, where that is news: a bench may have switched one otherwise."""
         gripper = self.gripper
         so = (gripper.is_open, gripper.is_closed, gripper.holds)
-        told = tuple(self._wrong.get(sensor, is_so) for sensor, is_so in zip(SENSORS, so, strict=True))
+        told = tuple(map(self._wrong.get, SENSORS, so)) if self._wrong else so
         if told == self._told:
             return
         self._told = told

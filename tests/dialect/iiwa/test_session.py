@@ -219,6 +219,23 @@ def test_status_is_the_controllers():
     assert talk.ask("get distance to goal") == "100.25"
 
 
+def test_who_repeats_a_line_behind_a_move_of_its_own_waits_for_its_end():
+    robot = FakeRobot()
+    driver, watcher = Conversation(robot), Conversation(robot)
+    assert driver.ask(LIN) == "done"
+    seen = []
+    for line in ["get status", "get status", "get queue", *["get status"] * 4]:
+        assert driver.ask(line) == watcher.ask(line)
+        seen.append((driver.session.awaits, watcher.session.awaits))
+    assert seen == [(False, False)] * 5 + [(True, False)] * 2
+    driver.ask("hello")
+    assert not driver.session.awaits
+    robot.end(1)
+    for _ in range(5):
+        driver.ask("get status")
+    assert not driver.session.awaits
+
+
 @pytest.mark.requirement("FRC001")
 @pytest.mark.parametrize("name", TABLE.commands)
 def test_no_command_of_the_table_is_unknown(name):
