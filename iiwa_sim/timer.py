@@ -1,8 +1,7 @@
 """A timer for an absolute instant of the monotonic clock, inside an asyncio loop.
 
 Linux's timerfd wakes the loop some 60 us after the instant. `loop.call_at` is the fallback elsewhere: it
-rounds to milliseconds and is ten times as late. To set a timerfd to an instant that has passed costs 20 us on
-a virtual machine, so "at once" is a turn of the loop.
+rounds to milliseconds and is ten times as late.
 """
 
 import asyncio
@@ -12,7 +11,6 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-NEVER = 0
 AT_ONCE = 1
 """An instant that has passed: the loop gets its turn, no more."""
 
@@ -53,25 +51,13 @@ class TimerFd:
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._fd, self._woken)
         self._wake = wake
-        self._soon: asyncio.Handle | None = None  # which calls `wake` after the loop's turn
 
     def wake_at(self, instant_ns: int) -> None:
-        self._forget_soon()
-        if instant_ns != AT_ONCE:
-            _set(self._fd, instant_ns)
-            return
-        _set(self._fd, NEVER)
-        self._soon = self._loop.call_soon(self._wake)
+        _set(self._fd, instant_ns)
 
     def close(self) -> None:
-        self._forget_soon()
         self._loop.remove_reader(self._fd)
         os.close(self._fd)
-
-    def _forget_soon(self) -> None:
-        if self._soon is not None:
-            self._soon.cancel()
-            self._soon = None
 
     def _woken(self) -> None:
         try:
