@@ -149,7 +149,10 @@ class EvenMotions:
     def moving(self) -> bool:
         """Whether anything moves, is being stopped, or waits."""
         # Asked for in every tick: first what it mostly is.
-        return self.drive._chain is not None or bool(self.moves_otherwise())
+        if self.drive._chain is not None:
+            return True
+        active = self._nominal.active
+        return (active is not self.drive and bool(active.moving)) or bool(self.moves_otherwise())
 
     def moves_otherwise(self) -> bool:
         """Whether anything does, with no chain in the drive."""
@@ -157,15 +160,25 @@ class EvenMotions:
 
     def step(self) -> None:
         """One tick. Where what moves fails, the robot stops, and what it raised is raised."""
-        if (
-            self._override.level
-            and not self._follower.active
-            and self._nominal.active is self.drive
-            and self.drive.step_evenly()
-        ):
-            self.joints = self.drive.joints
-        else:
-            self.make_step()
+        if self._override.level and not self._follower.active:
+            active = self._nominal.active
+            if active is self.drive:
+                if self.drive.step_evenly():
+                    self.joints = self.drive.joints
+                    return
+            elif active.moving:
+                try:
+                    active.step()
+                except Exception:
+                    self.stop()
+                    raise
+                self.joints = active.joints
+                return
+        self.make_step()
+
+    def stop(self) -> None:
+        """Stop, and forget what waits."""
+        raise NotImplementedError
 
     def make_step(self) -> None:
         """A tick of any kind."""
