@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.contact.load_kernel import Felt
+from iiwa_sim.contact.felt import Felt
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller

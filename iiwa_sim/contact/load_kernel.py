@@ -5,10 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import cython
 
+from iiwa_sim.contact.felt import Felt
 from iiwa_sim.contact.itself_kernel import Itself
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
@@ -16,7 +17,7 @@ from iiwa_sim.contact.worn import PARTS, SURFACES, Worn
 from iiwa_sim.frames import Transform
 from iiwa_sim.robot.capsules import Capsule, capsules_of
 from iiwa_sim.robot.model import Model
-from iiwa_sim.wrench import NO_WRENCH, Wrench
+from iiwa_sim.wrench import NO_WRENCH
 
 if not cython.compiled:
     from iiwa_sim.contact.acting_kernel import Acting
@@ -32,18 +33,6 @@ else:
     from cython.cimports.iiwa_sim.contact.world_kernel import World  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.robot.feeling_kernel import Reached  # type: ignore[no-redef]
     from cython.cimports.iiwa_sim.robot.tcp_kernel import Tcp  # type: ignore[no-redef]
-
-
-class Felt(NamedTuple):
-    """What a robot at rest feels of all that it touches, and what that remembers of it."""
-
-    world: object
-    links: object
-    parts: dict[str, Surface]
-    wrenches: tuple[Wrench, Wrench]
-    """Wrenches of surfaces at the TCP, and on tool and jaws."""
-    torques: tuple[tuple[float, ...] | None, tuple[float, ...] | None]
-    """Joint torques (Nm) of surfaces on links, and of links on links; None where there are none."""
 
 
 NEVER = -1

@@ -11,9 +11,9 @@ import numpy as np
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.slices import Slices
 from iiwa_sim.motion.timing.bounds_kernel import Rows
-from iiwa_sim.motion.timing.clock_kernel import Steps, lifted
+from iiwa_sim.motion.timing.clock_kernel import Steps
 from iiwa_sim.motion.timing.cuts_kernel import cut
-from iiwa_sim.motion.timing.guess_kernel import going_on, knot_loads
+from iiwa_sim.motion.timing.guess_kernel import going_on, knot_loads, lifted
 from iiwa_sim.motion.timing.loads_kernel import beyond, inner_loads
 
 CELL_STEPS = 1600

@@ -37,7 +37,6 @@ FASTER = cython.declare(cython.double, 0.02)  # so much faster a step at the end
 # these rows no less than a part of w.
 AGAIN = cython.declare(cython.double, 0.05)
 LEAST = cython.declare(cython.double, 0.005)
-STUCK = cython.declare(cython.double, 0.02)  # of what is beside it: so little is nearly standing still
 
 
 @cython.cclass
@@ -293,17 +292,3 @@ class Steps:
                 a = -SLOWER * c[i] / d[i]
         self.primal, self.dual = a, b
         self.gap = gap + b * (sides * mu - slack - gap) + a * slack + a * b * both
-
-
-def lifted(c: cython.double[::1], fixed: cython.Py_ssize_t) -> bool:
-    """Whether steps have led to where the chain all but stands still for a knot: there it keeps all limits,
-    and none leads out. Such coefficients are then like those beside them."""
-    before: cython.double = c[max(fixed - 1, 0)]
-    found: cython.bint = False
-    for k in range(max(fixed, 1), c.shape[0] - 1):
-        beside = 0.5 * (before + c[k + 1])
-        before = c[k]
-        if c[k] < STUCK * beside:
-            c[k] = 0.5 * beside
-            found = True
-    return bool(found)

@@ -1,5 +1,5 @@
-"""First guesses of a clock, at an even pace over nominal time, and how near it is to the limits at knots;
-compiled by Cython.
+"""First guesses of a clock, at an even pace over nominal time, how near it is to the limits at knots, and a
+way on where it is stuck; compiled by Cython.
 
 c and theta as in `clock_kernel`, rows as in `bounds_kernel`.
 """
@@ -31,6 +31,8 @@ LEAST = cython.declare(cython.double, 0.2)
 # exp(-1/5): the older pace fades within some five cells.
 FADE = cython.declare(cython.double, 0.8187307530779818)
 GROW = cython.declare(cython.double, 1.2214027581601699)  # exp(1/5)
+# A chain whose clock is less than this part of what it is beside there nearly stands still.
+STUCK = cython.declare(cython.double, 0.02)
 
 
 def steady(bounds: Bounds, widths: cython.double[::1]) -> NDArray[np.float64]:
@@ -161,3 +163,17 @@ def _smooth(values: cython.double[::1], means: cython.double[::1], count: cython
         for m in range(k - SPAN // 2, k + SPAN // 2 + 1):
             total += values[min(max(m, 0), count - 1)]
         means[k] = total / (SPAN // 2 * 2 + 1)
+
+
+def lifted(c: cython.double[::1], fixed: cython.Py_ssize_t) -> bool:
+    """Whether steps have led to where the chain all but stands still for a knot: there it keeps all limits,
+    and none leads out. Such coefficients are then like those beside them."""
+    before: cython.double = c[max(fixed - 1, 0)]
+    found: cython.bint = False
+    for k in range(max(fixed, 1), c.shape[0] - 1):
+        beside = 0.5 * (before + c[k + 1])
+        before = c[k]
+        if c[k] < STUCK * beside:
+            c[k] = 0.5 * beside
+            found = True
+    return bool(found)

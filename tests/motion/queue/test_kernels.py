@@ -157,7 +157,7 @@ def clock_of(kernels: SimpleNamespace, rows: Any, widths: Array) -> list[Array]:
             steps.go_on(c, begins, ends_at)
             told.append(steps.go(c, 3, 0.02))
     c[4] *= 0.001
-    told.append((0, kernels.clock.lifted(c, 2)))
+    told.append((0, kernels.guess.lifted(c, 2)))
     guess = c[2:].copy()
     kernels.guess.going_on(rows, widths[2:], np.empty((2, cells - 2)), guess)
     return [

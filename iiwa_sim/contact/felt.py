@@ -1,0 +1,18 @@
+"""What a robot at rest feels of all that it touches, as a named state keeps it."""
+
+from typing import NamedTuple
+
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.wrench import Wrench
+
+
+class Felt(NamedTuple):
+    """The forces on a robot that stands still, and the memory of its contacts."""
+
+    world: object
+    links: object
+    parts: dict[str, Surface]
+    wrenches: tuple[Wrench, Wrench]
+    """Wrenches of surfaces at the TCP, and on tool and jaws."""
+    torques: tuple[tuple[float, ...] | None, tuple[float, ...] | None]
+    """Joint torques (Nm) of surfaces on links, and of links on links; None where there are none."""
