@@ -1,4 +1,4 @@
-"""A robot on the graph of ROS 2 and a user, for all tests that leave it at rest."""
+"""A robot on the graph of ROS 2 and a user, for all tests of a file that leave it at rest."""
 
 from __future__ import annotations
 
@@ -12,23 +12,26 @@ from tests.ros.ros2.users import CELL, User, compiled, rclpy_python, user
 from tests.talking import wait_until
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def python() -> Iterator[Path]:
     """An interpreter that has rclpy."""
     with pytest.MonkeyPatch.context() as monkeypatch:
         yield rclpy_python(monkeypatch)
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def whole_python(python: Path) -> Path:
     """One that has the types that no wheel has, too."""
     compiled(python)
     return python
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def shared(whole_python: Path) -> Iterator[tuple[Simulator, User]]:
-    """A robot whose time runs ten times as fast, and a user."""
+    """A robot whose time runs ten times as fast, and a user.
+
+    It ends with its file: robots that others start in this domain would share its /clock.
+    """
     with (
         Simulator(
             clock="10x", ros2=True, ros2_python=whole_python, ros_namespace=CELL, rosbridge_port=0
