@@ -92,7 +92,7 @@ def measure() -> list[Figure]:
         for name, command in (("joint moves", joint), ("LIN moves", lin)):
             rates[name].append(_rate(robot, command))
             back_home()
-    # With margins where they are missed, some 600 and 400 (348 and 168 were seen once): most is planning.
+    # With margins where a machine beside other work misses them: 600 and 430 (348 and 168 were seen once).
     goals: dict[str, tuple[int, float | None]] = {"joint moves": (1200, None), "LIN moves": (900, 3.0)}
     others = [
         ("LIN moves pressed on a table", pressing, slide, TICKS_PER_BLOCK, 500, 3.0),
