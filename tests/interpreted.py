@@ -38,6 +38,12 @@ def interpreted(name: str) -> ModuleType:
         return importlib.import_module(name)
 
 
+def interpret_all() -> None:
+    """From now on this process imports kernels as texts; it has not imported any yet."""
+    assert not any(name.endswith("_kernel") for name in sys.modules)
+    sys.meta_path.insert(0, _Texts)
+
+
 @contextmanager
 def _without_compiled_kernels() -> Iterator[None]:
     kept = {name: module for name, module in sys.modules.items() if name.endswith("_kernel")}
