@@ -6,6 +6,8 @@ import cython
 from cython.cimports.libc.math import fabs
 
 PLACES = cython.declare(cython.double, 1e-15)
+# A step of Newton's method as small as this, as a part of a cell, leaves nothing but rounding.
+STEP = cython.declare(cython.double, 1e-9)
 
 
 @cython.ccall
@@ -77,14 +79,42 @@ def spline(controls: cython.double[::1], cell: cython.Py_ssize_t, part: cython.d
 
 @cython.cfunc
 @cython.exceptval(check=False)
+def spline_slope(controls: cython.double[::1], cell: cython.Py_ssize_t, part: cython.double) -> cython.double:
+    """dx per cell at a part of a cell of that spline."""
+    u: cython.double = part
+    w: cython.double = 1.0 - u
+    return 0.5 * (
+        u * u * (controls[cell + 3] - controls[cell + 2])
+        + (1.0 + 2.0 * u * w) * (controls[cell + 2] - controls[cell + 1])
+        + w * w * (controls[cell + 1] - controls[cell])
+    )
+
+
+@cython.cfunc
+@cython.exceptval(check=False)
 def part_at(controls: cython.double[::1], k: cython.Py_ssize_t, x: cython.double) -> cython.double:
-    """The part of a cell where x is."""
+    """The part of a cell where x is, to rounding: x never falls over a border of pieces that is near it.
+
+    `controls` (N + 3,) are those of a cubic B-spline that grows over the cell k. Found by
+    Newton's method, which halves where a step would leave what is known to hold x."""
     low: cython.double = 0.0
     high: cython.double = 1.0
-    for _ in range(24):
-        middle = 0.5 * (low + high)
-        if spline(controls, k, middle) < x:
-            low = middle
+    first: cython.double = spline(controls, k, 0.0)
+    last: cython.double = spline(controls, k, 1.0)
+    if x <= first or x >= last:
+        return 0.0 if x <= first else 1.0
+    part: cython.double = (x - first) / (last - first)
+    for _ in range(60):
+        y = spline(controls, k, part) - x
+        if y > 0.0:
+            high = part
         else:
-            high = middle
-    return low
+            low = part
+        slope = spline_slope(controls, k, part)
+        y = part - y / slope if slope > 0.0 else -1.0
+        if y < low or y > high:
+            y = 0.5 * (low + high)
+        if fabs(y - part) < STEP:
+            return y
+        part = y
+    return part

@@ -7,10 +7,13 @@ import pytest
 
 from benchmarks.lines import chain_of, random_lines
 from benchmarks.time_optimal import fastest_without_jerk_limit_s
+from iiwa_sim.controller.planner import Planner
+from iiwa_sim.controller.requests import Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.planning import begun
 from iiwa_sim.robot.description import load_robot
+from iiwa_sim.robot.model import Model
 from tests.asked import lin_joint_move, lin_move, ptp_move
 from tests.stepped import ALL_ROBOTS, ARMS, TOLERANCE, VELOCITY_TOLERANCE, SteppedRobot, worst_loads
 
@@ -68,6 +71,35 @@ def test_jerks_hold_on_both_sides_of_a_seam() -> None:
     controller.move(ptp_move(Frame(266.8068, 336.5607, 260.9059, 1.7433, -0.7615, -0.9334), 0.7, 0.0))
     robot.runs_until_stopped()
     assert worst_loads(robot)["jerk"] <= TOLERANCE
+
+
+def test_jerks_hold_right_behind_the_border_of_a_short_piece() -> None:
+    """The last of eleven pieces is a thousandth of the line. Once the look behind its border fell before it,
+    and 0.09 ms of the plan had a jerk of 1.24."""
+    description = load_robot("lbr_iiwa_14_r820")
+    model = Model(description)
+    start = (
+        -1.800015657764,
+        -0.133247130191,
+        -1.292492716480,
+        -0.791062432887,
+        -0.095851787976,
+        -0.890561857414,
+    )
+    target = Frame(
+        -184.731380189442,
+        230.250413829166,
+        1214.220895365652,
+        -2.715221344591,
+        1.427065615081,
+        2.377531306223,
+    )
+    tcp = model.tcp(description.tool_in_flange)
+    plan = Planner(model).plan(MoveRequest(Kind.LIN, target, 0.461487604924), (*start, -1.928625873422), tcp)
+    assert plan.path.piece_count == 11
+    chain = chain_of(plan)
+    derivatives, limits = chain.along(np.linspace(0.0, chain.rest_s, 20_001)[:-1])
+    assert (np.abs(derivatives[:, 3]) / limits[:, 2]).max() <= TOLERANCE
 
 
 def test_a_slow_line_keeps_its_speed_also_where_a_joint_is_fastest_between_two_samples() -> None:
