@@ -14,7 +14,8 @@ cdef class Balance(Places):
     cdef Py_ssize_t[::1] _group
     cdef double[:, ::1] _d             # their ways
     cdef Py_ssize_t[::1] _first        # where the places of each begin
-    cdef Py_ssize_t[::1] _mine
+    cdef Py_ssize_t[::1] _mine         # and which of `_of` these are
+    cdef Py_ssize_t _awake             # parts that do not just go with what carries them
     cdef char[::1] _open               # whether the way of each is still to be found
     cdef double[:, ::1] _h             # second derivatives
     cdef double[::1] _b                # first ones

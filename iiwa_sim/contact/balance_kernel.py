@@ -51,7 +51,7 @@ class Balance(Places):
         self._velocity, self._wound = np.zeros((least, 4)), np.zeros((least, 8))
         self._points, self._deep = np.zeros((least, 8)), np.zeros(least)
         self._mass, self._below = np.zeros((least, 4)), np.zeros((least, 3))
-        self._many = 0
+        self._many = self._awake = 0
         self._group, self._d = np.zeros(least, dtype=np.intp), np.zeros((least, 4))
         self._open = np.zeros(least, dtype=np.int8)
         self._h, self._b, self._s = np.zeros((4, 4)), np.zeros(4), np.zeros(4)
@@ -62,8 +62,8 @@ class Balance(Places):
         """Find the ways."""
         t = self._t
         most: cython.double
-        small: cython.double = _SMALLEST if self._many == 1 else _SMALL
-        for sweep in range(_STEPS if self._many == 1 else _SWEEPS):
+        small: cython.double = _SMALLEST if self._awake == 1 else _SMALL
+        for sweep in range(_STEPS if self._awake == 1 else _SWEEPS):
             again: cython.bint = False
             for at in range(self._many):
                 k = at if sweep & 1 == 0 else self._many - 1 - at
@@ -93,11 +93,10 @@ class Balance(Places):
         """A part goes another way than before: it is looked at again, and so is what it touches."""
         self._open[k] = 1
         for at in range(self._first[k], self._first[k + 1]):
-            m = self._mine[at]
+            m = self._of[self._mine[at], 1]
             if self._c[m, 21] > 0.0 or self._depth(m) > 0.0 or self._c[m, 13] > 0.0:
-                other = self._i[m, 4] if self._i[m, 5] == k else self._i[m, 5]
-                if other >= 0:
-                    self._open[other] = 1
+                for q in range(self._i[m, 4], self._i[m, 5]):
+                    self._open[self._of[q, 0]] = 1
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -133,7 +132,7 @@ class Balance(Places):
     @cython.exceptval(check=False)
     def _value(self, k: cython.Py_ssize_t, derive: cython.bint) -> cython.double:
         """What shall be least, as far as one part is concerned; with its derivatives there."""
-        t, b, h, c, g = self._t, self._b, self._h, self._c, self._points
+        t, b, h, c, g, moved = self._t, self._b, self._h, self._c, self._points, self._moved
         n = self._group[k]
         total: cython.double = 0.0
         mass: cython.double
@@ -193,12 +192,10 @@ class Balance(Places):
         ly: cython.double
         turn: cython.double
         for at in range(self._first[k], self._first[k + 1]):
-            m = self._mine[at]
+            own = self._mine[at]
+            m = self._of[own, 1]
             nx, ny, nz = c[m, 14], c[m, 15], c[m, 16]
-            if self._i[m, 4] == k:
-                side, lx, ly, turn = -1.0, c[m, 17], c[m, 18], c[m, 29]
-            else:
-                side, lx, ly, turn = 1.0, c[m, 19], c[m, 20], c[m, 30]
+            side, lx, ly, turn = moved[own, 0], moved[own, 1], moved[own, 2], moved[own, 3]
             depth = self._depth(m)
             if depth > 0.0:
                 f = c[m, 4] * depth

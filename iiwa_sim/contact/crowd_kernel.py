@@ -1,7 +1,8 @@
 """Parts that lie, and are pushed in a tick, all that touch each other at once: which of them meet, and where
 they end.
 
-Where they go is found in `balance_kernel`, what is stored then in `stored_kernel`.
+Where they go is found in `balance_kernel`, how that moves what lies on them in `carried_kernel`, what is
+stored then in `stored_kernel`.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -40,7 +41,6 @@ class Crowd(Stored):
     """What springs between bodies store, of all that were pushed last (J)."""
     _lies: cython.char[::1]
     _rubs: cython.char[::1]  # whether friction's springs below it are wound
-    _on: cython.Py_ssize_t[::1]
     _balls: Any  # by the parts on which they press
     _bound: cython.double[::1]  # how far each of those that may move may go (m)
 
@@ -51,7 +51,6 @@ class Crowd(Stored):
         self.stored_j = self._stored = self._share = self._slower = 0.0
         self._lies: Any = np.zeros(least, dtype=np.int8)
         self._rubs: Any = np.zeros(least, dtype=np.int8)
-        self._on = np.full(least, -1, dtype=np.intp)
         self._bound = np.zeros(least)
         self._balls: Any = {}
 
@@ -60,6 +59,7 @@ class Crowd(Stored):
         n: cython.Py_ssize_t = part
         self._lies[n] = laid is not None
         if laid is None:
+            self._on[n] = -1
             return
         self._put_body(n, laid.solid)
         for i in range(4):
@@ -149,8 +149,8 @@ class Crowd(Stored):
         n: cython.Py_ssize_t
         farthest: cython.double = 0.0
         for n in range(self._parts):
-            farthest = max(farthest, self._far(n))
-        for part in parts:
+            farthest = max(farthest, self._far_with(n))
+        for part in sorted(parts, key=self._height):
             n = part
             if self._slot[n] == -1 and self._lies[n]:
                 self._gather(n, farthest)
@@ -159,20 +159,18 @@ class Crowd(Stored):
                     self._balance()
                     self._go()
                     for k in range(self._many):
-                        self._tell(k, found)
+                        self._tell(self._order[k], found)
                 for k in range(self._many):
                     self._slot[self._group[k]] = -2 - k  # done
-        for k in range(self._parts):
-            self._slot[k] = -1
+        self._slot[:] = -1
         return found
 
     @cython.cfunc
     def _gather(self, part: cython.Py_ssize_t, farthest: cython.double) -> object:
         """Find all that a part may meet in this tick, in which none goes farther (m) than the `farthest`, and
         these again; and the places at which they do."""
-        self._met, self._many = 0, 1
-        self._group[0], self._bound[0] = part, 0.0
-        self._slot[part] = 0
+        self._met = self._many = 0
+        self._add(part, 0.0)
         k: cython.Py_ssize_t = 0
         n: cython.Py_ssize_t
         o: cython.Py_ssize_t
@@ -180,7 +178,7 @@ class Crowd(Stored):
             n = self._group[k]
             k += 1
             self._of_the_arm(n)
-            self._bound[k - 1] = max(self._bound[k - 1], self._far(n))
+            self._bound[k - 1] = max(self._bound[k - 1], self._far_with(n))
             reach: cython.double = _NEAR + self._bound[k - 1]
             for o in range(self._bodies):
                 apart: cython.double = self._apart(n, o)
@@ -190,15 +188,30 @@ class Crowd(Stored):
                     if not self._lies[o] or 0 <= self._slot[o] < k or o == self._held:
                         continue
                     if self._carries(n, o) or self._carries(o, n):
+                        if self._on[o] == n:
+                            self._add(o, self._bound[k - 1])
                         continue
                 elif self._on[n] == o:
                     continue
-                goes = self._far(o) if o < self._parts else 0.0
+                goes = self._far_with(o) if o < self._parts else 0.0
                 near: cython.bint = apart <= reach + goes and self._beside(n, o, reach + goes)
-                if near and o < self._parts and self._slot[o] == -1:
-                    self._slot[o] = self._many
-                    self._group[self._many], self._bound[self._many] = o, self._bound[k - 1]
-                    self._many += 1
+                if near and o < self._parts:
+                    self._add(o, self._bound[k - 1])
+        return None
+
+    @cython.cfunc
+    def _add(self, part: cython.Py_ssize_t, bound: cython.double) -> object:
+        """A part may move in this tick, so far (m) at least; and so may what carries it, if that goes."""
+        if self._slot[part] != -1:
+            return None
+        self._slot[part] = self._many
+        self._group[self._many], self._bound[self._many] = part, bound
+        self._many += 1
+        at: cython.Py_ssize_t = self._on[part]
+        while 0 <= at < self._parts:
+            if self._deep[at] > 0.0 or self._rubs[at] or self._far(at) > 0.0:
+                self._add(at, bound)
+            at = self._on[at]
         return None
 
     @cython.cfunc
@@ -218,17 +231,6 @@ class Crowd(Stored):
         near: cython.bint = self._meet(n, o, low, high, share, True, reach)
         back: cython.bint = self._meet(o, n, low, high, share, True, reach)
         return near or back
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _carries(self, n: cython.Py_ssize_t, o: cython.Py_ssize_t) -> cython.bint:
-        """Whether a part lies on another, or on what lies on that."""
-        at: cython.Py_ssize_t = self._on[o]
-        while 0 <= at < self._parts:
-            if at == n:
-                return True
-            at = self._on[at]
-        return False
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -253,10 +255,9 @@ class Crowd(Stored):
         n = self._group[k]
         t = self._t
         way = (t[k, 0], t[k, 1], t[k, 2], t[k, 3])
-        moved: cython.bint = any(way)
         if k == 0:
             self.stored_j += self._stored
-        if not moved and not self._rubs[n]:
+        if not any(way) and not self._rubs[n]:
             resting: cython.bint = True
             for i in range(4):
                 resting = resting and self._velocity[n, i] == 0.0
@@ -270,15 +271,14 @@ class Crowd(Stored):
             wound += [x, y]
         pressed: cython.bint = False
         for at in range(self._first[k], self._first[k + 1]):
-            pressed = pressed or self._c[self._mine[at], 28] > 0.0
+            pressed = pressed or self._c[self._of[self._mine[at], 1], 28] > 0.0
         found.append(Gone(n, way, velocity, tuple(wound), bool(pressed)))
         return None
 
     def on_held(self) -> tuple[Vector, Vector]:
         """What places of parts that have been looked at, or pushed, in this tick do to the held part, where
         they are now: force (N), and torque (Nm) about its middle, in the base."""
-        force = [0.0] * 3
-        torque = [0.0] * 3
+        force, torque = [0.0] * 3, [0.0] * 3
         c = self._c
         for n in range(self._parts):
             if self._held < 0 or not self._lies[n] or self._apart(n, self._held) >= 0.0:

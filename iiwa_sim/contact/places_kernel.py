@@ -54,8 +54,9 @@ class Places(Bodies):
         Bodies.__init__(self, count)
         least = max(count, 1)
         self._slot = np.full(least, -1, dtype=np.intp)
-        self._t = np.zeros((least, 4))
+        self._t, self._e = np.zeros((least, 4)), np.zeros((least, 4))
         self._turn = np.zeros((least, 2))
+        self._of, self._moved = np.zeros((512, 2), dtype=np.intp), np.zeros((512, 4))
         self._brought = 0.0
 
     @cython.cfunc
@@ -198,13 +199,13 @@ class Places(Bodies):
             slot = self._slot[x] if moved and x < self._parts else -1
             if slot >= 0:
                 cx, sx = self._turn[slot, 0], self._turn[slot, 1]
-                px, py = cx * px - sx * py + self._t[slot, 0], sx * px + cx * py + self._t[slot, 1]
-                pz += self._t[slot, 2]
+                px, py = cx * px - sx * py + self._e[slot, 0], sx * px + cx * py + self._e[slot, 1]
+                pz += self._e[slot, 2]
             px, py, pz = px + p[x, 9], py + p[x, 10], pz + p[x, 11]
         slot = self._slot[y] if moved and y < self._parts else -1
         if slot >= 0:
             co, s = self._turn[slot, 0], self._turn[slot, 1]
-            qx, qy, qz = qx + self._t[slot, 0], qy + self._t[slot, 1], qz + self._t[slot, 2]
+            qx, qy, qz = qx + self._e[slot, 0], qy + self._e[slot, 1], qz + self._e[slot, 2]
         ex, ey, ez = px - qx, py - qy, pz - qz
         ux, uy = co * ex + s * ey, co * ey - s * ex
         a: cython.double = size[y, 0]
@@ -266,14 +267,13 @@ class Places(Bodies):
     @cython.exceptval(check=False)
     def _depth(self, m: cython.Py_ssize_t) -> cython.double:
         """Depth (m) of a place, taken for a plane, when parts have gone the ways that are tried."""
-        c, t = self._c, self._t
+        c, t, moved = self._c, self._t, self._moved
         depth: cython.double = c[m, 13]
-        k = self._i[m, 4]
-        if k >= 0:
-            depth -= c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2] + c[m, 29] * t[k, 3]
-        k = self._i[m, 5]
-        if k >= 0:
-            depth += c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2] + c[m, 30] * t[k, 3]
+        q: cython.Py_ssize_t
+        for q in range(self._i[m, 4], self._i[m, 5]):
+            k = self._of[q, 0]
+            out = c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2] + moved[q, 3] * t[k, 3]
+            depth += moved[q, 0] * out
         return depth
 
     @cython.cfunc
@@ -281,18 +281,16 @@ class Places(Bodies):
     def _rub(self, m: cython.Py_ssize_t) -> tuple[cython.double, cython.double, cython.double]:
         """How far friction's spring at a place would be wound (m), if it held all, at the ways that are
         tried."""
-        c, t = self._c, self._t
+        c, t, moved = self._c, self._t, self._moved
         ux: cython.double = 0.0
         uy: cython.double = 0.0
         uz: cython.double = 0.0
-        k = self._i[m, 4]
-        if k >= 0:
-            ux, uy, uz = t[k, 0] - t[k, 3] * c[m, 18], t[k, 1] + t[k, 3] * c[m, 17], t[k, 2]
-        k = self._i[m, 5]
-        if k >= 0:
-            ux -= t[k, 0] - t[k, 3] * c[m, 20]
-            uy -= t[k, 1] + t[k, 3] * c[m, 19]
-            uz -= t[k, 2]
+        q: cython.Py_ssize_t
+        for q in range(self._i[m, 4], self._i[m, 5]):
+            k = self._of[q, 0]
+            ux -= moved[q, 0] * (t[k, 0] - t[k, 3] * moved[q, 2])
+            uy -= moved[q, 0] * (t[k, 1] + t[k, 3] * moved[q, 1])
+            uz -= moved[q, 0] * t[k, 2]
         nx, ny, nz = c[m, 14], c[m, 15], c[m, 16]
         out = ux * nx + uy * ny + uz * nz
         return c[m, 10] + ux - out * nx, c[m, 11] + uy - out * ny, c[m, 12] + uz - out * nz

@@ -1,17 +1,13 @@
 # For the kernel of a crowd.
-from iiwa_sim.contact.balance_kernel cimport Balance
+from iiwa_sim.contact.carried_kernel cimport Carried
 
-cdef class Stored(Balance):
+cdef class Stored(Carried):
     cdef double _stored                # by springs between bodies (J)
     cdef double _share                 # of their ways that parts have gone, and of their speed then
     cdef double _slower
     cdef void _rest_on(self, Py_ssize_t n, double mass, double more, double about) noexcept
-    cdef double _far(self, Py_ssize_t n) noexcept
     cdef object _go(self)
-    cdef void _put(self, double share) noexcept
     cdef double _energy(self, Py_ssize_t k, double share) noexcept
     cdef double _gained(self, bint winds) noexcept
     cdef (double, double) _winds(self, Py_ssize_t k, Py_ssize_t j, bint winds) noexcept
     cdef object _keep(self, Py_ssize_t m)
-    cdef Py_ssize_t _moves(self, Py_ssize_t n) noexcept
-    cdef object _join(self)

@@ -8,18 +8,13 @@ their way. So parts and springs have no more energy than before.
 
 from __future__ import annotations
 
-from typing import Any
-
 import cython
-import numpy as np
-from cython.cimports.libc.math import fabs, sqrt
+from cython.cimports.libc.math import sqrt
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.contact.balance_kernel import Balance
-    from cython.cimports.iiwa_sim.robot.trigonometry_kernel import cosine, sine
+    from cython.cimports.iiwa_sim.contact.carried_kernel import Carried
 else:
-    from iiwa_sim.contact.balance_kernel import Balance
-    from iiwa_sim.robot.trigonometry_kernel import cosine, sine
+    from iiwa_sim.contact.carried_kernel import Carried
 
 NEAR_M = 2e-4
 """What is no farther than this, and than it may come in the tick, is met."""
@@ -36,7 +31,7 @@ _SPIN = cython.declare(cython.double, 0.5890486225480862 * 0.7071067811865476)
 
 
 @cython.cclass
-class Stored(Balance):
+class Stored(Carried):
     """Parts that may move, and what they have of energy."""
 
     @cython.cfunc
@@ -75,15 +70,6 @@ class Stored(Balance):
         self._mass[n, 3] = turning + about
 
     @cython.cfunc
-    @cython.exceptval(check=False)
-    def _far(self, n: cython.Py_ssize_t) -> cython.double:
-        """How far (m) a part may go in this tick."""
-        v = self._velocity
-        fast: cython.double = sqrt(v[n, 0] * v[n, 0] + v[n, 1] * v[n, 1] + v[n, 2] * v[n, 2])
-        fast += fabs(v[n, 3]) * (self._reach[n, 0] + self._reach[n, 1])
-        return self._tick * fast + max(0.0, self._deep[n])
-
-    @cython.cfunc
     def _go(self) -> object:
         """Have all go as far as what is really stored then allows."""
         moving: cython.double = 0.0
@@ -109,15 +95,6 @@ class Stored(Balance):
             self._keep(m)
         self._share, self._slower = share, slower
         return None
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _put(self, share: cython.double) -> cython.void:
-        """All are where a share of their way ends."""
-        for k in range(self._many):
-            for i in range(4):
-                self._t[k, i] = share * self._d[k, i]
-            self._turn[k, 0], self._turn[k, 1] = cosine(self._t[k, 3]), sine(self._t[k, 3])
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -202,53 +179,6 @@ class Stored(Balance):
         c[m, 10], c[m, 11], c[m, 12] = share * x, share * y, share * z
         self._stored += 0.5 * c[m, 6] * (c[m, 10] ** 2 + c[m, 11] ** 2 + c[m, 12] ** 2)
         self._remember(m, _NEAR)
-        return None
-
-    @cython.cfunc
-    @cython.exceptval(check=False)
-    def _moves(self, n: cython.Py_ssize_t) -> cython.Py_ssize_t:
-        """The number of a body among those that may move; -1 for one that does not."""
-        if 0 <= n < self._parts and self._slot[n] >= 0:
-            return self._slot[n]
-        return -1
-
-    @cython.cfunc
-    def _join(self) -> object:
-        """Find which places are whose, and begin with the ways that parts would go for themselves."""
-        c, t = self._c, self._t
-        if self._mine.shape[0] < 2 * self._room:
-            self._mine: Any = np.zeros(2 * self._room, dtype=np.intp)
-        count: cython.Py_ssize_t = 0
-        side: cython.Py_ssize_t
-        for k in range(self._many):
-            self._first[k] = 0
-            for i in range(4):
-                t[k, i] = self._tick * self._velocity[self._group[k], i]
-        for m in range(self._met):
-            c[m, 29] = c[m, 17] * c[m, 15] - c[m, 18] * c[m, 14]
-            c[m, 30] = c[m, 19] * c[m, 15] - c[m, 20] * c[m, 14]
-            c[m, 21] = 0.0
-            for side in range(2):
-                k = self._moves(self._i[m, side])
-                self._i[m, 4 + side] = k
-                if k >= 0:
-                    self._first[k] += 1
-        for k in range(self._many):
-            count += self._first[k]
-            self._first[k] = count
-        self._first[self._many] = count
-        for m in range(self._met - 1, -1, -1):
-            for side in range(2):
-                k = self._i[m, 4 + side]
-                if k >= 0:
-                    self._first[k] -= 1
-                    self._mine[self._first[k]] = m
-        for m in range(self._met):
-            out: cython.double = c[m, 10] * c[m, 14] + c[m, 11] * c[m, 15] + c[m, 12] * c[m, 16]
-            for i in range(3):
-                c[m, 10 + i] -= out * c[m, 14 + i]
-        for k in range(self._many):
-            self._open[k] = 1
         return None
 
 

@@ -85,8 +85,9 @@ def test_what_is_remembered_of_places_is_kept_and_brought_back() -> None:
     assert floor.laid[0].solid.pose.translation[0] < -0.0205, "it is out again"
 
 
-def test_compiled_and_as_python_it_is_the_same() -> None:
-    """A turned part, one beside it, a ball, and a wall, pushed by a ball."""
+@pytest.mark.parametrize("on", [-1, 0])
+def test_compiled_and_as_python_it_is_the_same(on: int) -> None:
+    """A turned part, one beside it, a ball, which may go with the first, and a wall, pushed by a ball."""
     plain = interpreted("iiwa_sim.contact.crowd_kernel")
     wall = Surface("wall", Box(0.005, 0.2, 0.2), Frame(105, 0, 0, 0.1, 0, 0).to_transform(), 4e4, 0.0, 0.3)
     floors = [Floor(wall), Floor(wall, kernel=plain)]
@@ -95,6 +96,7 @@ def test_compiled_and_as_python_it_is_the_same() -> None:
         floor.put(CUBE, 0.0, 0.0, 0.2, (0.3, 0.0, 0.0, 2.0))
         floor.put(Cylinder(0.015, 0.02), 0.0375, 0.005)
         floor.put(Sphere(0.02), 0.07, 0.0)
+        floor.laid[2] = floor.laid[2]._replace(on=on)
         floor.begin()
         found.append(
             [floor.step((0, Presses((-0.029 + 5e-4 * k, 0.004, 0.02), 0.01, 5e4))) for k in range(8)]

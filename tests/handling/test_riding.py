@@ -1,0 +1,69 @@
+"""What lies on a part that is pushed goes with it, and meets what stands beside."""
+
+from __future__ import annotations
+
+from statistics import median
+
+import pytest
+
+from iiwa_sim.contact.shapes import Box
+from iiwa_sim.contact.surface import Surface
+from iiwa_sim.frames import Transform
+from iiwa_sim.handling.falling import LIES
+from iiwa_sim.handling.part import Part
+from tests.asked import lin_move
+from tests.handling.books import ROUNDING_J, Books
+from tests.handling.heaps import deepest_mm
+from tests.handling.scenes import BLOCK, CLOSE, TABLE, TABLE_MM, Scene, at, down
+
+G = 9.81
+LID = Part("lid", Box(0.015, 0.025, 0.01), 0.2, 0.4, 5e4)
+NEXT = Part("next", Box(0.02, 0.02, 0.045), 0.3, 0.3, 5e4)
+WALL = Surface("wall", Box(0.1, 0.02, 0.1), at(600.0, 170.0, TABLE_MM + 100.0), 5e4, 0.0, 0.3)
+LOW = TABLE_MM + 30.0
+LID_AT = at(600.0, 115.0, TABLE_MM + 70.0)  # 20 mm of it stand out over the block, towards +y
+FRONT_MM = 150.0  # the lid is 10 mm from it, the block 30 mm
+
+
+def pushed(
+    *more: tuple[Part, Transform], surfaces: tuple[Surface, ...] = (TABLE,), way_mm: float, speed: float
+) -> tuple[Scene, Books, float, list[float]]:
+    """A block with a lid on it, pushed along y by closed jaws; how deep (mm) parts are in each other at most,
+    and the force (N) against its way that the arm feels in each tick."""
+    scene = Scene((BLOCK, at(600.0, 100.0, LOW)), (LID, LID_AT), *more, surfaces=surfaces)
+    scene.controller.io.set_output(CLOSE, True)
+    scene.goes(down(600.0, 60.0, TABLE_MM + 200.0), straight=False)
+    scene.goes(down(600.0, 60.0, LOW))
+    books, deepest, felt = Books(scene), 0.0, []
+    scene.controller.move(lin_move(down(600.0, 72.0 + way_mm, LOW), speed, 0.0))
+    while scene.controller.moving:
+        books.step()
+        deepest = max(deepest, deepest_mm(books.pieces.bodies.values()))
+        felt.append(-scene.controller.cartesian_force()[1])
+    return scene, books, deepest, felt
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.1, 0.3])
+def test_what_runs_into_a_wall_slides_back_on_what_carries_it(speed: float) -> None:
+    """By friction, which the arm feels besides that of both on the table."""
+    scene, books, _, felt = pushed(surfaces=(TABLE, WALL), way_mm=18.0, speed=speed)
+    lid, block = scene.body("lid"), scene.body("block")
+    assert (lid.state, lid.on) == (LIES, "block")
+    assert block.pose.translation[1] > 0.117, "the block goes on"
+    assert 1e3 * (lid.pose.translation[1] + 0.025) - FRONT_MM < 0.5
+    assert abs(lid.pose.translation[0] - 0.6) < 1e-3
+    assert books.returned_j <= ROUNDING_J + 0.02 * books.arm_j
+    if speed < 0.1:  # slow enough for all to go as the jaws do
+        table_n = BLOCK.friction * (BLOCK.mass_kg + LID.mass_kg) * G
+        lid_n = LID.friction * LID.mass_kg * G
+        n = len(felt)
+        assert median(felt[3 * n // 4 : 9 * n // 10]) == pytest.approx(table_n + lid_n, rel=0.02)
+
+
+@pytest.mark.parametrize("speed", [0.02, 0.1, 0.3])
+def test_it_pushes_a_part_that_stands_there(speed: float) -> None:
+    ahead = NEXT, at(600.0, FRONT_MM + 20.0, TABLE_MM + 45.0)
+    scene, books, deepest, _ = pushed(ahead, way_mm=40.0, speed=speed)
+    assert scene.body("next").pose.translation[1] > 0.189
+    assert deepest < 0.5
+    assert books.returned_j <= ROUNDING_J + 0.02 * books.arm_j
