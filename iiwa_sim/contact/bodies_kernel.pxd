@@ -29,6 +29,7 @@ cdef class Bodies:
     cdef bint _is_far(
         self, Py_ssize_t x, Py_ssize_t y, double lx, double ly, double lz, double reach, bint tall
     ) noexcept
+    cdef double _widest(self, Py_ssize_t x, Py_ssize_t y, double low, double high) noexcept
     cdef Py_ssize_t _find(self, long long key) noexcept
     cdef bint _has_come_in(self, long long key) noexcept
     cdef object _sift(self)

@@ -165,6 +165,19 @@ class Bodies:
 
     @cython.cfunc
     @cython.exceptval(check=False)
+    def _widest(
+        self, x: cython.Py_ssize_t, y: cython.Py_ssize_t, low: cython.double, high: cython.double
+    ) -> cython.double:
+        """How much higher (m) than its axis a cylinder on its side meets another body first, between two
+        heights: at its axis, and another on its side where both would touch."""
+        z: cython.double = self._pose[x, 11]
+        at: cython.double = z
+        if self._kind[y] == _CYLINDER and self._upright[y] < 0:
+            at += (self._pose[y, 11] - z) * self._size[x, 0] / (self._size[x, 0] + self._size[y, 0])
+        return max(low, min(high, at)) - z
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
     def _find(self, key: cython.longlong) -> cython.Py_ssize_t:
         """Where in the table a key is, or would be."""
         mask: cython.Py_ssize_t = self._table - 1

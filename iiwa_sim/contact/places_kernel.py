@@ -1,9 +1,9 @@
 """Where parts that lie meet what is beside them: places of one body that are in another, and how deep.
 
 A body is seen as its outline: of a box its corners, and places near them, for one whose sides are flush with
-another's; what stands and is round as a disc, a ball as a ball, a cylinder on its side by eight places at the
-height of its axis. What stands is met from beside only, at the heights where both are. What is below a part,
-or less than `STEP_M` above the face on which it lies, it does not meet.
+another's; what stands and is round as a disc, a ball as a ball, a cylinder on its side by eight places, as
+high as it meets the other first. What stands is met from beside only, at the heights where both are. What is
+below a part, or less than `STEP_M` above the face on which it lies, it does not meet.
 
 By which way a place has come into a body is remembered (`ways_in_kernel`), and how far friction's spring is
 wound there, in a table, from when it comes near until it has gone away.
@@ -88,17 +88,22 @@ class Places(Bodies):
         weight: cython.double
         number: cython.longlong = 0
         if kind == _SPHERE or (kind == _CYLINDER and self._upright[x] < 0):
-            # At the height of its middle, where that is beside.
-            tall = tall and self._span[y, 0] < z < self._span[y, 1]
-            if kind == _SPHERE:
+            if kind == _SPHERE:  # at the height of its middle, where that is beside
+                tall = tall and self._span[y, 0] < z < self._span[y, 1]
                 self._place(x, y, 0, 0.0, 0.0, 0.0, size[x, 0], 0, tall, k, rubs, reach)
-            elif tall or self._upright[y] < 0:
+            elif low <= high or y == self._held:
+                if y == self._held:  # it may press from above
+                    if tall and not self._span[y, 0] < z < self._span[y, 1]:
+                        return False
+                    low = high = z
+                z = self._widest(x, y, low, high)
+                weight = sqrt(max(0.0, size[x, 0] * size[x, 0] - z * z))
                 for a in range(-1, 2):
                     for b in range(-1, 2):
                         if a != 0 or b != 0:
-                            u, v = a * size[x, 1], b * size[x, 0]
+                            u, v = a * size[x, 1], b * weight
                             lx, ly = u * p[x, 2] - v * p[x, 5], u * p[x, 5] + v * p[x, 2]
-                            self._place(x, y, number, lx, ly, 0.0, 0.0, 0, tall, _AT_ONCE * k, rubs, reach)
+                            self._place(x, y, number, lx, ly, z, 0.0, 0, tall, _AT_ONCE * k, rubs, reach)
                         number += 1
             return self._met > before
         if low > high:
@@ -161,9 +166,8 @@ class Places(Bodies):
         c = self._c
         self._i[n, 2], self._i[n, 3] = rim, 1 if tall else 0
         c[n, 0], c[n, 1], c[n, 2], c[n, 3] = lx, ly, lz, radius
-        c[n, 4], c[n, 5], c[n, 6] = stiffness, 0.0, stiffness
-        if rubs:
-            c[n, 5] = min(self._material[x, 1], self._material[y, 1])
+        c[n, 4], c[n, 6] = stiffness, stiffness
+        c[n, 5] = min(self._material[x, 1], self._material[y, 1]) if rubs else 0.0
         self._recall(n)
         if self._held >= 0 and (x == self._held or y == self._held):
             c[n, 31] += self._brought
