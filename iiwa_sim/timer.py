@@ -44,27 +44,55 @@ class LoopTimer:
 
 
 class TimerFd:
-    """A timerfd. Linux only."""
+    """A timerfd. Linux only.
+
+    `AT_ONCE` is a turn of the loop, in which all that has come in by then is read first: to set a timerfd to
+    an instant that has passed costs some 18 us on a virtual machine.
+    """
 
     def __init__(self, wake: Callable[[], None]) -> None:
         self._fd = _create()
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._fd, self._woken)
         self._wake = wake
+        self._waits = False  # for an instant, and not for a turn
+        self._turn: asyncio.Handle | None = None
 
     def wake_at(self, instant_ns: int) -> None:
+        if instant_ns == AT_ONCE:
+            self._waits = False
+            if self._turn is None:
+                self._turn = self._loop.call_soon(self._read_first)
+            return
+        self._forget_turn()
+        self._waits = True
         _set(self._fd, instant_ns)
 
     def close(self) -> None:
+        self._forget_turn()
         self._loop.remove_reader(self._fd)
         os.close(self._fd)
+
+    def _read_first(self) -> None:
+        self._turn = self._loop.call_soon(self._turned)
+
+    def _turned(self) -> None:
+        self._turn = None
+        self._wake()
+
+    def _forget_turn(self) -> None:
+        if self._turn is not None:
+            self._turn.cancel()
+            self._turn = None
 
     def _woken(self) -> None:
         try:
             os.read(self._fd, 8)
         except BlockingIOError:  # set again since it expired: the earlier instant is forgotten
             return
-        self._wake()
+        if self._waits:  # else it is called in its turn, and the instant is forgotten
+            self._waits = False
+            self._wake()
 
 
 def open_timer(wake: Callable[[], None]) -> Timer:

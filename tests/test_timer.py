@@ -51,3 +51,25 @@ def test_who_is_called_at_once_again_and_again_leaves_others_their_turn() -> Non
         return got
 
     assert asyncio.run(heard()) == b"x"
+
+
+def test_what_has_come_in_is_read_before_who_is_called_at_once() -> None:
+    async def order() -> list[str]:
+        seen: list[str] = []
+        called = asyncio.Event()
+
+        def wake() -> None:
+            seen.append("called")
+            called.set()
+
+        timer, loop = open_timer(wake), asyncio.get_running_loop()
+        here, there = socket.socketpair()
+        with here, there:
+            loop.add_reader(here, lambda: (seen.append("read"), loop.remove_reader(here)))
+            there.send(b"x")
+            timer.wake_at(AT_ONCE)
+            await called.wait()
+        timer.close()
+        return seen
+
+    assert asyncio.run(order()) == ["read", "called"]

@@ -232,10 +232,8 @@ class Controller:
     def under_way(self) -> bool:
         """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
         nor in a gravity hold; or whether its gripper does."""
-        motions, handling = self._core.motions, self._core.handling
-        return (self.moving and not motions.pausing and not motions.holding) or (
-            handling is not None and not handling.settled
-        )
+        core = self._core
+        return core.motions.ends_by_itself or (core.handling is not None and not core.handling.settled)
 
     @property
     def accepted(self) -> int:

@@ -1,10 +1,12 @@
 """What the parts of the controller share: the state of one robot, its tick, and what ends in a stop."""
 
 from collections.abc import Callable
+from math import inf
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.assembly import motions_of
 from iiwa_sim.controller.carrying import Carrying
+from iiwa_sim.controller.core_kernel import CoreTicks
 from iiwa_sim.controller.endings import Endings
 from iiwa_sim.controller.error_state import RobotErrors
 from iiwa_sim.controller.errors import (
@@ -36,7 +38,7 @@ from iiwa_sim.wrench import Wrench
 REPLACED = "replaced by a newer move, of a servo or in another mode"
 
 
-class Core:
+class Core(CoreTicks):
     """The state of one robot, stepped. The parts of the controller read and change it; nobody else does."""
 
     def __init__(
@@ -73,64 +75,18 @@ class Core:
         self.handling = handling
         self.protection = protection
         self.motions = self._motions_from(start)
-        self.joints_before = start  # at the last tick
+        self.joints_before = start
         self.endings = Endings(self.is_pending)
         self.error_state = RobotErrors()
         self.accepted = 0
         """Moves, since the start: the number of the newest one."""
-        self.watch_trajectory: Callable[[], None] | None = None
-        """Called after each tick in which a trajectory is followed, or has just ended."""
+        self.watch_trajectory = None
         self.servo_heard = 0
         """The tick in which a servo mode has heard of its newest command."""
         self._servo_timeout_s = servo_timeout_s
         self._on_fault = on_fault
         self._on_contact = on_contact
         self._meetings = None if on_touch is None else Meetings(load, tick_s, on_touch)
-
-    def step(self) -> None:
-        """One tick: the robot moves, then feels the forces where it is now, then compares with thresholds.
-
-        So a stop that a force asks for begins in the tick after the one in which its threshold is passed. An
-        internal error in a tick stops the robot, sets the error state, and is raised.
-        """
-        if self._servo_timeout_s is not None:
-            self._watch_servo(self._servo_timeout_s)
-        self.tick += 1
-        motions, load = self.motions, self.load
-        self.joints_before = motions.joints
-        try:
-            motions.step()
-        except Exception as fault:
-            reason = f"internal error: {type(fault).__name__}, see the log"
-            self.error_state.fail(EXECUTION, reason)
-            self.endings.lost(0, EXECUTION, reason)
-            self.halt(STOP_TRIGGERED, "stopped")
-            raise
-        if motions.tracking and self.watch_trajectory is not None:
-            self.watch_trajectory()
-        # Of what most ticks have nothing of only that is asked.
-        endings, acts = self.endings, False
-        if endings.pending and endings.pending[0].number != motions.under_way:
-            endings.after_tick()
-        if self.handling is not None or not load.is_idle(self.tick):
-            self._feel()
-            acts = load.acts
-        if endings.pending and (guard := endings.pending[0].guard) is not None:
-            self._watch_forces(guard)
-        if acts or self.protection.watches_tcp:
-            self._protect()
-        if self._meetings is not None and (acts or self.tick % self._meetings.every == 0):
-            self._meetings.after_tick(self.tick, motions.joints != self.joints_before)
-
-    def _feel(self) -> None:
-        """Find what pushes the robot where a tick has brought it."""
-        motions, load, handling, coming = self.motions, self.load, self.handling, None
-        if load.carries or (handling is not None and handling.holds):
-            next_joints = motions.coming
-            coming = None if next_joints is None else load.coming_tcp(next_joints)
-        if handling is not None:
-            handling.step(motions.joints, motions.tcp_contact, coming)
-        load.step(motions.joints, self.tick, self.tick_s, motions.tcp_contact, coming)
 
     @property
     def resting(self) -> bool:
@@ -175,7 +131,8 @@ class Core:
             self.motions.stop()
         self.mode = change.mode
 
-    def _watch_servo(self, timeout_s: float) -> None:
+    def _watch_servo(self) -> None:
+        timeout_s = self._servo_timeout_s or inf
         if self.mode in SERVO_MODES and (self.tick - self.servo_heard) * self.tick_s >= timeout_s:
             self.end_servo(f"no {self.mode.value} command for {timeout_s:g} s: the robot stops")
 
@@ -183,6 +140,13 @@ class Core:
         self.stop_for(TRANSITIONS[self.mode, Event.SERVO_TIMEOUT], COMMUNICATION_FAILURE, reason)
         self.error_state.fail(COMMUNICATION_FAILURE, reason)
         self.tell(COMMUNICATION_FAILURE, reason)
+
+    def _fail_in_tick(self, fault: Exception) -> None:
+        """Stop after an internal error in a tick."""
+        reason = f"internal error: {type(fault).__name__}, see the log"
+        self.error_state.fail(EXECUTION, reason)
+        self.endings.lost(0, EXECUTION, reason)
+        self.halt(STOP_TRIGGERED, "stopped")
 
     def _watch_forces(self, guard: ForceGuard) -> None:
         """End a force move that has met a force."""

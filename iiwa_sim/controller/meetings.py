@@ -44,20 +44,21 @@ class Meetings:
         self._tell = tell
         self.every = max(1, round(SELF_COLLISION_EVERY_S / tick_s))
         """Ticks between two looks at links that may meet each other."""
-        self._touching: set[tuple[str, str]] = set()
+        self.touching: set[tuple[str, str]] = set()
+        """Links that touch surfaces, by their names."""
         self._folded: tuple[str, str] | None = None
 
     def after_tick(self, tick: int, moved: bool) -> None:
         """A tick of this number has come to an end, and has perhaps moved the arm.
 
-        To be called after ticks in which something acts on it, and after each `every` of all.
+        To be called after ticks in which links touch or have touched, and after each `every` of all.
         """
         contacts = self._load.link_contacts
-        if contacts or self._touching:
+        if contacts or self.touching:
             touching = {(contact.link, contact.surface) for contact in contacts}
-            for link, surface in sorted(touching - self._touching):
+            for link, surface in sorted(touching - self.touching):
                 self._tell(harmless(f"link {link} touches surface {surface!r}"))
-            self._touching = touching
+            self.touching = touching
         if moved and tick % self.every == 0:
             folded = self._load.itself.colliding
             if folded is not None and folded != self._folded:

@@ -13,7 +13,6 @@ from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.trajectory.reference import Reference
 from iiwa_sim.motion.trajectory.way import Followed, Way, way_along
-from iiwa_sim.robot.feeling_kernel import Reached
 
 
 class Motions(EvenMotions):
@@ -39,16 +38,6 @@ class Motions(EvenMotions):
         self._following = False  # the servo is active for targets, and has not been stopped
         self.tracking = False
         """Whether the servo is active for a trajectory, and has not been stopped."""
-
-    @property
-    def tcp_contact(self) -> Reached | None:
-        """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
-        return self._follower.tcp_contact
-
-    @property
-    def coming(self) -> Joints | None:
-        """Where the next tick brings the robot (rad) if nothing is asked for; None while it gives way."""
-        return None if self._follower.active else self._nominal.active.coming
 
     def moves_otherwise(self) -> bool:
         """Whether anything moves, is being stopped, or waits, with no chain in the drive."""
@@ -82,18 +71,22 @@ class Motions(EvenMotions):
         return self._follower.holding or isinstance(self._next, Hold)
 
     @property
+    def ends_by_itself(self) -> bool:
+        """Whether anything moves and stops without a command: not in a pause, nor in a hold or before one."""
+        # Asked for in every tick of a fast clock: first what it mostly is.
+        return (
+            self.moving
+            and (self._override.rate != 0.0 or not self._override.pausing)
+            and not self._follower.holding
+            and (self._next is None or not isinstance(self._next, Hold))
+        )
+
+    @property
     def behind(self) -> int:
         """Moves behind the one that runs, or begins in the next tick; all that wait while the robot stops."""
         if isinstance(self._next, StiffnessMove | Hold):
             return int(self._being_stopped)
         return self.drive.waiting if self._queue_waits else self.drive.behind
-
-    @property
-    def under_way(self) -> int:
-        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
-        if self._follower.active or self._nominal.active is not self.drive:
-            return 0
-        return self.drive.under_way
 
     @property
     def rest(self) -> Joints:

@@ -92,8 +92,8 @@ class Protection:
         """Whether the last look was at what is applied now."""
         return self._judged and load.judged
 
-    def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
-        """Why the load at joint positions (rad) stops the robot; None if it does not."""
+    def tolerates(self, load: ExternalLoad) -> bool:
+        """Whether the load is surely within all limits: so in most ticks, also of a robot in contact."""
         self._judged, safety = True, self.safety
         if load.levers_m is not self._levers_m:
             self._levers_m = load.levers_m
@@ -101,8 +101,13 @@ class Protection:
         within = load.surely_within(
             self._part_per_n, self._least_limit, safety.force_n or inf, safety.torque_nm or inf
         )
-        if within and not self._exceeded:
-            return None  # most ticks, also of a robot in contact
+        return within and not self._exceeded
+
+    def overload(self, load: ExternalLoad, joints: Sequence[float], standing: bool) -> str | None:
+        """Why the load at joint positions (rad) stops the robot; None if it does not."""
+        if self.tolerates(load):
+            return None
+        safety = self.safety
         x, y, z, a, b, c = load.acting
         why = self._overloaded_joint(load.exact_torques(joints), standing)
         if why is None:

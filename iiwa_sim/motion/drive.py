@@ -61,13 +61,6 @@ class Drive(EvenTicks):
         return waiting - 1 if waiting and self._chain is None else waiting
 
     @property
-    def coming(self) -> Joints:
-        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
-        if self._ahead and self._time.even:
-            return self._ahead[-1]
-        return self.joints if self._chain is None else self._chain.joints(self._time.coming_s)
-
-    @property
     def moves(self) -> Sequence[Move]:
         """The move that runs, unless it is being stopped, and those behind it, in their order."""
         chain, begun = self._chain, list[Move]()

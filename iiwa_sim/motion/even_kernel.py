@@ -14,6 +14,7 @@ from typing import Any
 import cython
 
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.robot.feeling_kernel import Reached
 
 
 @cython.cclass
@@ -101,6 +102,14 @@ class EvenTicks:
             self._last = move.number
         return self._last
 
+    @property
+    def coming(self) -> Joints:
+        """Where the next tick brings the robot (rad), if nothing is asked for until then."""
+        time: Any = self._time
+        if len(self._ahead) > 0 and time.even:
+            return self._ahead[len(self._ahead) - 1]
+        return self.joints if self._chain is None else self._chain.joints(time.coming_s)
+
     @cython.ccall
     @cython.exceptval(-1)
     def step_evenly(self) -> cython.bint:
@@ -123,6 +132,8 @@ class GivesWay:
 
     active: bool = cython.declare(cython.bint, visibility="public")
     """Whether the robot yields or brakes, and is not where the nominal motion is but elsewhere."""
+    tcp_contact: Reached | None = cython.declare(object, visibility="public")
+    """Where the TCP has come to in the last tick, and what it touches there; None where that is not known."""
 
 
 @cython.cclass
@@ -157,6 +168,25 @@ class EvenMotions:
     def moves_otherwise(self) -> bool:
         """Whether anything does, with no chain in the drive."""
         raise NotImplementedError
+
+    @property
+    def under_way(self) -> int:
+        """The number of the normal move that runs and is not being stopped, 0 where there is none."""
+        if self._follower.active or self._nominal.active is not self.drive:
+            return 0
+        number: int = self.drive.under_way
+        return number
+
+    @property
+    def tcp_contact(self) -> Reached | None:
+        """Where the TCP has come to in the last tick, and what it touches there, if that is known."""
+        contact: Reached | None = self._follower.tcp_contact
+        return contact
+
+    @property
+    def coming(self) -> Joints | None:
+        """Where the next tick brings the robot (rad) if nothing is asked for; None while it gives way."""
+        return None if self._follower.active else self._nominal.active.coming
 
     def step(self) -> None:
         """One tick. Where what moves fails, the robot stops, and what it raised is raised."""

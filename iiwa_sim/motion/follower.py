@@ -6,7 +6,6 @@ from iiwa_sim.motion.even_kernel import GivesWay
 from iiwa_sim.motion.joint_bounds_kernel import largest_way
 from iiwa_sim.motion.joint_springs_kernel import JointSprings
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.robot.feeling_kernel import Reached
 
 STILL_RAD_PER_S = 2e-4
 """A robot off its plan is at rest when no joint has been faster than this ..."""
@@ -39,8 +38,7 @@ class Follower(GivesWay):
         """Whether it does so around where a hold has begun, and not around the nominal motion."""
         self.impedance = NO_SPRINGS
         """How the TCP gives way around the nominal motion."""
-        self.tcp_contact: Reached | None = None
-        """Where the TCP has come to in the last tick, and what it touches there, where that is known."""
+        self.tcp_contact = None
         self._tick_s = tick_s
         self._compliance = compliance
         self._springs = springs

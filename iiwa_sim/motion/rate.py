@@ -42,7 +42,8 @@ class PlannedTime(EvenTime):
         At the rate before, the motion would have reached `since_s` in this tick.
         """
         before = self.override.rate
-        self.override.settle()
+        if not self.override.level:
+            self.override.settle()
         self.start(since_s * self.override.rate / before if since_s else 0.0)
 
     def running(self, plan: PlanAhead) -> Running:
