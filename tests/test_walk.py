@@ -12,9 +12,8 @@ async def test_a_lin_move_and_a_tick_pass_few_files() -> None:
     assert "dialect/wire/wire_faults.py" not in command.files, "none is set"
     assert len(command.files) <= 14
     assert len(command.steps) <= 21
-    assert all(tick.steps[0].file == "controller/motions.py" for tick in ticks if tick.steps), (
-        "the tick is compiled"
-    )
+    widest = max(ticks, key=lambda tick: len(tick.files))
+    assert widest.steps[0].file == "controller/motions.py", "what calls it is compiled"
     widths = sorted(len(tick.files) for tick in ticks)
     assert widths[len(widths) // 2] <= 3
     assert widths[-2] <= 7, "all but the tick in which the move is planned"
