@@ -255,10 +255,10 @@ class HeapScene:
 def deepest_mm(bodies: Iterable[Body]) -> float:
     """How deep parts that lie are in each other, at worst: places within each of them, in the others."""
     lying = [solid_of(each) for each in bodies if each.state == LIES]
-    return 1e3 * max((_depth_m(a, b) for a, b in permutations(lying, 2)), default=0.0)
+    return 1e3 * max((depth_m(a, b) for a, b in permutations(lying, 2)), default=0.0)
 
 
-def _depth_m(one: Surface, other: Surface) -> float:
+def depth_m(one: Surface, other: Surface) -> float:
     if dist(one.pose.translation, other.pose.translation) > one.shape.extent + other.shape.extent:
         return 0.0
     halves = _halves(one.shape)
