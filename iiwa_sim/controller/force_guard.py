@@ -48,13 +48,12 @@ class ForceGuard(NamedTuple):
 
     def contact(self, wrench: Wrench, tcp: Callable[[], Frame]) -> Contact | None:
         """What ends the move, if a force does: of several the one that is farthest beyond its threshold."""
-        beyond = [
-            (abs(force - offset) / threshold, axis, force, offset, threshold)
-            for axis, force, offset, threshold in zip(
-                AXES, wrench[:3], self.offset[:3], self.thresholds, strict=True
-            )
-            if threshold is not None and abs(force - offset) > threshold
-        ]
+        offset, thresholds = self.offset, self.thresholds
+        beyond = []
+        for n in range(3):
+            threshold, force = thresholds[n], wrench[n]
+            if threshold is not None and abs(force - offset[n]) > threshold:
+                beyond.append((abs(force - offset[n]) / threshold, AXES[n], force, offset[n], threshold))
         return Contact(self.move, *max(beyond)[1:], tcp()) if beyond else None
 
 
