@@ -10,8 +10,7 @@ from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest
 from iiwa_sim.frames import Frame
 from iiwa_sim.motion.queue.chain import Chain
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import begun, planned_on
-from iiwa_sim.motion.slices import at_once
+from iiwa_sim.motion.queue.planning import at_once, begun, planned_on
 from iiwa_sim.robot.description import RobotDescription
 from iiwa_sim.robot.model import Model
 

@@ -235,14 +235,16 @@ class Drive(EvenTicks):
         begins = self._look_ahead.begin(self._waiting.planned)
         if begins is None:
             return None
-        self._go_along(begins.chain)
-        self._waiting.take(begins.moves)
+        self._go_along(*begins)
         self._ahead.clear()
         self._look_ahead.forget()
         self._time.begin(time_s)
         return begins.chain
 
-    def _go_along(self, chain: Chain) -> None:
+    def _go_along(self, chain: Chain, moves: int = 0) -> None:
+        """Run a chain, with so many of the moves that waited: they do not wait any more."""
+        for _ in range(moves):
+            self._planned.popleft()
         self._version += 1
         self._chain, chain.version = chain, self._version
         self._quiet_until_s, self._last = 0.0, 0
@@ -255,8 +257,7 @@ class Drive(EvenTicks):
         """The chain under way, or another, with moves that do not wait any more."""
         if ahead is None:
             return chain
-        self._go_along(ahead.chain)
-        self._waiting.take(ahead.moves)
+        self._go_along(*ahead)
         del self._ahead[: max(len(self._ahead) - self._time.ticks_until(ahead.chain.front_s), 0)]
         return ahead.chain
 

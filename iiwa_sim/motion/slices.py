@@ -9,13 +9,3 @@ from typing import TypeVar
 T = TypeVar("T")
 
 Slices = Generator[None, None, T]
-
-
-def at_once(slices: Slices[T]) -> T:
-    """Run the remaining slices at once."""
-    while True:
-        try:
-            next(slices)
-        except StopIteration as end:
-            result: T = end.value
-            return result

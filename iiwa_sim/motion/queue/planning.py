@@ -15,7 +15,7 @@ from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.queue.rows_kernel import UNIT_S, layout, write
 from iiwa_sim.motion.queue.straight_kernel import Evenly
-from iiwa_sim.motion.slices import Slices, at_once
+from iiwa_sim.motion.slices import Slices, T
 from iiwa_sim.motion.timing.bounds_kernel import Rows
 from iiwa_sim.motion.timing.clock import fastest, guess, quick
 from iiwa_sim.motion.timing.guess_kernel import steady
@@ -122,6 +122,16 @@ def ending(chain: Chain, now_s: float, time_s: float) -> Chain | None:
         if found is not None:
             return found
     return None
+
+
+def at_once(slices: Slices[T]) -> T:
+    """What a plan in slices comes to, run to its end within this tick."""
+    while True:
+        try:
+            next(slices)
+        except StopIteration as end:
+            result: T = end.value
+            return result
 
 
 def _set_out(course: Course, front: Front) -> tuple[float, float]:

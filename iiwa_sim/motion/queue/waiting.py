@@ -57,11 +57,6 @@ class Waiting:
             return self.planned
         return deque(move for move in self.planned if move.number < self.apart)
 
-    def take(self, count: int) -> None:
-        """The first `count` moves do not wait any more."""
-        for _ in range(count):
-            self.planned.popleft()
-
     def drop_first(self) -> None:
         """Forget the move that begins next, if one waits."""
         if self.any:

@@ -15,8 +15,7 @@ from iiwa_sim.motion.queue.chain import Chain, Front
 from iiwa_sim.motion.queue.corner import Corner, corner
 from iiwa_sim.motion.queue.course import Course
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.queue.planning import planned, planned_on
-from iiwa_sim.motion.slices import at_once
+from iiwa_sim.motion.queue.planning import at_once, planned, planned_on
 from iiwa_sim.robot.description import load_robot
 from iiwa_sim.robot.model import Model
 
