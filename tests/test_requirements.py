@@ -101,11 +101,8 @@ def pytest_configure(config):
 """
 
 
-@pytest.mark.parametrize(
-    "spread",
-    [pytest.param([], marks=pytest.mark.slow), ["-p", "xdist", "-n", "1"]],
-    ids=["one process", "xdist"],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("spread", [[], ["-p", "xdist", "-n", "1"]], ids=["one process", "xdist"])
 def test_a_run_is_remembered_until_the_test_runs_again(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, spread: list[str]
 ) -> None:

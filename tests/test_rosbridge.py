@@ -288,6 +288,7 @@ async def test_messages_that_are_none_are_told_and_the_connection_goes_on(ros: R
     assert (await ros.calls("/rosapi/nodes"))["result"] is True
 
 
+@pytest.mark.slow
 async def test_stuck_and_flooding_clients_delay_neither_ticks_nor_others(
     simulator: Simulator, ros: Ros
 ) -> None:

@@ -43,7 +43,7 @@ def pushed(
     return scene, books, deepest, felt
 
 
-@pytest.mark.parametrize("speed", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("speed", [pytest.param(0.02, marks=pytest.mark.slow), 0.1, 0.3])
 def test_what_runs_into_a_wall_slides_back_on_what_carries_it(speed: float) -> None:
     """By friction, which the arm feels besides that of both on the table."""
     scene, books, _, felt = pushed(surfaces=(TABLE, WALL), way_mm=18.0, speed=speed)
@@ -60,7 +60,7 @@ def test_what_runs_into_a_wall_slides_back_on_what_carries_it(speed: float) -> N
         assert median(felt[3 * n // 4 : 9 * n // 10]) == pytest.approx(table_n + lid_n, rel=0.02)
 
 
-@pytest.mark.parametrize("speed", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("speed", [pytest.param(0.02, marks=pytest.mark.slow), 0.1, 0.3])
 def test_it_pushes_a_part_that_stands_there(speed: float) -> None:
     ahead = NEXT, at(600.0, FRONT_MM + 20.0, TABLE_MM + 45.0)
     scene, books, deepest, _ = pushed(ahead, way_mm=40.0, speed=speed)

@@ -165,7 +165,8 @@ def test_numbers_at_one_place_share_it() -> None:
     assert together([((0.0,), str(each)) for each in range(9)], 1.0) == [((0.0,), "0, 1, 2, ..., 8")]
 
 
-@pytest.mark.parametrize("file_format", ["svg", pytest.param("png", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("file_format", ["svg", "png"])
 def test_the_same_recording_gives_the_same_picture(recording: Recording, file_format: str) -> None:
     """Any name can stand in its title."""
     script = recording.script._replace(path="of/$\\alpha$ \u6f22\n%.txt")

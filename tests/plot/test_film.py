@@ -55,6 +55,7 @@ def test_a_gif_plays_at_the_pace_of_the_robot(short: Recording) -> None:
         assert image.convert("RGB").tobytes() != first, "the arm has moved"
 
 
+@pytest.mark.slow
 def test_a_page_asks_no_other_host(short: Recording) -> None:
     page = film(short, "html").decode()
     assert len(FRAMES.findall(page)) == len(ticks_shown(short))

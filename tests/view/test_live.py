@@ -116,6 +116,7 @@ def test_surfaces_and_contacts_are_drawn(simulator: Simulator) -> None:
         viewer.until(marks_a_contact)
 
 
+@pytest.mark.slow
 def test_what_a_link_touches_is_marked(simulator: Simulator) -> None:
     with page_of(simulator) as port, viewing(port) as viewer, Iiwa(simulator.host, simulator.port) as robot:
         shows(viewer, "stopped")
