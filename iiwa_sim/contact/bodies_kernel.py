@@ -135,10 +135,12 @@ class Bodies:
     @cython.exceptval(check=False)
     def _apart(self, x: cython.Py_ssize_t, y: cython.Py_ssize_t) -> cython.double:
         """Two bodies are no nearer to each other (m), by the boxes round them."""
-        p, r = self._pose, self._reach
         most: cython.double = -1e300
         for i in range(3):
-            most = max(most, fabs(p[x, 9 + i] - p[y, 9 + i]) - r[x, i] - r[y, i])
+            most = max(
+                most,
+                fabs(self._pose[x, 9 + i] - self._pose[y, 9 + i]) - self._reach[x, i] - self._reach[y, i],
+            )
         return most
 
     @cython.cfunc
@@ -155,12 +157,11 @@ class Bodies:
     ) -> cython.bint:
         """Whether a place of a body, from its middle, is farther (m) than that from the box round another,
         which may have neither upper nor lower end."""
-        p, r = self._pose, self._reach
         reach += _ROUNDING
         return (
-            fabs(lx + p[x, 9] - p[y, 9]) > r[y, 0] + reach
-            or fabs(ly + p[x, 10] - p[y, 10]) > r[y, 1] + reach
-            or (not tall and fabs(lz + p[x, 11] - p[y, 11]) > r[y, 2] + reach)
+            fabs(lx + self._pose[x, 9] - self._pose[y, 9]) > self._reach[y, 0] + reach
+            or fabs(ly + self._pose[x, 10] - self._pose[y, 10]) > self._reach[y, 1] + reach
+            or (not tall and fabs(lz + self._pose[x, 11] - self._pose[y, 11]) > self._reach[y, 2] + reach)
         )
 
     @cython.cfunc
@@ -191,11 +192,10 @@ class Bodies:
     @cython.exceptval(check=False)
     def _has_come_in(self, key: cython.longlong) -> cython.bint:
         """Whether it is remembered by which way a place has come into a body."""
-        m = self._memory
         slot: cython.Py_ssize_t = self._find(key)
         if self._keys[slot] == -1:
             return False
-        return m[slot, 0] != 0.0 or m[slot, 1] != 0.0 or m[slot, 2] != 0.0
+        return self._memory[slot, 0] != 0.0 or self._memory[slot, 1] != 0.0 or self._memory[slot, 2] != 0.0
 
     @cython.cfunc
     def _sift(self) -> object:

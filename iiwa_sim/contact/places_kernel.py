@@ -271,13 +271,14 @@ class Places(Bodies):
     @cython.exceptval(check=False)
     def _depth(self, m: cython.Py_ssize_t) -> cython.double:
         """Depth (m) of a place, taken for a plane, when parts have gone the ways that are tried."""
-        c, t, moved = self._c, self._t, self._moved
-        depth: cython.double = c[m, 13]
+        depth: cython.double = self._c[m, 13]
         q: cython.Py_ssize_t
         for q in range(self._i[m, 4], self._i[m, 5]):
             k = self._of[q, 0]
-            out = c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2] + moved[q, 3] * t[k, 3]
-            depth += moved[q, 0] * out
+            out = self._c[m, 14] * self._t[k, 0] + self._c[m, 15] * self._t[k, 1]
+            out += self._c[m, 16] * self._t[k, 2]
+            out += self._moved[q, 3] * self._t[k, 3]
+            depth += self._moved[q, 0] * out
         return depth
 
     @cython.cfunc
@@ -285,16 +286,15 @@ class Places(Bodies):
     def _rub(self, m: cython.Py_ssize_t) -> tuple[cython.double, cython.double, cython.double]:
         """How far friction's spring at a place would be wound (m), if it held all, at the ways that are
         tried."""
-        c, t, moved = self._c, self._t, self._moved
         ux: cython.double = 0.0
         uy: cython.double = 0.0
         uz: cython.double = 0.0
         q: cython.Py_ssize_t
         for q in range(self._i[m, 4], self._i[m, 5]):
             k = self._of[q, 0]
-            ux -= moved[q, 0] * (t[k, 0] - t[k, 3] * moved[q, 2])
-            uy -= moved[q, 0] * (t[k, 1] + t[k, 3] * moved[q, 1])
-            uz -= moved[q, 0] * t[k, 2]
-        nx, ny, nz = c[m, 14], c[m, 15], c[m, 16]
+            ux -= self._moved[q, 0] * (self._t[k, 0] - self._t[k, 3] * self._moved[q, 2])
+            uy -= self._moved[q, 0] * (self._t[k, 1] + self._t[k, 3] * self._moved[q, 1])
+            uz -= self._moved[q, 0] * self._t[k, 2]
+        nx, ny, nz = self._c[m, 14], self._c[m, 15], self._c[m, 16]
         out = ux * nx + uy * ny + uz * nz
-        return c[m, 10] + ux - out * nx, c[m, 11] + uy - out * ny, c[m, 12] + uz - out * nz
+        return self._c[m, 10] + ux - out * nx, self._c[m, 11] + uy - out * ny, self._c[m, 12] + uz - out * nz

@@ -118,7 +118,7 @@ class Aside(ArmWay):
         near = []
         row: cython.Py_ssize_t
         links: LinksBeside = self._load.surround(joints)
-        for name in self._pieces.lying if moving else self.watched:
+        for name in sorted({*moving, *self.watched}, key=self._parts.numbers.get) if moving else self.watched:
             row = self._rows.get(name, -1)
             due: cython.bint = row >= 0 and self._due[row] <= self._way
             if name in moving or (due and self._gap(row, links, held, tcp) <= _CLOSE):

@@ -25,6 +25,8 @@ class Lying(Pieces):
         super().__init__(gripper)
         self._bodies = {each.part.name: each for each in bodies}
         self._surfaces = tuple(surfaces)
+        self.put: set[str] = set()
+        """Parts that are not as they were when the crowd was told last."""
         self._solid: list[Surface] | None = None  # these, and parts that lie
         self._grounds: list[Ground] | None = None  # level faces of surfaces
         self._upon: dict[str, list[str]] | None = None  # what lies on each
@@ -146,18 +148,16 @@ def pressed_into(body: Body, faces: Iterable[Ground], from_above: Callable[[str]
 def start(parts: Iterable[tuple[Part, Transform]], surfaces: Sequence[Surface]) -> list[Body]:
     """Parts as they are at the beginning: what stands right above a face lies on it, all else falls."""
     bodies: list[Body] = []
+    grounds = grounds_of(surfaces)
     for part, pose in sorted(parts, key=lambda each: each[1].translation[2]):
         body = Body(part, pose, STILL, FALLS)
-        grounds = grounds_of(surfaces)
-        for each in bodies:
-            ground = ground_of(each.part.name, each.part.shape, each.pose, each.part.stiffness)
-            if ground is not None and each.state == LIES:
-                grounds.append(ground)
         x, y, z = pose.translation
         below = [each for each in grounds if each.top < z and each.has(x, y)]
         if below:
             top = max(below, key=lambda each: each.top)
             if abs(body.bottom - top.top) <= CLOSE_M:
                 body = landed(body, top)
+                ground = ground_of(part.name, part.shape, body.pose, part.stiffness)
+                grounds += [] if ground is None else [ground]
         bodies.append(body)
     return bodies

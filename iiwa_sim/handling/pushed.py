@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-
 from iiwa_sim.contact.crowd import Laid
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
-from iiwa_sim.handling.falling import Body
+from iiwa_sim.handling.falling import LIES, Body
 from iiwa_sim.handling.pressing import solid_of
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.robot.trigonometry_kernel import cosine, sine
@@ -28,6 +26,7 @@ class Known:
         self.numbers = {name: number for number, name in enumerate(self.names)}
         self._surfaces: tuple[Surface, ...] | None = None
         self._known: dict[str, Body] = {}
+        self._laid = -1  # changes of what lies when all of that was laid
         self._ids: dict[str, int] = {}  # of surfaces
 
     def look(self) -> None:
@@ -39,26 +38,25 @@ class Known:
             first = len(self.names)
             ids = [self._ids.setdefault(each.name, first + len(self._ids)) for each in self._surfaces]
             crowd.stand(self._surfaces, ids)
-            self._known = {}
-        if len(self._known) != len(lying) or any(name not in self._known for name in lying):
+            self._laid = -1
+        if self._laid != pieces.lying_changes:
+            self._laid = pieces.lying_changes
             for name in self.names:
                 crowd.lay(self.numbers[name], None)
-            self._known = {}
-        changed = {name for name in lying if self._known.get(name) is not bodies[name]}
+            changed = set(lying)
+        else:
+            changed = {name for name in pieces.put if self._known.get(name) is not bodies[name]}
+        pieces.put.clear()
         for name in tuple(changed):
             on = bodies[name].on
             while on in self.numbers and on not in changed:
                 changed.add(on)
                 on = bodies[on].on
-        if changed:
-            upon: dict[str, list[Body]] = {}
-            for name in lying:
-                upon.setdefault(bodies[name].on, []).append(bodies[name])
-            for name in lying:
-                if name in changed:
-                    self._lay(bodies[name], upon)
+        for name in changed:
+            if bodies[name].state == LIES:
+                self._lay(bodies[name])
 
-    def _lay(self, body: Body, upon: Mapping[str, list[Body]]) -> None:
+    def _lay(self, body: Body) -> None:
         pieces, part = self._pieces, body.part
         name = part.name
         face, on = pieces.face_below(name), self.numbers.get(body.on, -1)
@@ -68,20 +66,13 @@ class Known:
         top = body.bottom if face is None else face.top
         below = part.stiffness if face is None else face.stiffness_below(part)
         mass = about = 0.0
-        for each in riders(name, upon):
+        for each in pieces.riders(name):
             mass += each.part.mass_kg
             about += _about(each, body.pose.translation)
         velocity = (*body.velocity, body.spin)
         laid = Laid(solid_of(body), velocity, body.wound, part.mass_kg, on, top, below, mass, about)
         pieces.crowd.lay(self.numbers[name], laid)
         self._known[name] = body
-
-
-def riders(name: str, upon: Mapping[str, list[Body]]) -> Iterator[Body]:
-    """What lies on a part, and on that, by what lies upon each."""
-    for each in upon.get(name, ()):
-        yield each
-        yield from riders(each.part.name, upon)
 
 
 def gone_by(pose: Transform, way: Way) -> Transform:

@@ -206,6 +206,7 @@ class Workpieces(Lying):
         name = body.part.name
         before, self._bodies[name] = self._bodies[name], body
         self.changes += 1
+        self.put.add(name)
         if (body.state == LIES) != (before.state == LIES):
             self._note_lying()
         elif body.on != before.on:

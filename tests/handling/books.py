@@ -179,6 +179,9 @@ class Books:
             crowd=probe,
             surfaces=pieces.surfaces,
             face_below=pieces.face_below,
+            riders=pieces.riders,
+            lying_changes=0,
+            put=set(),
         )
         known = Known(seen)  # type: ignore[arg-type]
         known.look()
