@@ -62,6 +62,7 @@ class JointSprings:
     _v_after: cython.double[::1]
     _touching: cython.bint
     _acting: cython.double[::1]  # what surfaces do to the TCP where it is: force (N) and torque (Nm)
+    _seen: cython.double[::1]  # and what they would do elsewhere
     _kicks: cython.double[::1]  # what half a kick by that adds to the velocity of each joint
 
     def __init__(
@@ -82,7 +83,8 @@ class JointSprings:
         self._substeps = ceil(tick_s / LONGEST_SUBSTEP_S - 1e-9)
         self._x, self._v, self._torques = np.zeros(count), np.zeros(count), np.zeros(count)
         self._x_after, self._v_after = np.zeros(count), np.zeros(count)
-        self._acting, self._kicks = np.zeros(6), np.zeros(count)
+        self._acting, self._seen = np.zeros((2, 6))
+        self._kicks = np.zeros(count)
 
     def start(self, joints: Joints, velocity: Sequence[float], stiffness_nm_per_rad: float) -> None:
         """Hold these joint positions (rad), coming from a velocity (rad/s)."""
@@ -96,11 +98,7 @@ class JointSprings:
         self._x[:] = 0.0
         for k in range(self._joint_count):
             self._v[k] = velocity[k]
-        self._touching = False
-        if self._feels:
-            self._tcp.go_to(joints)
-            p = self._tcp.place
-            self._touch(p[0], p[1], p[2], 0.0, 0.0, 0.0, False)
+        self._touching = self._feels and self._touches(joints, self._acting)
 
     def step(self) -> Joints:
         """A tick."""
@@ -114,7 +112,7 @@ class JointSprings:
                 x_after[k] = c[0] * x[k] + c[1] * v[k] + c[2] * f[k]
                 v_after[k] = c[3] * x[k] + c[4] * v[k] + c[5] * f[k]
             after = self._turned()
-            if self._feels and self._meets(after):
+            if self._feels and self._touches(after, self._seen):
                 after = None
         if after is None:
             self._step_in_contact()
@@ -159,37 +157,11 @@ class JointSprings:
         return None
 
     @cython.cfunc
-    def _meets(self, joints: Any) -> cython.bint:
-        """Whether the TCP touches something at joint positions (rad)."""
+    def _touches(self, joints: Any, acting: cython.double[::1]) -> cython.bint:
+        """Whether surfaces do anything to the TCP at rest at joint positions (rad), and what."""
         self._tcp.go_to(joints)
-        p, f = self._tcp.place, self._feeling
-        if not f.feel_at(p[0], p[1], p[2], 0.0, 0.0, 0.0, False):
-            return False
-        return f.fx != 0.0 or f.fy != 0.0 or f.fz != 0.0 or f.tx != 0.0 or f.ty != 0.0 or f.tz != 0.0
-
-    @cython.cfunc
-    def _touch(
-        self,
-        px: cython.double,
-        py: cython.double,
-        pz: cython.double,
-        vx: cython.double,
-        vy: cython.double,
-        vz: cython.double,
-        remember: cython.bint,
-    ) -> object:
-        """Feel the world with the TCP at a place (m), at a velocity (m/s)."""
-        t, f = self._acting, self._feeling
-        self._touching = False
-        if f.feel_at(px, py, pz, vx, vy, vz, remember):
-            t[0], t[1], t[2], t[3], t[4], t[5] = f.fx, f.fy, f.fz, f.tx, f.ty, f.tz
-            for i in range(6):
-                if t[i] != 0.0:
-                    self._touching = True
-        else:
-            for i in range(6):
-                t[i] = 0.0
-        return None
+        p = self._tcp.place
+        return self._feeling.acts_at(p[0], p[1], p[2], 0.0, 0.0, 0.0, False, acting)
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -234,7 +206,7 @@ class JointSprings:
                 rate = v[k] + kicks[k]
                 px, py, pz = px + j[0, k] * way, py + j[1, k] * way, pz + j[2, k] * way
                 vx, vy, vz = vx + j[0, k] * rate, vy + j[1, k] * rate, vz + j[2, k] * rate
-            self._touch(px, py, pz, vx, vy, vz, True)
+            self._touching = self._feeling.acts_at(px, py, pz, vx, vy, vz, True, self._acting)
             self._find_kicks()
             for k in range(self._joint_count):
                 v[k] += kicks[k]

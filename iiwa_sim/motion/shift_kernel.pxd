@@ -11,6 +11,7 @@ cdef class Shift:
     cdef double[::1] _in_contact
     cdef readonly bint touches         # whether surfaces do anything to the TCP where it is
     cdef double[::1] acting            # what they do: force (N), torque (Nm)
+    cdef double[::1] _seen             # what they would do elsewhere
     cdef double[::1] _place            # scratch: (m),
     cdef double[::1] _velocity         # and m/s
     cdef double[::1] torque            # that surfaces have made in the last tick on average (Nm)
@@ -20,10 +21,6 @@ cdef class Shift:
         self, double stiffness, double[::1] x, double[::1] v, double[::1] force, double[::1] was,
         double[::1] moved
     ) except? -1
-    cdef bint _is_pushed(self, double px, double py, double pz, double vx, double vy, double vz) except? -1
-    cdef void _touch(
-        self, double px, double py, double pz, double vx, double vy, double vz, bint remember
-    ) except *
     cdef void _step_in_contact(
         self, double[::1] x, double[::1] v, double[::1] force, double[::1] was, double[::1] moved
     ) except *

@@ -43,7 +43,7 @@ class Shift:
         self._stiffness = -1.0  # N/m, of the two springs
         self._alone = np.zeros(6)
         self._in_contact = np.zeros(6)
-        self.acting = np.zeros(6)
+        self.acting, self._seen = np.zeros((2, 6))
         self._place, self._velocity = np.zeros(3), np.zeros(3)
         self.torque = np.zeros(3)
         self.touches = False
@@ -56,7 +56,7 @@ class Shift:
         for k in range(6):
             self.acting[k] = 0.0
         if self._feels:
-            self._touch(at[9], at[10], at[11], 0.0, 0.0, 0.0, False)
+            self.touches = self._feeling.acts_at(at[9], at[10], at[11], 0.0, 0.0, 0.0, False, self.acting)
 
     @cython.cfunc
     @cython.exceptval(-1)
@@ -65,8 +65,9 @@ class Shift:
         moving so far (m)."""
         if not self._feels:
             return False
-        tick = self._tick_s
-        return self._is_pushed(at[9], at[10], at[11], moved[0] / tick, moved[1] / tick, moved[2] / tick)
+        tick, f = self._tick_s, self._feeling
+        vx, vy, vz = moved[0] / tick, moved[1] / tick, moved[2] / tick
+        return f.acts_at(at[9], at[10], at[11], vx, vy, vz, False, self._seen)
 
     @cython.cfunc
     @cython.exceptval(-1)
@@ -97,13 +98,15 @@ class Shift:
                 u[k] = c[3] * x[k] + c[4] * v[k] + c[5] * force[k]
             free: cython.bint = True
             if self._feels:
-                free = not self._is_pushed(
+                free = not self._feeling.acts_at(
                     was[0] + moved[0] + a[0],
                     was[1] + moved[1] + a[1],
                     was[2] + moved[2] + a[2],
                     moved[0] / tick + u[0],
                     moved[1] / tick + u[1],
                     moved[2] / tick + u[2],
+                    False,
+                    self._seen,
                 )
             if free:
                 for k in range(3):
@@ -111,47 +114,6 @@ class Shift:
                 return False
         self._step_in_contact(x, v, force, was, moved)
         return True
-
-    @cython.cfunc
-    @cython.exceptval(-1)
-    def _is_pushed(
-        self,
-        px: cython.double,
-        py: cython.double,
-        pz: cython.double,
-        vx: cython.double,
-        vy: cython.double,
-        vz: cython.double,
-    ) -> cython.bint:
-        """Whether a surface would act at a place (m), at a velocity (m/s)."""
-        f = self._feeling
-        if not f.feel_at(px, py, pz, vx, vy, vz, False):
-            return False
-        return f.fx != 0.0 or f.fy != 0.0 or f.fz != 0.0 or f.tx != 0.0 or f.ty != 0.0 or f.tz != 0.0
-
-    @cython.cfunc
-    @cython.exceptval(check=True)
-    def _touch(
-        self,
-        px: cython.double,
-        py: cython.double,
-        pz: cython.double,
-        vx: cython.double,
-        vy: cython.double,
-        vz: cython.double,
-        remember: cython.bint,
-    ) -> cython.void:
-        """Feel the world with the TCP at a place (m), at a velocity (m/s)."""
-        a, f = self.acting, self._feeling
-        self.touches = False
-        if f.feel_at(px, py, pz, vx, vy, vz, remember):
-            a[0], a[1], a[2], a[3], a[4], a[5] = f.fx, f.fy, f.fz, f.tx, f.ty, f.tz
-            for k in range(6):
-                if a[k] != 0.0:
-                    self.touches = True
-        else:
-            for k in range(6):
-                a[k] = 0.0
 
     @cython.cfunc
     @cython.exceptval(check=True)
@@ -167,6 +129,7 @@ class Shift:
         part_s: cython.double = self._tick_s / count
         half: cython.double = 0.5 * part_s / _MASS_KG
         c, acting, p, u = self._in_contact, self.acting, self._place, self._velocity
+        f = self._feeling
         for k in range(3):
             self.torque[k] = 0.0
             p[k] = was[k]
@@ -180,7 +143,8 @@ class Shift:
                 p[k] += moved[k] / count
                 # Before its half kick the velocity is too slow by that, which no surface's damping must feel.
                 u[k] = moved[k] / count / part_s + v[k] + half * acting[k]
-            self._touch(p[0] + x[0], p[1] + x[1], p[2] + x[2], u[0], u[1], u[2], True)
+            px, py, pz = p[0] + x[0], p[1] + x[1], p[2] + x[2]
+            self.touches = f.acts_at(px, py, pz, u[0], u[1], u[2], True, acting)
             for k in range(3):
                 v[k] += half * acting[k]
                 self.torque[k] += acting[3 + k]

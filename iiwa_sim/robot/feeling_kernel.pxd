@@ -9,6 +9,10 @@ cdef class Feeling:
     cpdef bint feel_at(
         self, double px, double py, double pz, double vx, double vy, double vz, bint remember
     ) except? -1
+    cdef bint acts_at(
+        self, double px, double py, double pz, double vx, double vy, double vz, bint remember,
+        double[::1] acting
+    ) except? -1
 
 cdef class Reached:
     cdef double[::1] at                # the rotation of the TCP in the base, row by row, and its place (m)

@@ -35,6 +35,30 @@ class Feeling:
         """
         raise NotImplementedError
 
+    @cython.cfunc
+    @cython.exceptval(-1, check=True)
+    def acts_at(
+        self,
+        px: cython.double,
+        py: cython.double,
+        pz: cython.double,
+        vx: cython.double,
+        vy: cython.double,
+        vz: cython.double,
+        remember: cython.bint,
+        acting: cython.double[::1],
+    ) -> cython.bint:
+        """Whether anything does anything to a TCP there, see `feel_at`: force (N) and torque (Nm) go into
+        `acting`, zeros where nothing does."""
+        if not self.feel_at(px, py, pz, vx, vy, vz, remember):
+            self.fx = self.fy = self.fz = self.tx = self.ty = self.tz = 0.0
+        acting[0], acting[1], acting[2] = self.fx, self.fy, self.fz
+        acting[3], acting[4], acting[5] = self.tx, self.ty, self.tz
+        pushed: cython.bint = False
+        for k in range(6):
+            pushed = pushed or acting[k] != 0.0
+        return pushed
+
 
 @cython.cclass
 class Reached:
