@@ -94,7 +94,7 @@ class Controller:
             on_touch,
         )
         self._moves = Moves(self._core)
-        self._trajectories = Trajectories(self._core)
+        self._trajectories = Trajectories(self._core, self._moves)
         self.move = self._moves.take
         """Take a `MoveRequest`; gives its number. Raises `Refused`; more is said in `Moves.take`."""
         self.check = self._moves.check
@@ -128,6 +128,8 @@ class Controller:
         that is not watched. Raises `Refused` for numbers out of range."""
         self.cartesian_force = self._core.cartesian_force
         """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
+        self.joint_velocity = self._core.joint_velocity
+        """Joint velocities (rad/s) in the last tick."""
         self.step = self._core.step
         """One tick."""
         self.skip = self._core.skip
@@ -179,8 +181,7 @@ class Controller:
     def emergency_stop(self) -> None:
         """Stop as `stop` does, and take no moves until it is released and the error reset."""
         self._core.error_state.press_emergency_stop()
-        self._core.halt(EMERGENCY_STOP, PRESSED)
-        self._core.tell(EMERGENCY_STOP, PRESSED)
+        self._core.fail(EMERGENCY_STOP, PRESSED)
 
     @property
     def tick(self) -> int:
@@ -249,11 +250,6 @@ class Controller:
     def planned(self) -> list[Planned]:
         """What runs and what waits, in the order in which it is done; see `Motions.planned`."""
         return self._core.motions.planned
-
-    def joint_velocity(self) -> tuple[float, ...]:
-        """Joint velocities (rad/s) in the last tick: the difference it made, over its time."""
-        last = zip(self.joints, self._core.joints_before, strict=True)
-        return tuple((now - before) / self.tick_s for now, before in last)
 
     @property
     def move_under_way(self) -> int:

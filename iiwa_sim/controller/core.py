@@ -117,6 +117,11 @@ class Core(CoreTicks):
         """The pose of the TCP in the base at joint positions (rad)."""
         return compose(self.model.flange(joints), self.tool_in_flange)
 
+    def joint_velocity(self) -> Joints:
+        """Joint velocities (rad/s) in the last tick: the difference it made, over its time."""
+        last = zip(self.motions.joints, self.joints_before, strict=True)
+        return tuple((now - before) / self.tick_s for now, before in last)
+
     def cartesian_force(self) -> Wrench:
         """The wrench at the TCP in TCP orientation, acting on the robot (N, Nm)."""
         return self.load.cartesian_force()

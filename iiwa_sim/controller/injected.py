@@ -24,8 +24,7 @@ class Injected:
         """Off: stop as `Controller.stop` does, and take no moves until they are on and the error reset."""
         self._core.error_state.switch_drives(on)
         if not on:
-            self._core.halt(COMPONENT_NOT_READY, DRIVES_OFF)
-            self._core.tell(COMPONENT_NOT_READY, DRIVES_OFF)
+            self._core.fail(COMPONENT_NOT_READY, DRIVES_OFF)
 
     def refuse_next_move(self, refusal: ErrorRecord | None) -> None:
         """Refuse the next move outside of the error state, whatever it asks for; None takes that back."""

@@ -19,7 +19,6 @@ from iiwa_sim.controller.wanted import Hold, StiffnessMove, Target
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.queue.move import Move
 
-HOLD_ENDS = "a gravity hold is on: stop ends it"
 LONGEST_QUEUE = 1000  # moves that wait; one more is refused
 SERVO_EVENTS = {Kind.SMART: Event.SMART_MOVE, Kind.DIRECT: Event.DIRECT_MOVE}
 
@@ -78,7 +77,7 @@ class Moves:
         In a servo mode that is the move to the present target; the mode stays. Where nothing runs, or the
         robot is being stopped, nothing changes.
         """
-        self._check_hold()
+        self.check_hold()
         with self._core.endings.because(STOP_TRIGGERED, "cancelled"):
             self._core.motions.cancel()
 
@@ -97,16 +96,16 @@ class Moves:
         if errors.standing is not None or errors.next_refusal is not None:
             errors.check()
 
-    def _check_hold(self) -> None:
+    def check_hold(self) -> None:
         """Raises `Refused` while a gravity hold is on, or begins when the robot is at rest."""
         if self._core.mode is Mode.IMPEDANCE and self._core.motions.holding:
-            raise Refused(COMPONENT_NOT_READY, HOLD_ENDS)
+            raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
 
     def _queue(self, request: MoveRequest) -> int:
         """Plan a normal move from where the robot will come to rest, and queue it."""
         core = self._core
         self._check_error()
-        self._check_hold()
+        self.check_hold()
         if core.motions.drive.waiting >= LONGEST_QUEUE:
             raise Refused(
                 EXECUTION, f"{LONGEST_QUEUE} moves are waiting already: get queue tells when fewer do"
@@ -115,7 +114,7 @@ class Moves:
         plan = self._planned(request, start)
         if request.thresholds is not None:
             check_thresholds(request.thresholds)
-        number = self._accept(Event.NORMAL_MOVE)
+        number = self.accept(Event.NORMAL_MOVE)
         core.motions.append(self._move(number, request, plan))
         return number
 
@@ -129,7 +128,7 @@ class Moves:
         plan = self._planned(request, start)
         if core.motions.moving and not stops:
             core.targets.check_way_back(plan.limits)
-        number = self._accept(Event.IMPEDANCE_MOVE)
+        number = self.accept(Event.IMPEDANCE_MOVE)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
             core.motions.yield_around(StiffnessMove(self._move(number, request, plan), impedance))
         return number
@@ -138,7 +137,7 @@ class Moves:
         core = self._core
         self._check_error()
         check_joint_stiffness(stiffness_nm_per_rad)
-        number = self._accept(Event.IMPEDANCE_MOVE)
+        number = self.accept(Event.IMPEDANCE_MOVE)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
             core.motions.hold(Hold(number, stiffness_nm_per_rad))
         return number
@@ -147,19 +146,19 @@ class Moves:
         """Find the target of a servo from where that will set out, and head for it."""
         core, event = self._core, SERVO_EVENTS[request.kind]
         self._check_error()
-        self._check_hold()
+        self.check_hold()
         motions, change = core.motions, TRANSITIONS[core.mode, event]
         here = motions.rest_after_stop() if change.stops else motions.present
         joints, limits = core.targets.find(request, change.mode, here, motions.moving and not change.stops)
         if request.acceleration is not None:
             limits = capped_joints(limits, request.acceleration)
-        number = self._accept(event)
+        number = self.accept(event)
         with core.endings.because(STOP_TRIGGERED, REPLACED):
             motions.head_for(Target(number, joints, limits))
         core.servo_heard = core.tick
         return number
 
-    def _accept(self, event: Event) -> int:
+    def accept(self, event: Event) -> int:
         """Change the mode, which may stop the robot; gives the number of the move."""
         core = self._core
         change = TRANSITIONS[core.mode, event]

@@ -52,9 +52,10 @@ class Planner:
         self._model = model
         self._inverse = inverse_of(model)
         self._nearest = Nearest(self._inverse, description)
-        self._limits = JointLimits(
+        self.limits = JointLimits(
             np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)
         )
+        """Those of planned motion at full speed."""
         self._lin = LinPlanner(model, self._inverse, self._nearest)
 
     def plan(self, request: MoveRequest, start: Joints, tcp: Tcp) -> Plan:
@@ -109,7 +110,7 @@ class Planner:
             if float(travel(line).max()) > SAME_TURN_RAD:
                 raise Refused(EXECUTION, "a line on which the TCP only turns has no speed in m/s")
             return 1.0
-        fastest_m_s = length_m / least_time_per_s(line, self._limits.velocity)
+        fastest_m_s = length_m / least_time_per_s(line, self.limits.velocity)
         speed_rel = min(1.0, tcp_speed_m_s / fastest_m_s)
         if speed_rel < LEAST_SPEED_REL:
             slowest = LEAST_SPEED_REL * fastest_m_s
@@ -134,7 +135,7 @@ class Planner:
             raise self._refusal(unreachable, "flange", flange, pose) from None
 
     def _plan(self, path: Polynomial, speed_rel: float | Sequence[float], zone: Zone | None) -> Plan:
-        limits = self._limits._replace(velocity=np.multiply(self._limits.velocity, speed_rel))
+        limits = self.limits._replace(velocity=np.multiply(self.limits.velocity, speed_rel))
         length_s, farthest = least_time_s(path, limits.velocity)
         if not length_s <= LONGEST_MOVE_S:
             raise Refused(
@@ -160,11 +161,13 @@ class Planner:
         _check_finite("joint position", joints)
         for name, q, lower, upper in zip(d.joints, joints, d.position_min, d.position_max, strict=True):
             if not lower <= q <= upper:
-                raise Refused(
-                    JOINT_LIMIT,
-                    f"{name} at {q:.7g} rad is outside {lower:.7g} to {upper:.7g} rad ({degrees(lower):g} to "
-                    f"{degrees(upper):g} deg)",
-                )
+                raise outside(name, q, lower, upper)
+
+
+def outside(joint: str, q: float, lowest: float, highest: float) -> Refused:
+    """Why a joint, told as `joint`, cannot be at q, outside of its limits (rad)."""
+    limits = f"{lowest:.7g} to {highest:.7g} rad ({degrees(lowest):g} to {degrees(highest):g} deg)"
+    return Refused(JOINT_LIMIT, f"{joint} at {q:.7g} rad is outside {limits}")
 
 
 def _in_words(shift: Shift) -> str:

@@ -29,11 +29,11 @@ class Targets:
     def __init__(self, planner: Planner, description: RobotDescription) -> None:
         self._planner = planner
         self._names = description.joints
-        velocity = np.array(description.velocity)
         self.limits = {
-            Mode.SMART: JointLimits(velocity, np.array(description.acceleration), np.array(description.jerk)),
-            Mode.DIRECT: JointLimits(
-                velocity, np.array(description.direct_acceleration), np.array(description.direct_jerk)
+            Mode.SMART: planner.limits,
+            Mode.DIRECT: planner.limits._replace(
+                acceleration=np.array(description.direct_acceleration),
+                jerk=np.array(description.direct_jerk),
             ),
         }
         """The limits of each servo mode, at full speed."""

@@ -2,15 +2,18 @@
 
 from collections.abc import Callable
 from enum import Enum
-from math import degrees, inf
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from iiwa_sim.controller.core import REPLACED, Core
 from iiwa_sim.controller.endings import Ending, PendingMove
-from iiwa_sim.controller.errors import COMPONENT_NOT_READY, EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.controller.errors import EXECUTION, STOP_TRIGGERED, SUCCESS, Refused
+from iiwa_sim.controller.lin_planner import ROUNDING_RAD
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
+from iiwa_sim.controller.moves import Moves
+from iiwa_sim.controller.planner import outside
 from iiwa_sim.controller.trajectory_request import (
     SHORTEST_S,
     STOPPED_RAD_S,
@@ -21,14 +24,11 @@ from iiwa_sim.controller.trajectory_request import (
 )
 from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joints import Joints
-from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.path.extremes_kernel import Outside
 from iiwa_sim.motion.trajectory.reference import Knot, Reference
-from iiwa_sim.robot.nearest import JOINT_LIMIT
 
 ROUNDING = 1e-6
 """Part of a limit of velocity by which a curve may pass it: rounding of who computed it."""
-ROUNDING_RAD = 1e-9
 START_RAD = 0.087
 """A trajectory that begins farther from the robot on any joint is refused: as far as a direct move goes."""
 PREEMPTED = "preempted by a newer trajectory"
@@ -83,17 +83,16 @@ class Trajectories:
     """Takes joint trajectories for one robot, watches over the one that is followed, and tells how each
     ended."""
 
-    def __init__(self, core: Core) -> None:
+    def __init__(self, core: Core, moves: Moves) -> None:
         self._core = core
+        self._moves = moves
         core.watch_trajectory = self._watch
         description = core.model.description
         self._names = description.joints
         self._lowest = np.array(description.position_min) - ROUNDING_RAD
         self._highest = np.array(description.position_max) + ROUNDING_RAD
         self._velocity = np.array(description.velocity)
-        self._limits = JointLimits(
-            self._velocity, np.array(description.direct_acceleration), np.array(description.direct_jerk)
-        )
+        self._limits = core.targets.limits[Mode.DIRECT]
         self._active: _Active | None = None
 
     def take(self, request: TrajectoryRequest, when_ended: TrajectoryEnded | None) -> tuple[int, str]:
@@ -104,8 +103,7 @@ class Trajectories:
         """
         core = self._core
         core.error_state.check()
-        if core.mode is Mode.IMPEDANCE and core.motions.holding:
-            raise Refused(COMPONENT_NOT_READY, "a gravity hold is on: stop ends it")
+        self._moves.check_hold()
         knots = knots_of(request, self._names)
         path, note = bounds_of(request.path_tolerance, self._names)
         goal, goal_note = bounds_of(request.goal_tolerance, self._names, STOPPED_RAD_S)
@@ -121,12 +119,9 @@ class Trajectories:
         except ArithmeticError:
             raise Refused(EXECUTION, "no way from the present motion onto the trajectory") from None
         with core.endings.because(STOP_TRIGGERED, PREEMPTED if core.mode is Mode.TRAJECTORY else REPLACED):
-            if change.stops:
-                core.stop_for(change)
-            core.mode = change.mode
-            core.accepted += 1
-            core.motions.track(Tracked(core.accepted, way))
-        active = _Active(core.accepted, path, goal, request.goal_time_s, reference.end_s)
+            number = self._moves.accept(Event.TRAJECTORY)
+            core.motions.track(Tracked(number, way))
+        active = _Active(number, path, goal, request.goal_time_s, reference.end_s)
 
         def ended(ending: Ending) -> None:
             if self._active is active:
@@ -135,9 +130,9 @@ class Trajectories:
                 outcome = Outcome.REACHED if ending.code == SUCCESS else active.outcome
                 when_ended(TrajectoryEnd(outcome, ending.reason))
 
-        core.endings.pending.append(PendingMove(core.accepted, ended, None))
+        core.endings.pending.append(PendingMove(number, ended, None))
         self._active = active
-        return core.accepted, "; ".join(filter(None, (note, goal_note)))
+        return number, "; ".join(filter(None, (note, goal_note)))
 
     def cancel(self, number: int) -> bool:
         """Stop on the way of the trajectory of this number; gives whether it was followed or waited."""
@@ -154,9 +149,8 @@ class Trajectories:
         followed = motions.tracked
         if followed is None or active is None:
             return None
-        last = zip(motions.joints, self._core.joints_before, strict=True)
-        velocity = tuple((now - before) / self._core.tick_s for now, before in last)
-        return Progress(active.number, followed.time_s, followed.desired, (motions.joints, velocity))
+        actual = motions.joints, self._core.joint_velocity()
+        return Progress(active.number, followed.time_s, followed.desired, actual)
 
     def _check(self, reference: Reference, here: Joints) -> None:
         """Raises `Refused` where the reference passes limits of positions or velocities, or begins
@@ -165,8 +159,7 @@ class Trajectories:
         if beyond is not None:
             position = reference.at(beyond.s)[0][beyond.joint]
             low, high = self._lowest[beyond.joint], self._highest[beyond.joint]
-            where = f"{self._at(beyond)} at {position:.7g} rad is outside {low:.7g} to {high:.7g} rad"
-            raise Refused(JOINT_LIMIT, f"{where} ({degrees(low):g} to {degrees(high):g} deg)")
+            raise outside(self._at(beyond), position, low, high)
         fastest = (1.0 + ROUNDING) * self._velocity
         beyond = reference.first_beyond(1, -fastest, fastest)
         if beyond is not None:
