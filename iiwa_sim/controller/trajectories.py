@@ -17,10 +17,10 @@ from iiwa_sim.controller.planner import outside
 from iiwa_sim.controller.trajectory_request import (
     SHORTEST_S,
     STOPPED_RAD_S,
-    Bounds,
+    Tolerances,
     TrajectoryRequest,
-    bounds_of,
     knots_of,
+    tolerances_of,
 )
 from iiwa_sim.controller.wanted import Tracked
 from iiwa_sim.motion.joints import Joints
@@ -71,7 +71,9 @@ class Progress(NamedTuple):
 class _Active:
     """The trajectory that is followed or waits for the robot to rest."""
 
-    def __init__(self, number: int, path: Bounds, goal: Bounds, goal_time_s: float, end_s: float) -> None:
+    def __init__(
+        self, number: int, path: Tolerances, goal: Tolerances, goal_time_s: float, end_s: float
+    ) -> None:
         self.number = number
         self.path, self.goal, self.goal_time_s, self.end_s = path, goal, goal_time_s, end_s
         self.compares_path = min(*path.position, *path.velocity) < inf
@@ -105,8 +107,8 @@ class Trajectories:
         core.error_state.check()
         self._moves.check_hold()
         knots = knots_of(request, self._names)
-        path, note = bounds_of(request.path_tolerance, self._names)
-        goal, goal_note = bounds_of(request.goal_tolerance, self._names, STOPPED_RAD_S)
+        path, note = tolerances_of(request.path_tolerance, self._names)
+        goal, goal_note = tolerances_of(request.goal_tolerance, self._names, STOPPED_RAD_S)
         change = TRANSITIONS[core.mode, Event.TRAJECTORY]
         followed = None if change.stops else core.motions.tracked
         here = core.motions.rest_after_stop()
@@ -193,17 +195,15 @@ class Trajectories:
                 late = f"{progress.time_s - active.end_s:.3f} s after the end"
                 self._end(Outcome.GOAL_TOLERANCE, f"goal tolerance: {fault}, {late}")
 
-    def _beyond(self, progress: Progress, bounds: Bounds) -> str:
+    def _beyond(self, progress: Progress, tolerances: Tolerances) -> str:
         """Which joint is beyond its tolerance, in words; nothing if none is."""
-        desired, actual = progress.desired, progress.actual
-        rows = zip(self._names, desired[0], actual[0], bounds.position, strict=True)
-        for name, wanted, there, bound in rows:
-            if abs(wanted - there) > bound:
-                return f"{name} is {abs(wanted - there):.7g} rad off, more than {bound:g}"
-        rows = zip(self._names, desired[1], actual[1], bounds.velocity, strict=True)
-        for name, wanted, there, bound in rows:
-            if abs(wanted - there) > bound:
-                return f"{name} is {abs(wanted - there):.7g} rad/s off, more than {bound:g}"
+        units = "rad", "rad/s"
+        for unit, wanted, there, most in zip(
+            units, progress.desired, progress.actual, tolerances, strict=False
+        ):
+            for name, a, b, bound in zip(self._names, wanted, there, most, strict=True):
+                if abs(a - b) > bound:
+                    return f"{name} is {abs(a - b):.7g} {unit} off, more than {bound:g}"
         return ""
 
     def _end(self, outcome: Outcome, reason: str) -> None:

@@ -65,7 +65,7 @@ class TrajectoryRequest(NamedTuple):
     another."""
 
 
-class Bounds(NamedTuple):
+class Tolerances(NamedTuple):
     """Tolerances of all joints in the robot's order; inf where nothing is compared."""
 
     position: Joints
@@ -96,9 +96,9 @@ def knots_of(request: TrajectoryRequest, names: Sequence[str]) -> list[Knot]:
     return knots
 
 
-def bounds_of(
+def tolerances_of(
     tolerances: Mapping[str, Tolerance], names: Sequence[str], stopped_rad_s: float = inf
-) -> tuple[Bounds, str]:
+) -> tuple[Tolerances, str]:
     """Tolerances joint by joint, and a remark where they make no sense: then all of them are the defaults."""
     unknown = next((name for name in tolerances if name not in names), None)
     odd = next((name for name, each in tolerances.items() if not all(map(_is_tolerance, each))), None)
@@ -109,7 +109,7 @@ def bounds_of(
         tolerances, remark = {}, f"tolerances are the defaults: those of {odd} are below 0, or no numbers"
     told = [tolerances.get(name, Tolerance()) for name in names]
     position = tuple(_bound(each.position, inf) for each in told)
-    return Bounds(position, tuple(_bound(each.velocity, stopped_rad_s) for each in told)), remark
+    return Tolerances(position, tuple(_bound(each.velocity, stopped_rad_s) for each in told)), remark
 
 
 def order_of(joints: Sequence[str], names: Sequence[str]) -> list[int]:
