@@ -56,13 +56,13 @@ class TimerFd:
         self._loop.add_reader(self._fd, self._woken)
         self._wake = wake
         self._waits = False  # for an instant, and not for a turn
-        self._turn: asyncio.Handle | None = None
+        self._turn: asyncio.TimerHandle | None = None
 
     def wake_at(self, instant_ns: int) -> None:
         if instant_ns == AT_ONCE:
             self._waits = False
-            if self._turn is None:
-                self._turn = self._loop.call_soon(self._read_first)
+            if self._turn is None:  # what is due the loop calls behind what it has just read
+                self._turn = self._loop.call_at(0.0, self._turned)
             return
         self._forget_turn()
         self._waits = True
@@ -72,9 +72,6 @@ class TimerFd:
         self._forget_turn()
         self._loop.remove_reader(self._fd)
         os.close(self._fd)
-
-    def _read_first(self) -> None:
-        self._turn = self._loop.call_soon(self._turned)
 
     def _turned(self) -> None:
         self._turn = None
