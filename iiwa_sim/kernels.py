@@ -4,51 +4,71 @@ A kernel is a file *_kernel.py, Python that is compiled when the package is inst
 Python would run the text instead, a hundred times slower; where the text was edited since, the program would
 not do what it says. A kernel is compiled against declarations, *_kernel.pxd: its own, those of kernels it
 calls, and what these take from others.
+
+Each process of a user asks this of all kernels: so each file is read once, and paths are text.
 """
 
+import os
 import re
 import sys
 from importlib.machinery import EXTENSION_SUFFIXES
 from pathlib import Path
 from zlib import crc32
 
-TAKEN_FROM = re.compile(r"^\s*from (?:cython\.cimports\.)?iiwa_sim\.([\w.]+_kernel) c?import ", re.MULTILINE)
+TAKEN_FROM = re.compile(
+    rb"^[ \t]*from (?:cython\.cimports\.)?iiwa_sim\.([\w.]+_kernel) c?import ", re.MULTILINE
+)
 """A line of a text, or of a declaration, that names another kernel."""
+
+Read = dict[str, tuple[bytes, list[str]]]
+"""Files that have been read, by path: what is in each, and the declarations of the kernels that it names.
+One that is not there is empty."""
 
 
 def check_kernels(folder: Path) -> None:
     """End the program with one line of advice unless all kernels under a folder are up to date."""
-    for text in sorted(folder.rglob("*_kernel.py")):
-        compiled = text.with_suffix(EXTENSION_SUFFIXES[0])
-        try:
-            fresh = compiled.with_suffix(".stamp").read_text() == stamp(text)
-        except FileNotFoundError:
-            fresh = False
-        if not (fresh and compiled.exists()):
-            found = "is not compiled"
-            if compiled.exists():
-                found = "has been edited since it was compiled, or a .pxd that it is compiled against,"
-            cure = "`make kernels` or, in an environment of your own, `pip install --editable .`"
-            sys.exit(f"iiwa-sim: {text} {found} for this Python: {cure} does that")
+    there = {f"{within}{os.sep}{name}" for within, _, names in os.walk(folder) for name in names}
+    read: Read = {}
+    for text in sorted(path for path in there if path.endswith("_kernel.py")):
+        compiled = text.removesuffix(".py") + EXTENSION_SUFFIXES[0]
+        stamped = compiled.rpartition(".")[0] + ".stamp"
+        if {compiled, stamped} <= there and Path(stamped).read_text() == _stamp(text, read):
+            continue
+        found = "is not compiled"
+        if compiled in there:
+            found = "has been edited since it was compiled, or a .pxd that it is compiled against,"
+        cure = "`make kernels` or, in an environment of your own, `pip install --editable .`"
+        sys.exit(f"iiwa-sim: {text} {found} for this Python: {cure} does that")
 
 
 def stamp(text: Path) -> str:
     """The contents of the stamp file beside a compiled kernel: a checksum of all that it is made of."""
+    return _stamp(str(text), {})
+
+
+def _stamp(text: str, read: Read) -> str:
+    """A checksum of all files that Cython reads for a kernel; what is read is kept."""
+    unread = [text, text.rpartition(".")[0] + ".pxd"]
+    found: set[str] = set()
+    while unread:
+        path = unread.pop()
+        if path not in found:
+            found.add(path)
+            if path not in read:
+                read[path] = _read(path)
+            unread += read[path][1]
     checksum = 0
-    for read in sorted(_read_for(text)):
-        checksum = crc32(read.read_bytes(), checksum)
+    for path in sorted(found):
+        checksum = crc32(read[path][0], checksum)
     return str(checksum)
 
 
-def _read_for(text: Path) -> set[Path]:
-    """The files that Cython reads for a kernel."""
-    package = next((folder for folder in text.parents if folder.name == "iiwa_sim"), text.parent)
-    found: set[Path] = set()
-    unread = [text, text.with_suffix(".pxd")]
-    while unread:
-        read = unread.pop()
-        if read.exists() and read not in found:
-            found.add(read)
-            names = TAKEN_FROM.findall(read.read_text(encoding="utf-8"))
-            unread += [package.joinpath(*name.split(".")).with_suffix(".pxd") for name in names]
-    return found
+def _read(path: str) -> tuple[bytes, list[str]]:
+    """What is in a file, and the declarations of the kernels that it names."""
+    try:
+        contents = Path(path).read_bytes()
+    except FileNotFoundError:
+        return b"", []
+    before, package, _ = path.rpartition(f"iiwa_sim{os.sep}")
+    names = [name.decode().replace(".", os.sep) for name in TAKEN_FROM.findall(contents)]
+    return contents, [f"{before}{package}{name}.pxd" for name in names]
