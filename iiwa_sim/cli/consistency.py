@@ -6,6 +6,7 @@ from iiwa_sim.cli.addresses import settle_ports
 from iiwa_sim.cli.options import check_robot
 from iiwa_sim.cli.parsing import Error
 from iiwa_sim.cli.reach import BACKDOOR, PAGE, check_token
+from iiwa_sim.dialect.ports import IIWA
 
 BACKDOOR_PORTS = ("backdoor_port", "backdoor_http_port")
 ON_ROS = ("rosbridge_port", "ros", "ros2")
@@ -46,6 +47,13 @@ def check_needs(error: Error, options: argparse.Namespace) -> None:
     for name, needed in NEEDS.items():
         if _is_given(options, name) and not any(_is_given(options, other) for other in needed):
             error(f"argument {_shown(name)}: expected {' or '.join(map(_shown, needed))} with it")
+
+
+def check_dialect(error: Error, options: argparse.Namespace) -> None:
+    """Ends the program where an option of the iiwa's protocol is given and no client can speak that."""
+    for name in ("strict", "bye_shuts_down"):
+        if _is_given(options, name) and IIWA not in options.dialect:
+            error(f"argument {_shown(name)}: expected --dialect {IIWA} with it")
 
 
 def _is_given(options: argparse.Namespace, name: str) -> bool:

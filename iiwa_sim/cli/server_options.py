@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from iiwa_sim.cli.addresses import add_addresses
-from iiwa_sim.cli.consistency import check
+from iiwa_sim.cli.consistency import check, check_dialect
 from iiwa_sim.cli.environment import RULE, read_environment
 from iiwa_sim.cli.names import REPLAY, SUBCOMMANDS, summaries
 from iiwa_sim.cli.options import (
@@ -60,6 +60,7 @@ def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Nam
     options = parser.parse_args(given, found)
     if options.fleet is None:
         check(parser.error, options)
+        check_dialect(parser.error, options)
     elif options.count is not None:
         parser.error("argument --fleet: expected no --count with it: the file names its robots")
     return options

@@ -32,12 +32,11 @@ _IAC = b"\xff"
 _OPTION = rb"(?:[^\xff\r\n]|\xff[^\xf0\r\n])"  # of a subnegotiation
 _OPTIONS = _OPTION + rb"{0,%d}+" % (MAX_SUBNEGOTIATION - 1)
 _TELNET = re.compile(
-    # IAC x, IAC WILL/WONT/DO/DONT x: all of a run at once, as noise may be nothing else
-    rb"(?:\xff(?:[^\xfa-\xfe\r\n]|(?!\xfd\x06)[\xfb-\xfe][\0-\xff]))++"
-    rb"|\xff(?:"
-    rb"(\xfd\x06)"  # IAC DO TIMING-MARK
-    rb"|\xfa" + _OPTIONS + rb"(?:\xff\xf0|\xff?(?=[\r\n])|" + _OPTION + rb")"  # IAC SB ...
-    rb"|(?=[\r\n]))"
+    # All of a run at once, as noise may be nothing else: IAC x, IAC WILL/WONT/DO/DONT x, IAC SB ...
+    rb"(?:\xff(?:[^\xfa-\xfe\r\n]|(?!\xfd\x06)[\xfb-\xfe][\0-\xff]"
+    rb"|\xfa" + _OPTIONS + rb"(?:\xff\xf0|\xff?(?=[\r\n])|" + _OPTION + rb")))++"
+    rb"|((?:\xff\xfd\x06)++)"  # IAC DO TIMING-MARK
+    rb"|\xff(?=[\r\n])"
     rb"|(\xff(?:[\xfb-\xfe]|\xfa" + _OPTIONS + rb"\xff?)?\Z)"  # cut short by the end of a packet
 )
 
@@ -59,7 +58,8 @@ class LineSplitter:
         lines = self._feed(first)
         for text in others:
             lines.append(TIMING_MARK)
-            lines += self._feed(text)
+            if text:
+                lines += self._feed(text)
         return lines
 
     def _feed(self, data: bytes) -> list[bytes]:
@@ -109,7 +109,7 @@ class LineSplitter:
         stretches = [[first]]
         for mark, text in zip(others[::3], others[2::3], strict=True):
             if mark:
-                stretches.append([])
+                stretches += [[] for _ in range(len(mark) // len(WONT_TIMING_MARK))]
             stretches[-1].append(text)
         return [b"".join(texts) for texts in stretches]
 
