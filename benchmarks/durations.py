@@ -19,6 +19,7 @@ ROBOTS = ("lbr_iiwa_7_r800", "kr_6_r900_sixx")
 LINE_TICK_S = 0.001
 JOINT_TICK_S = 0.0002  # the shortest moves take about 20 ticks
 SLOW_REL, SLOW_TICK_S = 0.02, 0.01  # slow, to record where a path goes
+NEAR_MM = 0.01  # of its target: a line has come there
 WAYS_RAD = (1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.1)
 """Largest travel of a joint in short moves."""
 
@@ -38,7 +39,7 @@ def random_lines(
     description: RobotDescription, count: int, seed: int, speed_rel: float = 1.0
 ) -> Iterator[Single]:
     """Random LIN of 200 to 600 mm in any direction, turning by up to 1 rad, anywhere the robot can do
-    them."""
+    them: those that are refused, or end on their way since links meet, are left out and others drawn."""
     rng = np.random.default_rng(seed)
     controller = Controller(description, LINE_TICK_S)
     while count:
@@ -47,12 +48,14 @@ def random_lines(
         way *= rng.uniform(*LENGTHS_MM) / np.linalg.norm(way)
         turn *= rng.uniform(0.0, LARGEST_TURN_RAD) / np.linalg.norm(turn)
         target = Frame(*np.add(controller.tcp_frame_at(start), (*way, *turn)).tolist())
+        line = Single(start, Told("lin", target, speed_rel))
         try:
-            Told("lin", target, speed_rel).to(Controller(description, LINE_TICK_S, start=start))
+            end = controller.tcp_frame_at(line.recorded(description, LINE_TICK_S)[-1].tolist())
         except Refused:
             continue
-        yield Single(start, Told("lin", target, speed_rel))
-        count -= 1
+        if np.allclose(end[:3], target[:3], atol=NEAR_MM):
+            yield line
+            count -= 1
 
 
 def random_joint_lines(description: RobotDescription, count: int, seed: int) -> Iterator[Single]:
