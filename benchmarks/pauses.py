@@ -29,7 +29,7 @@ LONGEST_S = 5.0
 
 
 class Change(NamedTuple):
-    """From a rate to another one (s)."""
+    """A change from a rate to another one (s)."""
 
     took_s: float
     alone_s: float
@@ -61,7 +61,7 @@ def measure() -> list[Figure]:
 
 
 def changes(description: RobotDescription) -> tuple[list[Change], list[Change]]:
-    """To a pause, and back from there."""
+    """Changes to a pause, and back from there."""
     pauses: list[Change] = []
     returns: list[Change] = []
     for seed in range(PROGRAMS):

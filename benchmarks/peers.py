@@ -37,7 +37,7 @@ class Line:
         return reply
 
     def timed(self, line: bytes) -> tuple[float, bytes]:
-        """As `ask`, with the latency in microseconds."""
+        """The latency (us) and the answer that `ask` gives."""
         start = perf_counter_ns()
         reply = self.ask(line)
         return (perf_counter_ns() - start) / 1e3, reply

@@ -193,4 +193,4 @@ def _computed_s(process: int) -> float:
 
 
 def _nothing() -> None:
-    """For a robot that is not recorded."""
+    """Do nothing: the robot is not recorded."""

@@ -77,7 +77,7 @@ class Robot(NamedTuple):
     bench: Lines
 
     def state(self) -> dict[str, Any]:
-        """As the status port tells it."""
+        """The robot's state as the status port tells it."""
         state: dict[str, Any] = json.loads(self.bench.do("get state"))
         return state
 

@@ -45,7 +45,7 @@ def put_in_place(packages: Path, name: str, namespace: str) -> str:
 
 
 def _text(name: str, symbols: list[str]) -> str:
-    """In C++: functions that have these names in the object file."""
+    """C++ text: functions that have these names in the object file."""
     says = f'throw std::runtime_error("{name} is not in this image, where nothing of it is needed");'
     functions = (
         f'extern "C" void f{number}() __asm__("{symbol}");\nvoid f{number}() {{ {says} }}\n'

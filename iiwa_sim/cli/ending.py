@@ -18,7 +18,7 @@ class Ending:
             signal.signal(number, self._signalled)
 
     def watch(self) -> None:
-        """From now on signals set `asked` instead of ending the process. To be called inside the loop."""
+        """Signals set `asked` from now on instead of ending the process. To be called inside the loop."""
         self._loop = asyncio.get_running_loop()
 
     async def wait(self, *announced: Coroutine[None, None, None]) -> None:

@@ -272,7 +272,7 @@ def _enters(radius: float, start: Point, end: Point) -> Point | None:
 
 
 def _enters_at(radius: float, start: Point, end: Point) -> float | None:
-    """At which part of the path, from 0 to 1."""
+    """The part of the path, from 0 to 1, at which it enters; None where it does not."""
     (ax, ay, az), (bx, by, bz) = start, end
     dx, dy, dz = bx - ax, by - ay, bz - az
     beyond = ax * ax + ay * ay + az * az - radius * radius

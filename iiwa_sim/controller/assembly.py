@@ -32,7 +32,7 @@ def motions_of(
     pushes: Pushes,
     feeling: Feeling | None,
 ) -> Motions:
-    """At rest at `start` (rad), for ticks of `tick_s`; `limits` are those of smart mode at full speed.
+    """The motions of a robot at rest at `start` (rad); `limits` are those of smart mode at full speed.
 
     A robot that is not stiff yields to `pushes` and to what it feels, None where there is nothing to touch.
     """

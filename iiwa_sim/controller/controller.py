@@ -58,7 +58,7 @@ class Controller:
         on_contact: Callable[[Contact], None] | None = None,
         on_touch: Callable[[str], None] | None = None,
     ) -> None:
-        """At rest at `start` (rad, within the limits), None for home; the TCP is the robot's own for None.
+        """The robot rests at `start` (rad, within the limits), None for home; None is the robot's own TCP.
 
         TCP and links touch the surfaces of `world`; the robot goes where it is sent, until the torque on a
         joint passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries

@@ -56,7 +56,7 @@ class Core(CoreTicks):
         on_contact: Callable[[Contact], None] | None,
         on_touch: Callable[[str], None] | None,
     ) -> None:
-        """At rest at `start` (rad), pushed by `load` of which it knows as `carrying` says, working with
+        """The robot rests at `start` (rad), pushed by `load` known to it as `carrying` says, working with
         `handling`, None for nothing, and watched by `protection`; the rest is as `Controller` is given it."""
         if servo_timeout_s is not None and not 0.0 < servo_timeout_s <= LONGEST_SERVO_TIMEOUT_S:
             limits = f"above 0 and up to {LONGEST_SERVO_TIMEOUT_S:g} s"

@@ -42,7 +42,7 @@ class LinPlanner:
         redundancy: float | None,
         tool_in_flange: Transform,
     ) -> Polynomial:
-        """From joint positions (rad) to a pose of the flange in the base.
+        """The line from joint positions (rad) to a pose of the flange in the base.
 
         The redundancy (rad) is kept, or is the one given, where that reaches the target; else it goes to the
         nearest that does. The line is tried on the branch on which the target is found, and on the one the
@@ -78,7 +78,7 @@ class LinPlanner:
                 raise refused from None
 
     def to_joints(self, start: Joints, joints: Joints, tool_in_flange: Transform) -> Polynomial:
-        """From joint positions (rad) to where the TCP is at others (rad), ending in these."""
+        """The line from joint positions (rad) to where the TCP is at others (rad), ending in these."""
         self._check_end(start, "start")
         tcp_line = TcpLine(self._arm.pose(start), self._arm.pose(joints), tool_in_flange)
         own, wanted = self._inverse.status(start), self._inverse.status(joints)

@@ -1,4 +1,4 @@
-"""From what a command asks for to a path and its limits, or to the reason why there are none."""
+"""What a command asks for becomes a path and its limits, or the reason why there are none."""
 
 from collections.abc import Sequence
 from math import degrees, isfinite
@@ -145,7 +145,7 @@ class Planner:
         return Plan(path, limits, 0.0 if farthest < STANDSTILL_RAD else length_s, zone)
 
     def _refusal(self, unreachable: Unreachable, what: str, asked: Frame, flange: Transform) -> Refused:
-        """In the words of whoever asked for a frame of `what`, which brings the flange to a pose."""
+        """The refusal in the words of who asked for a frame of `what`, which brings the flange to a pose."""
         reason = unreachable.reason
         if unreachable.code == OUT_OF_REACH:
             x_mm, y_mm, z_mm = asked[:3]

@@ -1,4 +1,4 @@
-"""From what a smart or direct command asks for to joint positions and limits, or to the reason why not."""
+"""What a smart or direct command asks for becomes joint positions and limits, or the reason why not."""
 
 from collections.abc import Sequence
 

@@ -177,7 +177,7 @@ class Trajectories:
         return f"after {beyond.s:.3f} s {self._names[beyond.joint]}"
 
     def _watch(self) -> None:
-        """After a tick: whether the robot is where the trajectory asks for, as far as it says how near."""
+        """Look after a tick whether the robot is where the trajectory asks for, where it says how near."""
         active, followed = self._active, self._core.motions.tracked
         if active is None or followed is None:
             return

@@ -64,7 +64,7 @@ class Outline(NamedTuple):
         return mx + c * u - s * v, my + s * u + c * v
 
     def directions(self, other: Outline) -> list[Way]:
-        """Along which it may be apart from another, as far as its own shape says."""
+        """The directions along which it may be apart from another, as far as its own shape says."""
         c, s = self.along
         if self.half[1] > 0.0:
             return [(c, s), (-s, c)]

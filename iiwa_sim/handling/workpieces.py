@@ -171,7 +171,7 @@ class Workpieces(Lying):
             self.changes += 1
 
     def _take(self, name: str, in_tcp: Transform, tcp: Transform) -> None:
-        """From now on it is held."""
+        """Hold it from now on."""
         self._held = held = Held(self._bodies[name].part, in_tcp, tcp, self._gripper, self._tick_s)
         self._lively.discard(name)
         self._put(Body(held.part, held.pose, STILL, HELD))

@@ -29,7 +29,7 @@ class Drive(EvenTicks):
     """
 
     def __init__(self, joints: Joints, time: PlannedTime, lowest: Array, highest: Array) -> None:
-        """At rest at `joints` (rad), with the limits of positions (n,)."""
+        """The robot rests at `joints` (rad), with the limits of positions (n,)."""
         self.joints = joints
         self.rest = joints
         """Where the robot comes to rest after all moves, or after the stop in progress (rad)."""

@@ -38,7 +38,7 @@ class Override(Pace):
     """The rate of planned time over ticks; 1 at first."""
 
     def __init__(self, tick_s: float, limits: JointLimits) -> None:
-        """For motions planned within these limits, or within limits with a larger ratio of acceleration to
+        """Motions are planned within these limits, or within limits with a larger ratio of acceleration to
         velocity and of jerk to acceleration, as in direct mode."""
         self.tick_s = tick_s
         self.value = 1.0
@@ -152,7 +152,7 @@ class Override(Pace):
         return min(max(STRETCH * part, 0.0), 1.0), STRETCH * (1.0 - part * part) * speed
 
     def _way(self) -> Trajectory:
-        """From where the rate is now, which is even but for a way before this one."""
+        """The way from where the rate is now, which is even but for a way before this one."""
         task = self._task
         u, speed, acceleration = _place(self.rate), 0.0, 0.0
         if self._change is not None:

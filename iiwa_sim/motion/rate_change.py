@@ -33,7 +33,7 @@ class PlanAhead(Protocol):
         """A number that differs whenever what lies ahead was planned anew."""
 
     def along(self, times: Array) -> tuple[Array, Array]:
-        """At rising times (s) joint positions and their three derivatives (m, 4, n), and limits (m, 3, n).
+        """Joint positions and their three derivatives (m, 4, n) at rising times (s), and limits (m, 3, n).
 
         In rad, rad/s, rad/s^2, rad/s^3; the limits are those of velocity, acceleration and jerk there. Before
         the plan begins and behind its end it is at rest.

@@ -56,7 +56,7 @@ class Servo:
         position_min: Joints,
         position_max: Joints,
     ) -> None:
-        """At rest at `joints` (rad), with the position limits `position_min` and `position_max` (rad)."""
+        """The robot rests at `joints` (rad), within `position_min` and `position_max` (rad)."""
         self.joints = joints
         self.rest = joints
         """Where the robot comes to rest at the end, or after the stop in progress (rad)."""

@@ -22,7 +22,7 @@ class RecordingFault(Unusable):
 
 @contextmanager
 def needs_mcap() -> Iterator[None]:
-    """To import within it what needs the extra; raises RecordingFault where that is not installed."""
+    """A context to import what needs the extra; raises RecordingFault where that is not installed."""
     try:
         yield
     except ModuleNotFoundError as fault:

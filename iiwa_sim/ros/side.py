@@ -81,7 +81,7 @@ class RosSide:
         self._arm.step()
 
     def skip(self, ticks: int) -> None:
-        """To be called with how many ticks a robot at rest has made at once, when nobody was `watching`."""
+        """Notice that a robot at rest has made so many ticks at once, when nobody was `watching`."""
         self._node.skip(ticks)
         self._arm.skip(ticks)
 

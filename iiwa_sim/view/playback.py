@@ -151,7 +151,7 @@ class Playback:
             self._slider.value = round(time_s, 2)
 
     def _show_path(self, time_s: float) -> None:
-        """After a jump, show what was before: the path of the last seconds, and charts."""
+        """Show, after a jump, what was before: the path of the last seconds, and charts."""
         before_s, self._shown_s = self._shown_s, time_s
         if not before_s <= time_s <= before_s + JUMP_S:
             for state in self._timeline.states(time_s - charts.SECONDS, time_s, charts.SAMPLES):

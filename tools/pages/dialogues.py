@@ -125,7 +125,7 @@ def _is_refused(turn: Turn) -> bool:
 
 
 def text(said: Sequence[Turn]) -> str:
-    """As lines: `>` said, `<` answered."""
+    """A dialogue as lines: `>` said, `<` answered."""
     lines = []
     for turn in said:
         lines.append(f"> {turn.line}")

@@ -110,7 +110,7 @@ def _variable(action: argparse.Action) -> str:
 
 
 def _code(text: str) -> str:
-    """For a cell of a table, where backticks would not do with a `|` between."""
+    """Code in a cell of a table, where backticks would not do with a `|` between."""
     return f"<code>{escape(text).replace('|', '&#124;')}</code>"
 
 

@@ -140,7 +140,7 @@ class LookAhead:
 
     @property
     def kept_s(self) -> float:
-        """From now on for so long (s) the plan must not change: as far as a changing override looks."""
+        """The time (s) from now in which the plan must not change: as far as a changing override looks."""
         return CHANGING_S if self._time.override.changing else 0.0
 
     def _in_time(self, planned: Chain) -> bool:
@@ -161,7 +161,7 @@ class LookAhead:
 
     @property
     def _soonest_s(self) -> float:
-        """For so long (s) from now the plan is kept at the least: until another one is computed, and then as
+        """The least time (s) from now that the plan is kept: until another one is computed, and then as
         long as it must not change."""
         return self._margin_s + self.kept_s
 
@@ -182,7 +182,7 @@ class LookAhead:
         return None
 
     def _needed_s(self, chain: Chain, moves: Sequence[Move]) -> float:
-        """About how long (s) it takes to extend a chain into `moves`; less where it ends before."""
+        """The time (s), about, that it takes to extend a chain into `moves`; less where it ends before."""
         now_s = self._time.time_s
         ahead = len(chain.times) - int(chain.times.searchsorted(max(now_s, chain.rest_s - 2.0 * FREE_S)))
         cells = ahead + sum(CELLS_OF_MOVE + min(move.length_s, LONG_S) / CELL_S for move in moves)

@@ -66,7 +66,7 @@ class RosbridgeSession:
         *,
         secret: Secret | None = None,
     ) -> None:
-        """With a secret, the client has to authenticate first, by `auth`."""
+        """The client has to authenticate first, by `auth`, where there is a secret."""
         self.closing = False
         """Whether the client has failed to authenticate: it is closed once it has been told."""
         self._graph = graph
