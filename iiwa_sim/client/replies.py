@@ -81,7 +81,7 @@ class Reachability(NamedTuple):
 
 
 class RobotStatus(NamedTuple):
-    """The state as industrial_msgs/RobotStatus has it: mode 2 is automatic, else 1 is true and 0 false."""
+    """The state, as industrial_msgs/RobotStatus: mode 2 is automatic, of the others 1 is true and 0 false."""
 
     mode: int
     e_stopped: int

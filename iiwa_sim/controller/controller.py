@@ -58,7 +58,9 @@ class Controller:
         on_contact: Callable[[Contact], None] | None = None,
         on_touch: Callable[[str], None] | None = None,
     ) -> None:
-        """The robot rests at `start` (rad, within the limits), None for home; None is the robot's own TCP.
+        """The robot rests at `start` (rad, within the limits), None for home.
+
+        The TCP is at `tool_in_flange`, None for the robot's own.
 
         TCP and links touch the surfaces of `world`; the robot goes where it is sent, until the torque on a
         joint passes its limit, or what `safety` has it watch: then it stops, and is in error. The arm carries

@@ -159,7 +159,7 @@ def _best(best: tuple[float, Array, Array] | None, c: Array, fixed: int) -> bool
 
 
 def _too_fast(loads: Array) -> float:
-    """The number by which a clock (N + 2,) with such velocities, accelerations and jerks (N, 3) is to be
-    divided."""
+    """The number by which a clock (N + 2,) with such velocities, accelerations and jerks (N, 3), in its
+    cells, is to be divided."""
     velocity, acceleration, jerk = loads.max(axis=0).tolist()
     return float(max(velocity**2, acceleration / KEPT, (jerk / KEPT) ** (2.0 / 3.0)))
