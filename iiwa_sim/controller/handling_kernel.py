@@ -85,7 +85,10 @@ class HandlingTicks:
             opening = self.gripper.opening_m
         if self._aside is not None:
             self._aside.step(tcp, joints, opening)
+        lively: cython.bint = len(pieces._lively) > 0
         pieces.step(tcp, coming)
+        if lively and self._aside is not None:
+            self._aside.follow()
         load.hand(pieces.wrench, pieces.weight)
         if not rest:
             self._tell()

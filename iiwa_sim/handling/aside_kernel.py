@@ -9,7 +9,7 @@ nothing, however many there are.
 
 from __future__ import annotations
 
-from math import dist, hypot
+from math import dist
 from typing import Any
 
 import cython
@@ -18,12 +18,12 @@ from cython.cimports.libc.math import sqrt
 from iiwa_sim.contact.crowd import Presses
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.contact.places_kernel import STEP_M
-from iiwa_sim.frames import Transform, Vector
+from iiwa_sim.frames import Transform
 from iiwa_sim.handling.arm_way_kernel import FAR_M
 from iiwa_sim.handling.between_kernel import between
 from iiwa_sim.handling.falling import FALLS, LIES, STILL, Body, landed
 from iiwa_sim.handling.pressing import SEEN_M, by_the_arm, by_what_is_held, solid_held, solid_of
-from iiwa_sim.handling.pushed import SLOW_M_PER_S, Known, Way, gone_by, turned
+from iiwa_sim.handling.pushed import SLOW_M_PER_S, Known, Way, fastest, gone_by, offset, turned
 from iiwa_sim.handling.workpieces import Workpieces
 from iiwa_sim.motion.joints import Joints
 
@@ -57,6 +57,7 @@ class Aside(ArmWay):
     _parts: Any
     _seen: Any  # the number of changes of parts when they were looked for
     _known: dict[str, tuple[bool, float]]  # whether each is near, and until where on the way
+    _poses: dict[str, Transform]  # where the arm has been told that these parts are
     _solid: Any  # what is held, as a surface in this tick, once that is asked for
     _calm: cython.bint  # a tick in which arm and parts stayed as they were has changed nothing
     _changes: Any  # of the parts, when the last tick ended
@@ -67,15 +68,24 @@ class Aside(ArmWay):
         self._pieces = pieces
         self._parts = Known(pieces)
         self._seen = self._changes = -1
-        self._known = {}
+        self._known, self._poses = {}, {}
         self._solid = None
         self._calm = False
 
     def forget(self) -> None:
         """Arm or parts have been put elsewhere."""
         self._is_known, self._seen, self._calm = False, -1, False
+        self._poses = {}
         self._load.lay({})
         self._watch([])
+
+    def follow(self) -> None:
+        """Tell the arm where parts near it are that slid by themselves, or with what carries them."""
+        bodies = self._pieces.bodies
+        for name, pose in list(self._poses.items()):
+            body = bodies[name]
+            if body.pose is not pose:
+                self._tell(body, body._replace(pose=pose))
 
     def step(self, tcp: Transform, joints: Joints, opening_m: float) -> None:
         """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart."""
@@ -97,7 +107,7 @@ class Aside(ArmWay):
         looks: cython.bint = self._seen != pieces.lying_changes
         self._goes(held, tcp, joints, opening, looks or len(moving) > 0)
         if moving:
-            self._way += self._tick * max([_speed(pieces.bodies[name]) for name in moving])
+            self._way += self._tick * max([fastest(pieces.bodies[name]) for name in moving])
         looks = looks or self._way >= self.look_at_m
         if not (looks or moving or self._way >= self.next_m):
             self._calm, self._changes = stays, changes
@@ -180,6 +190,7 @@ class Aside(ArmWay):
             else:
                 next_m = min(next_m, until)
         self.look_at_m: Any = next_m
+        self._poses = {name: pieces.bodies[name].pose for name in near}
         self._watch(list(near))
         self._load.lay(near)
         return None
@@ -254,7 +265,7 @@ class Aside(ArmWay):
                 return Body(body.part, body.pose, body.velocity, FALLS)
         if body.bottom - face.top > STEP_M:
             return Body(body.part, body.pose, body.velocity, FALLS)
-        if not pressed and _speed(body) < SLOW_M_PER_S:
+        if not pressed and fastest(body) < SLOW_M_PER_S:
             return landed(body, face)
         return body
 
@@ -265,7 +276,7 @@ class Aside(ArmWay):
         pieces.put_aside(after)
         self._tell(after, before)
         for each in riders:
-            off = _from(middle, each.pose.translation)
+            off = offset(middle, each.pose.translation)
             x, y, _ = turned(off, way[3])
             gone: Way = (way[0] + (x - off[0]), way[1] + (y - off[1]), way[2], way[3])
             now = pieces.bodies[each.part.name]._replace(pose=gone_by(each.pose, gone))
@@ -278,7 +289,8 @@ class Aside(ArmWay):
         """The arm feels a part that is near it where that is now."""
         name = after.part.name
         if name in self._rows and after.state == LIES and after.pose != before.pose:
-            dx, dy, dz = _from(before.pose.translation, after.pose.translation)
+            self._poses[name] = after.pose
+            dx, dy, dz = offset(before.pose.translation, after.pose.translation)
             r, q = after.pose.rotation, before.pose.rotation
             # By the sine, which is the angle in a tick, of the axes before and now.
             turn = 0.5 * (
@@ -286,14 +298,3 @@ class Aside(ArmWay):
             )
             self._load.shift(name, solid_of(after), (dx, dy, dz, turn))
         return None
-
-
-def _from(start: Vector, end: Vector) -> Vector:
-    """The way (m) from a place to another."""
-    return (end[0] - start[0], end[1] - start[1], end[2] - start[2])
-
-
-def _speed(body: Body) -> float:
-    """No point of it is faster (m/s)."""
-    x, y, z = body.velocity
-    return hypot(x, y, z) + abs(body.spin) * body.part.shape.extent

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 from iiwa_sim.contact.crowd import Laid
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
@@ -98,3 +100,14 @@ def _about(body: Body, middle: Vector) -> float:
     x, y, _ = (a - b for a, b in zip(body.pose.translation, middle, strict=True))
     moments = body.part.moments(Transform(body.pose.rotation, (0.0, 0.0, 0.0)))
     return moments.xx + moments.yy + body.part.mass_kg * (x * x + y * y)
+
+
+def offset(start: Vector, end: Vector) -> Vector:
+    """The way (m) from a place to another."""
+    return (end[0] - start[0], end[1] - start[1], end[2] - start[2])
+
+
+def fastest(body: Body) -> float:
+    """No point of it is faster (m/s)."""
+    x, y, z = body.velocity
+    return hypot(x, y, z) + abs(body.spin) * body.part.shape.extent

@@ -80,6 +80,7 @@ class Workpieces(Lying):
             now = ridden(each, faces, others)
             if now != each:
                 self._put(now)
+                self._note_lying()  # elsewhere than before
             if now.state != LIES:
                 self._lively.add(name)
             elif now.velocity == STILL:
