@@ -111,7 +111,7 @@ class Acting:
         return self._motion is not None
 
     def carry(self, unknown: Moments | None, joints: Sequence[float]) -> None:
-        """From now on the arm, at `joints` (rad), carries this, seen from the flange, besides what the
+        """The arm, at `joints` (rad), carries this from now on, seen from the flange, besides what the
         controller knows of: None for nothing, and less than nothing where that is less."""
         self._unknown, self.judged = unknown, False
         if unknown is None:
@@ -257,7 +257,7 @@ class _Pushes:
 
     @property
     def tcp_push(self) -> Wrench:
-        """At the TCP, along its axes."""
+        """The push at the TCP, along its axes."""
         return self._load.tcp_push
 
     @property

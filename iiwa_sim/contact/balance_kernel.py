@@ -43,7 +43,7 @@ class Balance(Places):
     """Parts that may move, and the ways on which all that presses is in balance."""
 
     def __init__(self, count: int, tick_s: float) -> None:
-        """For so many parts."""
+        """There are `count` parts."""
         Places.__init__(self, count)
         least = max(count, 1)
         self._tick = tick_s

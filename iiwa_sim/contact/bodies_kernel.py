@@ -43,7 +43,7 @@ class Bodies:
     """Bodies, and what is remembered of their places; the arrays are declared in the .pxd."""
 
     def __init__(self, count: int) -> None:
-        """For so many parts; they are the first bodies, surfaces follow."""
+        """There are `count` parts; they are the first bodies, surfaces follow."""
         self._parts = count
         self._held = -1
         self._make_room(count)

@@ -28,7 +28,7 @@ class Carried(Balance):
     """Parts that may move, some of them on others; the arrays are declared in the .pxd."""
 
     def __init__(self, count: int, tick_s: float) -> None:
-        """For so many parts."""
+        """There are `count` parts."""
         Balance.__init__(self, count, tick_s)
         least = max(count, 1)
         self._on, self._carrier = np.full(least, -1, dtype=np.intp), np.zeros(least, dtype=np.intp)
@@ -46,7 +46,7 @@ class Carried(Balance):
         return False
 
     def _height(self, part: int) -> int:
-        """On how many parts it lies."""
+        """The number of parts, one on another, on which it lies."""
         at: cython.Py_ssize_t = self._on[part]
         height: int = 0
         while 0 <= at < self._parts:

@@ -45,7 +45,7 @@ class Crowd(Stored):
     _bound: cython.double[::1]  # how far each of those that may move may go (m)
 
     def __init__(self, count: int, tick_s: float) -> None:
-        """For so many parts."""
+        """There are `count` parts."""
         Stored.__init__(self, count, tick_s)
         least = max(count, 1)
         self.stored_j = self._stored = self._share = self._slower = 0.0
@@ -76,7 +76,7 @@ class Crowd(Stored):
         self._rest_on(n, mass, laid.carries_kg, laid.carries_kgm2)
 
     def hold(self, part: int, solid: Surface | None, brought_m: float = 0.0) -> None:
-        """In this tick the arm holds a part there, which it has brought so far, or none; nothing presses on
+        """The arm holds a part there in this tick, which it has brought so far, or none; nothing presses on
         parts yet."""
         n: cython.Py_ssize_t
         self._held = -1 if solid is None else part

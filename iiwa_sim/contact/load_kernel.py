@@ -127,7 +127,7 @@ class ExternalLoad(Acting):
         self._settled = NEVER
 
     def lay(self, parts: Mapping[str, Surface]) -> None:
-        """From now on these parts lie near the arm, which feels them with all but the TCP."""
+        """These parts lie near the arm from now on, which feels them with all but the TCP."""
         if dict(parts) != self._parts:
             self._parts = dict(parts)
             self._surrounded = self._settled = NEVER

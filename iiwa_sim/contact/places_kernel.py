@@ -50,7 +50,7 @@ class Places(Bodies):
     """Places at which bodies meet; the arrays are declared in the .pxd."""
 
     def __init__(self, count: int) -> None:
-        """For so many parts; they are the first bodies, surfaces follow."""
+        """There are `count` parts; they are the first bodies, surfaces follow."""
         Bodies.__init__(self, count)
         least = max(count, 1)
         self._slot = np.full(least, -1, dtype=np.intp)

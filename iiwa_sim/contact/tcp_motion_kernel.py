@@ -27,7 +27,7 @@ class TcpMotion:
     """The poses of a TCP in three ticks; the numbers are declared in the .pxd."""
 
     def __init__(self, pose: Transform) -> None:
-        """At `pose`; how it has come there is not known, and nothing is felt of that."""
+        """The TCP is at `pose`; how it has come there is not known, and nothing is felt of that."""
         self._now, self._before, self._earlier, self._coming = np.zeros((4, 12))
         self._linear, self._turning, self._of = np.zeros(3), np.zeros(9), np.zeros(10)
         self.rest(pose)
@@ -35,7 +35,7 @@ class TcpMotion:
         self.still = False
 
     def rest(self, pose: Transform) -> None:
-        """At rest at `pose`."""
+        """The TCP rests at `pose`."""
         _take(pose, self._now)
         self._before[:] = self._now
         self._earlier[:] = self._now

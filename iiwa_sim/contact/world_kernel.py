@@ -49,7 +49,7 @@ class World(Feeling):
 
     @property
     def surfaces(self) -> dict[str, Surface]:
-        """By their names."""
+        """The surfaces by their names."""
         return {name: contact.surface for name, contact in self._contacts.items()}
 
     def put(self, surface: Surface) -> None:

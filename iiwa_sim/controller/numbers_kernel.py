@@ -131,5 +131,5 @@ def _half_open(angle: cython.double) -> cython.double:
 @cython.exceptval(check=False)
 @cython.inline
 def _to_step(value: cython.double, steps: cython.double) -> cython.double:
-    """To the nearest step."""
+    """The value rounded to the nearest step."""
     return floor(value * steps + 0.5) / steps

@@ -61,7 +61,7 @@ class Touching(Near):
 
     @property
     def torque(self) -> Vector:
-        """About its middle (Nm), in base axes."""
+        """The torque about its middle (Nm), in base axes."""
         return (self.tx, self.ty, self.tz)
 
     @property

@@ -126,7 +126,7 @@ class Compliance:
         self._joints_pushed = False
 
     def start(self, joints: Joints, velocity: Sequence[float] | None = None) -> None:
-        """On a plan that rests at joint positions (rad); the robot is there, too, with a velocity (rad/s)."""
+        """Begin on a plan that rests at joint positions (rad); the robot is there with a velocity (rad/s)."""
         self._arm.joints = joints
         self._arm.plan(joints)
         self._turned[:] = self._at[:9]

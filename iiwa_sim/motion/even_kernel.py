@@ -43,7 +43,7 @@ class EvenTime:
     _slowing: Any = cython.declare(object, visibility="public")  # how it does so for a stop
 
     def __init__(self, pace: Pace) -> None:
-        """At 0; the owner of the pace steps that before this."""
+        """The time begins at 0; the owner of the pace steps that before this."""
         self._pace = pace
         self.time_s = 0.0
         self._slowing = None

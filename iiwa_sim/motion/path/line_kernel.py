@@ -56,7 +56,7 @@ class LineOutOfReach(Exception):
 
 
 class SingularLine(Exception):
-    """At `s` the line comes so close to a singular pose that the joint (by index) would have to jump."""
+    """The line comes so close to a singular pose at `s` that the joint (by index) would have to jump."""
 
     def __init__(self, s: float, joint: int) -> None:
         super().__init__(f"at s = {s}, joint {joint}")

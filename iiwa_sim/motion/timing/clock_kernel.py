@@ -183,7 +183,7 @@ class Steps:
                 y = -y
 
     def go(self, c: cython.double[::1], most: cython.Py_ssize_t, enough: cython.double) -> tuple[int, bool]:
-        """At most so many steps of c (N + 2,), in place.
+        """Make at most so many steps of c (N + 2,), in place.
 
         Gives their number, and whether all limits are kept and less than a part of the time is left to gain:
         they aim at half of that at the least, since what is nearer to its limits lets c go less far.
