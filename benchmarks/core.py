@@ -11,7 +11,7 @@ from iiwa_sim.contact.shapes import Plane
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.controller import Controller
-from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, MoveRequest
+from iiwa_sim.controller.requests import JOINT_BLENDING, MoveRequest, TcpCompliance
 from iiwa_sim.controller.requests import Kind as How
 from iiwa_sim.controller.trajectory_request import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.frames import IDENTITY, Transform
@@ -65,7 +65,7 @@ def measure() -> list[Figure]:
         x_mm = centre.x_mm + chance.uniform(-150, 50)
         y_mm = centre.y_mm + chance.uniform(-200, 200)
         target = centre._replace(x_mm=x_mm, y_mm=y_mm)
-        compliance = Compliance(STIFFNESS_N_PER_M, WEIGHED_DOWN_N)
+        compliance = TcpCompliance(STIFFNESS_N_PER_M, WEIGHED_DOWN_N)
         yielding.move(MoveRequest(How.LIN, target, 0.5, compliance=compliance))
 
     def hold() -> None:

@@ -12,9 +12,9 @@ from iiwa_sim.backdoor.recent_dialogue import RecentDialogue
 from iiwa_sim.backdoor.token import LOOPBACK, Token
 from iiwa_sim.cell.cell import Cell, cell_of
 from iiwa_sim.clock.clock import DEFAULT_RATE_HZ
+from iiwa_sim.clock.observed import ObservedRobot
 from iiwa_sim.clock.pace import REAL, Pace
 from iiwa_sim.clock.stepped import Stepped
-from iiwa_sim.clock.watched import Watched
 from iiwa_sim.dialect.dialects import Dialect, dialect_for
 from iiwa_sim.dialect.ports import DEFAULT_DIALECT, IIWA, one_each
 from iiwa_sim.dialect.session import Session
@@ -263,7 +263,7 @@ class Simulator(OpenPorts, RobotInTime):
         """The robot for the clock; with nobody else in between where nobody watches."""
         others = [each for each in (self._status, self._ros) if each is not None]
         watchers = [*self._recordings.recorders, *others]
-        return Watched(self._controller, watchers) if watchers else self._controller
+        return ObservedRobot(self._controller, watchers) if watchers else self._controller
 
     def _session_opener(self, dialect: Dialect) -> Callable[[str], Session]:
         return lambda name: dialect.open_session(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, Kind, MoveRequest, Shift
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, TcpCompliance
 from iiwa_sim.frames import Frame
 
 Asked = Callable[..., MoveRequest]
@@ -24,11 +24,11 @@ def _of(kind: Kind, *names: str, **usual: Any) -> Asked:
 
 
 def _relative(kind: Kind, way: Frame, speed: float, blending: float, *, in_tool: bool) -> MoveRequest:
-    return MoveRequest(kind, speed=speed, blending=blending, shift=Shift(way, in_tool))
+    return MoveRequest(kind, speed=speed, blending=blending, shift=RelativeTarget(way, in_tool))
 
 
 def _stiff(kind: Kind, target: Frame, speed: float, n_per_m: float, balanced: Sequence[float]) -> MoveRequest:
-    return MoveRequest(kind, target, speed, compliance=Compliance(n_per_m, balanced))
+    return MoveRequest(kind, target, speed, compliance=TcpCompliance(n_per_m, balanced))
 
 
 joint_move = _of(Kind.PTP, "target", "speeds", "blending", blending=JOINT_BLENDING)

@@ -2,12 +2,12 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.contact.felt import Felt
+from iiwa_sim.contact.contact_state import ContactState
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import EXECUTION, Refused
-from iiwa_sim.controller.handling import Kept
+from iiwa_sim.controller.handling import HandlingState
 from iiwa_sim.frames import Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.settings import LONGEST_NAME
@@ -30,9 +30,9 @@ class State(NamedTuple):
     joint_push: tuple[float, ...]
     surfaces: tuple[Surface, ...]
     tool_load: ToolLoad
-    handled: Kept | None
+    handled: HandlingState | None
     """None without a gripper."""
-    felt: Felt
+    felt: ContactState
     """What it touches, and what that remembers of it."""
 
 

@@ -16,7 +16,7 @@ from iiwa_sim.contact.world_kernel import World
 from iiwa_sim.controller.carrying import Tool
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.force_guard import Contact
-from iiwa_sim.controller.handling import Handled
+from iiwa_sim.controller.handling import HandlingSetup
 from iiwa_sim.controller.io import DEFAULT_INPUTS, DEFAULT_OUTPUTS, Io
 from iiwa_sim.controller.protection import NOTHING_MORE, Safety
 from iiwa_sim.frames import Transform, compose
@@ -46,7 +46,7 @@ class Cell:
     """What the robot watches besides the torques on its joints."""
     tool: Tool | None = None
     """What is fixed to the flange, with its mass."""
-    handled: Handled | None = None
+    handled: HandlingSetup | None = None
     """The gripper, what it is wired to, and the parts."""
     path: Path | None = field(default=None, compare=False)
     """The file it was read from, if it was."""
@@ -146,11 +146,11 @@ def load_cell(path: str | Path) -> Cell:
     return cell
 
 
-def _handled(settings: CellSettings) -> Handled | None:
+def _handled(settings: CellSettings) -> HandlingSetup | None:
     if settings.gripper is None:
         return None
     parts = tuple((part_of(each), each.pose()) for each in settings.part)
-    return Handled(*settings.gripper.gripper(), parts)
+    return HandlingSetup(*settings.gripper.gripper(), parts)
 
 
 def _robot(reader: Reader, name: str, folder: Path) -> str | Path:

@@ -10,7 +10,7 @@ from iiwa_sim.contact.ways_in_kernel import NOT_IN
 from iiwa_sim.frames import Vector
 
 
-class Laid(NamedTuple):
+class LyingPart(NamedTuple):
     """A part that lies, in numbers."""
 
     solid: Surface
@@ -30,7 +30,7 @@ class Laid(NamedTuple):
     carries_kgm2: float
 
 
-class Presses(NamedTuple):
+class PressingBall(NamedTuple):
     """A ball that presses on a part: of the arm, or of what it holds."""
 
     middle: Vector
@@ -49,7 +49,7 @@ class Presses(NamedTuple):
     place: int = 0
 
 
-class Gone(NamedTuple):
+class PartMotion(NamedTuple):
     """A part after a tick."""
 
     part: int

@@ -15,7 +15,7 @@ from typing import Any
 import cython
 import numpy as np
 
-from iiwa_sim.contact.crowd import Gone, Laid, Presses
+from iiwa_sim.contact.crowd import LyingPart, PartMotion, PressingBall
 from iiwa_sim.contact.moments import GRAVITY_M_S2
 from iiwa_sim.contact.stored_kernel import NEAR_M
 from iiwa_sim.contact.surface import Surface
@@ -54,7 +54,7 @@ class Crowd(Stored):
         self._bound = np.zeros(least)
         self._balls: Any = {}
 
-    def lay(self, part: int, laid: Laid | None) -> None:
+    def lay(self, part: int, laid: LyingPart | None) -> None:
         """A part lies there, or does not lie."""
         n: cython.Py_ssize_t = part
         self._lies[n] = laid is not None
@@ -87,7 +87,7 @@ class Crowd(Stored):
         for n in range(self._parts):
             self._deep[n] = 0.0
 
-    def look(self, part: int, balls: Sequence[Presses], still: bool) -> float:
+    def look(self, part: int, balls: Sequence[PressingBall], still: bool) -> float:
         """Note which balls may press on a part in this tick; gives how deep (m) the deepest of them, or of
         places of the part in the held one, is: less than 0 where none is in it.
 
@@ -141,10 +141,10 @@ class Crowd(Stored):
             self._meet(n, self._held, low, high, 1.0, False, 0.05)
         return None
 
-    def push(self, parts: Sequence[int]) -> list[Gone]:
+    def push(self, parts: Sequence[int]) -> list[PartMotion]:
         """A tick of parts that are pushed, or move, and of all that they push: those that stay as they are,
         or slide for themselves, are not told."""
-        found: list[Gone] = []
+        found: list[PartMotion] = []
         self.stored_j = 0.0
         n: cython.Py_ssize_t
         farthest: cython.double = 0.0
@@ -272,7 +272,7 @@ class Crowd(Stored):
         pressed: cython.bint = False
         for at in range(self._first[k], self._first[k + 1]):
             pressed = pressed or self._c[self._of[self._mine[at], 1], 28] > 0.0
-        found.append(Gone(n, way, velocity, tuple(wound), bool(pressed)))
+        found.append(PartMotion(n, way, velocity, tuple(wound), bool(pressed)))
         return None
 
     def on_held(self) -> tuple[Vector, Vector]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import cython
 
-from iiwa_sim.contact.felt import Felt
+from iiwa_sim.contact.contact_state import ContactState
 from iiwa_sim.contact.itself_kernel import Itself
 from iiwa_sim.contact.noise import Noise
 from iiwa_sim.contact.surface import Surface
@@ -235,13 +235,13 @@ class ExternalLoad(Acting):
             self.carry(self._unknown, joints)
             self._carried_at = joints
 
-    def felt(self) -> Felt:
+    def felt(self) -> ContactState:
         """What the robot feels of all that it touches."""
         links = None if self._links is None or self._surrounded == NEVER else self._links.kept()
         wrenches, torques = (self._touch, self._met), (self._link_torques, self._folded)
-        return Felt(self.world.kept(), links, dict(self._parts), wrenches, torques)
+        return ContactState(self.world.kept(), links, dict(self._parts), wrenches, torques)
 
-    def feel_again(self, felt: Felt, joints: Sequence[float]) -> None:
+    def feel_again(self, felt: ContactState, joints: Sequence[float]) -> None:
         """The robot has been placed at `joints` (rad), where it felt that, among the same surfaces.
 
         It goes on as if it had been there all the time.

@@ -11,7 +11,7 @@ from iiwa_sim.controller.core import Core
 from iiwa_sim.controller.error_state import PRESSED
 from iiwa_sim.controller.errors import EMERGENCY_STOP, EXECUTION, STOP_TRIGGERED, ErrorRecord, Refused
 from iiwa_sim.controller.force_guard import Contact
-from iiwa_sim.controller.handling import Handled, Handling
+from iiwa_sim.controller.handling import Handling, HandlingSetup
 from iiwa_sim.controller.injected import Injected
 from iiwa_sim.controller.io import Io
 from iiwa_sim.controller.modes import Mode
@@ -52,7 +52,7 @@ class Controller:
         io: Io | None = None,
         safety: Safety = NOTHING_MORE,
         tool: Tool | None = None,
-        handled: Handled | None = None,
+        handled: HandlingSetup | None = None,
         servo_timeout_s: float | None = None,
         on_fault: Callable[[int, str], None] | None = None,
         on_contact: Callable[[Contact], None] | None = None,

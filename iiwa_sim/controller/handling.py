@@ -48,7 +48,7 @@ class PartState(msgspec.Struct, frozen=True):
     """lies, falls, held, gone"""
 
 
-class Handled(NamedTuple):
+class HandlingSetup(NamedTuple):
     """What a robot works with, at the beginning."""
 
     jaws: Jaws
@@ -57,7 +57,7 @@ class Handled(NamedTuple):
     """Parts with the poses of their middles in the base."""
 
 
-class Kept(NamedTuple):
+class HandlingState(NamedTuple):
     """What a named state keeps of it."""
 
     opening_m: float
@@ -75,7 +75,7 @@ class GripperState(msgspec.Struct, frozen=True):
 class Handling(HandlingTicks):
     """The gripper of one robot and the parts in its cell, in their ticks."""
 
-    def __init__(self, handled: Handled, io: Io, load: ExternalLoad, tick_s: float) -> None:
+    def __init__(self, handled: HandlingSetup, io: Io, load: ExternalLoad, tick_s: float) -> None:
         """What a part does to the robot is told to `load`, whose surfaces parts lie on."""
         super().__init__(Gripper(handled.jaws), io, load)
         self._wiring = handled.wiring
@@ -137,11 +137,13 @@ class Handling(HandlingTicks):
             self.workpieces.tcp_is(tcp)
             self._load.hand(self.workpieces.wrench, self.workpieces.weight)
 
-    def kept(self) -> Kept:
+    def kept(self) -> HandlingState:
         """What a named state keeps."""
-        return Kept(self.gripper.opening_m, Parts() if self.workpieces is None else self.workpieces.kept())
+        return HandlingState(
+            self.gripper.opening_m, Parts() if self.workpieces is None else self.workpieces.kept()
+        )
 
-    def restore(self, kept: Kept, tcp: Transform) -> None:
+    def restore(self, kept: HandlingState, tcp: Transform) -> None:
         """Bring that back, with the TCP at rest at a pose."""
         self.gripper.opening_m = kept.opening_m
         self.gripper.driven = self._driven()

@@ -12,7 +12,7 @@ from iiwa_sim.motion.override import Override
 from iiwa_sim.motion.queue.move import Move
 from iiwa_sim.motion.servo import Servo
 from iiwa_sim.motion.trajectory.reference import Reference
-from iiwa_sim.motion.trajectory.way import Followed, Way, way_along
+from iiwa_sim.motion.trajectory.tracking_plan import Followed, TrackingPlan, tracking_plan
 
 
 class Motions(EvenMotions):
@@ -115,16 +115,18 @@ class Motions(EvenMotions):
         """The joint trajectory that is followed and has not been stopped; None while there is none."""
         servo = self._servo
         return (
-            Followed(servo.course, servo.time_s) if self.tracking and isinstance(servo.course, Way) else None
+            Followed(servo.course, servo.time_s)
+            if self.tracking and isinstance(servo.course, TrackingPlan)
+            else None
         )
 
-    def plan_way(self, reference: Reference, limits: JointLimits) -> Way:
+    def plan_way(self, reference: Reference, limits: JointLimits) -> TrackingPlan:
         """How to follow a trajectory in place of the one before, or from where the robot will rest. Raises
         `ArithmeticError` where no way onto it is found."""
         here = self.rest_after_stop()
         still = (0.0,) * len(here)
         state = self._servo.state if self.tracked else (here, still, still)
-        return way_along(reference, state, limits, self._servo.courses)
+        return tracking_plan(reference, state, limits, self._servo.courses)
 
     @property
     def goal(self) -> Joints:

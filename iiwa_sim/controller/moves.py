@@ -13,7 +13,7 @@ from iiwa_sim.controller.force_guard import ForceGuard, check_thresholds
 from iiwa_sim.controller.modes import TRANSITIONS, Event, Mode
 from iiwa_sim.controller.planner import Plan
 from iiwa_sim.controller.poses import shifted
-from iiwa_sim.controller.requests import Compliance, Kind, MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance
 from iiwa_sim.controller.stiffness import check_joint_stiffness, impedance_of
 from iiwa_sim.controller.wanted import Hold, StiffnessMove, Target
 from iiwa_sim.motion.joints import Joints
@@ -118,7 +118,7 @@ class Moves:
         core.motions.append(self._move(number, request, plan))
         return number
 
-    def _yield(self, request: MoveRequest, compliance: Compliance) -> int:
+    def _yield(self, request: MoveRequest, compliance: TcpCompliance) -> int:
         """Plan a stiffness move from where the nominal motion is, and carry it out in place of what runs."""
         core = self._core
         impedance = impedance_of(compliance.stiffness_n_per_m, compliance.balanced)

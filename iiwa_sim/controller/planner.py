@@ -9,7 +9,7 @@ import numpy as np
 from iiwa_sim.controller.acceleration import AccelerationCap, AccelerationUnit, capped_joints, capped_line
 from iiwa_sim.controller.errors import EXECUTION, Refused
 from iiwa_sim.controller.lin_planner import LinPlanner
-from iiwa_sim.controller.requests import Kind, MoveRequest, Shift
+from iiwa_sim.controller.requests import Kind, MoveRequest, RelativeTarget
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import STANDSTILL_RAD, JointLimits
@@ -170,7 +170,7 @@ def outside(joint: str, q: float, lowest: float, highest: float) -> Refused:
     return Refused(JOINT_LIMIT, f"{joint} at {q:.7g} rad is outside {limits}")
 
 
-def _in_words(shift: Shift) -> str:
+def _in_words(shift: RelativeTarget) -> str:
     way = " ".join(f"{mm:.1f}" for mm in shift.way[:3])
     return f"as a way of {way} mm in the axes of the {'tool' if shift.in_tool else 'base'}"
 

@@ -33,7 +33,7 @@ class Kind(Enum):
         return self in (Kind.SMART, Kind.DIRECT)
 
 
-class Shift(NamedTuple):
+class RelativeTarget(NamedTuple):
     """A target by how far the TCP goes from where it will be when the moves that wait are done."""
 
     way: Frame
@@ -42,7 +42,7 @@ class Shift(NamedTuple):
     """Whether it is in the axes of the tool, else in those of the base."""
 
 
-class Compliance(NamedTuple):
+class TcpCompliance(NamedTuple):
     """How the TCP gives way around its move."""
 
     stiffness_n_per_m: float
@@ -66,13 +66,13 @@ class MoveRequest(NamedTuple):
     With 0 the robot stops at the target."""
     speeds: Sequence[float] = ()
     """Speeds of each joint, in place of `speed`: for PTP and for servos to joint positions."""
-    shift: Shift | None = None
+    shift: RelativeTarget | None = None
     """Instead of a target."""
     redundancy: float | None = None
     """The position (rad) of A3 at the target; without one it stays, if the target can then be reached."""
     thresholds: Thresholds | None = None
     """The move ends when a force at the TCP has changed by more since the command, see `ForceGuard`."""
-    compliance: Compliance | None = None
+    compliance: TcpCompliance | None = None
     """The robot gives way around the move, which replaces what runs instead of waiting behind it."""
     hold_nm_per_rad: float = 0.0
     """Stiffness of every joint in a hold, 0 to 5000."""

@@ -6,7 +6,7 @@ from iiwa_sim.motion.compliance_kernel import CartesianImpedance
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.queue.move import Move
-from iiwa_sim.motion.trajectory.way import Way
+from iiwa_sim.motion.trajectory.tracking_plan import TrackingPlan
 
 
 class Target(NamedTuple):
@@ -64,7 +64,7 @@ class Tracked(NamedTuple):
     """A joint trajectory, and how the robot follows it."""
 
     number: int
-    way: Way
+    way: TrackingPlan
 
     @property
     def end(self) -> Joints:

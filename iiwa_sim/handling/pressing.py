@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import dist
 
-from iiwa_sim.contact.crowd import Presses
+from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.link_friction_kernel import STIFFEST_N_PER_M
 from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.surface import Surface
@@ -20,14 +20,14 @@ SEEN_M = 0.05
 """Distance of a part up to which it is found exactly."""
 
 
-def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> Iterator[Presses]:
+def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> Iterator[PressingBall]:
     """What of the arm, at joint positions (rad), may press on a part that its `links` know."""
     for middle, radius, rubbed, share, came in links.balls(part.name, joints, tick_s, SEEN_M):
         holding = share * min(part.stiffness, STIFFEST_N_PER_M)
-        yield Presses(middle, radius, share * part.stiffness, part.friction, holding, rubbed, came)
+        yield PressingBall(middle, radius, share * part.stiffness, part.friction, holding, rubbed, came)
 
 
-def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> Iterator[Presses]:
+def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> Iterator[PressingBall]:
     """What of the held part, which is `solid` there, may press on a part."""
     part = held.part
     far = part.shape.extent + body.part.shape.extent + SEEN_M
@@ -36,7 +36,7 @@ def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> Iter
     points = points_of(part, upright=held.upright)
     stiffness = in_a_row(part.stiffness, body.part.stiffness) / points.at_once
     for place, at in enumerate(points.places):
-        yield Presses(apply(solid.pose, at), points.radius_m, stiffness, held=number, place=place)
+        yield PressingBall(apply(solid.pose, at), points.radius_m, stiffness, held=number, place=place)
 
 
 def solid_of(body: Body) -> Surface:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import hypot
 
-from iiwa_sim.contact.crowd import Laid
+from iiwa_sim.contact.crowd import LyingPart
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector, multiply
 from iiwa_sim.handling.falling import LIES, Body
@@ -72,7 +72,7 @@ class Known:
             mass += each.part.mass_kg
             about += _about(each, body.pose.translation)
         velocity = (*body.velocity, body.spin)
-        laid = Laid(solid_of(body), velocity, body.wound, part.mass_kg, on, top, below, mass, about)
+        laid = LyingPart(solid_of(body), velocity, body.wound, part.mass_kg, on, top, below, mass, about)
         pieces.crowd.lay(self.numbers[name], laid)
         self._known[name] = body
 

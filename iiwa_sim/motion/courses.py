@@ -28,7 +28,7 @@ State = tuple[Joints, Joints, Joints]
 """Positions (rad), velocities (rad/s) and accelerations (rad/s^2)."""
 
 
-class Course(NamedTuple):
+class RuckigCourse(NamedTuple):
     """Joint positions over time (s) from 0 on, with a state of motion at its end."""
 
     trajectory: Trajectory
@@ -59,7 +59,7 @@ class Courses:
 
     def find(
         self, start: State, end: State, limits: JointLimits, duration_s: float | None = None
-    ) -> Course | None:
+    ) -> RuckigCourse | None:
         """A course from one state to another, all joints together in `duration_s`, or each as soon as it can
         for None; None where Ruckig finds none, or none that is good."""
         task = InputParameter(len(self._position_min))
@@ -79,7 +79,7 @@ class Courses:
                 continue
             in_time = duration_s is None or found.duration <= duration_s + LATE_S
             if result == Result.Working and in_time and self._is_good(found, end[0]):
-                return Course(found, end[0])
+                return RuckigCourse(found, end[0])
         return None
 
     def _is_good(self, trajectory: Trajectory, target: Joints) -> bool:

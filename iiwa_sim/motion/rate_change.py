@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.rate_kernel import SPREAD, STEP_S, Ahead
+from iiwa_sim.motion.rate_kernel import SPREAD, STEP_S, LoadsAhead
 
 CELL_S = 0.002
 """Length of a cell, about (s): over it the second derivative of the rate is constant."""
@@ -66,7 +66,7 @@ class RateChange:
         self._step_s = tick_s / self._cells
         self._left = 0  # ticks of the cell under way
         self._bend = 0.0
-        self._ahead: Ahead | None = None
+        self._ahead: LoadsAhead | None = None
         self._version = 0
         self._renew_s = 0.0
 
@@ -104,12 +104,12 @@ class RateChange:
                 self.rate = self._goal
         return h * (rate + h * (0.5 * slope + h * bend / 6.0))
 
-    def _look(self, running: Running, time_s: float) -> Ahead:
+    def _look(self, running: Running, time_s: float) -> LoadsAhead:
         if self._ahead is None or self._version != running.plan.version or time_s > self._renew_s:
             # Always at multiples of the step, so that a plan that did not change has the same samples.
             first = int(time_s / STEP_S) - SPREAD
             slope, bend = running.stop_slope_per_s, running.stop_bend_per_s2
-            self._ahead = Ahead(
+            self._ahead = LoadsAhead(
                 _loads(running.plan, STEP_S * np.arange(first, first + SAMPLES + 1, dtype=np.float64)),
                 STEP_S * first,
                 self._ticks * self._step_s,

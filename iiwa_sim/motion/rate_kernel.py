@@ -31,7 +31,7 @@ _LANDINGS = cython.declare(cython.Py_ssize_t, 14)  # at most, to come to the goa
 
 
 @cython.cclass
-class Ahead:
+class LoadsAhead:
     """Loads of a plan each `STEP_S` of planned time from `first_s` on, and how its rate may change.
 
     `loads` (m, 6 n) has rows of velocity and acceleration over the acceleration limit (s, 1), and of

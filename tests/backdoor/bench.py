@@ -11,7 +11,7 @@ from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.clock.clock import Clock
 from iiwa_sim.clock.pace import STEPPED
 from iiwa_sim.contact.shapes import Cylinder
-from iiwa_sim.controller.handling import Handled, Wiring
+from iiwa_sim.controller.handling import HandlingSetup, Wiring
 from iiwa_sim.dialect.wire.dialogue import Dialogue
 from iiwa_sim.dialect.wire.wire_faults import WireFaults
 from iiwa_sim.frames import Frame
@@ -26,7 +26,7 @@ IIWA, KR_6 = "lbr_iiwa_7_r800", "kr_6_r900_sixx"
 
 
 DISC = Part("disc", Cylinder(0.02, 0.005), 0.2, 0.5, 1e5), Frame(0.0, 0.0, -5.0, 0.0, 0.0, 0.0).to_transform()
-HANDLED = Handled(Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_input=16), (DISC,))
+HANDLED = HandlingSetup(Jaws(0.08, 0.2, 40.0), Wiring(close_output=16, holds_input=16), (DISC,))
 
 
 class OpenDoor:

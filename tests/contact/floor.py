@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import ModuleType
 
 from iiwa_sim.contact import crowd_kernel
-from iiwa_sim.contact.crowd import Gone, Laid, Presses
+from iiwa_sim.contact.crowd import LyingPart, PartMotion, PressingBall
 from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
@@ -26,7 +26,7 @@ class Floor:
     """Parts on a face at height 0, pushed tick by tick."""
 
     def __init__(self, *walls: Surface, kernel: ModuleType = crowd_kernel) -> None:
-        self.laid: list[Laid] = []
+        self.laid: list[LyingPart] = []
         self._walls = walls
         self._kernel = kernel
 
@@ -45,7 +45,7 @@ class Floor:
             FRICTION,
         )
         vx, vy, vz, spin = velocity
-        self.laid.append(Laid(solid, (vx, vy, vz, spin), (), mass, -1, 0.0, BELOW, 0.0, 0.0))
+        self.laid.append(LyingPart(solid, (vx, vy, vz, spin), (), mass, -1, 0.0, BELOW, 0.0, 0.0))
 
     def begin(self) -> None:
         first = len(self.laid) + 1  # one is held elsewhere, to which the balls belong
@@ -54,11 +54,11 @@ class Floor:
         for number, laid in enumerate(self.laid):
             self.crowd.lay(number, laid)
 
-    def step(self, *balls: tuple[int, Presses]) -> list[Gone]:
+    def step(self, *balls: tuple[int, PressingBall]) -> list[PartMotion]:
         self.crowd.hold(-1, None, 1.0)  # balls are brought from anywhere
         for number in range(len(self.laid)):
             self.crowd.look(number, [ball for part, ball in balls if part == number], False)
-        found: list[Gone] = self.crowd.push(range(len(self.laid)))
+        found: list[PartMotion] = self.crowd.push(range(len(self.laid)))
         for gone in found:
             laid = self.laid[gone.part]
             solid = laid.solid._replace(pose=gone_by(laid.solid.pose, gone.way))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.crowd import Presses
+from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame
@@ -34,7 +34,7 @@ def test_pressed_from_above_springs_and_inertia_share_the_depth() -> None:
     floor.put(CUBE, 0.0, 0.0)
     floor.begin()
     top = floor.laid[0].solid.pose.translation[2] + 0.02
-    (gone,) = floor.step((0, Presses((0.0, 0.0, top - 0.002 + 0.005), 0.005, 5e4)))
+    (gone,) = floor.step((0, PressingBall((0.0, 0.0, top - 0.002 + 0.005), 0.005, 5e4)))
     assert gone.way == pytest.approx(
         (0.0, 0.0, -0.002 * 5e4 / (5e4 + BELOW + 0.2 / TICK_S**2), 0.0), rel=1e-9
     )
@@ -50,7 +50,7 @@ def test_a_row_takes_the_friction_of_all_that_are_in_it(count: int) -> None:
     at, forces = -0.02, []
     for tick in range(1500):
         at += 0.05 * TICK_S
-        floor.step((0, Presses((at - 0.01, 0.0, 0.02), 0.01, 5e4)))
+        floor.step((0, PressingBall((at - 0.01, 0.0, 0.02), 0.01, 5e4)))
         depth = at - (floor.laid[0].solid.pose.translation[0] - 0.02)
         if tick >= 1000:
             forces.append(5e4 * max(0.0, depth))
@@ -99,7 +99,7 @@ def test_compiled_and_as_python_it_is_the_same(on: int) -> None:
         floor.laid[2] = floor.laid[2]._replace(on=on)
         floor.begin()
         found.append(
-            [floor.step((0, Presses((-0.029 + 5e-4 * k, 0.004, 0.02), 0.01, 5e4))) for k in range(8)]
+            [floor.step((0, PressingBall((-0.029 + 5e-4 * k, 0.004, 0.02), 0.01, 5e4))) for k in range(8)]
         )
     assert found[0] == found[1]
     assert sum(map(len, found[0])) >= 12, "they push each other"
@@ -150,7 +150,7 @@ def test_no_crowd_has_more_energy_than_there_was(
     floor.begin()
     solid, held = floor.laid[0].solid, len(parts)
     pressing = [
-        (0, Presses((x, y, z), radius, 3e4, held=held, place=number))
+        (0, PressingBall((x, y, z), radius, 3e4, held=held, place=number))
         for number, (x, y, z, radius) in enumerate(balls)
         if solid.nearest(x, y, z)[0] > radius
     ]

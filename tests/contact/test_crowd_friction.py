@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.crowd import Gone, Presses
+from iiwa_sim.contact.crowd import PartMotion, PressingBall
 from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import IDENTITY
@@ -31,7 +31,7 @@ class Row:
         self.floor.begin()
         self._pressed_n = pressed_n
 
-    def step(self, number: int = 0, pushed_n: float = 0.0) -> list[Gone]:
+    def step(self, number: int = 0, pushed_n: float = 0.0) -> list[PartMotion]:
         """A tick in which one is pushed."""
         last = len(self.floor.laid) - 1
         balls = [(last, self._ball(last, 0, self._pressed_n))]
@@ -39,12 +39,12 @@ class Row:
             balls.append((number, self._ball(number, 1, pushed_n)))
         return self.floor.step(*balls)
 
-    def _ball(self, number: int, axis: int, force_n: float) -> Presses:
+    def _ball(self, number: int, axis: int, force_n: float) -> PressingBall:
         """As deep in a cube as that takes, wherever it is: from far along x, or from below along y."""
         at = list(self.place(number))
         far = HALF + 0.01 - force_n / STIFFNESS
         at[axis] += far if axis == 0 else -far
-        return Presses((at[0], at[1], at[2]), 0.01, STIFFNESS, held=len(self.floor.laid), place=axis)
+        return PressingBall((at[0], at[1], at[2]), 0.01, STIFFNESS, held=len(self.floor.laid), place=axis)
 
     def place(self, number: int) -> tuple[float, float, float]:
         return self.floor.laid[number].solid.pose.translation
@@ -97,7 +97,7 @@ def test_kept_friction_goes_on_with_the_same_bits_and_forgotten_friction_does_no
         row.step(1, 15.0)
     kept, before = row.floor.crowd.kept(), list(row.floor.laid)
 
-    def goes_on() -> list[list[Gone]]:
+    def goes_on() -> list[list[PartMotion]]:
         row.floor.laid = list(before)
         for number, laid in enumerate(before):
             row.floor.crowd.lay(number, laid)

@@ -7,7 +7,7 @@ from math import cos, sin
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.contact.crowd import Presses
+from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame
@@ -59,7 +59,7 @@ def test_what_is_flush_with_another_does_not_go_through(
     deepest = 0.0
     for tick in range(120):
         far = -0.01 - a[0] + tick * TICK_S * v
-        behind = Presses((c * far, s * far, 0.02), 0.01, 5e4)
+        behind = PressingBall((c * far, s * far, 0.02), 0.01, 5e4)
         floor.step(*([(0, behind)] if kind == "is pushed" else []))
         one, other = floor.laid[0].solid, wall if stands else floor.laid[1].solid
         deepest = max(deepest, depth_m(one, other), depth_m(other, one))

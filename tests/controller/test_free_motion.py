@@ -17,7 +17,7 @@ from iiwa_sim.contact.shapes import Box
 from iiwa_sim.controller.carrying import Inertia, Tool, ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.handling import Handled, Kept, Wiring
+from iiwa_sim.controller.handling import HandlingSetup, HandlingState, Wiring
 from iiwa_sim.controller.protection import Safety
 from iiwa_sim.frames import Frame, Vector, apply
 from iiwa_sim.handling.falling import HELD, STILL, Body
@@ -49,7 +49,9 @@ class FreeScene:
         if rng.random() < 0.3:
             shape = Box(*rng.uniform(0.005, 0.1, 3).tolist())
             self._part = Part("it", shape, 1e-3 + float(rng.uniform(0.0, payload_kg - tool_kg)), 1.0, 1e5)
-            handled = Handled(JAWS, Wiring(CLOSE), ((self._part, Frame(0, 0, 0, 0, 0, 0).to_transform()),))
+            handled = HandlingSetup(
+                JAWS, Wiring(CLOSE), ((self._part, Frame(0, 0, 0, 0, 0, 0).to_transform()),)
+            )
         self._tool = Tool(ToolLoad(tool_kg, self._centre()), self._inertia(tool_kg))
         x, y, z = self._centre()
         in_flange = Frame(1e3 * x, 1e3 * y, 1e3 * z, *rng.normal(size=3).tolist()).to_transform()
@@ -92,7 +94,7 @@ class FreeScene:
         handling = controller.handling
         assert handling is not None
         controller.io.set_output(CLOSE, True)
-        handling.restore(Kept(0.1, Parts((body,), in_tcp)), controller.tcp())
+        handling.restore(HandlingState(0.1, Parts((body,), in_tcp)), controller.tcp())
         held = apply(controller.tool_in_flange, in_tcp.translation)
         mass = self._tool.load.mass_kg + part.mass_kg
         x, y, z = (

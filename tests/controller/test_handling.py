@@ -8,7 +8,7 @@ import pytest
 
 from iiwa_sim.cell.cell import robot_alone
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.handling import Handled, Handling, Wiring
+from iiwa_sim.controller.handling import Handling, HandlingSetup, Wiring
 from iiwa_sim.handling.gripper import Jaws
 from tests.asked import joint_move
 from tests.stepped import SteppedRobot
@@ -22,7 +22,7 @@ STROKE_TICKS = 402
 
 
 def gripping(wiring: Wiring = ONE_VALVE) -> SteppedRobot:
-    return SteppedRobot(cell=replace(robot_alone(), handled=Handled(JAWS, wiring)))
+    return SteppedRobot(cell=replace(robot_alone(), handled=HandlingSetup(JAWS, wiring)))
 
 
 def handling_of(robot: SteppedRobot) -> Handling:

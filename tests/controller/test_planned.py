@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from iiwa_sim.controller.requests import Compliance, Kind, MoveRequest
+from iiwa_sim.controller.requests import Kind, MoveRequest, TcpCompliance
 from iiwa_sim.controller.trajectory_request import TrajectoryPoint, TrajectoryRequest
 from iiwa_sim.frames import Frame
 from tests.asked import joint_move, lin_move, ptp_move, smart_joint_move
@@ -87,7 +87,7 @@ def test_of_a_servo_it_is_the_newest_target() -> None:
 def test_a_stiffness_move_is_told_and_a_hold_is_none() -> None:
     robot = SteppedRobot()
     controller = robot.controller
-    soft = Compliance(1000.0, (0.0,) * 6)
+    soft = TcpCompliance(1000.0, (0.0,) * 6)
     for number, y_mm in enumerate((150.0, -150.0), 1):
         controller.move(MoveRequest(Kind.LIN, aside(robot, y_mm), 0.3, compliance=soft))
         assert numbers(robot) == [number]

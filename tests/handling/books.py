@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import dist, hypot
 from types import SimpleNamespace
 
-from iiwa_sim.contact.crowd import Presses
+from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.frames import IDENTITY, Transform
 from iiwa_sim.handling.falling import GONE, HELD, LIES, Body
@@ -203,13 +203,13 @@ class Books:
         probe.push([known.numbers[name] for name in pieces.lying])
         return total + float(probe.stored_j)
 
-    def _pressing(self, name: str) -> list[Presses]:
+    def _pressing(self, name: str) -> list[PressingBall]:
         controller = self.scene.controller
         links, part = controller.load.surround(controller.joints), self.pieces.bodies[name].part
         return list(by_the_arm(part, links, controller.joints, controller.tick_s))
 
 
-def _rubbed(ball: Presses) -> float:
+def _rubbed(ball: PressingBall) -> float:
     """Stored in the friction's spring of what the arm presses with (J)."""
     x, y, z = ball.rubbed
     return 0.5 * ball.holding * hypot(x, y, z) ** 2

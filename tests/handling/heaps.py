@@ -17,7 +17,7 @@ from iiwa_sim.cell.cell import Cell, robot_alone
 from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
-from iiwa_sim.controller.handling import Kept
+from iiwa_sim.controller.handling import HandlingState
 from iiwa_sim.frames import IDENTITY, Frame, Rotation, Transform, apply, compose, inverse
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body
 from iiwa_sim.handling.grip import grip_width
@@ -148,7 +148,7 @@ class HeapScene:
             in_tcp = compose(inverse(tcp), at(600.0, 0.0, ABOVE_MM))
             width_m = grip_width(carried, in_tcp)
             controller.io.set_output(CLOSE, True)
-            handling.restore(Kept(width_m, Parts(tuple(bodies), in_tcp)), tcp)
+            handling.restore(HandlingState(width_m, Parts(tuple(bodies), in_tcp)), tcp)
         self.books = Books(self.scene, carried=carried is not None)
         self.fastest = 0.0
         """Of all parts, along the table (m/s)."""
@@ -218,7 +218,7 @@ class HeapScene:
             elif each.on == name:
                 each = Body(each.part, each.pose, each.velocity, FALLS)
             bodies.append(each)
-        handling.restore(Kept(0.02, Parts(tuple(bodies), in_tcp, met=kept.met)), tcp)
+        handling.restore(HandlingState(0.02, Parts(tuple(bodies), in_tcp, met=kept.met)), tcp)
         self.books.brings()
         self.step(int(rng.integers(1, 20)))
 

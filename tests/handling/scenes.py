@@ -8,7 +8,7 @@ from dataclasses import replace
 from iiwa_sim.cell.cell import Cell, robot_alone
 from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.controller.handling import Handled, Handling, Wiring
+from iiwa_sim.controller.handling import Handling, HandlingSetup, Wiring
 from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.falling import Body
 from iiwa_sim.handling.gripper import Jaws
@@ -53,7 +53,7 @@ class Scene:
         alone = robot_alone() if cell is None else cell
         tool = Frame(0.0, 0.0, 150.0, 0.0, 0.0, 0.0).to_transform()
         start = tuple(map(float, alone.start))
-        handled = Handled(jaws, WIRING, parts)
+        handled = HandlingSetup(jaws, WIRING, parts)
         self.robot = SteppedRobot(
             cell=replace(alone, tool_in_flange=tool, surfaces=surfaces, handled=handled, start=start)
         )

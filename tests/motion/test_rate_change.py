@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from iiwa_sim.motion.rate_change import RateChange, Running
-from iiwa_sim.motion.rate_kernel import Ahead
+from iiwa_sim.motion.rate_kernel import LoadsAhead
 from iiwa_sim.robot.description import load_robot
 from tests.interpreted import interpreted
 from tests.samples import some
@@ -169,7 +169,7 @@ def test_compiled_and_interpreted_kernels_give_the_same_bits(seed: int) -> None:
     rng = np.random.default_rng(seed)
     loads = np.cumsum(rng.normal(size=(64, 18)), axis=0)
     loads *= rng.uniform(0.3, 1.0) / np.abs(loads).max(axis=0) / ([1.0] * 6 + [5.0] * 12)
-    kernels = [kind(loads, 0.0, 0.002, *STOP, 0.008) for kind in (Ahead, PLAIN.Ahead)]
+    kernels = [kind(loads, 0.0, 0.002, *STOP, 0.008) for kind in (LoadsAhead, PLAIN.LoadsAhead)]
     for _ in range(20):
         state = rng.uniform(0.0, 0.02), rng.uniform(0.0, 1.0), rng.choice([0.0, *rng.uniform(-3.0, 3.0, 2)])
         goal = float(rng.choice([0.0, 1.0, rng.uniform()]))

@@ -11,7 +11,7 @@ from iiwa_sim.controller.carrying import ToolLoad
 from iiwa_sim.controller.controller import Controller
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.poses import from_quaternion
-from iiwa_sim.controller.requests import JOINT_BLENDING, Compliance, Kind, MoveRequest, Shift
+from iiwa_sim.controller.requests import JOINT_BLENDING, Kind, MoveRequest, RelativeTarget, TcpCompliance
 from iiwa_sim.dialect.wire.help import helped
 from iiwa_sim.dialect.wire.line_session import written
 from iiwa_sim.dialect.wire.table import Request, with_hint
@@ -52,13 +52,13 @@ def _to_frame(kind: Kind, values: Values) -> MoveRequest:
 
 
 def _by_shift(kind: Kind, values: Values, *, in_tool: bool) -> MoveRequest:
-    shift = Shift(Frame(*values[:6]), in_tool)
+    shift = RelativeTarget(Frame(*values[:6]), in_tool)
     return MoveRequest(kind, speed=values[6], blending=values[7], shift=shift)
 
 
 def _compliant(kind: Kind, values: Values) -> MoveRequest:
     """A compliant move, from a frame, a speed, a stiffness and a wrench."""
-    compliance = Compliance(values[7], values[8:])
+    compliance = TcpCompliance(values[7], values[8:])
     return MoveRequest(kind, Frame(*values[:6]), values[6], compliance=compliance)
 
 

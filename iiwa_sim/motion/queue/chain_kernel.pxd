@@ -1,5 +1,5 @@
 # For kernels that follow a way: `find`, `at`, then what lies in `here`.
-cdef class Way:
+cdef class JointPath:
     cdef double[::1] edges             # x where third derivatives over x jump, or may change fast, rising
     cdef double[::1] targets
     cdef double[::1] before

@@ -41,7 +41,7 @@ NEAR = cython.declare(cython.double, 1e-5)
 
 
 @cython.cclass
-class Way:
+class JointPath:
     """Joint positions (rad) over x, their derivatives, and the limits that hold there, of K moves."""
 
     def __init__(

@@ -6,7 +6,7 @@ from itertools import accumulate
 import numpy as np
 
 from iiwa_sim.motion.limits import Array
-from iiwa_sim.motion.queue.chain_kernel import Way
+from iiwa_sim.motion.queue.chain_kernel import JointPath
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.move import Move
 
@@ -34,7 +34,7 @@ class Course:
         limits = np.array([move.limits for move in moves])
         self.before, self.after = before, after
         self.joint_count = limits.shape[2]
-        self.way = Way(self.targets, before, after, rho, [move.path for move in moves], limits)
+        self.way = JointPath(self.targets, before, after, rho, [move.path for move in moves], limits)
         self.window_s = float((limits[:, 1] / limits[:, 2]).max()) if window_s is None else window_s
         """Time (s) in which full jerk builds up full acceleration; x is a mean over so long."""
 

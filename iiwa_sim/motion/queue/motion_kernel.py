@@ -12,10 +12,10 @@ import cython
 from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way
+    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import JointPath
     from cython.cimports.iiwa_sim.motion.queue.shapes_kernel import part_at, spline
 else:
-    from iiwa_sim.motion.queue.chain_kernel import Way
+    from iiwa_sim.motion.queue.chain_kernel import JointPath
     from iiwa_sim.motion.queue.shapes_kernel import part_at, spline
 
 _SMALL = cython.declare(cython.double, 0.05)
@@ -97,7 +97,7 @@ def add_times(c: cython.double[::1], times: cython.double[::1]) -> cython.void:
 class Motion:
     """Where a chain is when. It remembers the cell it was in last: times close to each other cost least."""
 
-    way: Way
+    way: JointPath
     controls: cython.double[::1]
     clock: cython.double[::1]
     times: cython.double[::1]
@@ -111,7 +111,7 @@ class Motion:
 
     def __init__(
         self,
-        way: Way,
+        way: JointPath,
         controls: cython.double[::1],
         clock: cython.double[::1],
         times: cython.double[::1],

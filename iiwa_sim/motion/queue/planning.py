@@ -8,7 +8,7 @@ import numpy as np
 from iiwa_sim.motion.limits import Array
 from iiwa_sim.motion.path.ptp import ptp
 from iiwa_sim.motion.queue.chain import Chain, Front
-from iiwa_sim.motion.queue.chain_kernel import Way
+from iiwa_sim.motion.queue.chain_kernel import JointPath
 from iiwa_sim.motion.queue.controls_kernel import through
 from iiwa_sim.motion.queue.corner import Corner
 from iiwa_sim.motion.queue.course import Course
@@ -216,14 +216,14 @@ def _long(end_x: float, limits: Array, lengths: Array, jerks: Array) -> tuple[Ar
     return controls, c
 
 
-def _as_one_joint(end_x: float, limits: Array) -> Way:
+def _as_one_joint(end_x: float, limits: Array) -> JointPath:
     """The way of a joint that goes from 0 to `end_x` as x does, with its limits (3,)."""
     none = np.zeros(2)
     path = ptp((0.0,), (end_x,))
-    return Way(np.array([0.0, end_x]), none, none, np.ones(2), [path], limits.reshape(1, 3, 1))
+    return JointPath(np.array([0.0, end_x]), none, none, np.ones(2), [path], limits.reshape(1, 3, 1))
 
 
-def _rows_along(way: Way, controls: Array, kept: Rows | None) -> Slices[Rows]:
+def _rows_along(way: JointPath, controls: Array, kept: Rows | None) -> Slices[Rows]:
     """What bounds the clock over cells of x as a B-spline (N + 3,), of which the first ones are `kept`."""
     cells, first = len(controls) - 3, kept.cells if kept else 0
     starts = np.zeros(cells + 1, dtype=np.intp)

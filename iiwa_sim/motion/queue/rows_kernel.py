@@ -10,12 +10,12 @@ import cython
 from cython.cimports.libc.math import fabs
 
 if cython.compiled:
-    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import Way
+    from cython.cimports.iiwa_sim.motion.queue.chain_kernel import JointPath
     from cython.cimports.iiwa_sim.motion.queue.shapes_kernel import part_at, spline
     from cython.cimports.iiwa_sim.motion.timing.bounds_kernel import Rows
     from cython.cimports.iiwa_sim.motion.timing.choice_kernel import chosen
 else:
-    from iiwa_sim.motion.queue.chain_kernel import Way
+    from iiwa_sim.motion.queue.chain_kernel import JointPath
     from iiwa_sim.motion.queue.shapes_kernel import part_at, spline
     from iiwa_sim.motion.timing.bounds_kernel import Rows
     from iiwa_sim.motion.timing.choice_kernel import chosen
@@ -42,7 +42,7 @@ AT_ONCE = cython.declare(cython.double, 1e-6)
 
 
 def layout(
-    way: Way, controls: cython.double[::1], first: cython.Py_ssize_t, starts: cython.Py_ssize_t[::1]
+    way: JointPath, controls: cython.double[::1], first: cython.Py_ssize_t, starts: cython.Py_ssize_t[::1]
 ) -> int:
     """Write where in the list of places those of the cells from `first` on begin (N + 1,), and give their
     number.
@@ -103,7 +103,7 @@ def _spread(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _over_theta(
-    way: Way,
+    way: JointPath,
     controls: cython.double[::1],
     k: cython.Py_ssize_t,
     u: cython.double,
@@ -126,7 +126,7 @@ def _over_theta(
 @cython.cfunc
 @cython.exceptval(check=False)
 def _narrow(
-    way: Way, move: cython.Py_ssize_t, corner: cython.Py_ssize_t, limits: cython.double[:, ::1]
+    way: JointPath, move: cython.Py_ssize_t, corner: cython.Py_ssize_t, limits: cython.double[:, ::1]
 ) -> cython.void:
     """Lower limits (3, n), where they are higher, to those of a move, or of a corner between two."""
     for o in range(3):
@@ -135,7 +135,7 @@ def _narrow(
 
 
 def write(
-    way: Way,
+    way: JointPath,
     controls: cython.double[::1],
     first: cython.Py_ssize_t,
     last: cython.Py_ssize_t,

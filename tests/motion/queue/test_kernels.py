@@ -83,7 +83,7 @@ def way_of(kernels: SimpleNamespace, seed: int) -> Any:
     start, end = (0.0,) * JOINTS, (1.0,) * JOINTS
     pieces = np.split(coefficients, np.cumsum(rows)[:-1])
     path = kernels.piecewise.Polynomial
-    return kernels.chain.Way(
+    return kernels.chain.JointPath(
         np.array([0.1, 0.4, 0.9, 1.2]),
         np.array([0.0, *rng.uniform(0.05, 0.49, 2), 0.0]),
         np.array([0.0, *rng.uniform(0.05, 0.49, 2), 0.0]),

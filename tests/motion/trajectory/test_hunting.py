@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.trajectories import Outcome, TrajectoryEnd
 from iiwa_sim.controller.trajectory_request import SHORTEST_S, Tolerance, TrajectoryPoint, TrajectoryRequest
-from iiwa_sim.motion.trajectory.way import Way
+from iiwa_sim.motion.trajectory.tracking_plan import TrackingPlan
 from tests.hunting import STEP_S
 from tests.samples import some
 from tests.stepped import ROUNDING, Array, assert_within_positions
@@ -39,7 +39,7 @@ class TrajectoryHunt(WideHunt):
         """Trajectories that were taken."""
         self._told: dict[int, TrajectoryEnd] = {}
         self._numbers: list[int] = []
-        self._last: Way | None = None
+        self._last: TrackingPlan | None = None
         d = self.robot.description
         self._limits = np.array([d.velocity, d.direct_acceleration, d.direct_jerk])
 
@@ -178,7 +178,7 @@ class TrajectoryHunt(WideHunt):
             )
         ]
 
-    def _look_at_way(self, way: Way, state: tuple[Any, Any, Any]) -> None:
+    def _look_at_way(self, way: TrackingPlan, state: tuple[Any, Any, Any]) -> None:
         """Whether it sets out where and as the robot is, keeps its limits everywhere, and is near enough."""
         self.plans_seen += 1
         places = min(max(int(way.end_s / STEP_S), 20), MOST_PLACES)
@@ -196,7 +196,7 @@ class TrajectoryHunt(WideHunt):
         if way.end_s > way.join_s and len(on_it):
             self._look_at_smoothed(way, on_it)
 
-    def _joining(self, way: Way, time_s: float) -> Array:
+    def _joining(self, way: TrackingPlan, time_s: float) -> Array:
         """Velocities, accelerations and jerks (3, n) of the join."""
         assert way.join is not None
         position, velocity, acceleration = way.join.trajectory.at_time(time_s)
@@ -210,7 +210,7 @@ class TrajectoryHunt(WideHunt):
             loads = (np.abs(derivatives) / self._limits).max(axis=(0, 2))
             self.plans = np.maximum(self.plans, loads)
 
-    def _look_at_smoothed(self, way: Way, times: Array) -> None:
+    def _look_at_smoothed(self, way: TrackingPlan, times: Array) -> None:
         smoothed, reference = way.smoothed, way.reference
         narrow, wide = smoothed._narrow_s, smoothed._wide_s
         d = [self._asked(way, times - back) for back in (0.0, narrow, wide, wide + narrow)]
@@ -231,7 +231,7 @@ class TrajectoryHunt(WideHunt):
         assert (np.abs(off[still]) <= error + ROUNDING).all(), "farther from the trajectory than is said"
 
     @staticmethod
-    def _asked(way: Way, times: Array) -> Array:
+    def _asked(way: TrackingPlan, times: Array) -> Array:
         """Positions of the reference and their derivatives (4, m, n)."""
         r = way.reference
         found = np.zeros((4, len(times), len(r.start)))

@@ -6,7 +6,7 @@ from typing import Protocol
 from iiwa_sim.clock.stepped import Stepped
 
 
-class Watcher(Protocol):
+class TickObserver(Protocol):
     """Sees the ticks of a robot."""
 
     def tick(self) -> None:
@@ -24,10 +24,10 @@ class Watcher(Protocol):
         """Whether it will make the robot move in the next ticks."""
 
 
-class Watched:
+class ObservedRobot:
     """What a clock drives in place of the robot itself."""
 
-    def __init__(self, robot: Stepped, watchers: Sequence[Watcher]) -> None:
+    def __init__(self, robot: Stepped, watchers: Sequence[TickObserver]) -> None:
         self._robot = robot
         self._watchers = watchers
 

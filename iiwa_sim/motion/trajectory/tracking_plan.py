@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from iiwa_sim.motion.courses import Course, Courses, State
+from iiwa_sim.motion.courses import Courses, RuckigCourse, State
 from iiwa_sim.motion.joints import Joints
 from iiwa_sim.motion.limits import JointLimits
 from iiwa_sim.motion.trajectory.reference import Reference
@@ -15,7 +15,7 @@ JOIN_GROWTH = 1.5
 """Where it cannot be, so many times later is tried next."""
 
 
-class Way(NamedTuple):
+class TrackingPlan(NamedTuple):
     """How a trajectory is followed: along the reference as smoothed by `windows_of`.
 
     Where the robot begins beside that, or with another velocity, it first joins it by the course of Ruckig
@@ -26,7 +26,7 @@ class Way(NamedTuple):
 
     reference: Reference
     smoothed: Smoothed
-    join: Course | None
+    join: RuckigCourse | None
     """Course from where the robot is onto the smoothed curve; None where it is there already."""
     join_s: float
     """When it is there."""
@@ -52,7 +52,7 @@ class Way(NamedTuple):
 class Followed(NamedTuple):
     """A way, and where on it the robot is."""
 
-    way: Way
+    way: TrackingPlan
     time_s: float
     """Since the trajectory has begun, at the rate of the override."""
 
@@ -62,7 +62,7 @@ class Followed(NamedTuple):
         return self.way.reference.at(self.time_s)
 
 
-def way_along(reference: Reference, state: State, limits: JointLimits, courses: Courses) -> Way:
+def tracking_plan(reference: Reference, state: State, limits: JointLimits, courses: Courses) -> TrackingPlan:
     """How to follow a reference within limits from a state of motion.
 
     Raises `ArithmeticError` where no way onto it is found.
@@ -72,16 +72,16 @@ def way_along(reference: Reference, state: State, limits: JointLimits, courses: 
     windows = windows_of(reference, limits, from_rest=not joins)
     smoothed = Smoothed(reference, windows)
     if not joins:
-        return Way(reference, smoothed, None, 0.0, smoothed.end_s)
+        return TrackingPlan(reference, smoothed, None, 0.0, smoothed.end_s)
     straight = courses.find(state, (reference.end, still, still), limits)
     if straight is not None and straight.end_s >= reference.end_s:
-        return Way(reference, smoothed, straight, straight.end_s, straight.end_s)
+        return TrackingPlan(reference, smoothed, straight, straight.end_s, straight.end_s)
     join_s = max(windows.width_s, FIRST_JOIN_S)
     while join_s < smoothed.end_s:
         course = courses.find(state, smoothed.state(join_s), limits, join_s)
         if course is not None:
-            return Way(reference, smoothed, course, join_s, smoothed.end_s)
+            return TrackingPlan(reference, smoothed, course, join_s, smoothed.end_s)
         join_s *= JOIN_GROWTH
     if straight is None:
         raise ArithmeticError("Ruckig: no way onto the trajectory")
-    return Way(reference, smoothed, straight, straight.end_s, straight.end_s)
+    return TrackingPlan(reference, smoothed, straight, straight.end_s, straight.end_s)

@@ -6,7 +6,7 @@ from iiwa_sim.contact.surface import Surface
 from iiwa_sim.wrench import Wrench
 
 
-class Felt(NamedTuple):
+class ContactState(NamedTuple):
     """The forces on a robot that stands still, and the memory of its contacts."""
 
     world: object
