@@ -18,18 +18,15 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib
-import json
 import shutil
-import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from math import hypot
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from iiwa_sim.client import Iiwa
-from iiwa_sim.view.line_client import Lines
+from tools.shown_robot import Robot, started
 
 EMERGENCY_STOP = 3030
 SLOW_S = 400.0
@@ -67,19 +64,6 @@ COUNT = """async milliseconds => {
     });
     return frames;
 }"""
-
-
-class Robot(NamedTuple):
-    """One that has been started, with its page."""
-
-    url: str
-    driver: Iiwa
-    bench: Lines
-
-    def state(self) -> dict[str, Any]:
-        """The robot's state as the status port tells it."""
-        state: dict[str, Any] = json.loads(self.bench.do("get state"))
-        return state
 
 
 class Missed(Exception):
@@ -131,28 +115,6 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--shots", type=Path, default=Path("build/shots"), help="folder for pictures")
     parser.add_argument("--browser", default=shutil.which("chromium"), help="the program")
     return parser.parse_args()
-
-
-@contextlib.contextmanager
-def started() -> Iterator[Robot]:
-    """A robot with its ports and its page, until the context is left."""
-    ports = ("--port", "--status-port", "--backdoor-port", "--view-port")
-    command = [sys.executable, "-m", "iiwa_sim", *(word for port in ports for word in (port, "0"))]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            told = dict(process.stdout.readline().split(" on ") for _ in ports)
-            where = {kind: address.strip() for kind, address in told.items()}
-            bench = Lines(_address(where["backdoor"]))
-            with contextlib.closing(bench), Iiwa(*_address(where["listening"])) as driver:
-                yield Robot(where["page"], driver, bench)
-        finally:
-            process.terminate()
-
-
-def _address(text: str) -> tuple[str, int]:
-    host, _, port = text.rpartition(":")
-    return host, int(port)
 
 
 def walk(browser: Any, robot: Robot, shots: Path) -> None:

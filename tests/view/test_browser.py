@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tools import browser
+from tools.shown_robot import started
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
@@ -19,7 +20,7 @@ def test_what_a_person_does_comes_to_pass(tmp_path: Path) -> None:
     path = next(filter(None, map(shutil.which, NAMES)), None)
     if path is None:
         pytest.skip("no Chromium is installed, such as Debian's package chromium")
-    with browser.started() as robot, playwright.sync_playwright() as library:
+    with started() as robot, playwright.sync_playwright() as library:
         try:
             chromium = browser.launched(library, path)
             browser.walk(chromium, robot, tmp_path)
