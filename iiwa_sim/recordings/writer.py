@@ -15,7 +15,7 @@ from pathlib import Path
 
 from iiwa_sim.recordings.handed import Beginning, Closed, Handed, Lost, frame_of, messages_in
 from iiwa_sim.recordings.opening import opened
-from iiwa_sim.recordings.process import given_to_write
+from iiwa_sim.recordings.process import ENDS_S, given_to_write
 from iiwa_sim.recordings.signs import ALIVE, FAULT, LONGEST_SIGN, WHOLE
 from iiwa_sim.slices import run_soon
 
@@ -110,10 +110,13 @@ class Writer:
             if self._waiting:
                 with self._lock:
                     self._wait_and_send()
+                if self._over:  # found meanwhile: the thread is about to say why, and to end
+                    continue
             else:
                 with self._lock, suppress(OSError):  # it is over, and the thread about to end
                     self._socket.shutdown(socket.SHUT_WR)
-                self._listener.join(self._patience_s)
+                # The thread that is about to end may wait for the process's own end.
+                self._listener.join(self._patience_s + (ENDS_S if self._over else 0.0))
             if self._listener.is_alive() and self._progress() == before:
                 self._give_up()
                 return False
@@ -125,8 +128,8 @@ class Writer:
     def _patience_s(self) -> float:
         return STARTS_S if self._starting() == _UNKNOWN else PATIENCE_S
 
-    def _progress(self) -> tuple[int, int, int]:
-        return self._sent, self._signs, self._starting()
+    def _progress(self) -> tuple[int, int, int, bool]:
+        return self._sent, self._signs, self._starting(), self._over
 
     def _starting(self) -> int:
         """How far the process has come that has given no sign of life yet, in CPU time; 0 once it has."""
