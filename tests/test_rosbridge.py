@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import fcntl
 import json
 import re
 import shutil
@@ -119,13 +120,17 @@ def roslibjs(pytestconfig: pytest.Config) -> Path:
     """A folder with the package roslib in it, which stays for the next run."""
     npm, _ = program("npm"), program("node")
     folder = pytestconfig.cache.mkdir("roslibjs")
-    there = folder / "roslib-2-is-there"
-    if not there.exists():
-        install = [npm, "install", "--prefix", str(folder), "--no-audit", "--no-fund", "roslib@2"]
-        got = subprocess.run(install, capture_output=True, text=True, timeout=10 * DEADLINE_S, check=False)
-        if got.returncode:
-            lacks(f"roslib of npm ({got.stderr[-400:]})")
-        there.touch()
+    with (folder.parent / "roslibjs.lock").open("w") as lock:  # of all workers one installs it
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        there = folder / "roslib-2-is-there"
+        if not there.exists():
+            install = [npm, "install", "--prefix", str(folder), "--no-audit", "--no-fund", "roslib@2"]
+            got = subprocess.run(
+                install, capture_output=True, text=True, timeout=10 * DEADLINE_S, check=False
+            )
+            if got.returncode:
+                lacks(f"roslib of npm ({got.stderr[-400:]})")
+            there.touch()
     return folder
 
 
