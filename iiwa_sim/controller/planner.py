@@ -55,7 +55,7 @@ class Planner:
         self.limits = JointLimits(
             np.array(description.velocity), np.array(description.acceleration), np.array(description.jerk)
         )
-        """Those of planned motion at full speed."""
+        """Limits of the joints in planned motion at full speed."""
         self._lin = LinPlanner(model, self._inverse, self._nearest)
 
     def plan(self, request: MoveRequest, start: Joints, tcp: Tcp) -> Plan:

@@ -45,7 +45,7 @@ def falls(seed: int) -> dict[str, float]:
 
 
 def ploughs(seed: int) -> dict[str, float]:
-    """The same, and then an arm goes through it."""
+    """Parts fall on and beside each other, and then an arm goes through the heap."""
     scene = heaped(seed)
     scene.falls()
     scene.goes_through()
@@ -61,7 +61,7 @@ def rows(seed: int, *, stacks: bool = False) -> dict[str, float]:
 
 
 def stacks(seed: int) -> dict[str, float]:
-    """The same with parts on top of them."""
+    """Parts that stand beside each other with others on top of them, and an arm that goes through them."""
     return rows(seed, stacks=True)
 
 

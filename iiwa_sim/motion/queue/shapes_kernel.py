@@ -80,7 +80,7 @@ def spline(controls: cython.double[::1], cell: cython.Py_ssize_t, part: cython.d
 @cython.cfunc
 @cython.exceptval(check=False)
 def spline_slope(controls: cython.double[::1], cell: cython.Py_ssize_t, part: cython.double) -> cython.double:
-    """dx per cell at a part of a cell of that spline."""
+    """dx per cell at a part of a cell; `controls` (N + 3,) are those of a cubic B-spline over cells."""
     u: cython.double = part
     w: cython.double = 1.0 - u
     return 0.5 * (
