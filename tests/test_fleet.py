@@ -174,9 +174,9 @@ def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
         robot = "kr_6_r900_sixx"
         dialect = "krc4"
         port = 0
-        strict = true
         [robot.both]
         dialect = ["iiwa", "krc4"]
+        strict = true
         port = [31000, 31001]
         servo_timeout = 1.5
         record = "both.mcap"
@@ -190,7 +190,7 @@ def test_a_file_names_robots_of_different_kinds(tmp_path: Path) -> None:
     assert (welder.options.cell, welder.options.port) == (str(tmp_path / "cells/welder.toml"), [30000])
     assert (painter.options.robot, painter.options.port) == ("kr_6_r900_sixx", [0])
     assert [each.options.clock.name for each in (welder, painter, both)] == ["10x", "fast", "fast"]
-    assert [each.options.strict for each in (welder, painter, both)] == [False, True, False]
+    assert [each.options.strict for each in (welder, painter, both)] == [False, False, True]
     assert all(each.options.exclusive for each in (welder, painter, both))
     assert (both.options.port, both.options.servo_timeout) == ([31000, 31001], 1.5)
     assert [str(each.options.record) for each in (welder, painter)] == ["run-welder.mcap", "run-painter.mcap"]
@@ -228,6 +228,10 @@ TABLE = "[robot.one]\n"
         ),
         (TABLE + "port = true\n", "FILE: robot.one.port = True: expected no true or false"),
         (TABLE + "strict = 1\n", "FILE: robot.one.strict = 1: expected true or false"),
+        (
+            TABLE + "strict = true\ndialect = 'krc4'\n[robot.two]\n",
+            "FILE: robot.one: argument --strict: expected --dialect iiwa with it",
+        ),
         (TABLE + "clock = 'fats'\n", "FILE: robot.one.clock: 'fats' is not real"),
         (TABLE + "clock = {a = 1}\n", "FILE: robot.one.clock = {'a': 1}: expected a text or numbers"),
         (
@@ -265,6 +269,17 @@ def test_what_is_wrong_in_a_file_is_one_line(
     assert err.startswith("iiwa-sim: ")
     assert err.count("\n") == 1
     assert told.replace("FILE", str(file)) in err
+
+
+def test_robots_of_a_fleet_may_be_strict_where_one_speaks_the_protocol_of_the_iiwa(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "fleet.toml"
+    file.write_text("[robot.one]\ndialect = 'krc4'\n[robot.two]\n")
+    assert robots("--fleet", str(file), "--strict") == ["one", "two"]
+    assert main(["--fleet", str(file), "--strict", "--dialect", "krc4"]) == 2
+    told = f"iiwa-sim: {file}: argument --strict: expected --dialect iiwa with it\n"
+    assert capfd.readouterr().err == told
 
 
 @pytest.mark.parametrize(

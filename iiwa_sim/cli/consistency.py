@@ -1,6 +1,7 @@
 """Which options of a server go together; what is not named is set."""
 
 import argparse
+from collections.abc import Collection
 
 from iiwa_sim.cli.addresses import settle_ports
 from iiwa_sim.cli.options import check_robot
@@ -49,10 +50,10 @@ def check_needs(error: Error, options: argparse.Namespace) -> None:
             error(f"argument {_shown(name)}: expected {' or '.join(map(_shown, needed))} with it")
 
 
-def check_dialect(error: Error, options: argparse.Namespace) -> None:
-    """Ends the program where an option of the iiwa's protocol is given and no client can speak that."""
+def check_dialect(error: Error, options: argparse.Namespace, dialects: Collection[str]) -> None:
+    """Ends the program where an option of the iiwa's protocol is given and clients can speak only others."""
     for name in ("strict", "bye_shuts_down"):
-        if _is_given(options, name) and IIWA not in options.dialect:
+        if _is_given(options, name) and IIWA not in dialects:
             error(f"argument {_shown(name)}: expected --dialect {IIWA} with it")
 
 

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, NoReturn
 
 import msgspec
 
-from iiwa_sim.cli.consistency import check
+from iiwa_sim.cli.consistency import check, check_dialect
 from iiwa_sim.cli.environment import value_of
 from iiwa_sim.cli.parsing import Error, Parser
 from iiwa_sim.dialect.ports import MAX_PORT
@@ -66,6 +66,7 @@ def robots_of(parser: Parser, options: argparse.Namespace) -> list[Robot]:
     """
     if options.fleet is not None:
         robots, error = _named(parser, options), _failing(f"{options.fleet}: ")
+        check_dialect(error, options, {dialect for robot in robots for dialect in robot.options.dialect})
     elif options.count is not None:
         robots, error = _equal(parser.error, options), parser.error
     else:
@@ -127,6 +128,8 @@ def _named(parser: Parser, options: argparse.Namespace) -> list[Robot]:
         error = _failing(f"{path}: {key}: ")
         own.fleet = own.count = None
         check(error, own)
+        if "strict" in table:  # of all robots it may be: there are others that it is for
+            check_dialect(error, own, own.dialect)
         _move_ports(error, own, index, set(table))
         _name_files(own, name, set(table))
         robots.append(Robot(name, own))

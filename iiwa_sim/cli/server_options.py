@@ -60,7 +60,7 @@ def parsed(given: Sequence[str], environment: Mapping[str, str]) -> argparse.Nam
     options = parser.parse_args(given, found)
     if options.fleet is None:
         check(parser.error, options)
-        check_dialect(parser.error, options)
+        check_dialect(parser.error, options, options.dialect)
     elif options.count is not None:
         parser.error("argument --fleet: expected no --count with it: the file names its robots")
     return options

@@ -194,7 +194,6 @@ class Graph:
 
 def run() -> None:
     """Be a node until standard input ends."""
-    try:
+    with contextlib.suppress(BrokenPipeError, KeyboardInterrupt):
         main()
-    except (BrokenPipeError, KeyboardInterrupt):
-        os._exit(0)
+    os._exit(0)  # a thread of the executor that has not ended would keep the process
