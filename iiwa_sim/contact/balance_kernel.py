@@ -11,7 +11,8 @@ is least, which is an implicit step of Euler's with all forces as they are at it
 and the tick, parts and springs have no more energy after it than before. The function is convex and without
 kinks: steps of Newton's for one part after the other, along a row and back, find the least.
 
-There all that presses is seen as planes: what is really stored then is counted in `stored_kernel`.
+There all that presses is seen as planes: where it bends they are taken anew in `stored_kernel`, and what is
+really stored is counted there.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -30,8 +31,10 @@ else:
 STILL_M = 1e-9
 """A part that would go a shorter way in a tick stays."""
 _STILL = cython.declare(cython.double, STILL_M)
-# So often the ways of parts that touch are found anew, and steps (m) that end that; and of a part alone.
+# So often the ways of parts that touch are found anew, of few parts until so many ways have been found, and
+# steps (m) that end that; and of a part alone.
 _SWEEPS = cython.declare(cython.Py_ssize_t, 12)
+_WAYS = cython.declare(cython.Py_ssize_t, 400)
 _SMALL = cython.declare(cython.double, 1e-8)
 _STEPS = cython.declare(cython.Py_ssize_t, 40)
 _SMALLEST = cython.declare(cython.double, 1e-11)
@@ -63,7 +66,7 @@ class Balance(Places):
         t = self._t
         most: cython.double
         small: cython.double = _SMALLEST if self._awake == 1 else _SMALL
-        for sweep in range(_STEPS if self._awake == 1 else _SWEEPS):
+        for sweep in range(_STEPS if self._awake == 1 else max(_SWEEPS, _WAYS // self._awake)):
             again: cython.bint = False
             for at in range(self._many):
                 k = at if sweep & 1 == 0 else self._many - 1 - at

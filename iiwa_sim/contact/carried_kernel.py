@@ -91,7 +91,7 @@ class Carried(Balance):
         for k in range(self._many):
             self._first[k] = 0
         for m in range(self._met):
-            c[m, 21] = 0.0
+            c[m, 21], c[m, 29] = 0.0, c[m, 13]
             self._i[m, 4] = count
             for side in range(2):
                 x = n = self._i[m, side]

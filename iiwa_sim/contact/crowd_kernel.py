@@ -130,7 +130,7 @@ class Crowd(Stored):
                 self._c[c, 31] = 1e9  # what the arm itself is in is known elsewhere
                 for k in range(3):
                     self._c[c, 7 + k], self._c[c, 10 + k] = came[k], rubbed[k]
-            self._touch(c, False)
+            self._touch(c, False, True)
             if self._is_beside(c):
                 self._met += 1
         if self._held >= 0 and self._apart(n, self._held) < 0.05:
@@ -157,6 +157,7 @@ class Crowd(Stored):
                 if self._is_pushed():
                     self._join()
                     self._balance()
+                    self._bend()
                     self._go()
                     for k in range(self._many):
                         self._tell(self._order[k], found)

@@ -21,6 +21,6 @@ cdef class Places(Bodies):
         int rim, bint tall, double stiffness, bint rubs, double reach
     )
     cdef bint _is_beside(self, Py_ssize_t n) noexcept
-    cdef double _touch(self, Py_ssize_t n, bint moved) noexcept
+    cdef double _touch(self, Py_ssize_t n, bint moved, bint plane) noexcept
     cdef double _depth(self, Py_ssize_t m) noexcept
     cdef (double, double, double) _rub(self, Py_ssize_t m) noexcept

@@ -171,7 +171,7 @@ class Places(Bodies):
         self._recall(n)
         if self._held >= 0 and (x == self._held or y == self._held):
             c[n, 31] += self._brought
-        if self._touch(n, False) > -reach and self._is_beside(n):
+        if self._touch(n, False, True) > -reach and self._is_beside(n):
             self._met += 1
         return None
 
@@ -188,9 +188,9 @@ class Places(Bodies):
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _touch(self, n: cython.Py_ssize_t, moved: cython.bint) -> cython.double:
-        """How deep (m) a place is in the other body, before the parts have `moved` or after; that, and which
-        way is out, is noted, too."""
+    def _touch(self, n: cython.Py_ssize_t, moved: cython.bint, plane: cython.bint) -> cython.double:
+        """How deep (m) a place is in the other body, before the parts have `moved` or after; that is noted,
+        and for the `plane` of the place which way is out and where it touches."""
         c, p, size = self._c, self._pose, self._size
         x: cython.Py_ssize_t = self._i[n, 0]
         y: cython.Py_ssize_t = self._i[n, 1]
@@ -256,13 +256,15 @@ class Places(Bodies):
         depth -= min(c[n, 32], max(0.0, depth))
         c[n, 28] = depth
         if not moved:
-            c[n, 13], c[n, 14], c[n, 15], c[n, 16] = depth, ux, uy, uz
-            # Where it touches, from both middles.
+            c[n, 13] = depth
+        if plane:
+            c[n, 14], c[n, 15], c[n, 16] = ux, uy, uz
+            # Where it touches, from where both middles were before.
             far: cython.double = radius
             if self._i[n, 2]:
                 far = radius / level if level > 0.0 else 0.0
             px, py = px - far * ux, py - far * uy
-            c[n, 19], c[n, 20] = px - qx, py - qy
+            c[n, 19], c[n, 20] = px - p[y, 9], py - p[y, 10]
             if x >= 0:
                 c[n, 17], c[n, 18] = px - p[x, 9], py - p[x, 10]
         return depth
@@ -271,7 +273,7 @@ class Places(Bodies):
     @cython.exceptval(check=False)
     def _depth(self, m: cython.Py_ssize_t) -> cython.double:
         """Depth (m) of a place, taken for a plane, when parts have gone the ways that are tried."""
-        depth: cython.double = self._c[m, 13]
+        depth: cython.double = self._c[m, 29]
         q: cython.Py_ssize_t
         for q in range(self._i[m, 4], self._i[m, 5]):
             k = self._of[q, 0]

@@ -6,6 +6,8 @@ cdef class Stored(Carried):
     cdef double _share                 # of their ways that parts have gone, and of their speed then
     cdef double _slower
     cdef void _rest_on(self, Py_ssize_t n, double mass, double more, double about) noexcept
+    cdef object _bend(self)
+    cdef bint _take_plane(self, Py_ssize_t m) noexcept
     cdef object _go(self)
     cdef double _energy(self, Py_ssize_t k, double share) noexcept
     cdef double _gained(self, bint winds) noexcept

@@ -1,5 +1,9 @@
 """What springs between parts store, and what that leaves of their motion: counted as it really is.
 
+A corner of a part that turns goes on an arc, and round another body the way out changes: there what presses
+is no plane. Where the arm, or what it holds, presses otherwise at the end of a tick than its planes say, the
+ways are found again with planes as they are there, so that a part gets the force that the arm feels.
+
 What would be too much at the end of a tick is taken from the parts' speed, and if that is not enough, from
 their way. So parts and springs have no more energy than before.
 """
@@ -9,7 +13,7 @@ their way. So parts and springs have no more energy than before.
 from __future__ import annotations
 
 import cython
-from cython.cimports.libc.math import sqrt
+from cython.cimports.libc.math import fabs, sqrt
 
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.carried_kernel import Carried
@@ -19,6 +23,10 @@ else:
 NEAR_M = 2e-4
 """What is no farther than this, and than it may come in the tick, is met."""
 _NEAR = cython.declare(cython.double, NEAR_M)
+# So often ways are found anew, and depths (m, and part of them) that differ by no more are the same.
+_ROUNDS = cython.declare(cython.Py_ssize_t, 3)
+_FLAT_M = cython.declare(cython.double, 1e-9)
+_FLAT = cython.declare(cython.double, 1e-3)
 _HALVINGS = cython.declare(cython.Py_ssize_t, 12)
 _SPHERE = cython.declare(cython.int, 2)
 _CYLINDER = cython.declare(cython.int, 3)
@@ -68,6 +76,49 @@ class Stored(Carried):
         for k in range(3):
             self._mass[n, k] = mass + more
         self._mass[n, 3] = turning + about
+
+    @cython.cfunc
+    def _bend(self) -> object:
+        """Find the ways anew where what the arm presses on is deeper at their ends than its planes say, or
+        less deep: with planes as they are there. So a part gets the force that the arm feels."""
+        for _round in range(_ROUNDS):
+            self._put(1.0)
+            bent: cython.bint = False
+            for m in range(self._met):
+                if self._i[m, 0] < 0 or self._i[m, 1] == self._held:
+                    bent = self._take_plane(m) or bent
+            if not bent:
+                return None
+            self._balance()
+        return None
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _take_plane(self, m: cython.Py_ssize_t) -> cython.bint:
+        """Take the plane of a place where all are now, unless it is there already; whether it was not."""
+        c, p, e = self._c, self._pose, self._e
+        k: cython.Py_ssize_t
+        q: cython.Py_ssize_t
+        x: cython.Py_ssize_t
+        depth: cython.double = self._touch(m, True, False)
+        plane: cython.double = self._depth(m)
+        if max(depth, plane) <= 0.0 or fabs(depth - plane) <= _FLAT_M + _FLAT * fabs(depth):
+            return False
+        depth = self._touch(m, True, True)
+        for q in range(self._i[m, 4], self._i[m, 5]):
+            k = self._of[q, 0]
+            n = self._group[k]
+            side: cython.Py_ssize_t = 1 if self._moved[q, 0] > 0.0 else 0
+            x = self._i[m, side]
+            lx: cython.double = c[m, 17 + 2 * side] - p[n, 9] - e[k, 0]
+            ly: cython.double = c[m, 18 + 2 * side] - p[n, 10] - e[k, 1]
+            if x >= 0:
+                lx, ly = lx + p[x, 9], ly + p[x, 10]
+            self._moved[q, 3] = lx * c[m, 15] - ly * c[m, 14]
+            self._open[k] = 1
+        c[m, 29] = 0.0
+        c[m, 29] = depth - self._depth(m)
+        return True
 
     @cython.cfunc
     def _go(self) -> object:
@@ -131,7 +182,7 @@ class Stored(Carried):
                 two += x * x + y * y
             total += 0.125 * self._below[n, 0] * (two - one)
         for m in range(self._met):
-            one, two = max(0.0, c[m, 13]), max(0.0, self._touch(m, True))
+            one, two = max(0.0, c[m, 13]), max(0.0, self._touch(m, True, False))
             total += 0.5 * c[m, 4] * (two * two - one * one)
             stored += 0.5 * c[m, 4] * two * two
             limit = c[m, 5] * c[m, 4] * two

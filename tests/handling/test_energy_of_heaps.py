@@ -158,6 +158,23 @@ def test_what_the_arm_feels_is_what_a_row_gets(seed: int) -> None:
     impulses(seed)
 
 
+@pytest.mark.parametrize("seed", [2093, 2211, 1200035])
+def test_a_box_narrower_than_the_jaw_gets_what_the_arm_feels_at_its_edges(seed: int) -> None:
+    """Once up to 18 % of that nobody got: the way out was that of before the tick."""
+    impulses(seed)
+
+
+def test_light_stiff_parts_in_a_row_get_what_the_arm_feels() -> None:
+    """Once 3 % of that nobody got: the balance was not found yet when the tick ended."""
+    impulses(910001)
+
+
+@pytest.mark.parametrize("seed", [1200002, 1200099])
+def test_a_part_that_turns_round_a_jaw_gets_the_work_of_the_arm(seed: int) -> None:
+    """Once up to 27 % of that came from nowhere: its corner goes on an arc, and was taken to go straight."""
+    rows(seed)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("scene", "seed"), [(stacks, 101), (ploughs, 106), (ploughs, 254)])
 def test_what_lands_sliding_is_felt_where_it_is(scene: Callable[[int], object], seed: int) -> None:
