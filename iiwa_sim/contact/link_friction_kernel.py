@@ -56,6 +56,9 @@ class LinkFriction(Capsules):
             d = self._dragging
             d[link, s, 0] = d[link, s, 1] = d[link, s, 2] = 0.0
             return None
+        ex: cython.double
+        ey: cython.double
+        ez: cython.double
         nx, ny, nz = self._nx, self._ny, self._nz
         ex, ey, ez = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
         out = ex * nx + ey * ny + ez * nz
@@ -81,6 +84,9 @@ class LinkFriction(Capsules):
     ) -> tuple[cython.double, cython.double, cython.double]:
         """Friction (N) as a robot that yields gives way to it at a place (m), as far as that has gone (m);
         found as its normal force is."""
+        wx: cython.double
+        wy: cython.double
+        wz: cython.double
         x, y, z = place
         wx, wy, wz = gone
         a, p, r, d = self._axes, self._points, self._rubbed, self._dragging

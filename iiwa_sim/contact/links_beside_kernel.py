@@ -54,6 +54,10 @@ class LinksBeside(LinkForces):
         x: cython.double
         y: cython.double
         z: cython.double
+        place: cython.double
+        square: cython.double
+        from_there: cython.double
+        row: cython.Py_ssize_t
         moved: cython.double = 0.0
         off: cython.double = 0.0
         f, local = self._fixed, self._local

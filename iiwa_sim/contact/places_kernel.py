@@ -275,6 +275,8 @@ class Places(Bodies):
         """Depth (m) of a place, taken for a plane, when parts have gone the ways that are tried."""
         depth: cython.double = self._c[m, 29]
         q: cython.Py_ssize_t
+        k: cython.Py_ssize_t
+        out: cython.double
         for q in range(self._i[m, 4], self._i[m, 5]):
             k = self._of[q, 0]
             out = self._c[m, 14] * self._t[k, 0] + self._c[m, 15] * self._t[k, 1]
