@@ -9,7 +9,7 @@ cdef class Balance(Places):
     cdef double[::1] _deep             # how deep what of the arm presses on it is in it (m)
     cdef double[:, ::1] _points        # four below each, from its middle (m)
     cdef double[:, ::1] _mass          # m, m, m, I with what it carries
-    cdef double[:, ::1] _below         # stiffness, depth, weight, both with what it carries
+    cdef double[:, ::1] _below         # stiffness, depth and weight with what it carries, its own depth
     cdef Py_ssize_t _many              # parts that may move, and which these are
     cdef Py_ssize_t[::1] _group
     cdef double[:, ::1] _d             # their ways

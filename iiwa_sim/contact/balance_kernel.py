@@ -53,7 +53,7 @@ class Balance(Places):
         self._limit = 0.0
         self._velocity, self._wound = np.zeros((least, 4)), np.zeros((least, 8))
         self._points, self._deep = np.zeros((least, 8)), np.zeros(least)
-        self._mass, self._below = np.zeros((least, 4)), np.zeros((least, 3))
+        self._mass, self._below = np.zeros((least, 4)), np.zeros((least, 4))
         self._many = self._awake = 0
         self._group, self._d = np.zeros(least, dtype=np.intp), np.zeros((least, 4))
         self._open = np.zeros(least, dtype=np.int8)

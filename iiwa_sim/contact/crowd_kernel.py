@@ -68,12 +68,12 @@ class Crowd(Stored):
         for i in range(8):
             self._wound[n, i] = laid.wound[i] if self._rubs[n] else 0.0
         self._on[n] = laid.on
-        mass: cython.double = laid.mass_kg
         carries: cython.double = laid.carries_kg * _GRAVITY
-        # What it carries presses it down, though not deeper: by so much the spring below it begins higher.
-        self._below[n, 0], self._below[n, 1] = laid.below, laid.top - self._span[n, 0] + carries / laid.below
-        self._below[n, 2] = mass * _GRAVITY + carries
-        self._rest_on(n, mass, laid.carries_kg, laid.carries_kgm2)
+        # What it carries presses it down, not deeper: by so much the spring below it begins higher.
+        self._below[n, 0], self._below[n, 3] = laid.below, laid.top - self._span[n, 0]
+        self._below[n, 1] = self._below[n, 3] + carries / laid.below
+        self._below[n, 2] = laid.mass_kg * _GRAVITY + carries
+        self._rest_on(n, laid.mass_kg, laid.carries_kg, laid.carries_kgm2)
 
     def hold(self, part: int, solid: Surface | None, brought_m: float = 0.0) -> None:
         """The arm holds a part there in this tick, which it has brought so far, or none; nothing presses on
@@ -157,7 +157,6 @@ class Crowd(Stored):
                 if self._is_pushed():
                     self._join()
                     self._balance()
-                    self._bend()
                     self._go()
                     for k in range(self._many):
                         self._tell(self._order[k], found)

@@ -123,6 +123,7 @@ class Stored(Carried):
     @cython.cfunc
     def _go(self) -> object:
         """Have all go as far as what is really stored then allows."""
+        self._bend()
         moving: cython.double = 0.0
         share: cython.double = 1.0
         slower: cython.double = 0.0
@@ -172,8 +173,8 @@ class Stored(Carried):
         limit: cython.double
         for k in range(self._many):
             n = self._group[k]
-            one = max(0.0, self._below[n, 1])
-            two = max(0.0, self._below[n, 1] - self._t[k, 2])
+            one = max(0.0, self._below[n, 3])  # what lies on it is lifted, too, though the spring hides that
+            two = max(0.0, self._below[n, 3] - self._t[k, 2])
             total += self._below[n, 2] * self._t[k, 2] + 0.5 * self._below[n, 0] * (two * two - one * one)
             one = two = 0.0
             for j in range(4):

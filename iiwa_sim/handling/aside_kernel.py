@@ -69,8 +69,7 @@ class Aside(ArmWay):
         self._parts = Known(pieces)
         self._seen = self._changes = -1
         self._known, self._poses = {}, {}
-        self._solid = None
-        self._calm = False
+        self._solid, self._calm = None, False
 
     def forget(self) -> None:
         """Arm or parts have been put elsewhere."""
@@ -91,8 +90,7 @@ class Aside(ArmWay):
         """A tick has brought the arm to `joints` (rad), with its TCP there and its jaws so far apart."""
         pieces, changes = self._pieces, self._pieces.changes
         opening: cython.double = opening_m
-        if pieces.pushed:
-            pieces.pushed.clear()
+        pieces.pushed.clear()
         stays: cython.bint = not self._turns(joints) and self._changes == changes and opening == self._opening
         if stays and self._calm:
             return
@@ -246,9 +244,8 @@ class Aside(ArmWay):
             return None
         pieces.pushed.add(name)
         pose = gone_by(body.pose, gone.way) if any(gone.way) else body.pose
-        after = self._ends(
-            body._replace(pose=pose, velocity=(x, y, z), spin=spin, wound=gone.wound), face, gone.pressed
-        )
+        there = body._replace(pose=pose, velocity=(x, y, z), spin=spin, wound=gone.wound)
+        after = self._ends(there, face, gone.pressed)
         if after != body:
             self._put(after, body, list(pieces.riders(name)), gone.way)
         return None
@@ -266,7 +263,10 @@ class Aside(ArmWay):
         if body.bottom - face.top > STEP_M:
             return Body(body.part, body.pose, body.velocity, FALLS)
         if not pressed and fastest(body) < SLOW_M_PER_S:
-            return landed(body, face)
+            rests = landed(body, face)
+            if rests.bottom > body.bottom and any(self._pieces.riders(body.part.name)):  # these keep it down
+                return rests._replace(pose=body.pose)
+            return rests
         return body
 
     @cython.cfunc

@@ -61,10 +61,16 @@ class Books:
         self._tick()
         self.look()
 
-    def step_with_work(self, most_j: float) -> None:
-        """A tick in which surfaces that rise do so much work, at the most."""
-        self._tick()
-        did_j = self.brings()
+    def step_with_work(self, most_j: float, ticks: int = 1) -> None:
+        """Ticks in which surfaces that move do so much work, at the most."""
+        for _ in range(ticks):
+            self._tick()
+        before, all_j = self.parts, self._all()
+        self._count()
+        others = before.keys() ^ self.parts.keys()  # that jaws have let go of, or hold now, is nobody's work
+        changed_j = self._all() - all_j
+        self.work_j += changed_j
+        did_j = changed_j - sum(self.parts.get(name, 0.0) - before.get(name, 0.0) for name in others)
         assert did_j <= most_j, f"surfaces that can do {most_j:.3g} J of work have brought {did_j:.3g} J"
 
     def _tick(self) -> None:
