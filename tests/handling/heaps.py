@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from itertools import permutations, product
-from math import dist, hypot
+from math import hypot
 
 import numpy as np
 
 from iiwa_sim.backdoor import surfaces
 from iiwa_sim.backdoor.states import States
 from iiwa_sim.cell.cell import Cell, robot_alone
-from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
+from iiwa_sim.contact.shapes import Box, Cylinder, Sphere
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.errors import Refused
 from iiwa_sim.controller.handling import HandlingState
-from iiwa_sim.frames import IDENTITY, Frame, Rotation, Transform, apply, compose, inverse
+from iiwa_sim.frames import IDENTITY, Frame, Rotation, Transform, compose, inverse
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body
 from iiwa_sim.handling.grip import grip_width
 from iiwa_sim.handling.part import Part, Y, Z
-from iiwa_sim.handling.pressing import solid_of
 from iiwa_sim.handling.workpieces import Parts
 from tests.asked import lin_move
 from tests.handling.books import Books, G
@@ -213,21 +210,35 @@ class HeapScene:
             return
         name = there[rng.integers(len(there))]
         in_tcp = _placed(drawn_turn(rng), *rng.uniform(-60.0, 60.0, 2).tolist(), 0.0)
+        where, ticks = compose(tcp, in_tcp), int(rng.integers(1, 20))
+        if self._may_push(name, where, tcp):
+            return
         bodies: list[Body] = []
         for each in kept.bodies:
             if each.part.name == name:
-                each = Body(each.part, compose(tcp, in_tcp), STILL, HELD)
+                each = Body(each.part, where, STILL, HELD)
             elif each.on == name:
                 each = Body(each.part, each.pose, each.velocity, FALLS)
             bodies.append(each)
-        ticks = int(rng.integers(1, 20))
-        solid = {each.part.name: solid_of(each) for each in bodies if each.state in (LIES, HELD)}
-        it = solid.pop(name)
-        if any(max(depth_m(it, each), depth_m(each, it)) > 0.0 for each in solid.values()):
-            return  # a tower that is as high would push it
         handling.restore(HandlingState(0.02, Parts(tuple(bodies), in_tcp, met=kept.met)), tcp)
         self.books.brings()
         self.step(ticks)
+
+    def _may_push(self, name: str, brought: Transform, tcp: Transform) -> bool:
+        """Whether a part that jaws have, and bring between them, may be in another on that way, or one may
+        fall into it: by the balls round both."""
+        pieces = self.books.pieces
+        bodies, fall = pieces.bodies, {each.part.name for each in pieces.riders(name)}
+        x, y, z = brought.translation
+        low, high = sorted((y, tcp.translation[1]))
+        for each in bodies.values():
+            u, v, w = each.pose.translation
+            stays = each.state == LIES and each.part.name not in fall
+            away = hypot(x - u, min(max(v, low), high) - v, z - w if stays else 0.0)
+            near = away < each.part.shape.extent + bodies[name].part.shape.extent
+            if near and each.state in (LIES, FALLS) and each.part.name != name:
+                return True
+        return False
 
     def _restores(self) -> None:
         states = States(self.scene.controller)
@@ -257,29 +268,6 @@ class HeapScene:
                 controller.move(lin_move(down(x_mm, y_mm, high_mm), fast, 0.0))
             while controller.moving:
                 self.step()
-
-
-def deepest_mm(bodies: Iterable[Body]) -> float:
-    """How deep parts that lie are in each other, at worst: places within each of them, in the others."""
-    lying = [solid_of(each) for each in bodies if each.state == LIES]
-    return 1e3 * max((depth_m(a, b) for a, b in permutations(lying, 2)), default=0.0)
-
-
-def depth_m(one: Surface, other: Surface) -> float:
-    if dist(one.pose.translation, other.pose.translation) > one.shape.extent + other.shape.extent:
-        return 0.0
-    halves = _halves(one.shape)
-    grid = product((-0.99, -0.5, 0.0, 0.5, 0.99), repeat=3)
-    places = [tuple(part * half for part, half in zip(each, halves, strict=True)) for each in grid]
-    within = [each for each in places if one.shape.nearest(*each)[0] < 0.0]
-    return max(-other.nearest(*apply(one.pose, each))[0] for each in within)
-
-
-def _halves(shape: Shape) -> tuple[float, float, float]:
-    if isinstance(shape, Box):
-        return (shape.half_x, shape.half_y, shape.half_z)
-    radius = shape.extent if isinstance(shape, Sphere) else shape.radius  # type: ignore[union-attr]
-    return (radius, radius, shape.half_z if isinstance(shape, Cylinder) else radius)
 
 
 def _goes_on(body: Body) -> bool:

@@ -13,7 +13,7 @@ from iiwa_sim.handling.falling import LIES
 from iiwa_sim.handling.part import Part
 from tests.asked import lin_move
 from tests.handling.books import ROUNDING_J, Books
-from tests.handling.heaps import deepest_mm
+from tests.handling.depths import deepest_mm
 from tests.handling.scenes import BLOCK, CLOSE, TABLE, TABLE_MM, Scene, at, down
 
 G = 9.81
@@ -38,7 +38,7 @@ def pushed(
     scene.controller.move(lin_move(down(600.0, 72.0 + way_mm, LOW), speed, 0.0))
     while scene.controller.moving:
         books.step()
-        deepest = max(deepest, deepest_mm(books.pieces.bodies.values()))
+        deepest = max(deepest, deepest_mm(books.pieces))
         felt.append(-scene.controller.cartesian_force()[1])
     return scene, books, deepest, felt
 

@@ -11,7 +11,7 @@ from iiwa_sim.frames import Frame, Transform
 from iiwa_sim.handling.part import Part
 from tests.asked import lin_move
 from tests.handling.books import ROUNDING_J, Books
-from tests.handling.heaps import deepest_mm
+from tests.handling.depths import deepest_mm
 from tests.handling.scenes import CLOSE, TABLE_MM, Scene, at, down
 
 ROLLER = Part("roller", Cylinder(0.03, 0.008), 0.3, 0.3, 5e4)
@@ -42,7 +42,7 @@ def test_what_is_low_is_pushed_on_by_what_is_round(ahead: tuple[Part, Transform]
     scene.controller.move(lin_move(down(600.0, 130.0, TABLE_MM + 30.0), speed, 0.0))
     while scene.controller.moving:
         books.step()
-        deepest = max(deepest, deepest_mm(books.pieces.bodies.values()))
+        deepest = max(deepest, deepest_mm(books.pieces))
     assert scene.body("roller").pose.translation[1] > 0.15
     assert deepest < 1.2, "so far a blow presses it in"
     assert books.returned_j <= ROUNDING_J + 0.02 * books.arm_j
