@@ -27,12 +27,13 @@ _MOST_BODIES = cython.declare(cython.longlong, 1048576)
 # deep it pressed.
 _NUMBERS = cython.declare(cython.Py_ssize_t, 10)
 
-WIDE = 33
+WIDE = 37
 """Numbers of a place in this tick: where from the middle of its body, or in the base (3), radius; stiffness,
 friction, friction's stiffness; by which way it has come in (3), how far it has rubbed (3); depth, way out
 (3), lever in both bodies (2 each), limit of friction; as `_touch` finds it: what is to be remembered (3),
 where from the middle of the other (3), depth; depth of its plane with all where they were before; how deep it
-may press at first, and how deep it is in there without pressing."""
+may press at first, and how deep it is in there without pressing; of the arm: how deep it was a tick ago, and
+how far it has gone since (3)."""
 
 # Of a place that has gone farther (m) since it was seen last it is not known by which way it has come in.
 _FORGETS = cython.declare(cython.double, 5e-3)

@@ -47,6 +47,9 @@ class PressingBall(NamedTuple):
     held: int = -1
     """The number of the held part to which it belongs, and which of its places it is."""
     place: int = 0
+    was_deep: float = -1.0
+    """How deep it was a tick ago (m), and its way since (m); less than 0 where that is not known."""
+    went: Vector = (0.0, 0.0, 0.0)
 
 
 class PartMotion(NamedTuple):

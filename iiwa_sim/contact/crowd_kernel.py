@@ -112,7 +112,7 @@ class Crowd(Stored):
         h: cython.Py_ssize_t
         key: cython.longlong
         for each in self._balls.get(n, ()):
-            middle, radius, stiffness, friction, holding, rubbed, came, held, place = each
+            middle, radius, stiffness, friction, holding, rubbed, came, held, place, was_deep, went = each
             key = -2
             if held >= 0:
                 h = held
@@ -120,9 +120,9 @@ class Crowd(Stored):
             c = self._next(-1, n, key)
             self._i[c, 2] = self._i[c, 3] = 0
             for k in range(3):
-                self._c[c, k] = middle[k]
+                self._c[c, k], self._c[c, 34 + k] = middle[k], went[k]
             self._c[c, 3], self._c[c, 4] = radius, stiffness
-            self._c[c, 5], self._c[c, 6] = friction, holding
+            self._c[c, 5], self._c[c, 6], self._c[c, 33] = friction, holding, was_deep
             if held >= 0:
                 self._recall(c)
                 self._c[c, 31] += self._brought

@@ -7,6 +7,7 @@ cdef class LinkForces(LinkFriction):
     cdef object _names
     cdef dict _numbers                 # of these
     cdef Py_ssize_t _part_count
+    cdef double[:, ::1] _depth         # how deep (m) each link was when it was looked at last
     cdef double[:, ::1] _pushing       # force (N) on a link of a robot that yields, on the average
     # Of each capsule and surface: which way is out in the frame of that; zeros where they are apart.
     cdef double[:, :, ::1] _came

@@ -64,6 +64,7 @@ class LinkForces(LinkFriction):
         least = max(len(laws), 1)
         self._law: Any = np.array(laws).reshape(len(laws), 3)
         self._pushing: Any = np.zeros((link_count, least))
+        self._depth: Any = np.zeros((link_count, least))
         self._touches: Any = np.zeros((link_count, least), dtype=np.int8)
         self._rubbed: Any = np.zeros((link_count, least, 3))
         self._dragging: Any = np.zeros((link_count, least, 3))
@@ -162,6 +163,7 @@ class LinkForces(LinkFriction):
         per_kg: cython.double = max(1, len(self.contacts)) * square / _LEAST_INERTIA
         stiff: cython.double = stiffness * tick_s * tick_s * per_kg
         link = self._link[c]
+        self._depth[link, s] = max(depth, 0.0)
         push: cython.double = stiffness * (depth - tick_s * speed) + stiff * self._pushing[link, s]
         push = max(push, 0.0) / (1.0 + stiff)
         if moves:

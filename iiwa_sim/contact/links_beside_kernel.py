@@ -40,6 +40,10 @@ class Ball(NamedTuple):
     """What it feels of the part's stiffness."""
     came: Vector
     """By which way it has come into the part, as `ways_in_kernel` remembers it."""
+    was_deep: float
+    """m, a tick ago"""
+    went: Vector
+    """How far (m, in the base) its point next to the part has gone since then, as seen from there."""
 
 
 @cython.cclass
@@ -117,15 +121,17 @@ class LinksBeside(LinkForces):
                     radius = self._radius[which]
                     rubbed = (0.0, 0.0, 0.0)
                     link = self._link[which]
+                    wx, wy, wz = self._gone(
+                        which, s, x - radius * nx, y - radius * ny, z - radius * nz, speeds, tick_s
+                    )
+                    went = (wx, wy, wz)
                     if self._touches[link, s]:
-                        wx, wy, wz = self._gone(
-                            which, s, x - radius * nx, y - radius * ny, z - radius * nz, speeds, tick_s
-                        )
                         wx, wy, wz = r[link, s, 0] + wx, r[link, s, 1] + wy, r[link, s, 2] + wz
                         out = wx * nx + wy * ny + wz * nz
                         rubbed = (wx - out * nx, wy - out * ny, wz - out * nz)
                     came = (self._ox, self._oy, self._oz) if nearest < 0.0 else NOT_IN
-                    found.append(Ball((x, y, z), radius, rubbed, self._share[which], came))
+                    deep = self._depth[link, s]
+                    found.append(Ball((x, y, z), radius, rubbed, self._share[which], came, deep, went))
                 nearest = 1e9
         return found
 
@@ -205,6 +211,7 @@ class LinksBeside(LinkForces):
             muted[np.newaxis],
             np.asarray(self._came),
             np.asarray(self._pushing),
+            np.asarray(self._depth),
             np.asarray(self._touches),
             np.asarray(self._rubbed),
             np.asarray(self._dragging),

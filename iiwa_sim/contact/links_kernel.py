@@ -257,7 +257,7 @@ class Links(LinksBeside):
                                 on_worn = True
                         nearest = 0.0
                     else:
-                        self._touches[link, s] = 0
+                        self._touches[link, s], self._depth[link, s] = 0, 0.0
                     away = min(away, nearest)
                     nearest = 1e9
             self._away[s] = away

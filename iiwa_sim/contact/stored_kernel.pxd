@@ -3,6 +3,7 @@ from iiwa_sim.contact.carried_kernel cimport Carried
 
 cdef class Stored(Carried):
     cdef double _stored                # by springs between bodies (J)
+    cdef double _unfelt                # what these have got of the arm, and it does not feel (J)
     cdef double _share                 # of their ways that parts have gone, and of their speed then
     cdef double _slower
     cdef void _rest_on(self, Py_ssize_t n, double mass, double more, double about) noexcept

@@ -5,7 +5,9 @@ is no plane. Where the arm, or what it holds, presses otherwise at the end of a 
 ways are found again with planes as they are there, so that a part gets the force that the arm feels.
 
 What would be too much at the end of a tick is taken from the parts' speed, and if that is not enough, from
-their way. So parts and springs have no more energy than before.
+their way. So parts and springs have no more energy than before, and than the arm gives: that is the force
+that it feels when the tick has ended, along the way that it has gone in it. What it has pressed into springs
+besides, in a kick that ends within the tick or where a corner turns round it, is taken from the speed, too.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -136,6 +138,7 @@ class Stored(Carried):
                 fast: cython.double = 0.0
                 for k in range(self._many):
                     fast += self._energy(k, share)
+                left = max(0.0, left - self._unfelt)
                 slower = 1.0 if fast <= left else sqrt(left / fast)
                 break
             share *= 0.5
@@ -167,6 +170,7 @@ class Stored(Carried):
         friction only takes. What is stored is noted."""
         total: cython.double = 0.0
         stored: cython.double = 0.0
+        unfelt: cython.double = 0.0
         c = self._c
         one: cython.double
         two: cython.double
@@ -185,6 +189,9 @@ class Stored(Carried):
         for m in range(self._met):
             one, two = max(0.0, c[m, 13]), max(0.0, self._touch(m, True, False))
             total += 0.5 * c[m, 4] * (two * two - one * one)
+            if self._i[m, 0] < 0 and c[m, 33] >= 0.0:
+                went: cython.double = c[m, 14] * c[m, 34] + c[m, 15] * c[m, 35] + c[m, 16] * c[m, 36]
+                unfelt += max(0.0, c[m, 4] * (0.5 * one * one - 0.5 * c[m, 33] * c[m, 33] + two * went))
             stored += 0.5 * c[m, 4] * two * two
             limit = c[m, 5] * c[m, 4] * two
             if limit > 0.0:
@@ -192,7 +199,7 @@ class Stored(Carried):
                 total += _held(c[m, 6], limit, sqrt(x * x + y * y + z * z))
                 x, y, z = c[m, 10], c[m, 11], c[m, 12]
                 total -= _held(c[m, 6], limit, sqrt(x * x + y * y + z * z))
-        self._stored = stored
+        self._stored, self._unfelt = stored, unfelt
         return total
 
     @cython.cfunc

@@ -22,9 +22,11 @@ SEEN_M = 0.05
 
 def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> Iterator[PressingBall]:
     """What of the arm, at joint positions (rad), may press on a part that its `links` know."""
-    for middle, radius, rubbed, share, came in links.balls(part.name, joints, tick_s, SEEN_M):
+    for middle, radius, rubbed, share, came, was_deep, went in links.balls(part.name, joints, tick_s, SEEN_M):
         holding = share * min(part.stiffness, STIFFEST_N_PER_M)
-        yield PressingBall(middle, radius, share * part.stiffness, part.friction, holding, rubbed, came)
+        stiffness = share * part.stiffness
+        pressing = middle, radius, stiffness, part.friction, holding, rubbed, came
+        yield PressingBall(*pressing, was_deep=was_deep, went=went)
 
 
 def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> Iterator[PressingBall]:

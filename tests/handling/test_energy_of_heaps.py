@@ -187,6 +187,12 @@ def test_a_part_that_turns_round_a_jaw_gets_the_work_of_the_arm(seed: int) -> No
     rows(seed)
 
 
+@pytest.mark.parametrize(("scene", "seed"), [(rows, 1200043), (stacks, 1210172)])
+def test_parts_get_no_work_that_the_arm_does_not_feel(scene: Callable[[int], object], seed: int) -> None:
+    """Once up to 5 % of its work came from nowhere: in kicks that end within a tick, and at corners."""
+    scene(seed)
+
+
 @pytest.mark.parametrize(("scene", "seed"), [(stacks, 118), (stacks, 1220025)])
 def test_what_lies_on_a_part_is_lifted_by_the_arm_alone(scene: Callable[[int], object], seed: int) -> None:
     """Once the spring below a part lifted that for nothing: up to 15 % of the work came from nowhere."""
