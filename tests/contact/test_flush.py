@@ -12,7 +12,7 @@ from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Frame
 from tests.contact.floor import TICK_S, Floor
-from tests.handling.heaps import depth_m
+from tests.handling.depths import depth_m
 from tests.samples import some
 
 SOFT_M = 1.5e-3
