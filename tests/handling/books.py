@@ -36,6 +36,8 @@ class Books:
         assert pieces is not None
         self.pieces: Workpieces = pieces
         self._joints = scene.controller.joints
+        self._torques = scene.controller.load.exact_torques(self._joints)
+        self._touched = self._touches()
         self._probe = Crowd(len(pieces.bodies), _NO_TIME_S)
         self._seen = -1
         self._pressed: object = None
@@ -57,7 +59,8 @@ class Books:
         """Where that was first more than rounding."""
 
     def step(self) -> None:
-        """A tick, with the arm's work in it, by what it feels when the tick has ended."""
+        """A tick, with the arm's work in it, by what it feels when the tick has ended; where nothing touches,
+        by the mean of that and what it felt before."""
         self._tick()
         self.look()
 
@@ -77,11 +80,20 @@ class Books:
         scene = self.scene
         scene.robot.step()
         now = scene.controller.joints
-        torques = scene.controller.load.exact_torques(now)
+        torques = ending = scene.controller.load.exact_torques(now)
+        touched, self._touched = self._touched, self._touches()
+        if not touched and not self._touched:  # what is carried is accelerated all along the tick
+            torques = tuple(0.5 * (a + b) for a, b in zip(ending, self._torques, strict=True))
+        self._torques = ending
         did_j = -sum(t * (a - b) for t, a, b in zip(torques, now, self._joints, strict=True))
         self.work_j += did_j
         self.arm_j += abs(did_j)
         self._joints = now
+
+    def _touches(self) -> bool:
+        """Whether the arm feels anything, or something acts on what is held."""
+        held = self.pieces.in_jaws
+        return bool(self.scene.controller.load.link_contacts) or (held is not None and held.touching.pushed)
 
     def look(self) -> None:
         """Count all anew: nothing may have come from nowhere."""

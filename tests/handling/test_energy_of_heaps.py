@@ -156,6 +156,14 @@ def test_an_arm_that_goes_through_a_row_gives_all_that_its_parts_get(seed: int) 
     rows(seed)
 
 
+def test_what_is_carried_through_the_air_takes_and_gives_the_work_of_the_arm() -> None:
+    """By the mean of the torques before and after a tick; by those after it three times as much came back."""
+    scene = HeapScene(np.random.default_rng(0), [], Part("it", Box(0.02, 0.02, 0.02), 1.0, 1.0, 1e5))
+    scene.goes_along(600.0, TABLE_MM + 60.0)
+    assert scene.books.arm_j > 1.0
+    assert scene.books.returned_j < 0.0025 * scene.books.arm_j
+
+
 @pytest.mark.slow
 @settings(max_examples=5, deadline=None)
 @given(st.integers(0, 10**6))
