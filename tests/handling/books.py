@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.crowd_kernel import Crowd
 from iiwa_sim.frames import IDENTITY, Transform
-from iiwa_sim.handling.falling import GONE, HELD, LIES, Body
+from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, Body
 from iiwa_sim.handling.pressing import by_the_arm, by_what_is_held, solid_held
 from iiwa_sim.handling.pushed import Known
 from iiwa_sim.handling.workpieces import Workpieces
@@ -17,6 +17,7 @@ from tests.handling.scenes import Scene
 G = 9.81
 ROUNDING_J = 1e-9
 """The energy that there is in a scene, some J, is summed up in another order here."""
+_ROUNDING_M = 1e-9
 _NO_TIME_S = 1e-9
 """A tick in which nothing goes anywhere."""
 
@@ -40,6 +41,7 @@ class Books:
         self._touched = self._touches()
         self._probe = Crowd(len(pieces.bodies), _NO_TIME_S)
         self._seen = -1
+        self._lay: dict[str, tuple[float, float]] = {}  # how high, and what its spring stored
         self._pressed: object = None
         self.work_j = 0.0
         """What arm and surfaces have put in, and whoever takes parts away or brings them."""
@@ -180,8 +182,13 @@ class Books:
         face = self.pieces.face_below(part.name) if body.state == LIES else None
         if face is not None:
             soft = face.stiffness_below(part)
-            total += 0.5 * soft * max(0.0, face.top - body.bottom) ** 2
+            pressed_j = 0.5 * soft * max(0.0, face.top - body.bottom) ** 2
+            self._lay[part.name] = body.pose.translation[2], pressed_j
+            total += pressed_j
             total += 0.125 * soft * sum(each * each for each in body.wound)
+        elif body.state == FALLS:  # still where it lay: it may find no room, and lie there again
+            at_m, pressed_j = self._lay.get(part.name, (0.0, 0.0))
+            total += pressed_j if abs(body.pose.translation[2] - at_m) < _ROUNDING_M else 0.0
         return total
 
     def _stored(self) -> float:
