@@ -69,8 +69,8 @@ class Itself(Capsules):
         home: Sequence[float],
         velocity: Sequence[float],
     ) -> None:
-        """As `Capsules`; `home` is where no links are in each other (rad), and no joint is faster than its
-        `velocity` (rad/s) by more than 1 %."""
+        """The arm is that of `Capsules`, with the same arguments; `home` is where no links are in each other
+        (rad), and no joint is faster than its `velocity` (rad/s) by more than 1 %."""
         Capsules.__init__(self, fixed, capsules, worn)
         self.go_to(home)
         moved_by: Any = np.asarray(self._moved_by).tolist()

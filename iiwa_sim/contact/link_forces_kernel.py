@@ -89,8 +89,8 @@ class LinkForces(LinkFriction):
     @cython.cfunc
     @cython.exceptval(check=False)
     def _recall(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.void:
-        """From now on `gap`, `middle` and `distance` are those of a capsule that has come into a surface by
-        the way that is remembered."""
+        """Have `gap`, `middle` and `distance` be those of a capsule that has come into a surface by the way
+        that is remembered, from now on."""
         m = self._came
         self._mx, self._my, self._mz = m[c, s, 0], m[c, s, 1], m[c, s, 2]
         self._around = self._radius[c]

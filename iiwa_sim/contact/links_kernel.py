@@ -64,7 +64,7 @@ class Links(LinksBeside):
         return None
 
     def wear(self, worn: Sequence[Worn]) -> None:
-        """From now on this is fixed to the flange; `surround` is called before the next step."""
+        """Fix this to the flange, in place of what was worn; `surround` is called before the next step."""
         self._wear(np.asarray(self._fixed), worn)
 
     @cython.cfunc

@@ -149,8 +149,8 @@ class ExternalLoad(Acting):
 
     @cython.cfunc
     def _look_at_itself(self, joints: Any, tick: cython.long, tick_s: cython.double) -> object:
-        """In this tick links may be in each other, with the robot at `joints` (rad): find what that does, and
-        in which tick it may be so again."""
+        """Find what links do to each other, with the robot at `joints` (rad), in a tick in which they may
+        touch; and in which tick they may do so again."""
         self.looks_at_itself = tick + self.itself.watch(joints, tick_s)
         self._folded = self.itself.torques
         return None

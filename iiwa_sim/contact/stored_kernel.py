@@ -166,8 +166,8 @@ class Stored(Carried):
     @cython.cfunc
     @cython.exceptval(check=False)
     def _gained(self, winds: cython.bint) -> cython.double:
-        """By how much more is stored where all are now than before (J): by height, and in all springs;
-        friction only takes. What is stored is noted."""
+        """How much more is stored where all are now than before (J): by height, and in all springs; friction
+        only takes. What is stored is noted, and what of that the arm does not feel."""
         total: cython.double = 0.0
         stored: cython.double = 0.0
         unfelt: cython.double = 0.0

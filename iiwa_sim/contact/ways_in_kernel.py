@@ -111,8 +111,8 @@ def come_in(
     my: cython.double,
     mz: cython.double,
 ) -> tuple[cython.double, cython.double, cython.double, cython.double]:
-    """As `nearest`, for the middle of a ball of a `radius` of which `m` is remembered: what is returned as
-    the way out is to be remembered next."""
+    """Signed distance and way out of `nearest`, for the middle of a ball of a `radius` of which `m` is
+    remembered: what is returned as the way out is to be remembered next."""
     distance, nx, ny, nz = nearest(kind, a, b, c, x, y, z)
     if kind == _PLANE or (mx == 0.0 and my == 0.0 and mz == 0.0):
         return distance, nx, ny, nz

@@ -50,7 +50,7 @@ class ArmWay:
         self._watch([])
 
     def look_at_all(self) -> None:
-        """In the next tick all that is near is looked at, whether it is due or not."""
+        """Have all that is near looked at in the next tick, whether it is due or not."""
         self.look_at_m = self.next_m = -_FAR
         for row in range(len(self.watched)):
             self._due[row] = -_FAR

@@ -70,8 +70,8 @@ def sag(part: Part, face: Ground) -> float:
 
 
 def moved(body: Body, faces: Sequence[Ground], time_s: float, beside: Sequence[Outline] = ()) -> Body:
-    """After a time; `faces` are those of what there is besides itself, and `beside` is all of that from
-    above."""
+    """Where a part is after a time; `faces` are those of what there is besides itself, and `beside` is all of
+    that from above."""
     left = time_s
     passed: set[str] = set()
     for _ in range(MOST_EVENTS):
@@ -145,7 +145,8 @@ def _aside(own: Outline, low: float, beside: Sequence[Outline]) -> tuple[float, 
 def _fallen(
     body: Body, faces: Sequence[Ground], left: float, beside: Sequence[Outline], passed: set[str]
 ) -> tuple[Body, float]:
-    """In the air up to when it lands, passes something, or for as long as is left; and what then is left."""
+    """A part in the air up to when it lands, passes something, or for as long as is left; and what then is
+    left."""
     (x, y, z), (vx, vy, vz) = body.pose.translation, body.velocity
     bottom = body.bottom
 
@@ -215,8 +216,8 @@ def _gone_aside(body: Body, way: tuple[float, float]) -> Body:
 
 
 def _slid(body: Body, face: Ground, left: float, beside: Sequence[Outline]) -> tuple[Body, float]:
-    """Along a face until it rests, or its middle is over the edge and there is room beside; and what then is
-    left of the time."""
+    """A part that slides until it rests, or its middle is over the edge of the face and there is room beside;
+    and what then is left of the time."""
     (x, y, z), (vx, vy, _) = body.pose.translation, body.velocity
     speed = sqrt(vx * vx + vy * vy)
     braking = body.part.friction * GRAVITY_M_S2
