@@ -23,12 +23,10 @@ from tests.handling.scenes import TABLE_MM
 from tests.samples import some
 
 BENT = 0.02
-"""Part of the arm's work: that is found by the forces at the end of each tick, and a corner that slides round
-a jaw is pushed another way then than at the beginning."""
+"""Part of the arm's work, which is found by the forces at the end of each tick."""
 OFF = 0.02
-"""Part of an impulse: the arm feels an edge that slides round a jaw in another direction than the part does,
-and many parts in a row may not be in balance yet when a tick ends. What is taken from the parts' speed, so
-that they gain no energy, was nothing in ten seeds that were looked at."""
+"""Part of an impulse: many parts in a row may not be in balance yet when a tick ends, and the arm does not
+feel what is taken from the parts' speed, so that they gain no energy."""
 LEAST_NS = 1e-3
 DEEP_MM = 1.5
 """Besides what the upper one has sunk in by its weight: heights that differ by 1 mm count as the same, and
