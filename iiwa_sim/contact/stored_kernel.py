@@ -5,9 +5,10 @@ is no plane. Where the arm, or what it holds, presses otherwise at the end of a 
 ways are found again with planes as they are there, so that a part gets the force that the arm feels.
 
 What would be too much at the end of a tick is taken from the parts' speed, and if that is not enough, from
-their way. So parts and springs have no more energy than before, and than the arm gives: that is the force
-that it feels when the tick has ended, along the way that it has gone in it. What it has pressed into springs
-besides, in a kick that ends within the tick or where a corner turns round it, is taken from the speed, too.
+their way. So parts and springs have no more energy than before the parts went. Of links, tools and jaws they
+have no more than these give: by the force that the arm feels when the tick has ended, along the way that it
+has gone in it. What these have pressed into springs besides, in a kick that ends within the tick or where a
+corner turns round them, is taken from the speed, too; of what the jaws hold it is not.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -81,8 +82,8 @@ class Stored(Carried):
 
     @cython.cfunc
     def _bend(self) -> object:
-        """Find the ways anew where what the arm presses on is deeper at their ends than its planes say, or
-        less deep: with planes as they are there. So a part gets the force that the arm feels."""
+        """Find the ways anew where a part presses on the arm, or on what that holds, more or less at their
+        ends than its planes say: with planes as they are there. So it gets the force that the arm feels."""
         for _round in range(_ROUNDS):
             self._put(1.0)
             bent: cython.bint = False
@@ -112,10 +113,8 @@ class Stored(Carried):
             n = self._group[k]
             side: cython.Py_ssize_t = 1 if self._moved[q, 0] > 0.0 else 0
             x = self._i[m, side]
-            lx: cython.double = c[m, 17 + 2 * side] - p[n, 9] - e[k, 0]
-            ly: cython.double = c[m, 18 + 2 * side] - p[n, 10] - e[k, 1]
-            if x >= 0:
-                lx, ly = lx + p[x, 9], ly + p[x, 10]
+            lx: cython.double = c[m, 17 + 2 * side] - p[n, 9] - e[k, 0] + p[x, 9]
+            ly: cython.double = c[m, 18 + 2 * side] - p[n, 10] - e[k, 1] + p[x, 10]
             self._moved[q, 3] = lx * c[m, 15] - ly * c[m, 14]
             self._open[k] = 1
         c[m, 29] = 0.0

@@ -206,12 +206,11 @@ def test_parts_get_no_work_that_the_arm_does_not_feel(scene: Callable[[int], obj
 
 @pytest.mark.parametrize(("scene", "seed"), [(stacks, 118), (stacks, 1220025)])
 def test_what_lies_on_a_part_is_lifted_by_the_arm_alone(scene: Callable[[int], object], seed: int) -> None:
-    """Once the spring below a part lifted that for nothing: up to 15 % of the work came from nowhere."""
+    """Once the spring below a part lifted that for nothing: up to 7 % of the work came from nowhere."""
     scene(seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scene", "seed"), [(stacks, 101), (ploughs, 106), (ploughs, 254)])
-def test_what_lands_sliding_is_felt_where_it_is(scene: Callable[[int], object], seed: int) -> None:
-    """Once the arm took it to be where it had landed: up to 1.6 J came from nowhere."""
-    scene(seed)
+def test_what_lands_sliding_is_felt_where_it_is() -> None:
+    """Once the arm took it to be where it had landed: 1.6 J came from nowhere."""
+    stacks(101)
