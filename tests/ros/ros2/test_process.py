@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import signal
+import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
+from subprocess import PIPE
 from typing import Any
 
 import pytest
 
+from iiwa_sim.ros import ros2
 from iiwa_sim.ros.conventions import Conventions, Stamps
 from iiwa_sim.ros.fault import RosFault
 from iiwa_sim.ros.ros2 import environment
 from iiwa_sim.ros.ros2.environment import default_folder, found_python, make, python_in
 from iiwa_sim.simulator import Simulator
-from tests.processes import refused, running, succeeds
+from tests.processes import killed_unless_done, refused, running, succeeds
 from tests.ros.ros2.users import CELL
 from tests.talking import Client, until
 
@@ -52,7 +56,26 @@ node.destroy_node()
 rclpy.shutdown()
 """
 """Of a user: prints the time of /clock, then the stamps of 50 joint states, in ns."""
+DEAF = """
+import sys
 
+sys.path.append(sys.argv[1])
+
+import rclpy.executors
+from rclpy_node.main import run
+
+
+class Deaf(rclpy.executors.MultiThreadedExecutor):
+    def spin(self):
+        raise RuntimeError("deaf")
+
+
+rclpy.executors.MultiThreadedExecutor = Deaf
+run()
+"""
+"""A robot's node with an executor that fails."""
+NOTHING = {each: [] for each in ("publish", "subscribe", "serve", "actions", "parameters")}
+FIRST_LINE = json.dumps({"node": "iiwa_sim", "namespace": CELL, **NOTHING}) + "\n"
 
 BAD = """
 import sys
@@ -121,6 +144,20 @@ async def test_states_come_100_times_in_a_second_of_simulated_time_at_every_cloc
     assert all(each > 0 and each % 10_000_000 == 0 for each in apart), "one each 10 ms, but for those lost"
     assert 0 < int(told.split()[1]) <= now_ns
     assert times[-1] <= now_ns
+
+
+def test_a_node_that_can_hear_nothing_any_more_ends_with_the_reason(python: Path) -> None:
+    with subprocess.Popen(
+        [python, "-c", DEAF, Path(ros2.__file__).parent], stdin=PIPE, stdout=PIPE, stderr=PIPE, text=True
+    ) as node:
+        assert node.stdin is not None
+        assert node.stderr is not None
+        node.stdin.write(FIRST_LINE)
+        node.stdin.flush()  # and not closed: the node of a robot ends by itself here, or never
+        with killed_unless_done(node):
+            said = node.stderr.read()
+    assert node.returncode == 1
+    assert "RuntimeError: deaf" in said
 
 
 async def test_a_node_whose_process_ends_is_there_again(python: Path) -> None:

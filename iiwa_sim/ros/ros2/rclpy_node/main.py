@@ -30,6 +30,7 @@ import json
 import os
 import sys
 import threading
+import traceback
 from collections.abc import Callable
 from typing import Any
 
@@ -85,8 +86,13 @@ def main() -> None:
     executor.add_node(node)
 
     def spin() -> None:
-        with contextlib.suppress(ros.executors.ExternalShutdownException):
+        try:
             executor.spin()
+        except ros.executors.ExternalShutdownException:
+            pass
+        except Exception:  # noqa: BLE001 (whatever it is, the node hears nothing from now on)
+            traceback.print_exc()
+            os._exit(1)  # iiwa-sim starts another
 
     spinning = threading.Thread(target=spin, name="spin")
     spinning.start()
