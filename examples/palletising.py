@@ -45,6 +45,15 @@ def done(robot: Iiwa, wait: Wait) -> None:
         wait(0.01)
 
 
+def settled(robot: Iiwa, wait: Wait) -> None:
+    """What the robot presses on gives way no more: the force stays as it is."""
+    before, times = robot.get_cartesian_force(), 0
+    while times < 3:
+        wait(0.02)
+        now = robot.get_cartesian_force()
+        before, times = now, times + 1 if now == before else 0
+
+
 def pick(robot: Iiwa, x_mm: float, y_mm: float, wait: Wait = time.sleep) -> None:
     """Grip the box that stands there, and lift it."""
     robot.ptp_move((x_mm, y_mm, GRASP_MM + ABOVE_MM, *DOWN), speed=1, blending=0)
@@ -67,6 +76,7 @@ def put(robot: Iiwa, x_mm: float, y_mm: float, wait: Wait = time.sleep) -> float
     robot.linforcez_move((x_mm, y_mm, GRASP_MM - 10, *DOWN), speed=0.05, blending=0, thresholdZ=8)
     done(robot, wait)
     felt_mm = robot.get_tool_frame().z
+    settled(robot, wait)
     robot.set_output(CLOSE, value=False)
     wait_for(robot, OPEN, wait=wait)
     robot.set_tool_load(TOOL_KG, TOOL)

@@ -23,17 +23,17 @@ _CYLINDER = cython.declare(cython.int, 3)
 _ROUNDING = cython.declare(cython.double, 1e-9)
 _MOST_PLACES = cython.declare(cython.longlong, 64)  # of a pair
 _MOST_BODIES = cython.declare(cython.longlong, 1048576)
-# Remembered of a place: the way out, where it was from the middle of the body, how far it rubbed, and how
-# deep it pressed.
-_NUMBERS = cython.declare(cython.Py_ssize_t, 10)
+# Remembered of a place: the way out, where it was from the middle of the body, how far it rubbed, how deep it
+# pressed, and how deep it was in there without pressing.
+_NUMBERS = cython.declare(cython.Py_ssize_t, 11)
 
-WIDE = 37
+WIDE = 39
 """Numbers of a place in this tick: where from the middle of its body, or in the base (3), radius; stiffness,
 friction, friction's stiffness; by which way it has come in (3), how far it has rubbed (3); depth, way out
 (3), lever in both bodies (2 each), limit of friction; as `_touch` finds it: what is to be remembered (3),
 where from the middle of the other (3), depth; depth of its plane with all where they were before; how deep it
 may press at first, and how deep it is in there without pressing; of the arm: how deep it was a tick ago, and
-how far it has gone since (3)."""
+how far it has gone since (3); how much of its depth did not press, and how far it was brought since."""
 
 # Of a place that has gone farther (m) since it was seen last it is not known by which way it has come in.
 _FORGETS = cython.declare(cython.double, 5e-3)
@@ -101,9 +101,8 @@ class Bodies:
         self._upright[n] = self._axis_up(n)
         p, size = self._pose, self._size
         far: cython.double
-        along: cython.double
         for row in range(3):
-            along = p[n, 3 * row + 2]
+            along: cython.double = p[n, 3 * row + 2]
             if self._kind[n] == _BOX:
                 far = fabs(p[n, 3 * row]) * size[n, 0] + fabs(p[n, 3 * row + 1]) * size[n, 1]
                 far += fabs(along) * size[n, 2]
@@ -260,7 +259,7 @@ class Bodies:
         c, m, i = self._c, self._memory, self._i
         for k in range(7, 13):
             c[n, k] = 0.0
-        c[n, 31] = 0.0
+        c[n, 31], c[n, 33], c[n, 37], c[n, 38] = 0.0, -1.0, 0.0, 0.0
         slot: cython.Py_ssize_t = self._find(self._k[n])
         if self._keys[slot] == -1:
             return
@@ -271,11 +270,13 @@ class Bodies:
             off = c[n, k] - self._pose[i[n, 1], 9 + k] - m[slot, 3 + k]
             if x >= 0:
                 off += self._pose[x, 9 + k]
+            c[n, 34 + k] = off
             square += off * off
         if square < _FORGETS * _FORGETS:
             for k in range(3):
                 c[n, 7 + k], c[n, 10 + k] = m[slot, k], m[slot, 6 + k]
-            c[n, 31] = max(0.0, m[slot, 9])
+            c[n, 31] = c[n, 33] = max(0.0, m[slot, 9])
+            c[n, 37] = m[slot, 10]
 
     @cython.cfunc
     def _remember(self, n: cython.Py_ssize_t, near_m: cython.double) -> object:
@@ -295,5 +296,5 @@ class Bodies:
             self._used += 1
         for k in range(3):
             m[slot, k], m[slot, 3 + k], m[slot, 6 + k] = c[n, 22 + k], c[n, 25 + k], c[n, 10 + k]
-        m[slot, 9] = c[n, 28]
+        m[slot, 9], m[slot, 10] = c[n, 28], c[n, 30]
         return None

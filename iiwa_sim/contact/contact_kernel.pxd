@@ -4,6 +4,7 @@ cdef (double, double, double) turn_between(double[::1] before, double[::1] after
 cdef class Contact:
     cdef readonly object surface
     cdef readonly bint touched         # by the TCP where it has been last
+    cdef public double unpressed       # so much of how deep the TCP is presses nothing, less as it comes out (m)
     cdef double _radius
     cdef double _reach_squared
     cdef double _stiffness

@@ -30,7 +30,8 @@ from cython.cimports.libc.math import fabs, sqrt
 
 from iiwa_sim.contact.shapes import Box, Plane
 from iiwa_sim.contact.surface import Surface
-from iiwa_sim.frames import apply, inverse, rotate, transpose
+from iiwa_sim.contact.ways_in_kernel import NOT_IN
+from iiwa_sim.frames import Vector, apply, inverse, rotate, transpose
 
 # The anchor is dragged where it is farther away by this than it can be held. Rounding alone would otherwise
 # move it while the TCP stands still.
@@ -75,6 +76,7 @@ class Contact:
         self.touched = self._anchored = False
         self._ax = self._ay = self._az = 0.0
         self._ux = self._uy = self._uz = 0.0
+        self.unpressed = 0.0
         self._known = False
         self._wx = self._wy = self._wz = 0.0
         self._come(None)
@@ -94,12 +96,16 @@ class Contact:
         """The surface is moved to another pose, and takes along what holds the TCP on it. The sphere, which
         has not turned, rolls back where the surface has."""
         before, after = self.surface.pose, surface.pose
+        if not self._anchored:
+            self._put(surface)
+            return
         self._ax, self._ay, self._az = apply(after, apply(inverse(before), (self._ax, self._ay, self._az)))
         up = rotate(transpose(before.rotation), (self._ux, self._uy, self._uz))
         self._ux, self._uy, self._uz = rotate(after.rotation, up)
         self._put(surface)
-        x, y, z = turn_between(np.array(before.rotation), np.array(after.rotation))
-        self.roll(-x, -y, -z)
+        if self._radius > 0.0:
+            x, y, z = turn_between(np.array(before.rotation), np.array(after.rotation))
+            self.roll(-x, -y, -z)
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -109,6 +115,23 @@ class Contact:
             self._ax += self._radius * (wy * self._uz - wz * self._uy)
             self._ay += self._radius * (wz * self._ux - wx * self._uz)
             self._az += self._radius * (wx * self._uy - wy * self._ux)
+
+    def came_and_rubbed(self, place: Vector) -> tuple[Vector, Vector]:
+        """If the TCP is at a place now: the way out by which it has come in, in the frame of the shape, 0 0 0
+        where it does not touch; and how far (m, in the base) friction's spring is wound."""
+        x, y, z = place
+        self._find_depth(x, y, z, False)
+        if self._depth <= 0.0:
+            return NOT_IN, NOT_IN
+        nx, ny, nz = self._nx, self._ny, self._nz
+        cx = self._r0 * nx + self._r3 * ny + self._r6 * nz
+        cy = self._r1 * nx + self._r4 * ny + self._r7 * nz
+        cz = self._r2 * nx + self._r5 * ny + self._r8 * nz
+        if not self._anchored:
+            return (cx, cy, cz), NOT_IN
+        x, y, z = x - self._ax, y - self._ay, z - self._az
+        behind: cython.double = x * nx + y * ny + z * nz
+        return (cx, cy, cz), (x - behind * nx, y - behind * ny, z - behind * nz)
 
     def memory(self) -> Any:
         """What the surface remembers of the TCP. Where a tick leaves that as it is, and the TCP stands, so
@@ -120,13 +143,14 @@ class Contact:
         """All that the surface remembers, to be brought back."""
         held: Any = [bool(self.touched), bool(self._anchored), bool(self._known), self._came]
         held += [self._ax, self._ay, self._az, self._ux, self._uy, self._uz]
-        return [*held, self._wx, self._wy, self._wz]
+        return [*held, self._wx, self._wy, self._wz, self.unpressed]
 
     def restore(self, kept: Any) -> None:
         """Remember that again."""
         self.touched, self._anchored, self._known, came = kept[:4]
         self._come(came)
-        self._ax, self._ay, self._az, self._ux, self._uy, self._uz, self._wx, self._wy, self._wz = kept[4:]
+        self._ax, self._ay, self._az, self._ux, self._uy, self._uz = kept[4:10]
+        self._wx, self._wy, self._wz, self.unpressed = kept[10:]
 
     @cython.cfunc
     @cython.exceptval(-1, check=True)
@@ -145,8 +169,11 @@ class Contact:
             self._depth = self._height - (self._nx * px + self._ny * py + self._nz * pz)
         else:
             self._find_depth(px, py, pz, remember)
+        unpressed: cython.double = min(self.unpressed, max(0.0, self._depth))
         if remember:
             self.touched = self._depth > 0.0
+            self.unpressed = unpressed
+        self._depth -= unpressed
         if self._depth <= 0.0:
             if remember:
                 self._anchored = False

@@ -39,6 +39,10 @@ class Crowd(Stored):
 
     stored_j: float = cython.declare(cython.double, visibility="readonly")
     """What springs between bodies store, of all that were pushed last (J)."""
+    unpressed: Any = cython.declare(object, visibility="readonly")
+    """How deep (m) the held part is in others without pressing, by the numbers of part and place."""
+    pressed: Any = cython.declare(object, visibility="readonly")
+    """The numbers of parts on which links, tool or jaws press."""
     _lies: cython.char[::1]
     _rubs: cython.char[::1]  # whether friction's springs below it are wound
     _balls: Any  # by the parts on which they press
@@ -49,10 +53,9 @@ class Crowd(Stored):
         Stored.__init__(self, count, tick_s)
         least = max(count, 1)
         self.stored_j = self._stored = self._share = self._slower = 0.0
-        self._lies: Any = np.zeros(least, dtype=np.int8)
-        self._rubs: Any = np.zeros(least, dtype=np.int8)
+        self._lies, self._rubs = np.zeros((2, least), dtype=np.int8)
         self._bound = np.zeros(least)
-        self._balls: Any = {}
+        self._balls, self.unpressed, self.pressed = {}, {}, set()
 
     def lay(self, part: int, laid: LyingPart | None) -> None:
         """A part lies there, or does not lie."""
@@ -79,11 +82,10 @@ class Crowd(Stored):
         """The arm holds a part there in this tick, which it has brought so far, or none; nothing presses on
         parts yet."""
         n: cython.Py_ssize_t
-        self._held = -1 if solid is None else part
-        self._brought = brought_m
+        self._held, self._brought = (-1 if solid is None else part), brought_m
         if solid is not None:
             self._put_body(part, solid)
-        self._balls: Any = {}
+        self._balls, self.unpressed, self.pressed = {}, {}, set()
         for n in range(self._parts):
             self._deep[n] = 0.0
 
@@ -94,12 +96,13 @@ class Crowd(Stored):
         Balls do not count where a part rests and none is in it: whether somebody looks must change nothing.
         """
         n: cython.Py_ssize_t = part
-        self._balls[part] = balls
-        self._met = 0
+        self._balls[part], self._met = balls, 0
         self._of_the_arm(n)
         deepest: cython.double = -1e9
         for c in range(self._met):
             deepest = max(deepest, self._c[c, 13])
+            if self._k[c] == -2 and self._c[c, 13] > 0.0:
+                self.pressed.add(part)
         self._deep[n] = max(0.0, deepest)
         if still and deepest <= 0.0:
             del self._balls[part]
@@ -122,15 +125,16 @@ class Crowd(Stored):
             for k in range(3):
                 self._c[c, k], self._c[c, 34 + k] = middle[k], went[k]
             self._c[c, 3], self._c[c, 4] = radius, stiffness
-            self._c[c, 5], self._c[c, 6], self._c[c, 33] = friction, holding, was_deep
+            self._c[c, 5], self._c[c, 6] = friction, holding
+            self._c[c, 31], self._c[c, 33] = 1e9, was_deep  # what the arm itself is in is known elsewhere
             if held >= 0:
                 self._recall(c)
-                self._c[c, 31] += self._brought
-            else:
-                self._c[c, 31] = 1e9  # what the arm itself is in is known elsewhere
-                for k in range(3):
-                    self._c[c, 7 + k], self._c[c, 10 + k] = came[k], rubbed[k]
+                self._c[c, 38] = self._brought
+            for k in range(3):
+                self._c[c, 7 + k], self._c[c, 10 + k] = came[k], rubbed[k]
             self._touch(c, False, True)
+            if held >= 0 and self._c[c, 30] > 1e-9:
+                self.unpressed[n, place] = self._c[c, 30]
             if self._is_beside(c):
                 self._met += 1
         if self._held >= 0 and self._apart(n, self._held) < 0.05:
@@ -245,8 +249,7 @@ class Crowd(Stored):
             if self._rubs[n]:
                 return True
             for i in range(4):
-                if self._velocity[n, i] != 0.0:
-                    moves = True
+                moves = moves or self._velocity[n, i] != 0.0
         return moves and (self._met > 0 or self._velocity[self._group[0], 3] != 0.0)
 
     @cython.cfunc
@@ -265,10 +268,9 @@ class Crowd(Stored):
                 return None
         per: cython.double = self._slower / self._tick
         velocity = (per * way[0], per * way[1], per * way[2], per * way[3])
-        wound = []
+        wound: list[float] = []
         for j in range(4):
-            x, y = self._winds(k, j, self._share == 1.0)
-            wound += [x, y]
+            wound += self._winds(k, j, self._share == 1.0)
         pressed: cython.bint = False
         for at in range(self._first[k], self._first[k + 1]):
             pressed = pressed or self._c[self._of[self._mine[at], 1], 28] > 0.0
@@ -283,8 +285,7 @@ class Crowd(Stored):
         for n in range(self._parts):
             if self._held < 0 or not self._lies[n] or self._apart(n, self._held) >= 0.0:
                 continue
-            balls, self._balls = self._balls, {}
-            self._met = 0
+            balls, self._balls, self._met = self._balls, {}, 0
             self._of_the_arm(n)
             self._balls = balls
             for m in range(self._met):
@@ -293,8 +294,7 @@ class Crowd(Stored):
                     continue
                 fx, fy, fz = -f * c[m, 14], -f * c[m, 15], -f * c[m, 16]
                 x, y, z = c[m, 25], c[m, 26], c[m, 27]
-                for i, each in enumerate((fx, fy, fz)):
-                    force[i] += each
-                for i, each in enumerate((y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)):
-                    torque[i] += each
+                levers = (y * fz - z * fy, z * fx - x * fz, x * fy - y * fx)
+                force = [a + b for a, b in zip(force, (fx, fy, fz), strict=True)]
+                torque = [a + b for a, b in zip(torque, levers, strict=True)]
         return (force[0], force[1], force[2]), (torque[0], torque[1], torque[2])

@@ -170,7 +170,7 @@ class Places(Bodies):
         c[n, 5] = min(self._material[x, 1], self._material[y, 1]) if rubs else 0.0
         self._recall(n)
         if self._held >= 0 and (x == self._held or y == self._held):
-            c[n, 31] += self._brought
+            c[n, 38] = self._brought
         if self._touch(n, False, True) > -reach and self._is_beside(n):
             self._met += 1
         return None
@@ -252,17 +252,17 @@ class Places(Bodies):
             level = sqrt(ux * ux + uy * uy)
         depth: cython.double = radius * level - distance
         if not moved:
-            c[n, 32] = max(0.0, depth - c[n, 31])
-        depth -= min(c[n, 32], max(0.0, depth))
+            more: cython.double = depth - c[n, 31]
+            c[n, 32] = max(0.0, more - c[n, 38], min(c[n, 37], more))
+        c[n, 30] = min(c[n, 32], max(0.0, depth))
+        depth -= c[n, 30]
         c[n, 28] = depth
         if not moved:
             c[n, 13] = depth
         if plane:
             c[n, 14], c[n, 15], c[n, 16] = ux, uy, uz
             # Where it touches, from where both middles were before.
-            far: cython.double = radius
-            if self._i[n, 2]:
-                far = radius / level if level > 0.0 else 0.0
+            far: cython.double = radius if level == 1.0 else (radius / level if level > 0.0 else 0.0)
             px, py = px - far * ux, py - far * uy
             c[n, 19], c[n, 20] = px - p[y, 9], py - p[y, 10]
             if x >= 0:
@@ -273,23 +273,19 @@ class Places(Bodies):
     @cython.exceptval(check=False)
     def _depth(self, m: cython.Py_ssize_t) -> cython.double:
         """Depth (m) of a place, taken for a plane, when parts have gone the ways that are tried."""
-        depth: cython.double = self._c[m, 29]
+        c, t, moved = self._c, self._t, self._moved
+        depth: cython.double = c[m, 29]
         q: cython.Py_ssize_t
-        k: cython.Py_ssize_t
-        out: cython.double
         for q in range(self._i[m, 4], self._i[m, 5]):
-            k = self._of[q, 0]
-            out = self._c[m, 14] * self._t[k, 0] + self._c[m, 15] * self._t[k, 1]
-            out += self._c[m, 16] * self._t[k, 2]
-            out += self._moved[q, 3] * self._t[k, 3]
-            depth += self._moved[q, 0] * out
+            k: cython.Py_ssize_t = self._of[q, 0]
+            out: cython.double = c[m, 14] * t[k, 0] + c[m, 15] * t[k, 1] + c[m, 16] * t[k, 2]
+            depth += moved[q, 0] * (out + moved[q, 3] * t[k, 3])
         return depth
 
     @cython.cfunc
     @cython.exceptval(check=False)
     def _rub(self, m: cython.Py_ssize_t) -> tuple[cython.double, cython.double, cython.double]:
-        """How far friction's spring at a place would be wound (m), if it held all, at the ways that are
-        tried."""
+        """How far friction's spring at a place would be wound (m) at the ways that are tried, if it held."""
         ux: cython.double = 0.0
         uy: cython.double = 0.0
         uz: cython.double = 0.0

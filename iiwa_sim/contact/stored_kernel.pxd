@@ -8,7 +8,7 @@ cdef class Stored(Carried):
     cdef double _slower
     cdef void _rest_on(self, Py_ssize_t n, double mass, double more, double about) noexcept
     cdef object _bend(self)
-    cdef bint _take_plane(self, Py_ssize_t m) noexcept
+    cdef bint _take_plane(self, Py_ssize_t m, bint turns) noexcept
     cdef object _go(self)
     cdef double _energy(self, Py_ssize_t k, double share) noexcept
     cdef double _gained(self, bint winds) noexcept

@@ -5,10 +5,10 @@ is no plane. Where the arm, or what it holds, presses otherwise at the end of a 
 ways are found again with planes as they are there, so that a part gets the force that the arm feels.
 
 What would be too much at the end of a tick is taken from the parts' speed, and if that is not enough, from
-their way. So parts and springs have no more energy than before the parts went. Of links, tools and jaws they
-have no more than these give: by the force that the arm feels when the tick has ended, along the way that it
-has gone in it. What these have pressed into springs besides, in a kick that ends within the tick or where a
-corner turns round them, is taken from the speed, too; of what the jaws hold it is not.
+their way. So parts and springs have no more energy than before the parts went. Of links, tools, jaws
+and what these hold they have no more than these give: by the force that the arm feels when the tick has
+ended, along the way that it has gone in it. What these have pressed into springs besides, in a kick that
+ends within the tick or where a corner turns round them, is taken from the speed, too.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -30,6 +30,8 @@ _NEAR = cython.declare(cython.double, NEAR_M)
 _ROUNDS = cython.declare(cython.Py_ssize_t, 3)
 _FLAT_M = cython.declare(cython.double, 1e-9)
 _FLAT = cython.declare(cython.double, 1e-3)
+# It is out by the same side as before where the cosine between the ways out is more.
+_SAME_SIDE = cython.declare(cython.double, 0.5)
 _HALVINGS = cython.declare(cython.Py_ssize_t, 12)
 _SPHERE = cython.declare(cython.int, 2)
 _CYLINDER = cython.declare(cython.int, 3)
@@ -84,12 +86,12 @@ class Stored(Carried):
     def _bend(self) -> object:
         """Find the ways anew where a part presses on the arm, or on what that holds, more or less at their
         ends than its planes say: with planes as they are there. So it gets the force that the arm feels."""
-        for _round in range(_ROUNDS):
+        for again in range(_ROUNDS):
             self._put(1.0)
             bent: cython.bint = False
             for m in range(self._met):
                 if self._i[m, 0] < 0 or self._i[m, 1] == self._held:
-                    bent = self._take_plane(m) or bent
+                    bent = self._take_plane(m, again + 1 < _ROUNDS) or bent
             if not bent:
                 return None
             self._balance()
@@ -97,8 +99,11 @@ class Stored(Carried):
 
     @cython.cfunc
     @cython.exceptval(check=False)
-    def _take_plane(self, m: cython.Py_ssize_t) -> cython.bint:
-        """Take the plane of a place where all are now, unless it is there already; whether it was not."""
+    def _take_plane(self, m: cython.Py_ssize_t, turns: cython.bint) -> cython.bint:
+        """Take the plane of a place where all are now, unless it is there already; whether it was not.
+
+        Where it `turns`, the plane may be of another side than that by which the place has come in.
+        """
         c, p, e = self._c, self._pose, self._e
         k: cython.Py_ssize_t
         q: cython.Py_ssize_t
@@ -107,6 +112,9 @@ class Stored(Carried):
         plane: cython.double = self._depth(m)
         if max(depth, plane) <= 0.0 or fabs(depth - plane) <= _FLAT_M + _FLAT * fabs(depth):
             return False
+        along: cython.double = c[m, 22] * c[m, 7] + c[m, 23] * c[m, 8] + c[m, 24] * c[m, 9]
+        if along < _SAME_SIDE and not turns:
+            return False  # past an edge it is not pressed, comes back, and is pressed past it again
         depth = self._touch(m, True, True)
         for q in range(self._i[m, 4], self._i[m, 5]):
             k = self._of[q, 0]
@@ -188,7 +196,7 @@ class Stored(Carried):
         for m in range(self._met):
             one, two = max(0.0, c[m, 13]), max(0.0, self._touch(m, True, False))
             total += 0.5 * c[m, 4] * (two * two - one * one)
-            if self._i[m, 0] < 0 and c[m, 33] >= 0.0:
+            if c[m, 33] >= 0.0 and (self._i[m, 0] < 0 or self._i[m, 1] == self._held):
                 went: cython.double = c[m, 14] * c[m, 34] + c[m, 15] * c[m, 35] + c[m, 16] * c[m, 36]
                 unfelt += max(0.0, c[m, 4] * (0.5 * one * one - 0.5 * c[m, 33] * c[m, 33] + two * went))
             stored += 0.5 * c[m, 4] * two * two

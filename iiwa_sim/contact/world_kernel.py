@@ -14,6 +14,7 @@ import cython
 import numpy as np
 
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.ways_in_kernel import NOT_IN
 from iiwa_sim.frames import Rotation, Transform, Vector
 from iiwa_sim.wrench import NO_TOUCH, Touch
 
@@ -68,10 +69,27 @@ class World(Feeling):
         """Whether a surface, which must be there, was touched where the TCP has been last."""
         return bool(self._contacts[name].touched)
 
+    def pushing(self) -> list[str]:
+        """The names of those that were touched where the TCP has been last, also of one through which it has
+        been pressed."""
+        return [contact.surface.name for contact in self._all if contact.touched]
+
     def outward(self, name: str) -> Vector:
         """Which way a surface, which must be there and touched, pushes: a unit vector in the base."""
         contact: Contact = self._contacts[name]
         return (contact._nx, contact._ny, contact._nz)
+
+    def came_and_rubbed(self, name: str, place: Vector) -> tuple[Vector, Vector]:
+        """If the TCP is at a place now, of a surface, if that is there: the way out by which it has come in,
+        in the frame of the shape, 0 0 0 where it does not touch; and how far (m, in the base) friction's
+        spring is wound."""
+        contact = self._contacts.get(name)
+        return (NOT_IN, NOT_IN) if contact is None else contact.came_and_rubbed(place)
+
+    def leave(self, name: str, unpressed_m: float) -> None:
+        """Have so much of how deep the TCP is in a surface, if it is there, press nothing."""
+        if name in self._contacts:
+            self._contacts[name].unpressed = unpressed_m
 
     def roll(self, rotation: Rotation) -> None:
         """The TCP is turned like that in the base now, and has turned since the last call, by little."""
@@ -108,8 +126,8 @@ class World(Feeling):
             self.put(surface)
 
     def memory(self) -> Any:
-        """What all surfaces remember of the TCP, to be compared."""
-        return [contact.memory() for contact in self._all]
+        """What all surfaces that it touches remember of the TCP, to be compared."""
+        return [contact.memory() for contact in self._all if contact.touched]
 
     def kept(self) -> Any:
         """What all surfaces remember of the TCP, by their names, to be brought back."""

@@ -123,15 +123,14 @@ class Aside(ArmWay):
     def _near_ones(self, held: Held | None, tcp: Any, joints: Any, moving: Any) -> object:
         """The names of those that move, or that are due and on which arm or held part may press; in the order
         of the cell: what becomes of them must not depend on when they were looked at."""
-        near = []
+        near = {*moving}
         row: cython.Py_ssize_t
         links: LinksBeside = self._load.surround(joints)
-        for name in sorted({*moving, *self.watched}, key=self._parts.numbers.get) if moving else self.watched:
-            row = self._rows.get(name, -1)
-            due: cython.bint = row >= 0 and self._due[row] <= self._way
-            if name in moving or (due and self._gap(row, links, held, tcp) <= _CLOSE):
-                near.append(name)
-        return near
+        for row in range(self._due.shape[0]):
+            due: cython.bint = self._due[row] <= self._way and self.watched[row] not in near
+            if due and self._gap(row, links, held, tcp) <= _CLOSE:
+                near.add(self.watched[row])
+        return sorted(near, key=self._parts.numbers.get) if near else ()
 
     @cython.cfunc
     @cython.exceptval(-1.0, check=True)
@@ -208,9 +207,9 @@ class Aside(ArmWay):
         if held is not None:
             known.look()
             force, torque = crowd.on_held()
-            if force != STILL:
-                held.touching.besides = force, torque
-                held.quiet = False
+            held.touching.besides = (force, torque) if force != STILL else None
+            held.touching.leave(crowd.unpressed, known.names)
+            held.quiet = held.quiet and force == STILL and not crowd.unpressed
         return None
 
     @cython.cfunc

@@ -28,6 +28,7 @@ class Lying(Pieces):
         self.put: set[str] = set()
         """Parts that are not as they were when the crowd was told last."""
         self._solid: list[Surface] | None = None  # these, and parts that lie
+        self._solid_part: dict[str, Surface] = {}
         self._grounds: list[Ground] | None = None  # level faces of surfaces
         self._upon: dict[str, list[str]] | None = None  # what lies on each
         self._round: list[Outline] | None = None  # surfaces from above
@@ -123,8 +124,11 @@ class Lying(Pieces):
             self._solid = list(self._surfaces)
             for name, each in self._bodies.items():
                 if each.state == LIES:
-                    part = each.part
-                    self._solid.append(Surface(name, part.shape, each.pose, part.stiffness, 0.0, 0.0))
+                    part, solid = each.part, self._solid_part.get(name)
+                    if solid is None or solid.pose is not each.pose:
+                        solid = Surface(name, part.shape, each.pose, part.stiffness, 0.0, 0.0)
+                        self._solid_part[name] = solid
+                    self._solid.append(solid)
         return self._solid
 
 

@@ -1,7 +1,6 @@
 # For the kernel of what touches a part.
 from iiwa_sim.contact.world_kernel cimport World
 
-cdef object touched(World world)
 cdef double away_from(
     double[:, ::1] shapes, int[::1] kinds, Py_ssize_t s, double x, double y, double z
 ) noexcept
@@ -16,6 +15,7 @@ cdef class Near:
     cdef double[::1] _looked           # where its middle was when surfaces were looked for (m)
     cdef bint _has_looked
     cdef dict _near                    # surfaces found then, as it feels them, by name
+    cdef dict _found                   # the same surfaces as they are, by name
     cdef object _all                   # all surfaces that were looked at, and the same of them
     cdef double[:, ::1] _all_shapes
     cdef int[::1] _all_kinds
@@ -23,4 +23,6 @@ cdef class Near:
     cdef double[:, ::1] _shapes        # of those that are near: rotation, place, three sizes
     cdef int[::1] _kinds
     cdef bint _look(self, double x, double y, double z, object surfaces) except? -1
+    cdef object _change(self, object after)
+    cdef object _see(self, object surfaces)
     cdef object _take_near(self, object near)

@@ -44,6 +44,7 @@ class Near:
         self._near: dict[str, Surface] = {}
         self.worlds: dict[int, World] = {}
         self._all: Any = None
+        self._found: dict[str, Surface] = {}
         self._take_near({})
 
     @cython.cfunc
@@ -54,13 +55,11 @@ class Near:
         self._looked[0], self._looked[1], self._looked[2] = x, y, z
         self._has_looked = True
         if surfaces is not self._all:
-            self._all = surfaces
-            self._all_shapes, self._all_kinds = _numbers_of(surfaces)
-            self._extents = np.array([each.shape.extent for each in surfaces])
+            self._see(surfaces)
         reach: cython.double = self._extent + 2.0 * _NEAR
         part, at_once, r = self._part, self.points.at_once, self._all_shapes
-        pushing = {name for world in self.worlds.values() for name in touched(world)}
-        near = {}
+        pushing = {name for world in self.worlds.values() for name in world.pushing()}
+        near, found, rows = {}, {}, []
         for s in range(self._all_kinds.shape[0]):
             px, py, pz = x - r[s, 9], y - r[s, 10], z - r[s, 11]
             far: cython.bint = sqrt(px * px + py * py + pz * pz) - self._extents[s] > reach
@@ -68,14 +67,60 @@ class Near:
             if far and not (pushing and surfaces[s].name in pushing):
                 continue
             each = surfaces[s]
+            name = each.name
+            same: cython.bint = each is self._found.get(name) and name in self._near
+            found[name] = each
+            rows.append(s)
+            if same:
+                near[name] = self._near[name]
+                continue
             stiffness = 1.0 / (1.0 / each.stiffness + 1.0 / part.stiffness) / at_once
-            near[each.name] = each._replace(stiffness=stiffness, friction=part.friction)
+            near[name] = each._replace(stiffness=stiffness, friction=part.friction)
+        self._found = found
         if near == self._near:
             return False
-        for world in self.worlds.values():
-            _change(world, self._near, near)
-        self._take_near(near)
+        if self.worlds:
+            self._change(near)
+        self._near = near
+        self._shapes, self._kinds = np.asarray(r)[rows], np.asarray(self._all_kinds)[rows]
         return True
+
+    @cython.cfunc
+    def _change(self, after: Any) -> object:
+        """Other surfaces are near; points that were near those before remember what they do."""
+        before = self._near
+        gone = [name for name in before if name not in after]
+        for name, now in after.items():
+            was = before.get(name)
+            if now is was:
+                continue
+            new: cython.bint = was is None or now != was._replace(pose=now.pose)
+            for world in self.worlds.values():
+                if new:
+                    world.put(now)
+                else:
+                    world.move(name, now.pose)
+        for name in gone:
+            for world in self.worlds.values():
+                world.remove(name)
+        return None
+
+    @cython.cfunc
+    def _see(self, surfaces: Any) -> object:
+        """Take the numbers of all surfaces; of those that are the same as before they are there."""
+        before, self._all = self._all, surfaces
+        if before is None or len(before) != len(surfaces):
+            self._all_shapes, self._all_kinds = _numbers_of(surfaces)
+            self._extents = np.array([each.shape.extent for each in surfaces])
+            return None
+        for s in range(self._all_kinds.shape[0]):
+            each = surfaces[s]
+            if each is before[s]:
+                continue
+            for k, number in enumerate(_row(each)):
+                self._all_shapes[s, k] = number
+            self._all_kinds[s], self._extents[s] = KINDS[type(each.shape)], each.shape.extent
+        return None
 
     @cython.cfunc
     def _take_near(self, near: Any) -> object:
@@ -86,9 +131,14 @@ class Near:
 
 
 @cython.cfunc
+def _row(surface: Any) -> object:
+    return (*surface.pose[0], *surface.pose[1], *(*surface.shape, 0.0, 0.0, 0.0)[:3])
+
+
+@cython.cfunc
 def _numbers_of(surfaces: Any) -> object:
     """Rows of surfaces (rotation, place, three sizes), and their kinds."""
-    rows = [(*each.pose[0], *each.pose[1], *(*each.shape, 0.0, 0.0, 0.0)[:3]) for each in surfaces]
+    rows = [_row(each) for each in surfaces]
     kinds = np.array([KINDS[type(each.shape)] for each in surfaces], dtype=np.intc)
     return np.array(rows).reshape(len(rows), 15), kinds
 
@@ -116,24 +166,3 @@ def away_from(
         r[s, 2] * x + r[s, 5] * y + r[s, 8] * z,
     )
     return distance
-
-
-@cython.cfunc
-def touched(world: World) -> object:
-    """The names of those that push, also of one through which a point has been pressed."""
-    return [name for name in world.surfaces if world.touched(name)]
-
-
-@cython.cfunc
-def _change(world: World, before: Any, after: Any) -> object:
-    """Other surfaces are near; those that were so before remember what they do."""
-    for name in before:
-        if name not in after:
-            world.remove(name)
-    for name, now in after.items():
-        was = before.get(name)
-        if was is None or now != was._replace(pose=now.pose):
-            world.put(now)
-        elif now != was:
-            world.move(name, now.pose)
-    return None

@@ -9,6 +9,7 @@ from iiwa_sim.contact.crowd import PressingBall
 from iiwa_sim.contact.link_friction_kernel import STIFFEST_N_PER_M
 from iiwa_sim.contact.links_kernel import Links
 from iiwa_sim.contact.surface import Surface
+from iiwa_sim.contact.ways_in_kernel import NOT_IN
 from iiwa_sim.frames import Transform, apply, compose
 from iiwa_sim.handling.falling import Body
 from iiwa_sim.handling.held_kernel import Held
@@ -37,8 +38,12 @@ def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> Iter
         return
     points = points_of(part, upright=held.upright)
     stiffness = in_a_row(part.stiffness, body.part.stiffness) / points.at_once
+    worlds, name = held.touching.worlds, body.part.name
     for place, at in enumerate(points.places):
-        yield PressingBall(apply(solid.pose, at), points.radius_m, stiffness, held=number, place=place)
+        middle = apply(solid.pose, at)
+        came, rubbed = worlds[place].came_and_rubbed(name, middle) if place in worlds else (NOT_IN, NOT_IN)
+        law = stiffness, part.friction, stiffness  # as `touching` has it
+        yield PressingBall(middle, points.radius_m, *law, rubbed, came, held=number, place=place)
 
 
 def solid_of(body: Body) -> Surface:

@@ -7,6 +7,7 @@ cdef class Touching(Near):
     cdef bint _has_measured
     cdef double _known                 # so far points may go from there before that tells nothing any more (m)
     cdef double _free                  # so far they may go from where they are, and touch nothing for sure (m)
+    cdef list _unpressed               # of points and surfaces, how deep: to be told the worlds
     cdef double[:, ::1] _was           # where the points that are close were in the tick before (m)
     cdef char[::1] _has_been
     cdef object _least_of              # surfaces, and the least stiffness of them (N/m)

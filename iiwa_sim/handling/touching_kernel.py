@@ -8,7 +8,7 @@ its points are measured, and none is looked at again before one of them could to
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import cython
@@ -23,11 +23,11 @@ from iiwa_sim.handling.part import LEVEL, Part
 if cython.compiled:
     from cython.cimports.iiwa_sim.contact.at_tcp_kernel import farthest, take
     from cython.cimports.iiwa_sim.contact.world_kernel import World
-    from cython.cimports.iiwa_sim.handling.near_kernel import Near, away_from, touched
+    from cython.cimports.iiwa_sim.handling.near_kernel import Near, away_from
 else:
     from iiwa_sim.contact.at_tcp_kernel import farthest, take
     from iiwa_sim.contact.world_kernel import World
-    from iiwa_sim.handling.near_kernel import Near, away_from, touched
+    from iiwa_sim.handling.near_kernel import Near, away_from
 
 _NEAR = cython.declare(cython.double, NEAR_M)
 # Of surfaces farther away than this (m) it is not asked how far which point is.
@@ -50,6 +50,7 @@ class Touching(Near):
         self._was = np.zeros((len(self._own), 3))
         self._has_been: Any = np.zeros(len(self._own), dtype=np.int8)
         self.besides: tuple[Vector, Vector] | None = None
+        self._unpressed: list[tuple[int, str, float]] = []
         self._least_of: Any = None
         self._least = 1.0
         self.forget()
@@ -78,6 +79,13 @@ class Touching(Near):
     def look_again(self) -> None:
         """Surfaces may have come, moved or gone."""
         self._has_looked, self._free = False, 0.0
+
+    def leave(self, unpressed: Mapping[tuple[int, int], float], names: Sequence[str]) -> None:
+        """Have so much (m) of how deep a point is in a part press nothing, by the part's number among `names`
+        and the point's: it has come there otherwise than by being pressed in."""
+        if unpressed:
+            self._unpressed = [(point, names[part], deep) for (part, point), deep in unpressed.items()]
+            self._free = 0.0
 
     def slides(self) -> None:
         """Note that the part goes some way that `passes` is not told of."""
@@ -201,6 +209,10 @@ class Touching(Near):
             tx, ty, tz = torque
         n: cython.Py_ssize_t
         world: World
+        for point, name, deep in self._unpressed:
+            if point in self.worlds:
+                self.worlds[point].leave(name, deep)
+        self._unpressed = []
         p, own, was = pose, self._own, self._was
         for point, world in self.worlds.items():
             n = point
@@ -258,7 +270,7 @@ class Touching(Near):
                 away = min(away, away_from(self._shapes, self._kinds, s, x, y, z))
             away -= radius
             world = self.worlds.get(n)
-            if away > 2.0 * _CLOSE and not (world is not None and touched(world)):
+            if away > 2.0 * _CLOSE and not (world is not None and world.pushing()):
                 known = min(known, away - _CLOSE)
                 self.worlds.pop(n, None)
                 self._has_been[n] = 0

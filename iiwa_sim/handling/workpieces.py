@@ -6,9 +6,10 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from iiwa_sim.contact.crowd_kernel import Crowd
+from iiwa_sim.contact.moments import GRAVITY_M_S2
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.frames import Transform, Vector
-from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, moved, ridden
+from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES, STILL, Body, landed, moved, ridden, sag
 from iiwa_sim.handling.grip import ROUNDING_M, Between, Grasp, between_pads
 from iiwa_sim.handling.gripper import Gripper
 from iiwa_sim.handling.ground import ground_of, grounds_of
@@ -128,8 +129,36 @@ class Workpieces(Lying):
         name, body = held.part.name, self.bodies[held.part.name]
         onto = pressed_into(body, self._grounds_but(name), held.touching.pressed_from_above)
         self._held = None
-        self._put(Body(held.part, held.pose, held.velocity, FALLS, onto))
+        x, y, z = held.pose.translation
+        up = self._springs_back(onto, held.part.mass_kg)
+        pose = held.pose._replace(translation=(x, y, z + up)) if up else held.pose
+        self._put(Body(held.part, pose, held.velocity, FALLS, onto))
         self._lively.add(name)
+
+    def _springs_back(self, name: str, more_kg: float) -> float:
+        """A part that nothing presses down any more rises, with what lies on it and so much more, to where it
+        would lie by itself; gives how far (m). It does not where the spring below it cannot lift all that."""
+        body = self._bodies.get(name)
+        if body is None or body.state != LIES or not body.settled:
+            return 0.0
+        riders = list(self.riders(name))
+        more_kg += sum(each.part.mass_kg for each in riders)
+        up_m = self._springs_back(body.on, more_kg + body.part.mass_kg)
+        body, face = self._bodies[name], self.face_below(name)
+        assert face is not None
+        rests = landed(body, face)
+        rises_m = rests.bottom - body.bottom
+        soft, sags_m = face.stiffness_below(body.part), sag(body.part, face)
+        stored_j = 0.5 * soft * rises_m * (rises_m + 2.0 * sags_m)
+        lifts_j = (body.part.mass_kg + more_kg) * GRAVITY_M_S2 * rises_m
+        if rises_m <= ROUNDING_M or stored_j < lifts_j or self._number(name) in self.crowd.pressed:
+            return up_m
+        self.put_aside(rests)
+        for each in riders:
+            now = self._bodies[each.part.name]
+            x, y, z = now.pose.translation
+            self.put_aside(now._replace(pose=now.pose._replace(translation=(x, y, z + rises_m))))
+        return up_m + rises_m
 
     def remove(self, name: str) -> None:
         """Take a part away."""
@@ -203,6 +232,10 @@ class Workpieces(Lying):
         self._put(each._replace(pose=pose))
         self._unsettle(name)
 
+    def _number(self, name: str) -> int:
+        """The number of a part in the crowd."""
+        return list(self._bodies).index(name)
+
     def _put(self, body: Body) -> None:
         name = body.part.name
         before, self._bodies[name] = self._bodies[name], body
@@ -222,7 +255,7 @@ class Workpieces(Lying):
             after, below = self._shares(after)
             if below is not None:
                 self._put(below)
-            self.crowd.parted(list(self._bodies).index(name))
+            self.crowd.parted(self._number(name))
         self._put(after)
         if after.settled:
             self._lively.discard(name)

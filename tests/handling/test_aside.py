@@ -221,6 +221,32 @@ def test_a_held_part_pushes_others_and_is_felt() -> None:
     assert not scene.robot.faults
 
 
+@pytest.mark.parametrize(("held", "below", "drags"), [(0.5, 0.1, True), (0.1, 0.5, False)])
+def test_a_held_part_drags_what_it_presses_on_as_far_as_its_friction_goes(
+    held: float, below: float, *, drags: bool
+) -> None:
+    """It feels the friction of the plate on the table where it drags that, else its own on the plate."""
+    plate = Part("plate", Box(0.05, 0.05, 0.01), 0.4, below, 5e4)
+    scene = Scene((BLOCK._replace(friction=held), at(600, 100, TOP)), (plate, at(600, -60, TABLE_MM + 10.0)))
+    scene.picks(600, 100, TABLE_MM + 20.0)
+    scene.goes(down(600, 100, TABLE_MM + 80.0))
+    scene.goes(down(600, -60, TABLE_MM + 80.0))
+    above_mm = 1e3 * scene.body("block").pose.translation[2] - 50.0 - TABLE_MM
+    z_mm = TABLE_MM + 80.0 - above_mm - 0.5
+    scene.rests()
+    free_n = scene.controller.cartesian_force()[2]
+    scene.goes(down(600, -60, z_mm), speed=0.05)
+    scene.rests()
+    pressed_n = abs(scene.controller.cartesian_force()[2] - free_n)
+    assert pressed_n > 1.0
+    felt = pushes(scene, 600, -100, z_mm, speed=0.05)[:, 1]
+    gone_mm = 1e3 * scene.body("plate").pose.translation[1] + 60.0
+    limit_n = below * (plate.mass_kg * G + pressed_n) if drags else held * pressed_n
+    assert abs(felt[len(felt) // 2]) == pytest.approx(limit_n, rel=0.1)
+    assert gone_mm == pytest.approx(-40.0 if drags else 0.0, abs=1.0)
+    assert not scene.robot.faults
+
+
 def test_the_same_commands_give_the_same_bits_and_go_on_so_after_a_restore() -> None:
     def run(*, away: bool) -> list[object]:
         scene = above((BLOCK, at(600, 50, TOP)), (PIN, at(605, 95, TOP)), x=590, y=0)

@@ -198,6 +198,26 @@ def test_a_part_that_turns_round_a_jaw_gets_the_work_of_the_arm(seed: int) -> No
     rows(seed)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1210010, 1500533])
+def test_what_lands_in_a_held_part_is_not_thrown_out_of_it(seed: int) -> None:
+    """Once up to 15 % of the arm's work came from nowhere: as what is held went on, more of that pressed."""
+    carried(seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1500222, 1500463])
+def test_a_part_gets_the_friction_that_a_held_one_feels(seed: int) -> None:
+    """Once up to 8 % of the arm's work came from nowhere: what spun drew the arm along, and spun on."""
+    carried(seed)
+
+
+@pytest.mark.slow
+def test_a_corner_at_an_edge_of_a_held_part_is_pushed_out() -> None:
+    """Once a part that could leave only past that edge stood still in what went through it, by 27 mm."""
+    assert carried(1500485)["of the arm's work"] < 0.005
+
+
 @pytest.mark.parametrize(("scene", "seed"), [(rows, 1200043), (stacks, 1210172)])
 def test_parts_get_no_work_that_the_arm_does_not_feel(scene: Callable[[int], object], seed: int) -> None:
     """Once up to 5 % of its work came from nowhere: in kicks that end within a tick, and at corners."""

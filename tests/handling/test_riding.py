@@ -14,7 +14,7 @@ from iiwa_sim.handling.part import Part
 from tests.asked import lin_move
 from tests.handling.books import ROUNDING_J, Books
 from tests.handling.depths import deepest_mm
-from tests.handling.scenes import BLOCK, CLOSE, TABLE, TABLE_MM, Scene, at, down
+from tests.handling.scenes import BLOCK, CLOSE, JAWS, TABLE, TABLE_MM, Scene, at, down
 
 G = 9.81
 LID = Part("lid", Box(0.015, 0.025, 0.01), 0.2, 0.4, 5e4)
@@ -67,3 +67,34 @@ def test_it_pushes_a_part_that_stands_there(speed: float) -> None:
     assert scene.body("next").pose.translation[1] > 0.189
     assert deepest < 0.5
     assert books.returned_j <= ROUNDING_J + 0.02 * books.arm_j
+
+
+@pytest.mark.parametrize(("heavy_kg", "rises"), [(0.2, True), (5.0, False)])
+def test_what_was_pressed_down_rises_with_what_is_put_on_it_if_its_spring_can_lift_both(
+    heavy_kg: float, *, rises: bool
+) -> None:
+    """A force of some 20 N presses both 1 mm into the table."""
+    lower = Part("lower", Box(0.03, 0.03, 0.02), 0.2, 0.5, 5e4)
+    upper = BLOCK._replace(mass_kg=heavy_kg, friction=2.0)
+    scene = Scene(
+        (upper, at(600, 100, TABLE_MM + 30.0)),
+        (lower, at(600, -60, TABLE_MM + 20.0)),
+        jaws=JAWS._replace(force_n=200.0),
+    )
+    alone_m = scene.body("lower").pose.translation[2]
+    scene.picks(600, 100, TABLE_MM + 20.0)
+    scene.goes(down(600, 100, TABLE_MM + 100.0))
+    scene.goes(down(600, -60, TABLE_MM + 100.0))
+    books = Books(scene, carried=True)
+    above_mm = 1e3 * scene.body(upper.name).pose.translation[2] - 70.0 - TABLE_MM
+    scene.controller.move(lin_move(down(600, -60, TABLE_MM + 100.0 - above_mm - 2.0), 0.05, 0.0))
+    while scene.controller.moving:
+        books.step()
+    assert scene.body("lower").pose.translation[2] < alone_m - 5e-4
+    pressed_m = scene.body("lower").pose.translation[2]
+    scene.controller.io.set_output(CLOSE, False)
+    for _ in range(500):
+        books.step()
+    assert scene.body(upper.name).on == "lower"
+    assert scene.body("lower").pose.translation[2] == pytest.approx(alone_m if rises else pressed_m, abs=1e-5)
+    assert books.returned_j <= 0.02 * books.arm_j
