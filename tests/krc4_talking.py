@@ -49,7 +49,7 @@ def elements(tag: str, values: Mapping[str, object]) -> bytes:
 
 
 def attributes(tag: str, values: Mapping[str, object]) -> bytes:
-    """The same with attributes."""
+    """An element of XML without children, whose attributes are the values."""
     return ET.tostring(ET.Element(tag, {name: str(value) for name, value in values.items()}))
 
 

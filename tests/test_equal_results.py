@@ -362,7 +362,7 @@ for line in sys.stdin:
 node.destroy_node()
 rclpy.shutdown()
 """
-"""The same of ROS 2."""
+"""A program for an interpreter that has rclpy: sends the command lists of its lines, prints what is heard."""
 
 
 class User:

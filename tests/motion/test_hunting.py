@@ -46,7 +46,7 @@ def moves(seed: int) -> dict[str, float]:
 
 
 def all_modes(seed: int) -> dict[str, float]:
-    """The same in any mode."""
+    """A random program of commands in any mode, with all that always holds checked in each tick."""
     return WideHunt(seed).check()
 
 

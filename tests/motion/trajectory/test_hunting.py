@@ -68,7 +68,7 @@ class TrajectoryHunt(WideHunt):
                 self._step(self._one_of((0, 1, int(rng.integers(0, 30)), int(rng.integers(0, 400)))))
 
     def _sends(self, points: list[TrajectoryPoint]) -> bool:
-        """The same way, slower and slower until it is taken; whether it was."""
+        """Send points, slower and slower until the robot takes them; whether it did."""
         rng, robot, controller = self._rng, self.robot, self.robot.controller
         names, servo = robot.description.joints, robot.controller._core.motions._servo
         more: dict[str, Any] = {"delay_s": self._one_of((0.0, 0.0, 0.0, 0.2, -0.02))}
