@@ -84,7 +84,8 @@ class Books:
         now = scene.controller.joints
         torques = ending = scene.controller.load.exact_torques(now)
         touched, self._touched = self._touched, self._touches()
-        if not touched and not self._touched:  # what is carried is accelerated all along the tick
+        # What is carried is accelerated all along the tick; where it is not counted, jaws may have let go.
+        if self._carried and not touched and not self._touched:
             torques = tuple(0.5 * (a + b) for a, b in zip(ending, self._torques, strict=True))
         self._torques = ending
         did_j = -sum(t * (a - b) for t, a, b in zip(torques, now, self._joints, strict=True))
