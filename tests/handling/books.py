@@ -17,7 +17,8 @@ from tests.handling.scenes import Scene
 G = 9.81
 ROUNDING_J = 1e-9
 """The energy that there is in a scene, some J, is summed up in another order here."""
-_ROUNDING_M = 1e-9
+_THERE_M = 1e-6
+"""What falls and has gone no farther than this is where it lay: nothing falls so slowly."""
 _NO_TIME_S = 1e-9
 """A tick in which nothing goes anywhere."""
 
@@ -189,7 +190,7 @@ class Books:
             total += 0.125 * soft * sum(each * each for each in body.wound)
         elif body.state == FALLS:  # still where it lay: it may find no room, and lie there again
             at_m, pressed_j = self._lay.get(part.name, (0.0, 0.0))
-            total += pressed_j if abs(body.pose.translation[2] - at_m) < _ROUNDING_M else 0.0
+            total += pressed_j if abs(body.pose.translation[2] - at_m) < _THERE_M else 0.0
         return total
 
     def _stored(self) -> float:

@@ -154,9 +154,10 @@ def test_an_arm_that_goes_through_a_row_gives_all_that_its_parts_get(seed: int) 
     rows(seed)
 
 
-def test_what_falls_over_an_edge_and_finds_no_room_lies_there_as_pressed_in_as_before() -> None:
+@pytest.mark.parametrize("seed", [1501469, 1600718])
+def test_what_falls_over_an_edge_and_finds_no_room_lies_there_as_pressed_in_as_before(seed: int) -> None:
     """What its spring stores is not lost by that, and does not come back."""
-    ploughs(1501469)
+    ploughs(seed)
 
 
 def test_what_is_carried_through_the_air_takes_and_gives_the_work_of_the_arm() -> None:
