@@ -100,7 +100,7 @@ class Handling(HandlingTicks):
     def settled(self) -> bool:
         """Whether ticks change nothing, as long as the robot stays where it is and outputs as they are."""
         pieces = self.workpieces
-        return self.gripper.settled(self._driven()) and (
+        return self._jaws_rest() and (
             pieces is None or (pieces.settled and self._changes == self._load.world.changes)
         )
 

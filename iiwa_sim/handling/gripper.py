@@ -54,8 +54,8 @@ class Gripper:
 
     @property
     def holds(self) -> bool:
-        """Whether they press on a part."""
-        return self.blocked and self.driven == CLOSES
+        """Whether they press on a part, also where they stay as they have closed on it."""
+        return self.blocked and self.driven != OPENS
 
     def block(self, width_m: float) -> None:
         """What is between the jaws has just kept them so far apart."""
@@ -72,6 +72,7 @@ class Gripper:
     def step(self, driven: int, width_m: float, tick_s: float) -> None:
         """A tick; they cannot come closer than `width_m`, for what is between them, 0 for nothing."""
         if self.stuck:
+            self.blocked = self.blocked and width_m > 0.0
             return
         self.driven = driven
         way = self.jaws.speed_m_per_s * tick_s

@@ -53,6 +53,17 @@ def test_what_is_between_the_jaws_stops_them() -> None:
     assert not gripper.holds
 
 
+def test_it_goes_on_holding_while_nothing_drives_it() -> None:
+    """A valve with two coils gets a pulse, and stays as it is."""
+    gripper = Gripper(JAWS)
+    while not gripper.settled(CLOSES):
+        gripper.step(CLOSES, 0.05, TICK_S)
+    gripper.step(STAYS, 0.05, TICK_S)
+    assert gripper.holds
+    gripper.step(OPENS, 0.05, TICK_S)
+    assert not gripper.holds
+
+
 def test_stuck_jaws_go_nowhere() -> None:
     gripper = Gripper(JAWS)
     gripper.stuck = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 from math import hypot
 
@@ -13,11 +14,12 @@ from iiwa_sim.backdoor.states import States
 from iiwa_sim.contact.shapes import Box
 from iiwa_sim.contact.surface import Surface
 from iiwa_sim.controller.carrying import ToolLoad
+from iiwa_sim.controller.handling import Handling
 from iiwa_sim.frames import Frame, compose, inverse
 from iiwa_sim.handling.falling import FALLS, GONE, HELD, LIES
 from iiwa_sim.handling.part import Part
 from tests.asked import joint_move, lin_force_move, lin_move
-from tests.handling.scenes import BALL, BLOCK, JAWS, PIN, TABLE, TABLE_MM, Scene, at, down
+from tests.handling.scenes import BALL, BLOCK, HOLDS, JAWS, PIN, TABLE, TABLE_MM, Scene, at, down
 from tests.samples import some, spread
 
 G = 9.81
@@ -488,3 +490,20 @@ def test_after_a_restore_a_held_part_weighs_and_is_pressed_before_the_first_tick
     scene.handling.lose()
     scene.rests()
     assert scene.body("tile").on == "table"
+
+
+@pytest.mark.parametrize("lost", [Handling.lose, lambda handling: handling.remove("block")])
+def test_stuck_jaws_tell_that_their_part_has_gone_and_close_when_they_are_repaired(
+    lost: Callable[[Handling], None],
+) -> None:
+    scene = holding()
+    handling = scene.handling
+    handling.stick(True)
+    lost(handling)
+    scene.rests()
+    scene.robot.step(2)
+    assert not scene.controller.io.input(HOLDS)
+    assert handling.state.state == "between"
+    handling.repair()
+    scene.rests()
+    assert handling.state.state == "closed"
