@@ -6,7 +6,7 @@ from statistics import median
 from time import perf_counter, sleep
 
 from benchmarks.figures import Figure, Kind, percentile
-from benchmarks.peers import Line, both
+from benchmarks.peers import Line, both, one_processor
 
 TABLE = Path(__file__).parent.parent / "examples" / "table.toml"
 QUESTION = b"get joint position\r\n"
@@ -26,16 +26,18 @@ CADENCE_PERIODS = 500
 
 def measure() -> list[Figure]:
     """Measure; blocks of both servers alternate, so that other load affects both."""
+    with one_processor(), both() as (sim, echo):
+        keep_moving(sim)
+        found = _ask_answer(sim, echo, QUESTION, "")
+    with one_processor(), both(str(TABLE)) as (sim, echo):
+        keep_pressing(sim)
+        found += _ask_answer(sim, echo, FORCE, ", pressing")
     with both() as (sim, echo):
         keep_moving(sim)
-        found = [
-            *_ask_answer(sim, echo, QUESTION, ""),
+        found += [
             *_pipelined(sim, echo, QUESTION),
             *_pipelined(sim, echo, b"hello\r\n"),
         ]
-    with both(str(TABLE)) as (sim, echo):
-        keep_pressing(sim)
-        found += _ask_answer(sim, echo, FORCE, ", pressing")
     with both() as (sim, echo):
         return found + _cadence(sim, echo)
 

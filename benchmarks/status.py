@@ -1,13 +1,14 @@
 """Cost of the status port: latency of replies with ten readers at 500 Hz, one of which never reads."""
 
 import multiprocessing
+import os
 import selectors
 import socket
 from multiprocessing.connection import Connection
 from statistics import median
 
 from benchmarks.figures import Figure, Kind, percentile
-from benchmarks.peers import both
+from benchmarks.peers import both, one_processor
 from benchmarks.replies import ASKS_PER_BLOCK, BLOCKS, QUESTION, check_moving, keep_moving
 
 READERS = 9
@@ -15,15 +16,23 @@ RATE_HZ = 500
 
 
 def measure() -> list[Figure]:
-    """Measure; blocks of both servers alternate, as for the replies without a status port."""
+    """Measure; blocks of both servers alternate, as for the replies without a status port.
+
+    Both servers and the client that asks share one processor; the readers may have the others.
+    """
+    everywhere = os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else None
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
     of_sim: list[float] = []
     of_echo: list[float] = []
     stream = ("--status-port", str(port), "--status-rate", str(RATE_HZ))
-    with both(*stream) as (sim, echo), socket.create_connection(("127.0.0.1", port)):  # never reads
+    with (
+        one_processor(),
+        both(*stream) as (sim, echo),
+        socket.create_connection(("127.0.0.1", port)),  # never reads
+    ):
         counted, counting = multiprocessing.Pipe(duplex=False)
-        readers = multiprocessing.Process(target=_read, args=(port, counting), daemon=True)
+        readers = multiprocessing.Process(target=_read, args=(port, counting, everywhere), daemon=True)
         readers.start()
         counting.close()
         keep_moving(sim)
@@ -57,8 +66,10 @@ def measure() -> list[Figure]:
     ]
 
 
-def _read(port: int, counting: Connection) -> None:
-    """Read, in a process of its own, until the server has gone; returns the lowest rate of lines."""
+def _read(port: int, counting: Connection, processors: set[int] | None) -> None:
+    """Read, in a process of its own, until the server has gone; sends `counting` the lowest rate of lines."""
+    if processors is not None:
+        os.sched_setaffinity(0, processors)
     rests = {socket.create_connection(("127.0.0.1", port)): b"" for _ in range(READERS)}
     ticks: dict[socket.socket, list[int]] = {reader: [] for reader in rests}
     with selectors.DefaultSelector() as selector:
