@@ -89,7 +89,7 @@ class Reader:
         try:
             return msgspec.convert(table, kind)
         except msgspec.ValidationError as fault:
-            raise self._type_fault(table, str(fault)) from None
+            raise self._type_fault(table, kind, str(fault)) from None
 
     def check(self, key: str, value: object, holds: bool, expected: str) -> None:
         """Raises the fault if a condition does not hold for a value."""
@@ -109,7 +109,12 @@ class Reader:
         self.check(key, name, name.isprintable(), "characters that print")
         self.check(key, name, len(name) <= LONGEST_NAME, f"at most {LONGEST_NAME} characters")
 
-    def _type_fault(self, table: dict[str, Any], message: str) -> SettingsFault:
+    def check_name_in_lines(self, key: str, name: str) -> None:
+        """Raises the fault if a text is not usable as the name of what lines of commands speak of."""
+        self.check_name(key, name)
+        self.check(key, name, ":" not in name, "no colon, which ends the command in a line of the backdoor")
+
+    def _type_fault(self, table: dict[str, Any], kind: type, message: str) -> SettingsFault:
         """The fault for an error of msgspec, with the value concerned.
 
         Its message reads `what it wants - at $.key[1]`.
@@ -124,10 +129,11 @@ class Reader:
             value = quoted(holder[field]) if field in holder else MISSING
             return self._fault(self.path, f"{key}.{field}" if key else field, value, wanted)
         if expected.startswith("Invalid value"):  # of the key by which msgspec tells types apart
-            expected = "one of those that the documentation names"
+            expected = " or ".join(_tags(msgspec.inspect.type_info(kind), key.rpartition(".")[2]))
         if expected == "Number out of range":
             expected = "a number of less than 309 digits"
         expected = expected.removeprefix("Expected ").replace("`", "").replace(", got", ", not")
+        expected = expected.replace(" | null", "")  # TOML has none: a key is left out
         expected = _TYPE.sub(lambda word: _IN_TOML[word[0]], expected.replace(" | ", " or "))
         expected = expected.replace(", not a number", ", not a float")
         if expected == "an array, not a table":
@@ -138,6 +144,18 @@ class Reader:
 def quoted(value: object) -> object:
     """A text in quotes, to show where it begins and ends; any other value as it is."""
     return repr(value) if isinstance(value, str) else value
+
+
+def _tags(kind: Any, field: str) -> list[str]:
+    """The texts by which a field of this name, within a type of msgspec's, tells types apart."""
+    if isinstance(kind, msgspec.inspect.UnionType):
+        return [tag for each in kind.types for tag in _tags(each, field)]
+    if isinstance(kind, msgspec.inspect.VarTupleType | msgspec.inspect.ListType):
+        return _tags(kind.item_type, field)
+    if not isinstance(kind, msgspec.inspect.StructType):
+        return []
+    own = [repr(kind.tag)] if kind.tag_field == field else []
+    return own + [tag for each in kind.fields for tag in _tags(each.type, field)]
 
 
 def _value(table: dict[str, Any], key: str) -> Any:

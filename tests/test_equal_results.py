@@ -1,7 +1,7 @@
-"""The same commands of Appendix A give the same results over every front: rosbridge in the words of ROS 1 and
-of ROS 2, a node of ROS 1, and one of ROS 2.
+"""The topics and services of Appendix A give the same results over rosbridge in the words of ROS 1 and of ROS
+2, over the node of ROS 1, and over that of ROS 2.
 
-Numbers have no more digits than float32 holds, to which nodes round them on the way and JSON does not.
+The numbers sent have no more digits than a float32 holds: nodes round to it, JSON does not.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ def named(page: Path) -> list[str]:
 
 @cache
 def files() -> tuple[Path, ...]:
-    """Those of the project, without what is made in it."""
+    """The files of the project, without those that a build or a test run makes."""
     tops = [path for path in ROOT.iterdir() if path.name not in MADE and not path.name.endswith("_cache")]
     found = [path for top in tops for path in (top.rglob("*") if top.is_dir() else [top])]
     return tuple(path for path in found if path.is_file() and "__pycache__" not in path.parts)

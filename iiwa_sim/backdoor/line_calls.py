@@ -40,12 +40,19 @@ class LineCalls:
         return load_table("backdoor", self._backdoor.joint_count)
 
     def parse(self, line: bytes) -> Request:
-        """Parse a line. Raises NotUnderstood."""
+        """Parse a line. Raises NotUnderstood, also for values behind a command that takes none.
+
+        `emergency stop : 0` may be meant to release it, so it does not press it.
+        """
         request = self.table.parse(line)
         if isinstance(request, Refusal):
             raise NotUnderstood(request.code, request.reason)
         if request.beyond:
             raise NotUnderstood(COMMUNICATION_FAILURE, request.too_much().reason)
+        command, given = request.command, line.partition(b":")[2].split()
+        if given and not (command.parameters or command.phrase):
+            reason = f"{command.name} takes no values, got {len(given)}"
+            raise NotUnderstood(COMMUNICATION_FAILURE, reason)
         return request
 
     def start(self, request: Request, line: bytes) -> str | Coroutine[None, None, str]:

@@ -30,7 +30,7 @@ def add(controller: Controller, settings: AnySurface) -> None:
         raise Refused(EXECUTION, f"{MOST_SURFACES} surfaces are there already: remove one first")
     reader = Reader(SOURCE, CellFault)
     try:
-        reader.check_name("name", settings.name)
+        reader.check_name_in_lines("name", settings.name)
         reader.check("name", settings.name, settings.name not in world.surfaces, "a name no surface has")
         parts = () if controller.handling is None else controller.handling.parts
         reader.check(

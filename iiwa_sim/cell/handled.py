@@ -125,7 +125,8 @@ def check_gripper(reader: Reader, gripper: GripperSettings | None, inputs: int, 
             key, number = f"{name}_{kind}", getattr(gripper, f"{name}_{kind}")
             if number is None:
                 continue
-            reader.check(f"gripper.{key}", number, 1 <= number <= count, f"one of the {kind}s 1 to {count}")
+            there = f"one of the {kind}s 1 to {count}" if count else f"none: [io] has no {kind}s"
+            reader.check(f"gripper.{key}", number, 1 <= number <= count, there)
             other = taken.setdefault(number, key)
             reader.check(f"gripper.{key}", number, other == key, f"another {kind} than that of {other}")
 
@@ -142,7 +143,7 @@ def check_parts(
     names = dict.fromkeys(surfaces, "a surface")
     for index, part in enumerate(parts):
         place = f"part[{index}]"
-        reader.check_name(f"{place}.name", part.name)
+        reader.check_name_in_lines(f"{place}.name", part.name)
         taken = names.setdefault(part.name, place)
         reader.check(f"{place}.name", part.name, taken == place, f"another name than that of {taken}")
         check_ranges(reader, f"{place}.", part, PART_RANGES)

@@ -69,7 +69,7 @@ def check_surfaces(reader: Reader, surfaces: Mapping[str, AnySurface]) -> None:
     """
     names: dict[str, str] = {}
     for place, surface in surfaces.items():
-        reader.check_name(f"{place}.name", surface.name)
+        reader.check_name_in_lines(f"{place}.name", surface.name)
         taken = names.setdefault(surface.name, place)
         reader.check(f"{place}.name", surface.name, taken == place, f"another name than that of {taken}")
         check_ranges(reader, f"{place}.", surface, SURFACE_RANGES)

@@ -136,8 +136,9 @@ class Workpieces(Lying):
         self._lively.add(name)
 
     def _springs_back(self, name: str, more_kg: float) -> float:
-        """A part that nothing presses down any more rises, with what lies on it and so much more, to where it
-        would lie by itself; gives how far (m). It does not where the spring below it cannot lift all that."""
+        """A part that nothing presses down any more rises, with what lies on it and `more_kg`, to where it
+        would lie by itself; returns how far (m). It stays where its spring cannot lift all that, or the arm
+        presses on it."""
         body = self._bodies.get(name)
         if body is None or body.state != LIES or not body.settled:
             return 0.0

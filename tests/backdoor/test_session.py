@@ -202,6 +202,15 @@ def test_what_is_asked_for(line: str, reply: str | None) -> None:
     assert TABLE.commands.keys() == set(bench.tell("help").partition(" (help : push")[0].split(", "))
 
 
+def test_names_are_in_utf_8() -> None:
+    bench = prepared("")
+    assert bench.tell("add sphere : Würfel 2 600 300 50 0 0 0 40 5e4 1 0") == "done"
+    assert bench.backdoor.surfaces() == ["table", "Würfel 2"]
+    assert bench.tell("get surfaces") == '["table","W\\u00fcrfel 2"]'
+    assert bench.tell("remove surface : Würfel 2") == "done"
+    assert bench.tell(b"remove surface : W\xfcrfel 2").startswith("error 3000 no surface 'W\\\\xfcrfel 2'")
+
+
 def test_the_tool_is_the_one_that_was_set() -> None:
     bench = prepared("")
     assert bench.tell("set tool : 1 2 100 0.1 0.5 -0.2") == "done"
@@ -249,6 +258,10 @@ def test_the_state_is_that_of_the_status_port() -> None:
         ("place : 0 2 0 -1.5 0 0 0", "error 3000 the TCP would be "),
         ("place : 0 0 0 -1.5 0 0", "error 3040 place takes j0..j6: 7 values, got 6"),
         ("set override : 1.5", "error 3040 override = 1.5: expected at least 0 and up to 1"),
+        ("emergency stop : 0", "error 3040 emergency stop takes no values, got 1"),
+        ("release emergency stop :\t1 2 ", "error 3040 release emergency stop takes no values, got 2"),
+        ("release when gone : 5", "error 3040 release when gone takes no values, got 1"),
+        ("add sphere : a:b 600 300 50 0 0 0 40 5e4 1 0", "error 3040 more than one ':'"),
         ("save state : start", "error 3000 start is the state at the beginning: expected another name"),
         ("save state", "error 3000 expected a name of up to 100 characters that print"),
         ("restore state : away", "error 3000 no state 'away': there are 'start'"),

@@ -4,6 +4,7 @@ A line reads `command : parameters`. Letter case is ignored, any run of blanks a
 line that names no command (empty, `:`, more than one `:`) is answered `unknown command`, one with wrong
 parameters (too few, no number, out of range) `error`. Values behind the last parameter are counted: whoever
 carries out the request ignores or refuses them. Parameters behind a command that takes none are ignored.
+Phrases, such as a name, are in UTF-8; all else is ASCII.
 """
 
 from math import nan, tau
@@ -97,17 +98,16 @@ class Table:
             return _unknown("more than one ':'")
         if not command.parameters:
             if command.phrase:
-                return Request(command, (), " ".join(_words(rest)))
+                return Request(command, (), _phrase(_split(rest)))
             return self._remember(line, Request(command, (), ""))
-        words = rest.replace(b"\t", b" ").split(b" ")
-        words = [word for word in words if word]
+        words = _split(rest)
         quantities = command.parameters
         phrase = ""
         if command.phrase:  # the part of the line that holds numbers
             named, words = words[: -len(quantities)], words[-len(quantities) :]
             if not named:
                 return _error(f"{command.name} takes {command.takes()}")
-            phrase = " ".join(word.decode("ascii", "backslashreplace") for word in named)
+            phrase = _phrase(named)
         if len(words) > len(quantities):
             quantities += command.optional
         if len(words) < len(quantities):
@@ -160,8 +160,16 @@ class Table:
         self._lines[OVERLONG] = _error(f"a line of more than {MAX_LINE_BYTES} bytes")
 
 
+def _split(text: bytes) -> list[bytes]:
+    return [word for word in text.replace(b"\t", b" ").split(b" ") if word]
+
+
 def _words(text: bytes) -> list[str]:
-    return [word for word in text.replace(b"\t", b" ").decode("ascii", "backslashreplace").split(" ") if word]
+    return [word.decode("ascii", "backslashreplace") for word in _split(text)]
+
+
+def _phrase(words: list[bytes]) -> str:
+    return " ".join(word.decode("utf-8", "backslashreplace") for word in words)
 
 
 def _in_metres(request: Request) -> str:

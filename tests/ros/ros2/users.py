@@ -91,7 +91,7 @@ class User:
         return answer
 
     def hears(self, topic: str, kind: str, count: int, *, latched: bool = False) -> list[Any]:
-        """So many messages of a topic."""
+        """The next `count` messages of a topic, which the user subscribes to until then."""
         self.asks("hear", topic=topic, kind=kind, latched=latched)
         messages: list[Any] = self.asks("wait", topic=topic, count=count)["messages"]
         self.asks("forget", topic=topic)
