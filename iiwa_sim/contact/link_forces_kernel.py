@@ -70,6 +70,7 @@ class LinkForces(LinkFriction):
         self._dragging: Any = np.zeros((link_count, least, 3))
         self._shifted: Any = np.zeros((least, 4))
         self._came: Any = np.zeros((self._capsule_count, least, 3))
+        self._deaf: Any = np.zeros((self._capsule_count, least), dtype=np.int8)
 
     @cython.cfunc
     @cython.exceptval(check=False)
@@ -85,6 +86,12 @@ class LinkForces(LinkFriction):
         if self._is_part(s):
             return self._moved_by[c] > 0 and feels >= _PARTS
         return self._moved_by[c] > 0 and feels % _PARTS == 1
+
+    @cython.cfunc
+    @cython.exceptval(check=False)
+    def _feels_now(self, c: cython.Py_ssize_t, s: cython.Py_ssize_t) -> cython.bint:
+        """Whether a capsule feels a surface, and was out of it since it does so."""
+        return self._can_feel(c, s) and not self._deaf[c, s]
 
     @cython.cfunc
     @cython.exceptval(check=False)

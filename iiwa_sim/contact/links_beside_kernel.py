@@ -103,7 +103,7 @@ class LinksBeside(LinkForces):
         which: cython.Py_ssize_t = 0
         e, r = self._ends, self._rubbed
         for c in range(self._capsule_count):
-            if self._can_feel(c, s):
+            if self._feels_now(c, s):
                 self._recall(c, s)
                 gap, part = self.gap(c, s, min(nearest, near_m))
                 if gap < near_m:
@@ -166,7 +166,8 @@ class LinksBeside(LinkForces):
     @cython.exceptval(-1.0, check=True)
     def gap_at(self, s: cython.Py_ssize_t) -> cython.double:
         """How far (m) the arm, where `goes` was told that it is, is at least from the part of that number,
-        less than 0 in it; 0 where it stands in that without being pushed out, until it has been out."""
+        less than 0 in it; at most 0 where it stands in that without being pushed out, until it has been
+        out."""
         least: cython.double = 1e9
         if self._muted[s]:
             return 0.0
@@ -215,13 +216,14 @@ class LinksBeside(LinkForces):
             np.asarray(self._touches),
             np.asarray(self._rubbed),
             np.asarray(self._dragging),
+            np.asarray(self._deaf),
         )
 
     @cython.cfunc
     def _is_out(self, s: cython.Py_ssize_t, base_m: cython.double) -> cython.bint:
         """Whether no link is in a surface, and the base not deeper than so."""
         for c in range(self._capsule_count):
-            if self._moved_by[c] > 0 and not self._can_feel(c, s):
+            if self._moved_by[c] > 0 and not self._feels_now(c, s):
                 continue
             self._recall(c, s)
             if self.gap(c, s, _NEAR_M)[0] < (-base_m if self._moved_by[c] == 0 else 0.0):

@@ -13,5 +13,6 @@ cdef class Links(LinksBeside):
     cdef double[::1] _away             # of each surface: it was so far (m) from all links then
     cdef object _forget_forces(self)
     cdef object _wear(self, fixed, worn)
+    cdef object _begin(self, Py_ssize_t n)
     cpdef step(self, joints, double tick_s)
     cdef object _look(self, joints, double tick_s)

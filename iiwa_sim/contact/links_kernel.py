@@ -5,7 +5,9 @@ What one of them feels of one surface is said in `link_forces_kernel`.
 **What the arm stands in** does not count: a surface in which a link is where the robot starts, or is placed,
 or where the surface is put, pushes no link until all of them have been out of it; neither does one in which
 the base stands deeper than `STANDS_M`. So a table may be a plane without end. The base feels nothing. A part
-that is in a link where it comes to lie pushes no link, either, before all of them have been out of it.
+that is in a link where it comes to lie pushes no link, either, before all of them have been out of it. What
+begins to feel parts, as the sphere between closing jaws, does not feel one in which it is before it has been
+out of that.
 
 **Cost.** After a look at all links and surfaces nothing is looked at again until the joints have turned so
 far that the nearest of them could touch; then only that is, and what is as near.
@@ -34,6 +36,7 @@ else:
     from iiwa_sim.contact.links_beside_kernel import LinksBeside
 
 _NEAR_M = cython.declare(cython.double, NEAR_M)
+_PARTS = cython.declare(cython.int, PARTS)
 STANDS_M = 0.02
 """A floor may reach so far into the base."""
 _STANDS_M = cython.declare(cython.double, STANDS_M)
@@ -50,6 +53,7 @@ class Links(LinksBeside):
         self._names: Any = ()
         self._numbers: Any = {}
         self._part_count = 0
+        self.begun = 0
         self._forget_forces()
         self._wear(fixed, ())
 
@@ -93,10 +97,21 @@ class Links(LinksBeside):
             n = first + number
             if self._feels[n] != feels:
                 moved = 1e9
+                if self._feels[n] < _PARTS <= feels:
+                    self._begin(n)
             self._feels[n] = feels
             moved = max(moved, self._carry(n, capsule.start, capsule.end))
         self._free -= moved
         self._passed += moved
+
+    @cython.cfunc
+    def _begin(self, n: cython.Py_ssize_t) -> object:
+        """A capsule feels parts from now on, but none in which it is, before it has been out of that."""
+        self.begun += 1
+        for s in range(self._shape_count - self._part_count, self._shape_count):
+            self._deaf[n, s] = 1
+            self._came[n, s, 0] = self._came[n, s, 1] = self._came[n, s, 2] = 0.0
+        return None
 
     def surround(
         self,
@@ -238,9 +253,15 @@ class Links(LinksBeside):
                     if gap <= enough:
                         self._recall(c, s)
                         gap, part = self.gap(c, s, enough)
-                        if gap < 0.0 and is_part:
-                            part = self.middle(c, s, part)
-                        self._remember(c, s, gap, part)
+                        if self._deaf[c, s]:
+                            self._deaf[c, s] = gap < 0.0
+                            gap = max(gap, 0.0)
+                        else:
+                            if gap < 0.0 and is_part:
+                                part = self.middle(c, s, part)
+                            self._remember(c, s, gap, part)
+                    else:
+                        self._deaf[c, s] = 0
                     if gap < nearest:
                         nearest, where, which = gap, part, c
                 if c + 1 == self._capsule_count or self._link[c + 1] != self._link[c]:

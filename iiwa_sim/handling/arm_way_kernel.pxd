@@ -18,6 +18,7 @@ cdef class ArmWay:
     cdef bint _is_known
     cdef double _opening
     cdef object _in_jaws
+    cdef long _begun                   # how often something worn had begun to feel parts
     cdef double[::1] _levers
     # No point of the arm, or of what it holds, has gone farther (m) up to when that was found, and since.
     cdef double _way

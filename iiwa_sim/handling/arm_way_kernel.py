@@ -42,6 +42,7 @@ class ArmWay:
         self._tcp, self._now = np.zeros((2, 12))
         self._is_known = False
         self._in_jaws: Any = None
+        self._begun = 0
         self._opening = self._way = self._loose = self._brought = self._in_x = self._in_z = 0.0
         self.look_at_m = 0.0
         self.next_m = -_FAR
@@ -115,6 +116,9 @@ class ArmWay:
         if sure and not (looks or other or slid or opening != self._opening):
             return None
         links: LinksBeside = self._load.links
+        if links.begun != self._begun:
+            self._begun = links.begun
+            self.look_at_all()
         way: cython.double = links.gone(joints)
         self._brought = 0.0
         take(tcp, self._now)
