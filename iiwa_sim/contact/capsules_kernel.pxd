@@ -13,6 +13,8 @@ cdef class Capsules:
     cdef double[:, ::1] _points
     cdef double[:, ::1] _frames        # of joints, as rows of `_fixed`
     cdef double[:, ::1] _ends          # of each capsule: both ends in the base
+    cdef double[::1] _gone_to          # joint positions (rad) with which they are there
+    cdef bint _is_there                # whether these are so
     cdef Py_ssize_t _shape_count
     cdef double[:, ::1] _shapes        # rotation, place, three sizes
     cdef int[::1] _kind

@@ -67,6 +67,7 @@ class Capsules:
             local.append((*apply(frame, capsule.start), *apply(frame, capsule.end)))
         self._local = np.array(local).reshape(len(local), 6)
         self._ends = np.zeros((len(local), 6))
+        self._gone_to, self._is_there = np.zeros(count), False
         spans = [dist(one.translation, other.translation) for one, other in pairwise(at_zero)]
         reaches = [_reaches(each, at_zero[each.joints].translation, spans) for each in self._capsules]
         self._reaches = np.array(reaches).reshape(len(reaches), count)
@@ -87,7 +88,17 @@ class Capsules:
 
     @cython.cfunc
     def go_to(self, joints: Any) -> object:
-        """Find the ends of all capsules in the base."""
+        """Find the ends of all capsules in the base, unless they are known."""
+        q = self._gone_to
+        known: cython.bint = self._is_there
+        angle: cython.double
+        for k in range(self._count):
+            angle = joints[k]
+            known = known and q[k] == angle
+            q[k] = angle
+        if known:
+            return None
+        self._is_there = True
         f, m = self._fixed, self._frames
         for i in range(12):
             m[0, i] = 1.0 if i in (0, 4, 8) else 0.0
@@ -96,7 +107,7 @@ class Capsules:
                 m[k + 1, 9 + i] = m[k, 9 + i] + (
                     m[k, 3 * i] * f[k, 9] + m[k, 3 * i + 1] * f[k, 10] + m[k, 3 * i + 2] * f[k, 11]
                 )
-            s, c = sine(joints[k]), cosine(joints[k])
+            s, c = sine(q[k]), cosine(q[k])
             for i in range(3):
                 x = m[k, 3 * i] * f[k, 0] + m[k, 3 * i + 1] * f[k, 3] + m[k, 3 * i + 2] * f[k, 6]
                 y = m[k, 3 * i] * f[k, 1] + m[k, 3 * i + 1] * f[k, 4] + m[k, 3 * i + 2] * f[k, 7]

@@ -13,4 +13,5 @@ cdef class LinksBeside(LinkForces):
     cdef double gone(self, object joints) except? -1.0
     cdef double _since(self, double[:, ::1] before) noexcept
     cdef double gap_at(self, Py_ssize_t s) except? -1.0
+    cdef object _bring(self, Py_ssize_t[::1] was, object remembered)
     cdef object _remembered(self)

@@ -78,6 +78,7 @@ class LinksBeside(LinkForces):
                 from_there += (place - self._put_on[n, i]) * (place - self._put_on[n, i])
                 local[n, i] = place
             moved, off = max(moved, sqrt(square)), max(off, sqrt(from_there))
+        self._is_there = False
         for k in range(self._count):
             self._levers[k] = max(self._levers[k], self._put_on_levers[k] + off)
         return moved
@@ -203,6 +204,38 @@ class LinksBeside(LinkForces):
             ax, ay, az = ax + part * dx, ay + part * dy, az + part * dz
             least = min(least, sqrt(ax * ax + ay * ay + az * az) - self._radius[c])
         return float(least)
+
+    @cython.cfunc
+    def _bring(self, was: cython.Py_ssize_t[::1], remembered: Any) -> object:
+        """Remember of each surface what was remembered of the one of that number; -1 for a new one."""
+        muted: cython.char[:, ::1]
+        came: cython.double[:, :, ::1]
+        pushing: cython.double[:, ::1]
+        depth: cython.double[:, ::1]
+        touches: cython.char[:, ::1]
+        rubbed: cython.double[:, :, ::1]
+        dragging: cython.double[:, :, ::1]
+        deaf: cython.char[:, ::1]
+        muted, came, pushing, depth, touches, rubbed, dragging, deaf = remembered
+        o: cython.Py_ssize_t
+        capsules: cython.Py_ssize_t = min(came.shape[0], self._came.shape[0])  # fewer or more than before
+        links: cython.Py_ssize_t = min(depth.shape[0], self._depth.shape[0])
+        for s in range(was.shape[0]):
+            o = was[s]
+            if o < 0:
+                continue
+            self._muted[s] = muted[0, o]
+            for c in range(capsules):
+                self._deaf[c, s] = deaf[c, o]
+                for k in range(3):
+                    self._came[c, s, k] = came[c, o, k]
+            for m in range(links):
+                self._pushing[m, s], self._depth[m, s] = pushing[m, o], depth[m, o]
+                self._touches[m, s] = touches[m, o]
+                for k in range(3):
+                    self._rubbed[m, s, k] = rubbed[m, o, k]
+                    self._dragging[m, s, k] = dragging[m, o, k]
+        return None
 
     @cython.cfunc
     def _remembered(self) -> object:

@@ -137,14 +137,11 @@ class Links(LinksBeside):
         laws = [(each.stiffness, each.damping, each.friction) for each in everything]
         self.part_all(self._link_count, laws)
         self.go_to(joints)
-        now = [number for number, name in enumerate(self._names) if name in before]
-        if now:
-            was = [before[self._names[number]] for number in now]
-            for array, old in zip(self._remembered(), remembered, strict=True):
-                rows = min(len(array), len(old))  # fewer or more capsules than before
-                array[:rows, now] = old[:rows, was]
+        was: cython.Py_ssize_t[::1] = np.array([before.get(name, -1) for name in self._names], dtype=np.intp)
+        if before:
+            self._bring(was, remembered)
         for s in range(self._shape_count):
-            if self._names[s] not in before:
+            if was[s] < 0:
                 self._muted[s] = not self._is_out(s, _STANDS_M)
         self._free = 0.0
 

@@ -107,6 +107,11 @@ class ExternalLoad(Acting):
         return Acting.tcp(self, joints)
 
     @property
+    def arm_links(self) -> frozenset[str]:
+        """The names of the arm's own links, without what it wears."""
+        return frozenset(capsule.link for capsule in capsules_of(self._model.description))
+
+    @property
     def links(self) -> Links:
         """The links of the arm, as the world meets them."""
         if self._links is None:

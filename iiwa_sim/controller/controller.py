@@ -235,8 +235,7 @@ class Controller:
     def under_way(self) -> bool:
         """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
         nor in a gravity hold; or whether its gripper does."""
-        core = self._core
-        return core.motions.ends_by_itself or (core.handling is not None and not core.handling.settled)
+        return self._core.under_way
 
     @property
     def accepted(self) -> int:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import cython
+from cython.cimports.libc.math import fabs
 
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.controller.endings import Endings
@@ -16,6 +17,7 @@ from iiwa_sim.controller.meetings import Meetings
 from iiwa_sim.controller.motions import Motions
 from iiwa_sim.controller.protection import Protection
 from iiwa_sim.motion.joints import Joints
+from iiwa_sim.wrench import Wrench
 
 
 @cython.cclass
@@ -46,11 +48,21 @@ class CoreTicks:
         def _fail_in_tick(self, fault: Exception) -> None:
             """Stop after an internal error."""
 
+        def cartesian_force(self) -> Wrench:
+            """The reading of the wrench at the TCP, along its axes."""
+
         def _watch_forces(self, guard: ForceGuard) -> None:
             """End a force move that has met a force."""
 
         def _protect(self) -> None:
             """Stop a robot that is pushed too hard, or runs where or faster than it may."""
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the robot moves, and will stop without another command: not in a pause by an override of 0,
+        nor in a gravity hold; or whether its gripper does."""
+        handling = self.handling
+        return bool(self.motions.ends_by_itself or (handling is not None and not handling.settled))
 
     def step(self) -> None:
         """One tick: the robot moves, then feels the forces where it is now, then compares with thresholds.
@@ -80,7 +92,7 @@ class CoreTicks:
             acts = load.acts
         if endings.pending:
             guard = endings.pending[0].guard
-            if guard is not None:
+            if guard is not None and self._passes(guard):
                 self._watch_forces(guard)
         protection = self.protection
         if protection.watches_tcp or (acts and not protection.tolerates(load)):
@@ -90,6 +102,22 @@ class CoreTicks:
             (acts and (meetings.touching or load.link_contacts)) or self.tick % meetings.every == 0
         ):
             meetings.after_tick(self.tick, motions.joints != self.joints_before)
+
+    @cython.cfunc
+    @cython.exceptval(-1, check=True)
+    def _passes(self, guard: Any) -> cython.bint:
+        """Whether a force has changed by more than a threshold of a guard, whatever move that is for."""
+        wrench = self.cartesian_force()
+        thresholds, offset = guard.thresholds, guard.offset
+        most: cython.double
+        now: cython.double
+        before: cython.double
+        for axis in range(3):
+            if thresholds[axis] is not None:
+                most, now, before = thresholds[axis], wrench[axis], offset[axis]
+                if fabs(now - before) > most:
+                    return True
+        return False
 
     @cython.cfunc
     def _feel(self) -> object:

@@ -1,4 +1,4 @@
-"""What the links of the arm meet: told once, when it begins."""
+"""What the links of the arm, and what it wears, meet: told once, when it begins."""
 
 from collections.abc import Callable
 
@@ -7,10 +7,15 @@ import msgspec
 from iiwa_sim.contact.link_forces_kernel import LinkContact
 from iiwa_sim.contact.load_kernel import ExternalLoad
 from iiwa_sim.frames import Vector
+from iiwa_sim.handling.fingers_kernel import TIP
 from iiwa_sim.wording import harmless
 
 SELF_COLLISION_EVERY_S = 0.1
 """Time (s, simulated) between two looks at a moving arm for links that are in each other."""
+
+
+NAMED = {TIP: "the sphere round the TCP"}
+"""What the arm wears, as the log tells it, where that is not its own name."""
 
 
 class LinkTouch(msgspec.Struct, frozen=True):
@@ -57,10 +62,16 @@ class Meetings:
         if contacts or self.touching:
             touching = {(contact.link, contact.surface) for contact in contacts}
             for link, surface in sorted(touching - self.touching):
-                self._tell(harmless(f"link {link} touches surface {surface!r}"))
+                self._tell(harmless(f"{self._named(link)} touches {self._kind(surface)} {surface!r}"))
             self.touching = touching
         if moved and tick % self.every == 0:
             folded = self._load.itself.colliding
             if folded is not None and folded != self._folded:
                 self._tell(f"links {folded[0]} and {folded[1]} collide")
             self._folded = folded
+
+    def _named(self, what: str) -> str:
+        return f"link {what}" if what in self._load.arm_links else NAMED.get(what, what)
+
+    def _kind(self, name: str) -> str:
+        return "surface" if name in self._load.world.surfaces else "part"

@@ -68,18 +68,12 @@ class Motions(EvenMotions):
     @property
     def holding(self) -> bool:
         """Whether a gravity hold is on, or begins when the robot is at rest."""
-        return self._follower.holding or isinstance(self._next, Hold)
+        return self._follower.holding or self.holds_next
 
     @property
-    def ends_by_itself(self) -> bool:
-        """Whether anything moves and stops without a command: not in a pause, nor in a hold or before one."""
-        # Asked for in every tick of a fast clock: first what it mostly is.
-        return (
-            self.moving
-            and (self._override.rate != 0.0 or not self._override.pausing)
-            and not self._follower.holding
-            and (self._next is None or not isinstance(self._next, Hold))
-        )
+    def holds_next(self) -> bool:
+        """Whether a gravity hold begins when the robot is at rest."""
+        return isinstance(self._next, Hold)
 
     @property
     def behind(self) -> int:

@@ -223,7 +223,7 @@ class Aside(ArmWay):
         still: cython.bint = body.settled and not body.wound
         row: cython.Py_ssize_t = self._rows.get(name, -1)
         links: LinksBeside = self._load.surround(joints)
-        pressing: list[PressingBall] = [*by_the_arm(body.part, links, joints, self._tick)] if row >= 0 else []
+        pressing: list[PressingBall] = by_the_arm(body.part, links, joints, self._tick) if row >= 0 else []
         stands_in: cython.bint = row >= 0 and links._muted[links._shape_count - links._part_count + row] != 0
         if held is not None:
             number = parts.numbers[held.part.name]

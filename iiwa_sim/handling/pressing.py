@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from math import dist
 
 from iiwa_sim.contact.crowd import PressingBall
@@ -19,31 +18,38 @@ from iiwa_sim.motion.joints import Joints
 
 SEEN_M = 0.05
 """Distance of a part up to which it is found exactly."""
+_new = tuple.__new__  # calling the class costs twice as much
 
 
-def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> Iterator[PressingBall]:
+def by_the_arm(part: Part, links: Links, joints: Joints, tick_s: float) -> list[PressingBall]:
     """What of the arm, at joint positions (rad), may press on a part that its `links` know."""
+    found = []
     for middle, radius, rubbed, share, came, was_deep, went in links.balls(part.name, joints, tick_s, SEEN_M):
         holding = share * min(part.stiffness, STIFFEST_N_PER_M)
         stiffness = share * part.stiffness
-        pressing = middle, radius, stiffness, part.friction, holding, rubbed, came
-        yield PressingBall(*pressing, was_deep=was_deep, went=went)
+        law = stiffness, part.friction, holding
+        found.append(_new(PressingBall, (middle, radius, *law, rubbed, came, -1, 0, was_deep, went)))
+    return found
 
 
-def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> Iterator[PressingBall]:
+def by_what_is_held(held: Held, number: int, solid: Surface, body: Body) -> list[PressingBall]:
     """What of the held part, which is `solid` there, may press on a part."""
     part = held.part
     far = part.shape.extent + body.part.shape.extent + SEEN_M
     if dist(solid.pose.translation, body.pose.translation) > far:
-        return
+        return []
     points = points_of(part, upright=held.upright)
     stiffness = in_a_row(part.stiffness, body.part.stiffness) / points.at_once
-    worlds, name = held.touching.worlds, body.part.name
+    law = stiffness, part.friction, stiffness  # as `touching` has it
+    worlds, name, found = held.touching.worlds, body.part.name, []
     for place, at in enumerate(points.places):
         middle = apply(solid.pose, at)
         came, rubbed = worlds[place].came_and_rubbed(name, middle) if place in worlds else (NOT_IN, NOT_IN)
-        law = stiffness, part.friction, stiffness  # as `touching` has it
-        yield PressingBall(middle, points.radius_m, *law, rubbed, came, held=number, place=place)
+        not_known = -1.0, (0.0, 0.0, 0.0)
+        found.append(
+            _new(PressingBall, (middle, points.radius_m, *law, rubbed, came, number, place, *not_known))
+        )
+    return found
 
 
 def solid_of(body: Body) -> Surface:

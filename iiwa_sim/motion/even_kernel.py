@@ -155,6 +155,8 @@ class EvenMotions:
     _override: Any = cython.declare(Pace, visibility="public")
     _nominal: Any = cython.declare(Made, visibility="public")
     _follower: Any = cython.declare(GivesWay, visibility="public")
+    _next: Any = cython.declare(object, visibility="public")
+    # what takes the place of the motion once that is at rest; None for nothing
 
     @property
     def moving(self) -> bool:
@@ -167,6 +169,22 @@ class EvenMotions:
 
     def moves_otherwise(self) -> bool:
         """Whether anything does, with no chain in the drive."""
+        raise NotImplementedError
+
+    @property
+    def ends_by_itself(self) -> bool:
+        """Whether anything moves and stops without a command: not in a pause, nor in a hold or before one."""
+        # Asked for in every tick of a fast clock: first what it mostly is.
+        return (
+            self.moving
+            and (self._override.rate != 0.0 or not self._override.pausing)
+            and (self._next is None or not self.holds_next)
+            and not self._follower.holding
+        )
+
+    @property
+    def holds_next(self) -> bool:
+        """Whether a gravity hold begins when the robot is at rest."""
         raise NotImplementedError
 
     @property

@@ -1,9 +1,11 @@
-"""A recording as tables: states, dialogue and events, as CSV."""
+"""A recording as tables: states, parts, dialogue and events, as CSV."""
 
 import csv
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
+from iiwa_sim.controller.handling import PartState
 from iiwa_sim.controller.snapshot import Snapshot
 from iiwa_sim.controller.status import RobotStatus
 from iiwa_sim.recordings.fault import RecordingFault
@@ -18,14 +20,18 @@ _JOINTS = {
     "goal_joint_position": "rad",
 }
 _FRAMES = ("flange", "tool", "goal")
+_LOAD = ("mass_kg", "x_mm", "y_mm", "z_mm")
+_PART = ("time_s", "tick", "name", "state", *_FRAME)
 
 Row = Sequence[object]
 
 
 def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
-    """Write a file each for states, dialogue and events, named after the recording; gives their paths.
+    """Write a file each for states, dialogue, events and parts, named after the recording; gives their paths.
 
-    The columns of states carry their units. Files that are there are overwritten. Raises RecordingFault.
+    The columns carry their units. Parts have a row at the beginning, and one for each state in which they are
+    elsewhere; a recording without parts has no file of them. Files that are there are overwritten. Raises
+    RecordingFault.
     """
     joints = recorded.head.joints
     tables: dict[str, tuple[Row, Iterator[Row]]] = {
@@ -33,6 +39,8 @@ def write_tables(recorded: Recorded, folder: Path) -> list[Path]:
         "dialogue": (Spoken.__struct_fields__, map(_fields, recorded.dialogue())),
         "events": (Happened.__struct_fields__, map(_fields, recorded.events())),
     }
+    if any(state.parts for state in islice(recorded.states(), 1)):
+        tables["parts"] = (_PART, _part_rows(recorded.states()))
     written = []
     for name, (columns, rows) in tables.items():
         path = folder / f"{recorded.path.stem}.{name}.csv"
@@ -62,6 +70,10 @@ def _state_columns(joints: Sequence[str]) -> list[str]:
         *_WRENCH,
         "override",
         *(f"robot_status_{name}" for name in RobotStatus._fields),
+        *(f"tool_load_{name}" for name in _LOAD),
+        "gripper_opening_mm",
+        "gripper_state",
+        "link_touches",
         "inputs",
         "outputs",
         "error_code",
@@ -80,11 +92,24 @@ def _state_row(state: Snapshot) -> list[object]:
         *state.cartesian_force,
         state.override,
         *state.robot_status,
+        *state.tool_load,
+        "" if state.gripper is None else state.gripper.opening_mm,
+        "" if state.gripper is None else state.gripper.state,
+        "; ".join(f"{touch.link} {touch.surface}" for touch in state.link_touches),
         _bits(state.inputs),
         _bits(state.outputs),
         state.error.code,
         state.error.reason,
     ]
+
+
+def _part_rows(states: Iterable[Snapshot]) -> Iterator[list[object]]:
+    before: dict[str, PartState] = {}
+    for state in states:
+        for part in state.parts:
+            if before.get(part.name) != part:
+                before[part.name] = part
+                yield [state.time_s, state.tick, part.name, part.state, *part.frame]
 
 
 def _bits(states: Sequence[bool]) -> str:

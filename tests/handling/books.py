@@ -233,7 +233,7 @@ class Books:
     def _pressing(self, name: str) -> list[PressingBall]:
         controller = self.scene.controller
         links, part = controller.load.surround(controller.joints), self.pieces.bodies[name].part
-        return list(by_the_arm(part, links, controller.joints, controller.tick_s))
+        return by_the_arm(part, links, controller.joints, controller.tick_s)
 
 
 def _rubbed(ball: PressingBall) -> float:
