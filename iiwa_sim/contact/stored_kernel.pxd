@@ -10,6 +10,7 @@ cdef class Stored(Carried):
     cdef object _bend(self)
     cdef bint _take_plane(self, Py_ssize_t m, bint turns) noexcept
     cdef object _go(self)
+    cdef double _farther(self, double moving) except? -1.0
     cdef double _energy(self, Py_ssize_t k, double share) noexcept
     cdef double _gained(self, bint winds) noexcept
     cdef (double, double) _winds(self, Py_ssize_t k, Py_ssize_t j, bint winds) noexcept

@@ -5,10 +5,11 @@ is no plane. Where the arm, or what it holds, presses otherwise at the end of a 
 ways are found again with planes as they are there, so that a part gets the force that the arm feels.
 
 What would be too much at the end of a tick is taken from the parts' speed, and if that is not enough, from
-their way. So parts and springs have no more energy than before the parts went. Of links, tools, jaws
-and what these hold they have no more than these give: by the force that the arm feels when the tick has
-ended, along the way that it has gone in it. What these have pressed into springs besides, in a kick that
-ends within the tick or where a corner turns round them, is taken from the speed, too.
+their way, or by a longer one from what presses on them. So parts and springs have no more energy than before
+the parts went. Of links, tools, jaws and what these hold they have no more than these give: by the force that
+the arm feels when the tick has ended, along the way that it has gone in it. What these have pressed into
+springs besides, in a kick that ends within the tick or where a corner turns round them, is taken from the
+speed, too, or let go by the longer way.
 """
 
 # mypy: allow-untyped-decorators, allow-subclassing-any
@@ -33,6 +34,9 @@ _FLAT = cython.declare(cython.double, 1e-3)
 # It is out by the same side as before where the cosine between the ways out is more.
 _SAME_SIDE = cython.declare(cython.double, 0.5)
 _HALVINGS = cython.declare(cython.Py_ssize_t, 12)
+# By so much farther, and so often, parts go that cannot pay by their speed what is pressed into springs.
+_STRETCH = cython.declare(cython.double, 1.5)
+_STRETCHES = cython.declare(cython.Py_ssize_t, 5)
 _SPHERE = cython.declare(cython.int, 2)
 _CYLINDER = cython.declare(cython.int, 3)
 # Of half an edge: points there have the moments of a face.
@@ -142,6 +146,9 @@ class Stored(Carried):
             self._put(share)
             left: cython.double = moving - self._gained(share == 1.0)
             if left >= 0.0:
+                if share == 1.0 and left < self._unfelt:
+                    share = self._farther(moving)
+                    left = moving - self._gained(share == 1.0)
                 fast: cython.double = 0.0
                 for k in range(self._many):
                     fast += self._energy(k, share)
@@ -157,6 +164,25 @@ class Stored(Carried):
             self._keep(m)
         self._share, self._slower = share, slower
         return None
+
+    @cython.cfunc
+    @cython.exceptval(-1.0, check=True)
+    def _farther(self, moving: cython.double) -> cython.double:
+        """The share of the way, 1 or more, at which no more is stored than the arm has given and the parts,
+        with that energy of motion (J), have had; or else the least more. All are there then."""
+        share: cython.double = 1.0
+        best: cython.double = 1.0
+        least: cython.double = self._unfelt - (moving - self._gained(True))
+        for _longer in range(_STRETCHES):
+            share *= _STRETCH
+            self._put(share)
+            owed: cython.double = self._unfelt - (moving - self._gained(False))
+            if owed < least:
+                best, least = share, owed
+            if owed <= 0.0:
+                break
+        self._put(best)
+        return best
 
     @cython.cfunc
     @cython.exceptval(check=False)

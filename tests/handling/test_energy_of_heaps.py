@@ -160,6 +160,11 @@ def test_what_falls_over_an_edge_and_finds_no_room_lies_there_as_pressed_in_as_b
     ploughs(seed)
 
 
+def test_a_part_that_cannot_pay_by_its_speed_goes_farther_from_what_presses_on_it() -> None:
+    """Once 6.6 % of the arm's work came from nowhere: jaws went down over the edge of a part that stood."""
+    assert ploughs(1601230)["of the arm's work"] < 1e-6
+
+
 def test_what_is_carried_through_the_air_takes_and_gives_the_work_of_the_arm() -> None:
     """By the mean of the torques before and after a tick; by those after it three times as much came back."""
     scene = HeapScene(np.random.default_rng(0), [], Part("it", Box(0.02, 0.02, 0.02), 1.0, 1.0, 1e5))
