@@ -142,6 +142,8 @@ class Made:
 
     active: Any = cython.declare(object, visibility="public")
     """What moves the robot, or has moved it last; stiff, it alone is stepped."""
+    _pursuit: Any = cython.declare(object, visibility="public")
+    # what the servo is to do, once the drive is at rest; None for nothing
 
 
 @cython.cclass
@@ -165,6 +167,9 @@ class EvenMotions:
         if self.drive._chain is not None:
             return True
         active = self._nominal.active
+        if active is self.drive and not self._follower.active:
+            waits: bool = self._next is not None or self._nominal._pursuit is not None
+            return waits or bool(self.drive.moving)
         return (active is not self.drive and bool(active.moving)) or bool(self.moves_otherwise())
 
     def moves_otherwise(self) -> bool:
