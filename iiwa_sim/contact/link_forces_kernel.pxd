@@ -8,7 +8,7 @@ cdef class LinkForces(LinkFriction):
     cdef dict _numbers                 # of these
     cdef Py_ssize_t _part_count
     cdef long begun                    # how often something worn has begun to feel parts
-    cdef char[:, ::1] _deaf     # of each capsule and surface: it does not feel that until it is out of it
+    cdef char[:, ::1] _deaf            # of each capsule and surface: it does not feel that until it is out of it
     cdef double[:, ::1] _depth         # how deep (m) each link was when it was looked at last
     cdef double[:, ::1] _pushing       # force (N) on a link of a robot that yields, on the average
     # Of each capsule and surface: which way is out in the frame of that; zeros where they are apart.

@@ -12,14 +12,14 @@ from iiwa_sim.contact.shapes import Box, Cylinder, Shape, Sphere
 from iiwa_sim.frames import Frame
 from iiwa_sim.handling.falling import HELD
 from iiwa_sim.handling.part import Part
-from tests.handling.scenes import BLOCK, TABLE, TABLE_MM, Scene, down
+from tests.handling.scenes import BLOCK, CLOSE, TABLE, TABLE_MM, Scene, down
 
 RADIUS_M = 0.005
 FREE = (0.0,) * 6
 
 
 def scene_with(part: Part, z_mm: float, beta: float = 0.0) -> Scene:
-    """With a part in that height above the table, and a contact sphere of 5 mm."""
+    """A robot with a contact sphere of 5 mm, and a part whose middle is `z_mm` above the table."""
     cell = replace(robot_alone(), contact_radius_m=RADIUS_M)
     pose = Frame(600.0, 100.0, TABLE_MM + z_mm, 0.0, beta, 0.0).to_transform()
     return Scene((part, pose), cell=cell)
@@ -45,7 +45,7 @@ def test_a_part_thinner_than_the_sphere_is_gripped_and_felt_by_its_weight_alone(
     scene.goes(down(600, 100, TABLE_MM + 12.0))
     scene.goes(down(600, 100, TABLE_MM + tcp_mm), 0.05)
     pressed = [scene.controller.cartesian_force()]
-    scene.controller.io.set_output(1, on=True)
+    scene.controller.io.set_output(CLOSE, on=True)
     for _ in range(300):
         scene.robot.step()
         pressed.append(scene.controller.cartesian_force())

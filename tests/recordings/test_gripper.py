@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -28,13 +30,21 @@ z_mm = 60
 """.replace("[gripper]", "[gripper]\njaw_mm = [20, 8, 70]")
 
 
-def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
-    path = tmp_path / "run.mcap"
-    (tmp_path / "cell.toml").write_text(CELL)
+@contextmanager
+def recorded(path: Path) -> Iterator[tuple[Simulator, Iiwa]]:
+    """A robot in this cell that is recorded there, and its driver."""
+    cell = path.with_name("cell.toml")
+    cell.write_text(CELL)
     with (
-        Simulator(cell=tmp_path / "cell.toml", clock="stepped", record=path) as simulator,
+        Simulator(cell=cell, clock="stepped", record=path) as simulator,
         Iiwa("127.0.0.1", simulator.port) as robot,
     ):
+        yield simulator, robot
+
+
+def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with recorded(path) as (simulator, robot):
         robot.set_output(1, True)
         simulator.advance(0.4)
         simulator.backdoor.remove_part("pin")
@@ -72,11 +82,7 @@ def test_jaws_and_parts_are_frames_and_bodies(tmp_path: Path) -> None:
 
 def test_tables_have_gripper_and_parts(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
-    (tmp_path / "cell.toml").write_text(CELL)
-    with (
-        Simulator(cell=tmp_path / "cell.toml", clock="stepped", record=path) as simulator,
-        Iiwa("127.0.0.1", simulator.port) as robot,
-    ):
+    with recorded(path) as (simulator, robot):
         robot.set_tool_load(0.5, (0.0, 0.0, 60.0))
         robot.set_output(1, True)
         simulator.advance(0.4)
