@@ -60,7 +60,7 @@ PARTS = {
     "chains": Part(chains.measure, gated=True),
     "corners": Part(corners.measure, gated=True),
     "costs": Part(costs.measure, gated=True),
-    "dense": Part(dense_paths.measure, gated=False),
+    "dense": Part(dense_paths.measure, gated=True, of_gate=dense_paths.gate),
     "pauses": Part(pauses.measure, gated=False),
     "servo": Part(servo.measure, gated=False),
     "status": Part(status.measure, gated=True),
